@@ -192,7 +192,7 @@ def analyse(
         ],
         hypotheses=[],
     )
-    hypotheses = evidence.configuration.hypotheses
+    hypotheses = tuple(evidence.configuration.hypotheses.values())
     if swept is None:
         judged = judge_hypotheses(cache, hypotheses, conditions, [], predicted, "", settings, scope)
         return replace(analysis, hypotheses=judged)

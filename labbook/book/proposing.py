@@ -9,9 +9,8 @@ from __future__ import annotations
 
 import re
 import shlex
-import tomllib
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import sqlalchemy as sa
@@ -24,9 +23,7 @@ from data_schema.queries.runs import condition_levels
 from data_schema.queries.study import conditions_by_key, config_in_force, day_uids, person_uid, planned_runs, the_study
 from data_schema.vocabulary import Action
 from labbook.book.write_session import Statement, WriteSession, now_utc
-from labbook.config.model import number_label
-from labbook.config.parsing import Configuration
-from labbook.config.tables import as_number
+from labbook.config.parsing import Configuration, parse_configuration
 
 
 def propose(session: WriteSession, configuration: Configuration, *, correcting: bool = False) -> None:
@@ -126,7 +123,7 @@ def _proposed(
                 {"value": level.value, "attributes_json": canonical(dict(level.attributes))},
             )
     for name, robot in configuration.robots.items():
-        values = {field: getattr(robot, field) for field in type(robot).__slots__}
+        values = asdict(robot)
         yield "robot", f"robot:{name}", {"name": name, "valid_from_utc": ""}, values
     for name, battery in configuration.batteries.items():
         yield (
@@ -136,7 +133,7 @@ def _proposed(
             {"cells": battery.cells, "capacity_mah": battery.capacity_mah},
         )
     for name, instrument in configuration.instruments.items():
-        values = {field: getattr(instrument, field) for field in type(instrument).__slots__}
+        values = asdict(instrument)
         yield "instrument", f"instrument:{name}", {"name": name}, values
 
 
@@ -188,21 +185,15 @@ def _unfitting_factors(connection: sa.Connection, configuration: Configuration, 
                 f"back among the levels of [factors.{name}]."
                 for label in sorted(missing)
             ]
-    before = tomllib.loads(text_in_force).get("factors", {})
+    before = parse_configuration(text_in_force, "the book's configuration").factors
     for name in used.keys() & proposed.keys():
-        stands, control = _control(before.get(name, {})), proposed[name].control
+        stands, control = before[name].control if name in before else None, proposed[name].control
         if control != stands:
             found.append(
                 f"labbook.toml says {name} control = {_shown(control)}, the book has conditions under control = "
                 f"{_shown(stands)}: write that there, or make another book for the other comparison."
             )
     return found
-
-
-def _control(table: Mapping[str, Any]) -> str | None:
-    given = table.get("control")
-    number = as_number(given)
-    return given if number is None else number_label(number)
 
 
 def _without_password(configuration: Configuration) -> str:

@@ -15,8 +15,7 @@ from data_schema.vocabulary import Severity
 from ingest.channels.forces import AXES
 from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 from labbook.actions.files.ingesting import FileOutcome
-from labbook.config.calibrations import calibration_in
-from labbook.config.profiles import check_unit, declared_channel, is_delimiter
+from labbook.config.profiles import calibration_in, check_unit, declared_channel, is_delimiter
 from labbook.terminal import say
 
 _ASKED_WORDS = {"date_unclear": ("dates", ("d/m/y", "m/d/y")), "clock_unclear": ("clock", ("m:s", "h:m"))}

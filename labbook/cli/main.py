@@ -28,7 +28,7 @@ from labbook.cli.power import power
 from labbook.cli.report import report
 from labbook.cli.start import INTERRUPTED, print_interrupted
 from labbook.cli.statements import assign, charge, check, correct, note, void
-from labbook.cli.views import analysis, channels, compare, formats, plot, show, today, why
+from labbook.cli.views import analysis, channels, compare, config, formats, plot, show, today, why
 from labbook.terminal import printable_json, say
 
 GARBAGE_AFTER = 1_000_000
@@ -41,7 +41,7 @@ COMMANDS = {
     RIG: (ingest, today, note, charge, check, correct, void, assign, channels, formats, calibrate_sensor),
     JUDGE: (show, plot),
     REPORT: (report, compare, calibrate, plan, power, analysis, why),
-    BOOK: (init, demo, backup, restore, merge, rebuild),
+    BOOK: (init, config, demo, backup, restore, merge, rebuild),
 }
 """The commands under the headings of help, in its order; a new one is a function, and its name here."""
 

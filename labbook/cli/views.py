@@ -1,4 +1,4 @@
-"""Commands that only read: today, show, plot, channels, formats, analysis, compare, why."""
+"""Commands that only read: today, show, plot, channels, formats, config, analysis, compare, why."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -151,6 +151,30 @@ def analysis(book: BookOption = None, as_json: JsonOption = False) -> None:
         found = planned_analysis(connection, opened_book.configuration)
     watched = found.stated and found.first_measured_utc is not None
     emit(found, (*planned_sentences(found), *((NOT_WATCHED,) if watched else ())), as_json)
+
+
+def config(
+    schema: Annotated[
+        bool,
+        typer.Option("--schema", help="Print the JSON schema of labbook.toml, by which an editor helps to write it."),
+    ] = False,
+    book: BookOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Check what labbook.toml says: every fault with its place, what was given and what is allowed.
+
+    Example: labbook config; labbook config --schema > labbook.schema.json
+    """
+    from labbook.book.opening import find_folder, read_configuration
+    from labbook.config.model import Configuration
+    from labbook.config.reading import json_schema
+
+    if schema:
+        emit(json_schema(Configuration), [], as_json=True)
+        return
+    folder = find_folder(book or Path.cwd())
+    found, path = read_configuration(folder), folder / "labbook.toml"
+    emit({"path": str(path), "sha256": found.sha256}, [f"{path} can be read, and every key has a meaning."], as_json)
 
 
 NOT_MET = 1

@@ -1,16 +1,65 @@
-"""What a configuration holds; every mapping goes from a name that a person chose, in the order of the file."""
+"""The typed model of `labbook.toml`: every table is a class, every key a field with its type and bounds.
 
-from __future__ import annotations
+`reading.py` reads a file into it, `labbook config --schema` exports it. Tables are frozen dataclasses, and
+frozen Structs of msgspec where a key cannot be the field's name. Every mapping goes from a name that a person chose, in
+the order of the file. `parsing.py` fills in what is marked `NOT_A_KEY`.
+"""
 
+import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from datetime import date
 from enum import StrEnum
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from data_schema.calibration import Calibration
+from msgspec import Meta, Struct
+from msgspec import field as named
+
+from data_schema.calibration import Calibration, line_through
+from data_schema.errors import InputRefused
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ContrastKind, FactorKind, ReasonCode, StudyKind
-from labbook.config.run_names import RunNames
+
+Positive = Annotated[float, Meta(gt=0)]
+Part = Annotated[float, Meta(gt=0, lt=1)]
+Percent = Annotated[float, Meta(gt=0, lt=100)]
+Count = Annotated[int, Meta(ge=1)]
+Line = Annotated[int, Meta(ge=1, le=400)]
+"""A line of a file, from 1; a header is looked for up to line 400."""
+Label = Annotated[
+    str,
+    Meta(
+        extra={"label": True},
+        extra_json_schema={"type": ["string", "number"], "description": "a level, text or number"},
+    ),
+]
+"""A level of a factor: a text, or a number that is read as one, `400` and `400.0` as "400"."""
+DELIMITER = r"^[\t !#$%&()*,/:;<=>?@\[\\\]^_`{|}~]$"
+Delimiter = Annotated[
+    str,
+    Meta(
+        pattern=DELIMITER,
+        extra_json_schema={"description": 'one sign that parts cells, such as ";", "," or "\\t"'},
+    ),
+]
+PostgresUrl = Annotated[
+    str,
+    Meta(
+        pattern=r"^postgresql\+psycopg://",
+        extra_json_schema={"description": "an address such as 'postgresql+psycopg://user@host/labbook'"},
+    ),
+]
+NOT_A_KEY = Meta(extra_json_schema={"readOnly": True})
+
+HOW_TO_DECIDE = (
+    "write [analysis] in labbook.toml (the one that `labbook init` writes has an example) before the first file or "
+    "charge comes in, or the report calls every comparison exploratory."
+)
+
+
+def number_label(value: float) -> str:
+    """Write a number level as its label: `400`, never `400.0`."""
+    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
 
 
 class Detector(StrEnum):
@@ -39,14 +88,17 @@ class TakeOff(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class StudySettings:
-    """`[study]`. Joules are charge times `reference_voltage_v` (thesis: 15.4 V in 5.1.3, 16.8 V in 4.3.1)."""
+    """`[study]`. Joules are charge times `reference_voltage_v` (thesis: 15.4 V in 5.1.3, 16.8 V in 4.3.1).
+
+    `run_names` is the scheme of names of runs (`run_names.RunNames`).
+    """
 
     name: str
     kind: StudyKind
-    reference_voltage_v: float
-    jumps_nominal: int
+    reference_voltage_v: Annotated[float, Meta(gt=0, le=1000)]
+    jumps_nominal: Count
     time_zone: str
-    run_names: RunNames
+    run_names: str = "r{:03d}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,24 +110,27 @@ class LevelSettings:
     attributes: Mapping[str, float | str]
 
 
-@dataclass(frozen=True, slots=True)
-class FactorSettings:
+class FactorSettings(Struct, frozen=True, rename={"given_levels": "levels"}):
     """`[factors.NAME]`; `title` is its name in text, `control` the label of the level that controls have.
 
     `control_name` is what that level is called in text, `treatment` what the others are called together.
     """
 
     kind: FactorKind
-    title: str | None
-    unit: str | None
-    levels: tuple[LevelSettings, ...]
-    control: str | None
+    given_levels: tuple[Label, ...] | dict[str, dict[str, float | str]]
+    title: str | None = None
+    unit: str | None = None
+    control: Label | None = None
     control_name: str | None = None
     treatment: str | None = None
 
-
-JUMP_RULES = {"exclude_first_jumps": "2", "exclude_gap_jumps": "true"}
-"""Keys of `[protocol]` that say which jumps are left out without asking, and what the thesis has for them."""
+    @property
+    def levels(self) -> tuple[LevelSettings, ...]:
+        """The levels in the order of the file."""
+        given = self.given_levels
+        attributes = given if isinstance(given, dict) else {label: {} for label in given}
+        is_number = self.kind is FactorKind.NUMBER
+        return tuple(LevelSettings(label, float(label) if is_number else None, attributes[label]) for label in given)
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,20 +138,18 @@ class ProtocolSettings:
     """`[protocol]`: how a run is made and what of it is used.
 
     `run_duration_s` is None where runs have no set duration, `charger_resolution_mah` where the charges show the
-    charger's step; `checks` are the names of those made before a day's first run; `rules_given` has the `JUMP_RULES`
-    that labbook.toml sets.
+    charger's step; `checks` are the names of those made before a day's first run.
     """
 
-    run_duration_s: float | None
-    detector: Detector
-    exclude_first_jumps: int
-    exclude_gap_jumps: bool
-    onset: Onset
-    take_off: TakeOff
-    charger_resolution_mah: float | None
-    idle_minutes: tuple[float, ...]
+    run_duration_s: Positive | None = None
+    detector: Detector = Detector.ROBUST
+    exclude_first_jumps: Annotated[int, Meta(ge=0)] = 0
+    exclude_gap_jumps: bool = True
+    onset: Onset = Onset.SDS_BACK_30MS
+    take_off: TakeOff = TakeOff.FLIGHT_SDS
+    charger_resolution_mah: Positive | None = None
+    idle_minutes: tuple[Positive, ...] = ()
     checks: tuple[str, ...] = ()
-    rules_given: frozenset[str] = frozenset()
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +160,7 @@ class GainSettings:
     slope: float
     offset: float
     unit: str
-    zero: float | None
+    zero: float | None = None
 
     def physical(self, gain: float) -> float:
         """Convert a gain to `unit`."""
@@ -118,21 +171,21 @@ class GainSettings:
 class RobotSettings:
     """`[robots.NAME]`."""
 
-    body_mass_kg: float
-    foot_mass_kg: float
-    link_1_m: float
-    link_2_m: float
-    rest_length_m: float
-    leg_min_m: float
-    leg_max_m: float
+    body_mass_kg: Positive
+    foot_mass_kg: Positive
+    link_1_m: Positive
+    link_2_m: Positive
+    rest_length_m: Positive
+    leg_min_m: Positive
+    leg_max_m: Positive
 
 
 @dataclass(frozen=True, slots=True)
 class BatterySettings:
     """`[batteries.NAME]`."""
 
-    cells: int
-    capacity_mah: float
+    cells: Count
+    capacity_mah: Positive
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,12 +193,12 @@ class InstrumentSettings:
     """`[instruments.NAME]`."""
 
     kind: str
-    make: str | None
-    model: str | None
-    serial: str | None
+    make: str | None = None
+    model: str | None = None
+    serial: str | None = None
 
 
-LIMITS = (
+Limit = Literal[
     "largest_file_bytes",
     "most_columns",
     "longest_line_bytes",
@@ -154,42 +207,128 @@ LIMITS = (
     "most_members",
     "deepest_nesting",
     "most_cells",
-)
-"""The keys of `[files.limits]`."""
+]
+"""A bound of `ingest.model.Limits`."""
 
 
 @dataclass(frozen=True, slots=True)
 class FileSettings:
-    """`[files]`: `limits` are those bounds of `ingest.model.Limits` that `[files.limits]` sets, by name."""
+    """`[files]`: `limits` are the bounds on what a file may ask for that `[files.limits]` sets, by name."""
 
-    limits: Mapping[str, int]
+    limits: dict[Limit, Count] = field(default_factory=dict)
 
 
-@dataclass(frozen=True, slots=True)
-class ProfileColumn:
+class CalibrationKeys(
+    Struct, frozen=True, kw_only=True, rename={"first_day": "from", "last_day": "until", "known": "value"}
+):
+    """How a column is calibrated: by `scale` and `offset`, or by what it shows, `raw`, at `value`s or `height`s."""
+
+    scale: float | None = None
+    offset: float | None = None
+    scale_se: Positive | None = None
+    offset_se: Positive | None = None
+    raw: tuple[float, ...] | None = None
+    known: tuple[float, ...] | None = None
+    height: tuple[float, ...] | None = None
+    se: Positive | None = None
+    source: str | None = None
+    first_day: date | None = None
+    last_day: date | None = None
+
+    def calibration(self) -> Calibration | None:
+        """Return the calibration, None where no key says one. Raises `InputRefused` for keys that make no line."""
+        if all(getattr(self, key) is None for key in CalibrationKeys.__struct_fields__):
+            return None
+        first, last = (None if day is None else str(day) for day in (self.first_day, self.last_day))
+        if first is not None and last is not None and first > last:
+            raise InputRefused(f"until = {last} is before `from`, {first}: exchange them.")
+        if self.raw is not None:
+            if (self.scale, self.offset, self.scale_se, self.offset_se) != (None, None, None, None):
+                raise InputRefused("scale and offset follow from `raw`, beside which they stand: leave them out.")
+            line = line_through(self.raw, self.height or self.known or (), self.se)
+            return replace(line, source=self.source, first_day=first, last_day=last)
+        if (self.known, self.height, self.se) != (None, None, None):
+            raise InputRefused("`value`, `height` and `se` belong to `raw` numbers, which are not there: give them.")
+        if self.scale == 0:
+            raise InputRefused("scale = 0 makes every value the same: give what one raw unit is.")
+        errors = [(self.scale_se or 0.0, 0.0), (0.0, self.offset_se or 0.0)]
+        return Calibration(
+            1.0 if self.scale is None else self.scale,
+            self.offset or 0.0,
+            tuple(error for error in errors if any(error)),
+            source=self.source,
+            first_day=first,
+            last_day=last,
+        )
+
+
+class ProfileColumn(CalibrationKeys, frozen=True, kw_only=True):
     """What a column of a profile holds; None where the file says it. `sign` -1 turns it round.
 
-    `unit` is that of the calibrated value where there are `calibrations`.
+    `unit` is that of the calibrated value where there is a calibration; several, each for its days, are `listed`.
     """
 
-    channel: str | None
-    unit: str | None
-    sign: int | None
-    calibrations: tuple[Calibration, ...] = ()
+    channel: str | None = None
+    unit: str | None = None
+    sign: Literal[1, -1] | None = None
+    listed: tuple[CalibrationKeys, ...] = named(name="calibrations", default=())
+
+    @property
+    def calibrations(self) -> tuple[Calibration, ...]:
+        """The calibrations of the column."""
+        found = [each.calibration() for each in (self, *self.listed)]
+        return tuple(each for each in found if each is not None)
 
 
 @dataclass(frozen=True, slots=True)
-class ProfileSettings:
-    """`[profiles.NAME]`: how to read files that name the columns in `recognise`, or whose name fits `files`.
+class TimeColumn:
+    """`time` of a profile: the column of times, its unit, and the column of dates beside times of day."""
 
-    `columns` goes from a column to what it holds, `settings` from the name of a field of `ingest.model.ReadingSettings`
-    to what the profile says of it.
-    """
+    column: str
+    unit: str | None = None
+    date_column: str | None = None
 
-    recognise: tuple[str, ...]
-    files: str | None
-    columns: Mapping[str, ProfileColumn]
-    settings: Mapping[str, Any]
+
+class ProfileSettings(
+    Struct, frozen=True, rename={"decimal_sign": "decimal", "date_format": "date", "clock_format": "clock"}
+):
+    """`[profiles.NAME]`: how to read files that name the columns in `recognise`, or whose name fits `files`."""
+
+    recognise: tuple[str, ...] = ()
+    files: str | None = None
+    time: TimeColumn | None = None
+    columns: dict[str, ProfileColumn] = {}
+    rate_hz: Positive | None = None
+    encoding: str | None = None
+    delimiter: Delimiter | None = None
+    decimal_sign: Literal[".", ","] | None = None
+    header_row: Annotated[int, Meta(ge=0, le=400)] | None = None
+    units_row: Line | None = None
+    first_row: Line | None = None
+    comment: str | None = None
+    footer: str | None = None
+    date_format: str | None = None
+    clock_format: str | None = None
+    axes: str | None = None
+    trials: str | None = None
+    format: str | None = None
+    instrument: str | None = None
+    override_units: bool | None = None
+    complete: bool | None = None
+    no_robot_check: bool | None = None
+
+    @property
+    def settings(self) -> dict[str, Any]:
+        """What the profile says, by the name of a field of `ingest.model.ReadingSettings`."""
+        others = ("recognise", "files", "time", "columns")
+        found = {name: getattr(self, name) for name in self.__struct_fields__ if name not in others}
+        if self.time is not None:
+            found |= {
+                "time_column": self.time.column,
+                "time_unit": self.time.unit,
+                "date_column": self.time.date_column,
+            }
+        return {name: value for name, value in found.items() if value is not None and value is not False}
 
 
 @dataclass(frozen=True, slots=True)
@@ -203,15 +342,15 @@ class SimulationSettings:
     """
 
     scene: str
-    scene_toml: str | None
-    effects: str | None
-    accuracy: float
-    varied_by: float
-    varied: Mapping[str, float]
-    parameters: Mapping[str, float]
-    assumed: tuple[str, ...]
-    factors: Mapping[str, str]
-    levels: Mapping[str, Mapping[str, Mapping[str, float]]]
+    effects: str | None = None
+    accuracy: Positive = 1e-6
+    varied_by: Part = 0.1
+    varied: dict[str, Part] = field(default_factory=dict)
+    parameters: dict[str, float] = field(default_factory=dict)
+    assumed: tuple[str, ...] = ()
+    factors: dict[str, str] = field(default_factory=dict)
+    levels: dict[str, dict[str, dict[str, float]]] = field(default_factory=dict)
+    scene_toml: Annotated[str | None, NOT_A_KEY] = None
 
 
 class Family(StrEnum):
@@ -266,10 +405,10 @@ class ContrastSettings:
     """A contrast of condition means that was decided on; `factor`, `side`, `levels` and `at` as its kind needs them."""
 
     kind: ContrastKind
-    outcome: Outcome
+    outcome: Outcome = Outcome.JOULES
     factor: str = ""
     side: Side | None = None
-    levels: tuple[str, ...] = ()
+    levels: tuple[Label, ...] = ()
     at: float | None = None
 
     def __str__(self) -> str:
@@ -283,18 +422,25 @@ class ContrastSettings:
 class AnalysisSettings:
     """`[analysis]`: what was decided about the analysis before anything was measured.
 
-    `exclusions` are the reasons for which a person may leave out a jump or a run; `apex_bounds` is None where no bounds
-    were set. `alternative` is that of savings; differences of other outcomes are tested two-sided.
+    `exclusions` are the reasons for which a person may leave out a jump or a run. `alternative` is that of savings;
+    differences of other outcomes are tested two-sided.
     """
 
     primary_outcome: Outcome = Outcome.JOULES
     family: Family = Family.POOLED
-    alpha: float = 0.05
-    apex_bounds: Bounds | None = None
+    alpha: Annotated[float, Meta(gt=0, lt=0.5)] = 0.05
+    apex_bounds_m: tuple[float, float] | None = None
+    apex_bounds_percent: tuple[float, float] | None = None
     exclusions: tuple[ReasonCode, ...] = tuple(ReasonCode)
     unit_of_analysis: UnitOfAnalysis = UnitOfAnalysis.SHARED_DAYS
     contrasts: tuple[ContrastSettings, ...] = ()
     alternative: Alternative = Alternative.TWO_SIDED
+
+    @property
+    def apex_bounds(self) -> Bounds | None:
+        """The bounds of no loss of height, None where none were set."""
+        given = self.apex_bounds_m or self.apex_bounds_percent
+        return None if given is None else Bounds(*given, percent=self.apex_bounds_m is None)
 
     @property
     def one_sided(self) -> bool:
@@ -324,22 +470,22 @@ class ClaimKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class HypothesisSettings:
-    """A hypothesis: `text` says it, `source` where it was published, `published` what was found there, "" if unknown.
+    """`[hypotheses.NAME]`: `text` says it, `source` where it was published, `published` what was found there.
 
     `side`, `between`, `levels` (all where empty), `group` and `within_percent` are those that its claim needs.
     """
 
-    name: str
     text: str
-    source: str
-    published: str
     claim: ClaimKind
-    outcome: Outcome
-    side: Side
-    between: str
-    levels: tuple[str, ...]
-    group: Mapping[str, str]
-    within_percent: float
+    source: str = ""
+    published: str = ""
+    outcome: Outcome = Outcome.JOULES
+    side: Side = Side.TREATED
+    between: str = ""
+    levels: tuple[Label, ...] = ()
+    group: dict[str, Label] = field(default_factory=dict)
+    within_percent: Percent = 0.0
+    name: Annotated[str, NOT_A_KEY] = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -351,40 +497,75 @@ class StudyProtocol:
 
     sheet: str | None = None
     decimal: str | None = None
-    grain_mm: float | None = None
+    grain_mm: Positive | None = None
     where: str | None = None
-    window: int | None = None
+    window: Count | None = None
     constant: float | None = None
-    ratio: float | None = None
-    same_percent: float | None = None
-    level: float | None = None
+    ratio: Positive | None = None
+    same_percent: Percent | None = None
+    level: Part | None = None
+
+
+_SHEET, _BOOK = ("sheet", "decimal", "level"), ("where", "level")
+STUDY_KEYS: Mapping[str, tuple[str, ...]] = {
+    "force-plate": ("window", *_BOOK),
+    "characterisation": _SHEET,
+    "emulator": ("constant", "ratio", "same_percent", *_BOOK),
+    "bed": _BOOK,
+    "compaction": ("grain_mm", *_SHEET),
+    "field": _SHEET,
+}
+"""The keys of each study (thesis 3.2.2, 4.2.6, 4.3, 5.2, 5.1.2, 2.2.3)."""
 
 
 @dataclass(frozen=True, slots=True)
+class DatabaseSettings:
+    """`[database]`: where the tables of a shared book are."""
+
+    url: PostgresUrl | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class StoreSettings:
+    """`[store]`: where raw copies and journal lie, if not in the book."""
+
+    path: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Configuration:
     """All of `labbook.toml`; `people` goes from name to initials, `text` is the file as it was, with that of a scene of
-    one's own below it, `sha256` its hash."""
+    one's own below it."""
 
     study: StudySettings
-    people: Mapping[str, str]
-    factors: Mapping[str, FactorSettings]
-    protocol: ProtocolSettings
-    gains: Mapping[str, GainSettings]
-    robots: Mapping[str, RobotSettings]
-    batteries: Mapping[str, BatterySettings]
-    instruments: Mapping[str, InstrumentSettings]
-    files: FileSettings
-    profiles: Mapping[str, ProfileSettings]
-    simulation: SimulationSettings | None
-    analysis: AnalysisSettings | None
-    hypotheses: tuple[HypothesisSettings, ...]
-    studies: Mapping[str, StudyProtocol]
-    database_url: str | None
-    store_path: str | None
-    text: str
-    sha256: str
+    people: dict[str, str] = field(default_factory=dict)
+    factors: dict[str, FactorSettings] = field(default_factory=dict)
+    protocol: ProtocolSettings = ProtocolSettings()
+    gains: dict[str, GainSettings] = field(default_factory=dict)
+    robots: dict[str, RobotSettings] = field(default_factory=dict)
+    batteries: dict[str, BatterySettings] = field(default_factory=dict)
+    instruments: dict[str, InstrumentSettings] = field(default_factory=dict)
+    files: FileSettings = FileSettings()
+    profiles: dict[str, ProfileSettings] = field(default_factory=dict)
+    simulation: SimulationSettings | None = None
+    analysis: AnalysisSettings | None = None
+    hypotheses: dict[str, HypothesisSettings] = field(default_factory=dict)
+    studies: Mapping[str, StudyProtocol] = field(default_factory=dict)
+    database: DatabaseSettings = DatabaseSettings()
+    store: StoreSettings = StoreSettings()
+    text: Annotated[str, NOT_A_KEY] = ""
 
+    @property
+    def database_url(self) -> str | None:
+        """The address of the database of a shared book."""
+        return self.database.url
 
-def number_label(value: float) -> str:
-    """Write a number level as its label: `400`, never `400.0`."""
-    return str(int(value)) if value.is_integer() and abs(value) < 1e15 else repr(value)
+    @property
+    def store_path(self) -> str | None:
+        """Where raw copies and journal lie, None in the book."""
+        return self.store.path
+
+    @property
+    def sha256(self) -> str:
+        """The hash of the text."""
+        return hashlib.sha256(self.text.encode("utf-8")).hexdigest()

@@ -12,10 +12,18 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from msgspec import to_builtins
+
 from data_schema.errors import UsageError
 from labbook.config.model import Configuration
 
-_TABLES = {"robot": "robots", "battery": "batteries", "instrument": "instruments", "factor": "factors"}
+_TABLES = {
+    "study": "study",
+    "robot": "robots",
+    "battery": "batteries",
+    "instrument": "instruments",
+    "factor": "factors",
+}
 
 
 def toml_changes(configuration: Configuration, target: str, corrected: Mapping[str, Any]) -> list[str]:
@@ -25,45 +33,29 @@ def toml_changes(configuration: Configuration, target: str, corrected: Mapping[s
     `corrected` holds the new values by field.
     """
     kind, _colon, name = target.partition(":")
+    path = [_TABLES.get(kind, ""), *filter(None, [name])]
     if kind == "level":
-        return _of_level(configuration, name, corrected)
-    if target == "study":
-        table, settings = "study", configuration.study
-    else:
-        declared: Mapping[str, Any] = getattr(configuration, _TABLES[kind]) if kind in _TABLES else {}
-        if name not in declared:
-            return []
-        table, settings = f"{_TABLES[kind]}.{name}", declared[name]
-        if "name" in corrected:
-            return [f"labbook.toml calls it [{table}]: rename that table to [{_TABLES[kind]}.{corrected['name']}]."]
+        factor, _equals, label = name.partition("=")
+        path, corrected = ["factors", factor, "levels", label], json.loads(corrected.get("attributes_json", "{}"))
+    table = to_builtins(configuration)
+    for key in path:
+        table = table.get(key) if isinstance(table, dict) else None
+    if not isinstance(table, dict):
+        return []
+    where = f"[{'.'.join(path)}]"
+    if "name" in corrected and kind != "study":
+        return [f"labbook.toml calls it {where}: rename that table to [{path[0]}.{corrected['name']}]."]
+    fields = {field: value for field, value in corrected.items() if field in table or kind == "level"}
     return [
-        f"labbook.toml says {field} = {_toml(getattr(settings, field))} under [{table}]: {_change(value)}."
-        for field, value in corrected.items()
-        if hasattr(settings, field) and getattr(settings, field) != value
+        f"labbook.toml says {_toml(field, table.get(field))} under {where}: let it say {_toml(field, value)}."
+        for field, value in fields.items()
+        if value != table.get(field)
     ]
 
 
-def _of_level(configuration: Configuration, name: str, corrected: Mapping[str, Any]) -> list[str]:
-    factor, _equals, label = name.partition("=")
-    levels = (
-        {level.label: level for level in configuration.factors[factor].levels}
-        if factor in configuration.factors
-        else {}
-    )
-    attributes = json.loads(corrected.get("attributes_json", "null"))
-    if label not in levels or attributes is None or dict(levels[label].attributes) == attributes:
-        return []
-    wanted = ", ".join(f"{key} = {_toml(value)}" for key, value in attributes.items()) or "nothing"
-    return [f"labbook.toml says otherwise under [factors.{factor}.levels.{label}]: let it say {wanted}."]
-
-
-def _change(value: Any) -> str:
-    return "take it out" if value is None else f"change it to {_toml(value)}"
-
-
-def _toml(value: Any) -> str:
-    """Write a value as TOML has it; numbers and strings are written as in JSON."""
-    return "nothing" if value is None else json.dumps(value, ensure_ascii=False)
+def _toml(key: str, value: Any) -> str:
+    """Write a key as TOML has it; numbers and strings are written as in JSON."""
+    return f"no {key}" if value is None else f"{key} = {json.dumps(value, ensure_ascii=False)}"
 
 
 _HEADER = re.compile(r"^\s*\[")

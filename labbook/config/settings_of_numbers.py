@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping
-from dataclasses import fields, is_dataclass
+from collections.abc import Iterator
+from dataclasses import replace
 from typing import Any
 
-from labbook.config.model import AnalysisSettings, Configuration, LevelSettings
+from msgspec import json
 
+from labbook.config.model import AnalysisSettings, Configuration
+
+_TABLES = ("study", "factors", "protocol", "gains", "robots", "batteries", "simulation", "analysis", "hypotheses")
 _NO_NUMBER = frozenset(
     {
-        *("name", "label", "title", "control_name", "treatment", "symbol", "text", "source", "published"),
-        *("run_names", "checks", "idle_minutes", "rules_given"),
+        *("name", "title", "control_name", "treatment", "symbol", "text", "source", "published"),
+        *("run_names", "checks", "idle_minutes"),
     }
 )
-"""Fields of settings that no number rests on."""
+"""Keys that no number rests on."""
 
 
 def settings_of_numbers(configuration: Configuration) -> dict[str, Any]:
@@ -23,29 +26,19 @@ def settings_of_numbers(configuration: Configuration) -> dict[str, Any]:
 
     Of a scene of one's own it is the hash.
     """
-    tables = {
-        "study": configuration.study,
-        "factors": configuration.factors,
-        "protocol": configuration.protocol,
-        "gains": configuration.gains,
-        "robots": configuration.robots,
-        "batteries": configuration.batteries,
-        "simulation": configuration.simulation,
-        "analysis": configuration.analysis or AnalysisSettings(),
-        "hypotheses": {one.name: one for one in configuration.hypotheses},
-    }
-    return dict(_flat(tables))
+    whole = replace(configuration, analysis=configuration.analysis or AnalysisSettings())
+    tables = json.decode(json.encode(whole))
+    found = dict(_flat({name: tables[name] for name in _TABLES}, ""))
+    scene = found.get("simulation.scene_toml")
+    if scene is not None:
+        found["simulation.scene_toml"] = hashlib.sha256(scene.encode()).hexdigest()[:12]
+    return found
 
 
-def _flat(value: Any, name: str = "") -> Iterator[tuple[str, Any]]:
-    if is_dataclass(value):
-        value = {each.name: getattr(value, each.name) for each in fields(value) if each.name not in _NO_NUMBER}
-    if isinstance(value, tuple) and value and isinstance(value[0], LevelSettings):
-        value = {level.label: level for level in value}
-    if isinstance(value, Mapping):
-        for key, below in value.items():
-            yield from _flat(below, f"{name}.{key}".lstrip("."))
-    elif name == "simulation.scene_toml" and value is not None:
-        yield name, hashlib.sha256(value.encode()).hexdigest()[:12]
-    else:
-        yield name, [str(each) if is_dataclass(each) else each for each in value] if isinstance(value, tuple) else value
+def _flat(table: dict[str, Any], path: str) -> Iterator[tuple[str, Any]]:
+    for key, value in table.items():
+        name = f"{path}.{key}".lstrip(".")
+        if isinstance(value, dict):
+            yield from _flat(value, name)
+        elif key not in _NO_NUMBER:
+            yield name, value

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from data_schema.errors import UsageError
-from labbook.config.tables import is_plain
+from labbook.config.reading import is_plain
 
 _TEMPLATE = """\
 # The configuration of this book. Lines that start with "# " explain; lines that start with "#" and no space are

@@ -13,7 +13,7 @@ from zoneinfo import ZoneInfo
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.vocabulary import RunKind
-from labbook.config.tables import is_plain
+from labbook.config.reading import is_plain
 
 DAY_FIRST, MONTH_FIRST = "d/m/y", "m/d/y"
 FIRST, SECOND = "first", "second"

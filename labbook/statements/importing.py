@@ -35,6 +35,7 @@ from ingest.store import Store
 from labbook.analysis.outcomes.detection import Detection, detect_part
 from labbook.config.model import ProfileSettings
 from labbook.config.parsing import Configuration
+from labbook.config.profiles import declared_channel
 
 _ZERO = np.float64(0.0)
 
@@ -264,7 +265,9 @@ def declarations(
 
 def _profile(name: str, settings: ProfileSettings) -> Profile:
     columns = {
-        source: ColumnDeclaration(column.channel, column.unit, column.sign, column.calibrations)
+        source: ColumnDeclaration(
+            column.channel and declared_channel(column.channel), column.unit, column.sign, column.calibrations
+        )
         for source, column in settings.columns.items()
     }
     return Profile(name, settings.recognise, settings.files, columns=columns, **settings.settings)

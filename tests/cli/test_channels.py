@@ -8,9 +8,8 @@ import pytest
 
 from data_schema.vocabulary import CHANNELS
 from ingest.formats.chargers import sheet_columns
-from labbook.config.parsing import parse_configuration
 from tests.cli.shell import good, labbook, refused, rows, unchanged
-from tests.helpers.books import SmallBook, small_toml
+from tests.helpers.books import SmallBook
 
 PROFILE = '\n[profiles.logger]\nrecognise = ["z"]\ncolumns = { z = { channel = "%s", unit = "%s" } }\n'
 
@@ -74,13 +73,6 @@ def test_a_quantity_of_ones_own_is_marked_by_flag_and_profile(fresh: SmallBook, 
         toml.write(PROFILE % ("own.pot", "mm"))
     good(labbook("ingest", log, "--column", "left=own.encoder:1", at=fresh.folder))
     assert rows(fresh.folder, "SELECT name, unit FROM channel ORDER BY position") == [("pot", "mm"), ("encoder", "1")]
-
-
-def test_a_profile_that_was_in_force_is_read_as_it_stood() -> None:
-    """Books were made with own names without `own.`; a rebuild reads the configuration from their journal."""
-    text = small_toml() + PROFILE % ("pot", "grains")
-    column = parse_configuration(text, "the book's configuration").profiles["logger"].columns["z"]
-    assert (column.channel, column.unit) == ("pot", "grains")
 
 
 def test_columns_of_a_charger_sheet_are_declared_by_their_part(stated: SmallBook, tmp_path: Path) -> None:

@@ -13,6 +13,7 @@ from tests.helpers.books import SmallBook, small_book
 
 IN_ORDER = {
     "init": ("init ../other --as Ada", {"book"}),
+    "config": ("config", {"path", "sha256"}),
     "plan": ("plan --seed 1 --n 2 --per-day 8", {"runs", "days", "controls", "idle", "sheet", "printed"}),
     "runs import": (
         "runs import ../instruments/runs.csv",

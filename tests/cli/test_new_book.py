@@ -50,3 +50,12 @@ def test_a_run_needs_the_robot_and_pack_that_it_was_made_with(tmp_path: Path) ->
     book = tmp_path / "book"
     (book / "runs.csv").write_text("run,date,position,kind,duration_s\nr001,2024-03-04,1,idle,1200\n")
     refused(labbook("runs", "import", "runs.csv", at=book), 2, "r001", "no robot", "declare one in labbook.toml")
+
+
+def test_labbook_toml_is_checked_and_its_keys_exported(tmp_path: Path) -> None:
+    good(labbook("init", "book", "--as", "Ada Nwosu", at=tmp_path))
+    book = tmp_path / "book"
+    good(labbook("config", at=book))
+    (book / "labbook.toml").write_text((book / "labbook.toml").read_text().replace("jumps_nominal", "jumps_nominl"))
+    refused(labbook("config", at=book), 2, "study.jumps_nominl", "'jumps_nominal'")
+    assert "jumps_nominal" in good(labbook("config", "--schema", at=tmp_path)).out

@@ -11,7 +11,6 @@ import functools
 import json
 import re
 import shlex
-import tomllib
 from collections import Counter
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
@@ -33,9 +32,9 @@ from ingest.timebase.stamps import TICKS_PER_SECOND
 from labbook.cli.declaring import DECLARED
 from labbook.cli.file_options import declared_options
 from labbook.cli.main import application
-from labbook.config.profiles import read_profiles
-from labbook.config.tables import TableReader
+from labbook.config.parsing import parse_configuration, template
 
+_BOOK = template("advised", "Ada Nwosu")
 _SNIPPET = re.compile(r"(`[^`]*`)")
 _KEY = re.compile(r"[a-z_]+ = .+")
 _FILES_TRIED, _LARGEST = 3, 300_000
@@ -229,10 +228,7 @@ def _profile(advice: Advice, finding: Finding) -> dict[str, Any]:
     for key in advice.keys:
         of_column = key.startswith("sign = ")
         lines.append(f"columns = {{ {json.dumps(finding.column)} = {{ {key} }} }}" if of_column else key)
-    faults: list[str] = []
-    profile = read_profiles(TableReader(tomllib.loads("\n".join(lines)), "", faults), in_force=False)["advised"]
-    if faults:
-        raise ValueError(faults[0])
+    profile = parse_configuration("\n".join([_BOOK, *lines]), "labbook.toml").profiles["advised"]
     columns = {
         name: ColumnDeclaration(column.channel, column.unit, column.sign) for name, column in profile.columns.items()
     }

@@ -36,7 +36,7 @@ from labbook.actions.files.rereading import take_known
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, new_uid
 from labbook.config.parsing import Configuration
-from labbook.config.run_names import composed
+from labbook.config.run_names import RunNames, composed
 from labbook.statements.counted_charges import predicted_findings
 from labbook.statements.importing import (
     PreparedImport,
@@ -238,7 +238,7 @@ def stated_runs(connection: sa.Connection, configuration: Configuration, path: P
 def named_run(connection: sa.Connection, configuration: Configuration, name: str) -> str | None:
     """Return the run that a file's name states: one of the book or of a plan, or by the scheme of labbook.toml."""
     name = composed(name)
-    return configuration.study.run_names.stated_in(name, names_beginning(connection, name))
+    return RunNames(configuration.study.run_names).stated_in(name, names_beginning(connection, name))
 
 
 def _run_of_word(connection: sa.Connection, configuration: Configuration, word: str) -> str | None:

@@ -33,6 +33,7 @@ from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, now_utc
 from labbook.config.model import AnalysisSettings, UnitOfAnalysis
 from labbook.config.parsing import Configuration
+from labbook.config.run_names import RunNames
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
 from labbook.plan.sheet import format_run_sheet_for_print, write_run_sheet
 from stats.planning.power import Power, power_by_day
@@ -110,7 +111,7 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     if looks:
         settings = replace(settings, alpha=looks[-1].level)
     days, power, crossing = _tested(configuration, draw, request.runs_per_condition, settings)
-    scheme = configuration.study.run_names
+    scheme = RunNames(configuration.study.run_names)
     free = 1 + max((number for name in taken if (number := scheme.number(name)) is not None), default=0)
     names = [scheme.name(number) for number in range(free, free + len(drawn.runs))]
     first_day = _start(request.start, configuration.study.time_zone)

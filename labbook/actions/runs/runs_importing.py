@@ -21,6 +21,7 @@ from labbook.book.naming import ensure_condition, ensure_day, named_uid, study_o
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration
+from labbook.config.run_names import RunNames
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet_cells import to_utc
 from labbook.plan.sheet_reader import RunSheetRow, read_run_sheet
@@ -88,7 +89,7 @@ def import_runs(
         if item.stated_run is not None and (item.what, item.name) not in still:
             done.taken_in.setdefault(item.stated_run, []).append(item.name)
     done.remarks = remarks_on(session.connection, configuration, [*done.stated, *done.filled_in])
-    done.remarks += remarks_on_names(done.stated, named_before, configuration.study.run_names)
+    done.remarks += remarks_on_names(done.stated, named_before, RunNames(configuration.study.run_names))
     places = {row.name: (row.date.isoformat(), row.position) for row in rows if row.done and row.name not in standing}
     taken = {(run.day, run.position_in_day): run.name for run in standing.values() if run.state is not RunState.VOID}
     done.remarks += remarks_on_places(places, taken)

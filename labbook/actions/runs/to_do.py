@@ -27,8 +27,7 @@ from labbook.analysis.outcomes.run_apexes import Judgement, as_protocol, judge, 
 from labbook.analysis.outcomes.run_energy import above_capacity, drain_lines
 from labbook.analysis.outdated_files import outdated_files, outdated_sentence
 from labbook.analysis.study_data import StudyData, gather_about
-from labbook.config.analysis import HOW_TO_DECIDE
-from labbook.config.parsing import Configuration
+from labbook.config.model import HOW_TO_DECIDE, Configuration
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tomllib
 from collections.abc import Callable
 from pathlib import Path
 
@@ -18,7 +19,7 @@ from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.studies.emulator import EmulatorStudy, emulator_study
 from labbook.analysis.study_data import gather
 from labbook.book.opening import opened
-from labbook.config.model import JUMP_RULES, StudyProtocol
+from labbook.config.model import StudyProtocol
 from labbook.config.parsing import Configuration
 from stats.checks import as_level
 
@@ -80,9 +81,14 @@ def emulator_study_of(
     return OfBook(found, sources)
 
 
+_JUMP_RULES = {"exclude_first_jumps": "2", "exclude_gap_jumps": "true"}
+"""Keys of `[protocol]` that say which jumps are left out without asking, and what the thesis has for them."""
+
+
 def _check_protocol(configuration: Configuration) -> None:
     """Refuse a book whose `[protocol]` does not decide which jumps are left out."""
-    missing = [f"{key} = {usual}" for key, usual in JUMP_RULES.items() if key not in configuration.protocol.rules_given]
+    given = tomllib.loads(configuration.text).get("protocol", {})
+    missing = [f"{key} = {usual}" for key, usual in _JUMP_RULES.items() if key not in given]
     if missing:
         raise InputRefused(
             "labbook.toml does not say which jumps the study leaves out: write under [protocol] "

@@ -14,8 +14,7 @@ from data_schema.queries.readings import readings_in_force
 from data_schema.queries.runs import has_runs
 from data_schema.vocabulary import FactorKind, StudyKind
 from labbook.analysis.comparison.pairing import swept_factor
-from labbook.config.parsing import Configuration
-from labbook.config.studies import STUDY_KEYS
+from labbook.config.model import STUDY_KEYS, Configuration
 
 S = TypeVar("S")
 V = TypeVar("V")

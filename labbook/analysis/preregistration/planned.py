@@ -41,8 +41,8 @@ from labbook.analysis.preregistration.departures import (
     in_order,
 )
 from labbook.analysis.preregistration.looks import look_of
-from labbook.config.analysis import stored_analysis, stored_jump_rules
 from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family
+from labbook.config.parsing import parse_configuration
 from reports.display import list_text
 from reports.evidence import Look
 
@@ -224,7 +224,7 @@ def planned_analysis(
     `selected` are the uids of the runs that a report or a comparison takes, None where it takes all.
     """
     now, first = configuration.analysis, first_measurement(connection)
-    configurations = [(item, stored_analysis(item.text)) for item in recorded_configurations(connection)]
+    configurations = [(item, _stored(item.text).analysis) for item in recorded_configurations(connection)]
     before = [item for item in configurations if first is not None and item[0].seq < first.seq]
     stood = before[-1][1] if before else None
     if first is None or stood is None:
@@ -243,15 +243,17 @@ def planned_analysis(
     further = [*_changed_jump_rules(before[-1][0].text, configuration), *since_first]
     further += [] if selected is None else _unselected(state, configuration, selected)
     departing = [*_changed_settings(stood, now, configurations), *map(not_allowed, left_out)]
-    late_bounds = None if stood.apex_bounds or now is None else now.apex_bounds
+    bounds_late = stood.apex_bounds is None and now is not None and now.apex_bounds is not None
     found = Planned(
-        replace(stood, apex_bounds=late_bounds) if late_bounds else stood,
+        replace(stood, apex_bounds_m=now.apex_bounds_m, apex_bounds_percent=now.apex_bounds_percent)
+        if now is not None and bounds_late
+        else stood,
         True,
         (*departing, *(item.sentence for item in further)),
         *_time_and_person(since),
         first.at_utc,
         left_out,
-        bounds_stated=late_bounds is None,
+        bounds_stated=not bounds_late,
         further=tuple(further),
         run_before=None if since is None else _run_before(state.runs.values(), since.at_utc),
     )
@@ -305,7 +307,7 @@ def _changed_settings(stood: AnalysisSettings, now: AnalysisSettings | None, his
     if now is None:
         return [Departure(DepartureKind.NO_ANALYSIS, {}).sentence]
     found = []
-    for name in AnalysisSettings.__slots__:
+    for name in (*(one for one in AnalysisSettings.__slots__ if not one.startswith("apex_bounds")), "apex_bounds"):
         was, value = getattr(stood, name), getattr(now, name)
         since = _since([(item, getattr(settings, name, None)) for item, settings in history], value)
         parameters = {
@@ -319,13 +321,19 @@ def _changed_settings(stood: AnalysisSettings, now: AnalysisSettings | None, his
     return found
 
 
+def _stored(text: str) -> Configuration:
+    return parse_configuration(text, "the book's configuration")
+
+
 def _changed_jump_rules(text: str, configuration: Configuration) -> list[Departure]:
     """List the rules of the protocol on jumps that are others than before the first measurement; today's are used."""
     of_jumps = tuple(outcome for outcome in Outcome if outcome.of_jumps)
     of_push_off = tuple(outcome for outcome in Outcome if outcome.of_push_off)
     found = []
-    for name, was in stored_jump_rules(text).items():
-        now, changed = getattr(configuration.protocol, name), of_push_off if name in ("onset", "take_off") else of_jumps
+    then = _stored(text).protocol
+    for name in ("detector", "exclude_first_jumps", "exclude_gap_jumps", "onset", "take_off"):
+        was, now = getattr(then, name), getattr(configuration.protocol, name)
+        changed = of_push_off if name in ("onset", "take_off") else of_jumps
         what = list_text([outcome.plural for outcome in changed])
         words = {"name": name, "was": _shown(was), "now": _shown(now), "exploratory": what}
         found += [Departure(DepartureKind.JUMP_RULE, words, changed)] if was != now else []

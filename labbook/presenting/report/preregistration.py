@@ -16,8 +16,7 @@ from labbook.analysis.preregistration.planned import (
     not_allowed,
 )
 from labbook.analysis.study import StudyAnalysis
-from labbook.config.analysis import HOW_TO_DECIDE
-from labbook.config.model import AnalysisSettings, UnitOfAnalysis
+from labbook.config.model import HOW_TO_DECIDE, AnalysisSettings, UnitOfAnalysis
 from labbook.presenting.report.comparisons import planned_as_each
 from reports.content import Comparison
 from reports.display import sentence_start

@@ -39,8 +39,15 @@ def test_everything_is_read() -> None:
         '[analysis]\nprimary_outcome = "apex"\nfamily = "each"\nalpha = 0.01\napex_bounds_m = [-0.005, 0.004]\n'
         'exclusions = ["misfire"]\nunit_of_analysis = "day"\n'
     )
-    bounds = Bounds(-0.005, 0.004, percent=False)
-    assert found == AnalysisSettings(Outcome.APEX, Family.EACH, 0.01, bounds, (ReasonCode.MISFIRE,), UnitOfAnalysis.DAY)
+    assert found == AnalysisSettings(
+        primary_outcome=Outcome.APEX,
+        family=Family.EACH,
+        alpha=0.01,
+        apex_bounds_m=(-0.005, 0.004),
+        exclusions=(ReasonCode.MISFIRE,),
+        unit_of_analysis=UnitOfAnalysis.DAY,
+    )
+    assert found.apex_bounds == Bounds(-0.005, 0.004, percent=False)
 
 
 def test_the_example_of_a_new_book_can_be_taken() -> None:
@@ -55,13 +62,13 @@ def test_the_example_of_a_new_book_can_be_taken() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ('primary_outcome = "joule"', "did you mean 'joules'?"),
-        ("alpha = 0.7", "0.7 is no level of a test: write one below 0.5"),
-        ("apex_bounds_m = [0.001, 0.005]", "are no bounds round no difference"),
-        ("apex_bounds_m = [-0.005]", "are no bounds round no difference"),
-        ("apex_bounds_m = [-1, 1]\napex_bounds_percent = [-3, 3]", "leave one of the two out"),
-        ('exclusions = ["bad_day"]', "'bad_day' is no reason: write of dropped_packet"),
-        ("aplha = 0.05", "did you mean 'alpha'?"),
+        ('primary_outcome = "joule"', "'joules'"),
+        ("alpha = 0.7", "< 0.5"),
+        ("apex_bounds_m = [0.001, 0.005]", "apex_bounds_m"),
+        ("apex_bounds_m = [-0.005]", "apex_bounds_m"),
+        ("apex_bounds_m = [-1, 1]\napex_bounds_percent = [-3, 3]", "apex_bounds_percent"),
+        ('exclusions = ["bad_day"]', "'dropped_packet'"),
+        ("aplha = 0.05", "'alpha'"),
     ],
 )
 def test_what_has_no_meaning_is_refused_with_what_has(text: str, said: str) -> None:
@@ -81,7 +88,7 @@ within_percent = 10
 
 
 def read_hypotheses(text: str) -> tuple[HypothesisSettings, ...]:
-    return parse_configuration(BARE + text, "labbook.toml").hypotheses
+    return tuple(parse_configuration(BARE + text, "labbook.toml").hypotheses.values())
 
 
 def test_a_book_needs_no_hypothesis_and_the_example_of_a_new_book_can_be_taken() -> None:
@@ -142,8 +149,8 @@ group = { foot = "small", k_gain = 400 }
         (('claim = "same"', 'claim = "equal"'), ("hypotheses.foot.claim", "same")),
         (('between = "foot"', 'between = "feet"'), ("hypotheses.foot.between", "foot")),
         (('between = "foot"', ""), ("hypotheses.foot.between", "is missing")),
-        (("within_percent = 10", "within_percent = 0"), ("within_percent", "greater than 0")),
-        (("within_percent = 10", "within_percent = 100"), ("within_percent", "below 100")),
+        (("within_percent = 10", "within_percent = 0"), ("within_percent", "> 0")),
+        (("within_percent = 10", "within_percent = 100"), ("within_percent", "< 100")),
         (('side = "control"', 'side = "controls"'), ("hypotheses.foot.side", "control")),
         (("within_percent = 10", 'within_percent = 10\nlevels = ["small", "huge"]'), ("levels", "huge")),
         (("within_percent = 10", 'within_percent = 10\nlevels = ["small"]'), ("levels", "small alone")),

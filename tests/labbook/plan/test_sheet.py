@@ -12,7 +12,7 @@ import pytest
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import PlanMethod
-from labbook.config.factors import RESERVED_NAMES
+from labbook.config.checks import RESERVED_NAMES
 from labbook.config.run_names import RunNames
 from labbook.plan.drawing import Plan, PlanFactor, draw_plan
 from labbook.plan.sheet import (
