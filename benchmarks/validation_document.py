@@ -28,9 +28,7 @@ from benchmarks.validation_calibration import intervals as calibration_intervals
 from benchmarks.validation_calibration import truths as calibration_truths
 from benchmarks.validation_emulator import emulator_book, from_charges, intervals, true_changes
 from data_schema.vocabulary import Undefined
-from labbook.actions.studies.force_plate import force_plate_of
 from labbook.analysis.outcomes.run_energy import joules_per_mah
-from labbook.analysis.studies.force_plate import MOTOR_PARAMETERS, Drive, ForcePlateStudy, PlateRun, compare_joules
 from labbook.demo.studies.force_plate import (
     DAYS,
     HOPS,
@@ -42,6 +40,8 @@ from labbook.demo.studies.force_plate import (
 )
 from labbook.demo.studies.force_plate_files import make_plate_book
 from labbook.demo.truth import recharged_mah
+from labbook.studies.force_plate import MOTOR_PARAMETERS, Drive, ForcePlateStudy, PlateRun, ask, compare_joules
+from labbook.studies.study import Asked
 from simulator.scene_file import load_scene
 from stats.compare.shared_error import SharedError
 from stats.groups.multiple import holm
@@ -73,7 +73,7 @@ def plate_book(chance: np.random.Generator) -> tuple[list[PlateStudyRun], ForceP
     campaign = plate_campaign(int(chance.integers(2**31)))
     with TemporaryDirectory() as folder:
         book = make_plate_book(Path(folder) / "demo", campaign, lambda _what: None, lambda _line: None)
-        return campaign, force_plate_of(book, None, None, LEVEL, lambda _what: None).study
+        return campaign, ask(Asked(book)).study
 
 
 @functools.cache
@@ -81,7 +81,7 @@ def slopes_without_errors() -> dict[int, float]:
     """Return by window the slope that instruments without errors give, where runs differ by nothing but their hops."""
     exact = [run for run in plate_campaign(SEED, scatter=PlateScatter(0.0, 0.0, 0.0), noise=0.0) if run.gain]
     study = compare_joules([in_memory(run, run.cost_j) for run in exact])
-    return dict(zip(study.windows, study.slopes, strict=True))
+    return {one.window: one.slope for one in study.windows}
 
 
 def in_memory(run: PlateStudyRun, measured_j: float) -> PlateRun:

@@ -12,11 +12,9 @@ import numpy as np
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState, Undefined
-from labbook.actions.studies.emulator import emulator_study_of
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah
 from labbook.analysis.results.codec import StoredResult
-from labbook.analysis.studies.emulator import Controller, EmulatorStudy, emulator_study
 from labbook.demo.studies.emulator import (
     CONSTANT,
     JUMPS,
@@ -29,11 +27,13 @@ from labbook.demo.studies.emulator import (
     make_emulator_book,
     truths,
 )
+from labbook.studies.emulator import SAME_PERCENT, Controller, EmulatorStudy, ask, emulator_study
+from labbook.studies.study import Asked
 from reports.numbers import Number
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
-LEVEL, SAME_PERCENT = 0.95, 2.0
+LEVEL = 0.95
 SHOWN = ((100.0, Controller.SCALED), (300.0, Controller.CONSTANT), (500.0, Controller.SCALED))
 
 
@@ -76,10 +76,11 @@ def _lost(gain: float, controller: Controller) -> str:
 def intervals(study: EmulatorStudy) -> Mapping[str, tuple[float, float] | Undefined]:
     """Return the intervals that are looked at."""
     found: dict[str, tuple[float, float] | Undefined] = {}
-    for row in study.rows:
-        if (row.gain, row.controller) in SHOWN and row.saving is not None and row.apex_loss is not None:
-            found[_saving(row.gain, row.controller)] = row.saving.ci
-            found[_lost(row.gain, row.controller)] = row.apex_loss.ci
+    for row in study.gains:
+        saving, loss = row.saving_percent, row.apex_loss_percent
+        if (row.gain, row.controller) in SHOWN and saving is not None and loss is not None:
+            found[_saving(row.gain, row.controller)] = saving.ci
+            found[_lost(row.gain, row.controller)] = loss.ci
     for trend in study.trends:
         ci = None if trend.line is None else trend.line.slope.ci
         if trend.line is not None and isinstance(ci, tuple):
@@ -93,7 +94,7 @@ def emulator_book(chance: np.random.Generator) -> EmulatorStudy:
     campaign = emulator_campaign(int(chance.integers(2**31)))
     with TemporaryDirectory() as folder:
         book = make_emulator_book(Path(folder) / "demo", campaign, lambda _what: None, lambda _line: None)
-        return emulator_study_of(book, None, CONSTANT, RATIO, SAME_PERCENT, LEVEL, lambda _what: None).study
+        return ask(Asked(book)).study
 
 
 def from_charges(chance: np.random.Generator, jumps: int = JUMPS) -> EmulatorStudy:

@@ -170,7 +170,6 @@ class Reason(Code):
     NO_QUARTILE_RANGE = "the measured {unit}s have no interquartile range"
     RESIDUAL_BEYOND_DOUBLES = "a residual is too large for a double"
     FIT_IS_EXACT = "the fit is exact"
-    RESIDUALS_TOGETHER = "neighbouring residuals go together"
     CRITICAL_BEYOND_DOUBLES = "the critical value at so small an alpha is too large for a double"
     TWO_EACH_FOR_VARIANCE = "each group needs at least 2 {unit}s for its variance"
     TWO_EACH = "each group needs at least 2 {unit}s"

@@ -83,12 +83,16 @@ def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+NOT_IN_JSON = {"json": False}
+"""Metadata of a field that figures read, and that is too much for JSON."""
+
+
 def plain(value: Any) -> Any:
     """Turn rows into what JSON can hold; what is undefined is its reason in words."""
     if isinstance(value, Undefined):
         return {"reason": value.reason}
     if is_dataclass(value) and not isinstance(value, type):
-        return {one.name: plain(getattr(value, one.name)) for one in fields(value)}
+        return {one.name: plain(getattr(value, one.name)) for one in fields(value) if one.metadata.get("json", True)}
     if isinstance(value, dict):
         return {str(key): plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple | set | frozenset):

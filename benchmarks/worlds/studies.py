@@ -14,12 +14,13 @@ from benchmarks.validation_emulator import conditions_of, run_row
 from benchmarks.worlds.world import Campaign, World
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
+from ingest.formats.study_sheets import FlaskSheet
 from labbook.analysis.outcomes.conditions import RunNumber
 from labbook.analysis.results.codec import StoredResult
-from labbook.analysis.studies.characterisation import TOGETHER, characterisation
-from labbook.analysis.studies.compaction import CURVED_P, compaction
-from labbook.analysis.studies.emulator import SAME_POINTS, Controller, emulator_study
 from labbook.demo.studies.sheets import POSITION_SD_M, STIFFNESS, VELOCITY_SD_M_S, oscillations
+from labbook.studies.characterisation import TOGETHER, characterisation
+from labbook.studies.compaction import CURVED_P, compaction
+from labbook.studies.emulator import SAME_POINTS, Controller, emulator_study
 from stats.compare.shared_error import SharedError
 from stats.lines.regression import slope_through_origin
 
@@ -105,17 +106,18 @@ def _flasks(curvature: float, radii_m: Sequence[float]) -> World:
 
     def simulate(chance: np.random.Generator) -> Campaign:
         of_flasks = chance.normal(0.0, 0.002, len(radii_m))
-        measured = {}
+        rows = []
         for state, (fraction, wall) in _FRACTIONS.items():
             x = _GRAIN_M / np.array(radii_m)
             errors = of_flasks + chance.normal(0.0, 0.0015, x.size)
             values = fraction + wall * x + curvature * x**2 + errors
-            measured[state] = [(radius_m, value, 0) for radius_m, value in zip(radii_m, values.tolist(), strict=True)]
-        found = compaction(measured, _GRAIN_M)
+            rows += [(radius_m, 1.0, 1.0 - value, state, 0) for radius_m, value in zip(radii_m, values, strict=True)]
+        radii, flasks, water, states, lines = zip(*rows, strict=True)
+        found = compaction(FlaskSheet(radii, flasks, water, states, lines, ()), 1e3 * _GRAIN_M)
         p = found.curvature_p
         return Campaign(
             _covers(found.states[0].curved_ci, _FRACTIONS["loose"][0]),
-            finds=_covers(found.rise.intervals()[0], 0.0) is False,
+            finds=_covers(found.difference.ci, 0.0) is False,
             warns=isinstance(p, float) and p <= CURVED_P,
         )
 
@@ -143,11 +145,11 @@ def _leg(what: str, correlation: float, white: float = 0.0) -> World:
                 velocity_m_s=one.velocity_m_s + VELOCITY_SD_M_S * errors(chance, one.time_s.size),
             )
             for one in oscillations(chance, 0.0, 0.0)
-            if one.gain == gain and one.mass_kg < 2.0
+            if one.condition.gain == gain and one.mass_kg < 2.0
         ]
         (found,) = characterisation(drawn).conditions
-        covers = _covers(found.stiffness.ci, STIFFNESS[0] * gain + STIFFNESS[1])
-        return Campaign(covers, finds=found.stiffness.ci[0] > 0.0, warns=found.widened > TOGETHER)
+        covers = _covers(found.stiffness_n_m.ci, STIFFNESS[0] * gain + STIFFNESS[1])
+        return Campaign(covers, finds=found.stiffness_n_m.ci[0] > 0.0, warns=found.widened > TOGETHER)
 
     return World(f"characterisation, errors {what}", "579.36 N/m", correlation > 0.0, simulate)
 

@@ -329,13 +329,6 @@ def _reader(name: str) -> Reader:
     return read
 
 
-def is_readable(name: str, text: str, file: str, decimal: str | None) -> bool:
-    """Whether a sheet of the format `name` is read, perhaps with a decimal sign that is still to be declared."""
-    findings = FindingCollector()
-    _count(name, text, file, decimal, findings)
-    return not findings.refuse
-
-
 def _count(name: str, text: str, file: str, decimal: str | None, findings: FindingCollector) -> int:
     """Count the rows of a sheet, or report what the study would refuse: a note where a decimal sign is all it lacks."""
     refused, lines = "", tuple[int, ...]()

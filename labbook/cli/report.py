@@ -38,8 +38,8 @@ def report(
     from data_schema.queries.imported_files import inbox
     from labbook.actions.files.stored_files import waiting_lines, why_waiting
     from labbook.actions.report_command import selection, write
-    from labbook.actions.studies.of_book import studies_of_book
     from labbook.book.opening import opened
+    from labbook.studies.registry import studies_of_book
 
     with opened(book) as opened_book:
         folder = _folder(out)

@@ -1,23 +1,17 @@
 """`labbook study`: studies of the thesis, each from what was measured to its verdict."""
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from data_schema.errors import InputRefused, UsageError
 from labbook.cli.common import BookOption, JsonOption, WhereOption
-from labbook.cli.studies_shown import (
-    FROM_BOOK,
-    ShownStudy,
-    bed_shown,
-    characterisation_shown,
-    compaction_shown,
-    emulator_shown,
-    field_shown,
-    force_plate_shown,
-)
-from labbook.terminal import columns, emit, within_width
+from labbook.terminal import columns, emit, plain, progress, within_width
+
+if TYPE_CHECKING:
+    from labbook.studies.study import Found
+    from reports.page.study import Study
 
 LevelOption = Annotated[float | None, typer.Option("--level", help="Level of the intervals; usual: 0.95.")]
 PlotOption = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw it: a .png, .svg or .pdf file.")]
@@ -32,56 +26,66 @@ PageOption = Annotated[Path | None, typer.Option("--page", metavar="FILE", help=
 app = typer.Typer(no_args_is_help=True)
 
 
-def _show(shown: ShownStudy, plot: Path | None, page: Path | None, as_json: bool) -> None:
+def _show(
+    name: str,
+    plot: Path | None,
+    page: Path | None,
+    as_json: bool,
+    book: Path | None,
+    file: Path | None = None,
+    complete: bool = False,
+    **options: Any,
+) -> None:
+    """Ask a study; `options` are those that labbook.toml may have too."""
     from labbook.actions.simulate.pictures import save_plot
-
-    if plot is not None:
-        save_plot(shown.draw, plot)
-    if page is not None:
-        _write_page(shown, page)
-    files = {name: str(path) for name, path in (("plot", plot), ("page", page)) if path is not None}
-    lines = [] if as_json else [*within_width(shown.sentences), *_tables(shown), *files.values()]
-    emit({**shown.data, **files}, lines, as_json)
-
-
-def _tables(shown: ShownStudy) -> list[str]:
     from reports.display import BESIDE
-
-    tables = (shown.head, shown.rows), (BESIDE, shown.beside)
-    return [line for head, rows in tables if rows for line in ("", *columns(head, rows))]
-
-
-def _write_page(shown: ShownStudy, page: Path) -> None:
-    from data_schema.disk import write_whole
-    from labbook.book.write_session import now_utc
-    from reports.page.study import StudyPage, study_page
-
-    made = StudyPage(
-        shown.title,
-        shown.sentences,
-        shown.draw,
-        shown.caption,
-        shown.head,
-        shown.rows,
-        shown.sources,
-        now_utc().split(".")[0] + "Z",
-        shown.beside,
-        shown.files,
-    )
-    write_whole(page, study_page(made).encode("utf-8"))
-
-
-def _make_folder(folder: Path) -> None:
-    if folder.exists() and not folder.is_dir():
-        raise UsageError(f"--pages {folder} is a file: name a folder; it is made where there is none.")
-    folder.mkdir(parents=True, exist_ok=True)
-
-
-def _check_files(plot: Path | None, page: Path | None) -> None:
     from reports.figures.kind import check_form
 
     check_form("--plot", plot)
     check_form("--page", page, (".html",))
+    found = _asked(name, as_json, book, file, complete, **options)
+    study = found.study
+    if plot is not None:
+        save_plot(study.draw, plot)
+    if page is not None:
+        _write_page(found, page)
+    files = {name: str(path) for name, path in (("plot", plot), ("page", page)) if path is not None}
+    lines = within_width(study.sentences())
+    for head, *rows in (table for table in (study.table(), [BESIDE, *study.beside()]) if len(table) > 1):
+        lines += ["", *columns(head, rows)]
+    emit({**_data(study), **files}, [*lines, *files.values()], as_json)
+
+
+def _asked(
+    name: str,
+    as_json: bool,
+    book: Path | None,
+    file: Path | None = None,
+    complete: bool = False,
+    **options: Any,
+) -> "Found[Study]":
+    from labbook.config.model import StudyProtocol
+    from labbook.studies.registry import ask
+    from labbook.studies.study import Asked
+
+    with progress(f"study {name}", None, shown=not as_json) as step:
+        return ask(name, Asked(book, file, StudyProtocol(**options), complete, step))
+
+
+def _data(study: "Study") -> dict[str, Any]:
+    """Return a study for JSON: its fields, and what stands beside as a person reads it."""
+    from reports.display import BESIDE
+
+    return {**plain(study), "beside": [dict(zip(BESIDE, row, strict=True)) for row in study.beside()]}
+
+
+def _write_page(found: "Found[Study]", page: Path) -> None:
+    from data_schema.disk import write_whole
+    from labbook.book.write_session import now_utc
+    from reports.page.study import study_page
+
+    made_at = now_utc().split(".")[0] + "Z"
+    write_whole(page, study_page(found.study, found.sources, found.files, made_at).encode("utf-8"))
 
 
 @app.command()
@@ -107,8 +111,18 @@ def compaction(
 
     Example: labbook study compaction flasks.csv --grain 3.4 --plot compaction.pdf
     """
-    _check_files(plot, page)
-    _show(compaction_shown(file, grain, level, decimal, book, complete), plot, page, as_json)
+    _show(
+        "compaction",
+        plot,
+        page,
+        as_json,
+        book,
+        file=file,
+        complete=complete,
+        level=level,
+        decimal=decimal,
+        grain_mm=grain,
+    )
 
 
 @app.command("field")
@@ -133,8 +147,7 @@ def field_walks(
 
     Example: labbook study field walks.csv --plot field.pdf
     """
-    _check_files(plot, page)
-    _show(field_shown(file, level, decimal, book, complete), plot, page, as_json)
+    _show("field", plot, page, as_json, book, file=file, complete=complete, level=level, decimal=decimal)
 
 
 @app.command()
@@ -159,8 +172,7 @@ def characterisation(
 
     Example: labbook study characterisation trials.csv --plot gains.pdf
     """
-    _check_files(plot, page)
-    _show(characterisation_shown(file, level, decimal, book, complete), plot, page, as_json)
+    _show("characterisation", plot, page, as_json, book, file=file, complete=complete, level=level, decimal=decimal)
 
 
 @app.command("force-plate")
@@ -182,8 +194,7 @@ def force_plate(
 
     Example: labbook study force-plate --where "k_gain>=300" --plot plate.pdf
     """
-    _check_files(plot, page)
-    _show(force_plate_shown(where, window, level, book, not as_json), plot, page, as_json)
+    _show("force-plate", plot, page, as_json, book, where=where, window=window, level=level)
 
 
 @app.command()
@@ -215,8 +226,18 @@ def emulator(
 
     Example: labbook study emulator --plot emulator.pdf
     """
-    _check_files(plot, page)
-    _show(emulator_shown(where, constant, ratio, same, level, book, not as_json), plot, page, as_json)
+    _show(
+        "emulator",
+        plot,
+        page,
+        as_json,
+        book,
+        where=where,
+        constant=constant,
+        ratio=ratio,
+        same_percent=same,
+        level=level,
+    )
 
 
 @app.command()
@@ -235,8 +256,7 @@ def bed(
 
     Example: labbook study bed --where "foot=small" --plot bed.pdf
     """
-    _check_files(plot, page)
-    _show(bed_shown(where, level, book, not as_json), plot, page, as_json)
+    _show("bed", plot, page, as_json, book, where=where, level=level)
 
 
 @app.command("all")
@@ -253,35 +273,37 @@ def all_studies(
 
     Example: labbook study all --pages studies/
     """
-    from labbook.actions.studies.of_book import studies_of_book
     from labbook.book.opening import opened
+    from labbook.studies.registry import STUDIES, studies_of_book
 
+    if pages is not None and pages.exists() and not pages.is_dir():
+        raise UsageError(f"--pages {pages} is a file: name a folder; it is made where there is none.")
     if pages is not None:
-        _make_folder(pages)
+        pages.mkdir(parents=True, exist_ok=True)
     with opened(book) as opened_book, opened_book.reading() as connection:
         names = studies_of_book(connection, opened_book.configuration)
     if not names:
         raise InputRefused(
             "the book has no study: ingest a study's sheet, or write [studies.NAME] in labbook.toml, NAME being one of "
-            f"{', '.join(FROM_BOOK)}."
+            f"{', '.join(STUDIES)}."
         )
-    found: dict[str, Any] = {}
+    data: dict[str, Any] = {}
     lines: list[str] = []
     for name in names:
         try:
-            shown = FROM_BOOK[name](book, not as_json)
+            found = _asked(name, as_json, book)
         except (InputRefused, UsageError) as error:
-            found[name] = {"refused": str(error)}
+            data[name] = {"refused": str(error)}
             lines += [f"{name}: refused", *within_width([str(error)]), ""]
             continue
-        found[name] = dict(shown.data)
-        lines += [f"{name}: {shown.title}", *within_width(shown.sentences)]
+        data[name] = _data(found.study)
+        lines += [f"{name}: {found.study.title}", *within_width(found.study.sentences())]
         if pages is not None:
             page = pages / f"{name}.html"
-            _write_page(shown, page)
-            found[name]["page"] = str(page)
+            _write_page(found, page)
+            data[name]["page"] = str(page)
             lines.append(str(page))
         lines.append("")
-    emit(found, lines[:-1], as_json)
-    if any("refused" in one for one in found.values()):
+    emit(data, lines[:-1], as_json)
+    if any("refused" in one for one in data.values()):
         raise typer.Exit(2)

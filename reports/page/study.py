@@ -5,12 +5,13 @@ A long table and a long list of files stand behind it.
 
 from __future__ import annotations
 
+import abc
 import hashlib
 import importlib.metadata
 import io
 import re
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from typing import ClassVar
 
 from matplotlib.figure import Figure
 
@@ -25,82 +26,90 @@ MOST_ROWS, MOST_FILES = 12, 8
 _NUMBER = re.compile(r"[<+\u2212\u2013-]? ?\d|\u2013$")
 
 
-@dataclass(frozen=True, slots=True)
-class StudyPage:
-    """What a page shows: `sentences` with the answer first, a figure with its caption, a table that may have no rows.
+class Study(abc.ABC):
+    """What came of a study: a frozen dataclass, whose fields are its JSON, with its words, tables and figure."""
 
-    `sources` are of its book, by name: its configuration, its title ("Study"), the runs that were selected ("Runs").
-    `files` has name and SHA-256 of each file read. `made_at` is a UTC time stamp. `beside` has rows of `BESIDE`.
+    __slots__ = ()
+    title: ClassVar[str]
+
+    @abc.abstractmethod
+    def sentences(self) -> list[str]:
+        """Return what it says, the answer first."""
+
+    @abc.abstractmethod
+    def draw(self) -> Figure:
+        """Draw its figure."""
+
+    @abc.abstractmethod
+    def caption(self) -> str:
+        """Say what is drawn."""
+
+    def table(self) -> Sequence[Sequence[str]]:
+        """Return the table of what was measured, its heads first."""
+        return ()
+
+    def beside(self) -> Sequence[Sequence[str]]:
+        """Return what was measured beside what the simulator gives and the thesis says, under `BESIDE`."""
+        return ()
+
+
+def study_page(study: Study, sources: Sequence[tuple[str, str]], files: Sequence[tuple[str, str]], made_at: str) -> str:
+    """Return the page's HTML, which asks nothing of the network.
+
+    `sources` are of its book, by name: its configuration, its title ("Study"), the runs that were selected ("Runs");
+    `files` the name and SHA-256 of each file read. `made_at` is a UTC time stamp.
     """
-
-    title: str
-    sentences: Sequence[str]
-    draw: Callable[[], Figure]
-    caption: str
-    head: Sequence[str]
-    rows: Sequence[Sequence[str]]
-    sources: Sequence[tuple[str, str]]
-    made_at: str
-    beside: Sequence[Sequence[str]] = ()
-    files: Sequence[tuple[str, str]] = ()
-
-
-def study_page(page: StudyPage) -> str:
-    """Return the page's HTML, which asks nothing of the network."""
-    answer, *others = map(true_minus, page.sentences)
+    answer, *others = map(true_minus, study.sentences())
     parts: list[dict[str, object]] = [{"kind": "Paragraph", "part": Paragraph(answer, lead=True)}]
     behind: list[dict[str, object]] = []
     if others:
         parts.append({"kind": "Bullets", "part": Bullets(tuple(map(Paragraph, others)))})
-    drawing = inline_svg(_svg(page.draw), "study", page.title, page.caption)
-    caption = true_minus(page.caption)
+    caption = true_minus(study.caption())
+    drawing = inline_svg(_svg(study.draw), "study", study.title, caption)
     parts.append({"kind": "FigureHere", "number": 1, "name": "study", "caption": caption, "drawing": drawing})
+    table, beside = study.table(), study.beside()
     tables = [
-        (_table("beside", "Beside the simulator and the thesis", BESIDE, page.beside), parts),
-        (
-            _table("study", "What was measured and found", page.head, page.rows),
-            parts if len(page.rows) + len(page.beside) <= MOST_ROWS else behind,
-        ),
+        ("beside", "Beside the simulator and the thesis", [BESIDE, *beside], parts),
+        ("study", "What was measured and found", table, parts if len(table) + len(beside) <= MOST_ROWS + 1 else behind),
     ]
-    for number, (table, place) in enumerate((one for one in tables if one[0].rows), start=1):
-        place.append({"kind": "TableHere", "number": number, "table": table})
-    facts, files = _facts(page)
+    for number, (name, about, lines, place) in enumerate((one for one in tables if len(one[2]) > 1), start=1):
+        place.append({"kind": "TableHere", "number": number, "table": _table(name, about, *lines)})
+    facts, listed = _files(files)
+    facts = [(name, text) for name, text in sources if name not in ("Study", "Runs")] + facts
     return (
         environment()
         .get_template("study.html.j2")
         .render(
-            title=page.title,
-            summary=_summary(page),
+            title=study.title,
+            summary=_summary(dict(sources), made_at),
             parts=parts,
             behind=behind,
             facts=[*facts, ("Software", f"labbook {importlib.metadata.version('robot-labbook')}")],
-            files=files,
+            files=listed,
             known_ids=set(),
         )
     )
 
 
-def _summary(page: StudyPage) -> str:
+def _summary(of: Mapping[str, str], made_at: str) -> str:
     """Return the line under the title: which study and runs, and of when the page is."""
-    of = dict(page.sources)
     runs = of.get("Runs")
     about = [text for text in (of.get("Study"), "all runs" if runs == "all" else runs) if text]
-    date, _t, clock = page.made_at.partition("T")
+    date, _t, clock = made_at.partition("T")
     made = f"{'page' if about else 'Page'} of {date}, {clock[:5]} UTC"
     return f"{'; '.join([*about, made])}."
 
 
-def _facts(page: StudyPage) -> tuple[list[tuple[str, str]], str]:
-    """Return what page one says of the sources, and the list of their files where it is long.
+def _files(files: Sequence[tuple[str, str]]) -> tuple[list[tuple[str, str]], str]:
+    """Return what page one says of the files read, and where they are many their list.
 
     The list is as `sha256sum -c` reads it, and page one has its hash.
     """
-    facts, files = [(name, text) for name, text in page.sources if name not in ("Study", "Runs")], page.files
     if len(files) <= MOST_FILES:
-        return facts + [("File", f"{name}, SHA-256 {sha256}") for name, sha256 in files], ""
+        return [("File", f"{name}, SHA-256 {sha256}") for name, sha256 in files], ""
     listed = "".join(f"{sha256}  {name}\n" for name, sha256 in files)
     digest = hashlib.sha256(listed.encode("utf-8")).hexdigest()
-    return [*facts, ("Files", f"{files[0][0]} and {len(files) - 1} more, SHA-256 of their list {digest}")], listed
+    return [("Files", f"{files[0][0]} and {len(files) - 1} more, SHA-256 of their list {digest}")], listed
 
 
 def _svg(draw: Callable[[], Figure]) -> bytes:
@@ -110,10 +119,9 @@ def _svg(draw: Callable[[], Figure]) -> bytes:
     return written.getvalue()
 
 
-def _table(name: str, caption: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
-    cells = list(zip(*rows, strict=True)) if rows else [()] * len(head)
+def _table(name: str, caption: str, head: Sequence[str], *rows: Sequence[str]) -> Table:
     columns = tuple(
         Column(title, (title,), numeric=place > 0 and all(map(_NUMBER.match, column)))
-        for place, (title, column) in enumerate(zip(head, cells, strict=True))
+        for place, (title, *column) in enumerate(zip(head, *rows, strict=True))
     )
     return Table(name, caption, columns, tuple(Row(tuple(words(true_minus(cell)) for cell in row)) for row in rows))

@@ -35,7 +35,7 @@ def test_flasks_lead_to_the_fractions_that_they_were_drawn_with(tmp_path: Path) 
 
 def test_walks_lead_to_the_ratio_of_both_robots(tmp_path: Path) -> None:
     truth, found = made(tmp_path, "field")
-    assert found["ratio"] == pytest.approx(truth["wide / thin"], abs=0.09)
+    assert found["ratio"]["geometric_mean"] == pytest.approx(truth["wide / thin"], abs=0.09)
 
 
 @pytest.mark.soak

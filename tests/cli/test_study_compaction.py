@@ -10,13 +10,17 @@ import pytest
 import statsmodels.api as sm
 
 from benchmarks.validation_document import STUDIES, covered, outside
-from labbook.actions.studies.sheets import compaction_of
-from labbook.analysis.studies.compaction import Compaction, compaction
+from ingest.formats.study_sheets import FlaskSheet, read_flasks
 from labbook.demo.studies.sheets import COMPACTED, FLASK_RADII_MM, GRAIN_MM, LOOSE, WALLS, flasks
-from labbook.presenting.studies.compaction import sentences
+from labbook.studies.compaction import Compaction, compaction
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import study_page
 from tests.helpers.wording import says
+
+
+def read(text: str, decimal: str | None = None) -> Compaction:
+    """What a sheet says."""
+    return compaction(read_flasks(text, "flasks.csv", decimal), GRAIN_MM)
 
 
 @pytest.mark.soak
@@ -26,10 +30,10 @@ def test_intervals_cover_the_fractions_and_their_difference() -> None:
 
 
 def test_without_errors_the_fractions_are_found_to_rounding() -> None:
-    found = compaction_of(flasks(np.random.default_rng(0), 0.0, 0.0, str), Path("flasks.csv"), GRAIN_MM, 0.95)
-    assert [state.unbounded.fraction for state in found.states] == pytest.approx([LOOSE, COMPACTED], rel=1e-7)
-    assert [state.unbounded.wall_effect for state in found.states] == pytest.approx(WALLS, rel=1e-6)
-    assert found.rise.coefficients[0] == pytest.approx(COMPACTED - LOOSE, rel=1e-6)
+    found = read(flasks(np.random.default_rng(0), 0.0, 0.0, str))
+    assert [state.fraction for state in found.states] == pytest.approx([LOOSE, COMPACTED], rel=1e-7)
+    assert [state.line.coefficients[1] for state in found.states] == pytest.approx(WALLS, rel=1e-6)
+    assert found.difference.fraction == pytest.approx(COMPACTED - LOOSE, rel=1e-6)
 
 
 def test_a_curve_s_interval_stands_beside_that_of_the_line_and_a_curve_that_shows_is_said() -> None:
@@ -39,14 +43,19 @@ def test_a_curve_s_interval_stands_beside_that_of_the_line_and_a_curve_that_show
 
     def of(curvature: float) -> Compaction:
         return compaction(
-            {
-                name: [
-                    (radius_m, phi - (0.25 - curvature * x) * x + error, 0)
-                    for radius_m, x, error in zip(radii_m.tolist(), wall.tolist(), of_state.tolist(), strict=True)
-                ]
-                for name, phi, of_state in zip(("loose", "compacted"), (LOOSE, COMPACTED), errors, strict=True)
-            },
-            3.4e-3,
+            FlaskSheet(
+                [*radii_m.tolist()] * 2,
+                [1.0] * 24,
+                [
+                    1.0 - phi + (0.25 - curvature * x) * x - error
+                    for phi, of_state in zip((LOOSE, COMPACTED), errors, strict=True)
+                    for x, error in zip(wall.tolist(), of_state.tolist(), strict=True)
+                ],
+                ["loose"] * 12 + ["compacted"] * 12,
+                range(24),
+                (),
+            ),
+            3.4,
         )
 
     straight, curved = of(0.0), of(1.5)
@@ -54,15 +63,15 @@ def test_a_curve_s_interval_stands_beside_that_of_the_line_and_a_curve_that_show
         for state, true in zip(found.states, (LOOSE, COMPACTED), strict=True):
             assert isinstance(state.curved_ci, tuple)
             assert state.curved_ci[0] < true < state.curved_ci[1]
-    line = curved.states[0].unbounded.ci
+    line = curved.states[0].ci
     assert isinstance(line, tuple)
     assert not line[0] < LOOSE < line[1]
     x = sm.add_constant(np.column_stack([wall, wall**2]))
     middle = np.mean([state.fractions for state in curved.states], axis=0)
     assert curved.curvature_p == pytest.approx(sm.OLS(middle, x).fit().pvalues[2], rel=1e-6)
-    assert any("follow no line" in line for line in sentences(curved))
-    assert not any("follow no line" in line for line in sentences(straight))
-    says(sentences(straight)[0], "along a curve 0.6")
+    assert any("follow no line" in line for line in curved.sentences())
+    assert not any("follow no line" in line for line in straight.sentences())
+    says(straight.sentences()[0], "along a curve 0.6")
 
 
 def test_units_and_measured_volumes_are_those_of_the_columns() -> None:
@@ -73,8 +82,8 @@ def test_units_and_measured_volumes_are_those_of_the_columns() -> None:
         for (radius, state, water), volume_l in zip(rows, volumes_l, strict=True)
     ]
     text = "\n".join(["Radius (cm);State;water volume [l];flask_l", *lines])
-    one = compaction_of(flasks(np.random.default_rng(1)), Path("a.csv"), GRAIN_MM, 0.95)
-    other = compaction_of(text, Path("b.csv"), GRAIN_MM, 0.95, ".")
+    one = read(flasks(np.random.default_rng(1)))
+    other = read(text, ".")
     for state, same in zip(one.states, other.states, strict=True):
         assert state.fractions == pytest.approx(same.fractions, rel=1e-12)
 
@@ -82,10 +91,10 @@ def test_units_and_measured_volumes_are_those_of_the_columns() -> None:
 def test_repeated_fillings_of_a_flask_are_one_flask() -> None:
     """They share the flask's error: more of them make no more flasks, and need not be as many in both states."""
     lines = flasks(np.random.default_rng(4)).splitlines(keepends=True)
-    once = compaction_of("".join(lines), Path("flasks.csv"), GRAIN_MM, 0.95)
-    often = compaction_of("".join([*lines, *lines[1:], lines[1]]), Path("flasks.csv"), GRAIN_MM, 0.95)
-    assert often.rise.n == len(FLASK_RADII_MM)
-    assert often.rise.intervals()[0] == pytest.approx(once.rise.intervals()[0], rel=1e-9)
+    once = read("".join(lines))
+    often = read("".join([*lines, *lines[1:], lines[1]]))
+    assert often.n == len(FLASK_RADII_MM)
+    assert often.difference.ci == pytest.approx(once.difference.ci, rel=1e-9)
 
 
 def test_rows_that_are_the_same_are_named(tmp_path: Path) -> None:
@@ -103,16 +112,16 @@ def test_rows_that_are_the_same_are_named(tmp_path: Path) -> None:
 def test_loose_comes_first_and_swapped_states_are_said() -> None:
     head, *rows = flasks(np.random.default_rng(5)).splitlines()
     swapped = [row.replace("loose", "x").replace("compacted", "Loose").replace("x", "compacted") for row in rows]
-    found = compaction_of("\n".join([head, *swapped]), Path("flasks.csv"), GRAIN_MM, 0.95)
-    assert [state.name for state in found.states] == ["Loose", "compacted"]
-    assert any("swapped" in line for line in sentences(found))
+    found = read("\n".join([head, *swapped]))
+    assert [state.state for state in found.states] == ["Loose", "compacted"]
+    assert any("swapped" in line for line in found.sentences())
 
 
 def test_a_fraction_beyond_equal_spheres_is_said_first() -> None:
     head, *rows = (line.split(",") for line in flasks(np.random.default_rng(5)).splitlines())
     dense = [",".join([*row[:2], f"{float(row[2]) / 2:.2f}"]) for row in rows]
-    found = compaction_of("\n".join([",".join(head), *dense]), Path("flasks.csv"), GRAIN_MM, 0.95)
-    says(sentences(found)[0], "A flask is 0.8", "0.7405")
+    found = read("\n".join([",".join(head), *dense]))
+    says(found.sentences()[0], "A flask is 0.8", "0.7405")
 
 
 def test_points_that_could_be_thousands_are_refused(tmp_path: Path) -> None:

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from benchmarks.validation_document import STUDIES, covered, outside
-from labbook.actions.studies.sheets import field_study_of
-from labbook.analysis.studies.field import Walk, field_study
-from labbook.presenting.studies.field import figure_data
+from ingest.formats.study_sheets import read_walks
+from labbook.studies.field import FieldStudy, field_study
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import study_page
 
 HEAD = "walk,robot,mass_kg,distance_m,energy_Wh\n"
+
+
+def read(text: str) -> FieldStudy:
+    """What a sheet says."""
+    sheet = read_walks(text, "walks.csv", ".")
+    assert sheet.energies_j is not None
+    return field_study(sheet, sheet.energies_j)
 
 
 @pytest.mark.soak
@@ -30,13 +35,10 @@ def test_energies_and_charges_in_any_units_are_the_same() -> None:
     other = "Walk;Robot;Mass (g);Distance [km];charge_mAh;voltage_V\n" + "".join(
         f"{walk};{robot};{kg * 1000};{m / 1000};{wh / 16.8 * 1e3:.14g};16.8\n" for walk, robot, kg, m, wh in rows
     )
-    one, same = (
-        field_study_of(Path("walks.csv"), dict.fromkeys([Path("walks.csv")], given).__getitem__, 0.95, ".")
-        for given in (text, other)
-    )
-    assert one.specific_resistance["x"][0] == pytest.approx(36000.0 / (8.0 * 9.80665 * 400.0), rel=1e-12)
-    for robot in ("x", "y"):
-        assert one.specific_resistance[robot] == pytest.approx(same.specific_resistance[robot], rel=1e-12)
+    found, same = read(text), read(other)
+    assert found.robots[0].walks["a"] == pytest.approx(36000.0 / (8.0 * 9.80665 * 400.0), rel=1e-12)
+    for one, again in zip(found.robots, same.robots, strict=True):
+        assert one.walks == pytest.approx(again.walks, rel=1e-12)
 
 
 LOG_HEAD = "walk,robot,mass_kg,distance_m,log\n"
@@ -56,7 +58,7 @@ def test_energies_are_integrals_of_logged_power(tmp_path: Path) -> None:
     for head, rows in (("time_s,power_W\n", "0,0\n4,10\n10,10\n"), (current, "0,0,20\n4,500,20\n10,500,20\n")):
         at = logged(tmp_path, rows, head)
         found = good(labbook("study", "field", "walks.csv", "--json", at=at)).json
-        assert found["ratio"] == pytest.approx(1000.0 / 80.0, rel=1e-12)
+        assert found["ratio"]["geometric_mean"] == pytest.approx(1000.0 / 80.0, rel=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -90,8 +92,8 @@ def test_the_page_works_as_it_says(tmp_path: Path) -> None:
 def test_one_walk_has_numbers_and_no_interval(tmp_path: Path) -> None:
     (tmp_path / "walks.csv").write_text(HEAD + "a,thin,8,430,12\na,wide,8,430,10\n", encoding="utf-8")
     found = good(labbook("study", "field", "walks.csv", "--plot", "a.png", "--json", at=tmp_path)).json
-    assert found["ratio"] == pytest.approx(10 / 12)
-    assert found["ratio_ci"] is None
+    assert found["ratio"]["geometric_mean"] == pytest.approx(10 / 12)
+    assert "reason" in found["ratio"]["ci"]
     assert (tmp_path / "a.png").exists()
 
 
@@ -146,19 +148,12 @@ def test_refused_with_what_to_write(text: str, said: tuple[str, ...], tmp_path: 
 def test_the_thesis_s_values_stand_beside_in_words_data_and_figure(tmp_path: Path) -> None:
     (tmp_path / "walks.csv").write_text(HEAD + ROWS + "b,thin,8,300,9\nb,wide,8,300,8\n", encoding="utf-8")
     assert "The thesis: 1.3 thin and 1.1 wide" in good(labbook("study", "field", "walks.csv", at=tmp_path)).out
-    found = good(labbook("study", "field", "walks.csv", "--json", at=tmp_path)).json
-    assert found["published"] == {name: published_numbers()[name] for name in ("field.sr_thin", "field.sr_wide")}
-    rows = [
-        Walk(robot, walk, 3e4 + 1e3 * len(robot + walk), 8.0, 400.0, 2)
-        for walk in "ab"
-        for robot in ("RHex_THIN2", "everything")
-    ]
-    (thin, other), ratio, label = figure_data(field_study([*rows[:3], replace(rows[3], energy_j=2e4)]))
-    assert (thin.published, other.published, ratio.published, label) == (
+    found = read(HEAD + ROWS.replace("thin", "RHex_THIN2").replace("wide", "everything"))
+    thin, other = found.robots
+    assert (thin.published, other.published, found.ratio.published) == (
         published_numbers()["field.sr_thin"],
         None,
         None,
-        "mean, 95 % CI",
     )
-    assert ratio.name == "everything / RHex_THIN2"
-    assert ratio.values == pytest.approx([b / a for a, b in zip(thin.values, other.values, strict=True)])
+    assert found.ratio.name == "everything / RHex_THIN2"
+    assert found.ratio.walks["a"] == pytest.approx(other.walks["a"] / thin.walks["a"])

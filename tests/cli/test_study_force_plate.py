@@ -15,12 +15,10 @@ from numpy.typing import NDArray
 
 from benchmarks.validation_document import STUDIES, covered, in_memory, outside
 from data_schema.errors import InputRefused
-from labbook.analysis.studies.force_plate import PlateRun, compare_joules
 from labbook.demo.studies import force_plate
 from labbook.demo.studies.force_plate import PlateScatter, plate_campaign
 from labbook.demo.studies.force_plate_files import make_plate_book
-from labbook.presenting.studies.force_plate import as_data, figure_data
-from reports.figures.force_plate import draw_force_plate
+from labbook.studies.force_plate import PlateRun, compare_joules
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.once import made_once
@@ -57,8 +55,8 @@ def test_clocks_and_joules_of_the_campaign_are_found(book: Path) -> None:
     found = study(book)["runs"]
     assert [one["run"] for one in found] == [one["run"] for one in truth]
     for one, true in zip(found, truth, strict=True):
-        assert one["clocks"]["offset_s"] == pytest.approx(true["clock_offset_s"], abs=1e-3)
-        low_s, high_s = one["clocks"]["offset_ci"]
+        assert one["clocks"]["at_zero_s"] == pytest.approx(true["clock_offset_s"], abs=1e-3)
+        low_s, high_s = one["offset_ci"]
         assert low_s < true["clock_offset_s"] < high_s
         assert one["clocks"]["drift"] == pytest.approx(true["clock_drift"], abs=3e-5)
         assert one["measured_j"] == pytest.approx(true["joules_per_jump"], rel=0.08)
@@ -130,10 +128,11 @@ def test_intervals_of_both_clocks_cover_what_is_true() -> None:
         runs = [run for run in plate_campaign(seed, days=1, hops=40) if run.gain]
         study = compare_joules([in_memory(run, 40.0) for run in runs], 13)
         for run, one in zip(runs, study.runs, strict=True):
-            data = as_data(study)["runs"][study.runs.index(one)]["clocks"]
-            assert data["offset_ci"][0] < run.clocks[0] < data["offset_ci"][1]
-            assert data["offset_ci"][1] - data["offset_ci"][0] < 2e-3
-            drifts += data["drift_ci"][0] < run.clocks[1] < data["drift_ci"][1]
+            assert isinstance(one.offset_ci, tuple)
+            assert isinstance(one.clocks.drift_ci, tuple)
+            assert one.offset_ci[0] < run.clocks[0] < one.offset_ci[1]
+            assert one.offset_ci[1] - one.offset_ci[0] < 2e-3
+            drifts += one.clocks.drift_ci[0] < run.clocks[1] < one.clocks.drift_ci[1]
     assert drifts >= 5  # fewer have a chance of .0004
     slow = [
         replace(one, leg_time_s=one.leg_time_s[::2], length_m=one.length_m[::2])
@@ -167,10 +166,10 @@ def test_without_impacts_and_smoothing_the_whole_chain_gives_the_motors_joules(m
     assert study.slope_without_foot == pytest.approx(1.0, abs=0.004)
 
 
-def test_its_figure_fits_a_column_too() -> None:
+def test_its_figure_names_axes_conditions_and_window() -> None:
     runs = [in_memory(run, 40.0) for run in plate_campaign(6, days=1, hops=16) if run.gain]
     study = compare_joules([replace(run, title=f"extension {run.condition[-3:]}") for run in runs])
-    figure = draw_force_plate(*figure_data(study), width_in=3.4)
+    figure = study.draw()
     labels = " ".join(axes.get_xlabel() + axes.get_ylabel() for axes in figure.axes)
     for said in ("Force on the plate (N)", "Leg length (cm)", "Measured joules", "Estimated joules", "Window", "Slope"):
         assert said in labels
@@ -242,14 +241,14 @@ def test_the_slope_falls_as_the_window_grows(book: Path) -> None:
     slopes = [one["slope"] for one in found["windows"]]
     assert slopes == sorted(slopes, reverse=True)
     wide = study(book, "--window", "51")
-    assert wide["slope"] == pytest.approx(slopes[-1])
-    assert found["slope_without_foot"] < found["slope"]
+    assert wide["slope"]["slope"] == pytest.approx(slopes[-1])
+    assert found["slope_without_foot"] < found["slope"]["slope"]
     assert (found["window_by_corner"], wide["window_by_corner"]) == (True, False)
 
 
 def test_one_day_has_its_interval_over_runs(book: Path) -> None:
     found = study(book, "--where", "day=2021-03-01")
-    assert (found["groups"], found["n"]) == (4, 4)
+    assert (found["slope"]["groups"], found["slope"]["n"]) == (4, 4)
     shown = good(labbook("study", "force-plate", "--where", "day=2021-03-01", at=book)).out
     assert "one day" in shown
 
@@ -285,7 +284,7 @@ def test_the_page_s_motors_are_taken(book: Path, changed: Path) -> None:
     page = (DOCS / "force-plate.md").read_text(encoding="utf-8")
     (motors,) = re.findall(r"^(parameters = .*)$", page, re.MULTILINE)
     without(changed, r"\[simulation\]\n", f"[simulation]\n{motors.replace('0.186', '0.372')}\n")
-    twice, once = study(changed)["slope"], study(book)["slope"]
+    twice, once = study(changed)["slope"]["slope"], study(book)["slope"]["slope"]
     assert 1.9 * once < twice < 2.0 * once  # heat is most of it
 
 
@@ -310,7 +309,7 @@ def test_runs_that_lack_something_are_left_out_and_named(changed: Path) -> None:
     good(labbook("files", "withdraw", "r002_synthetic.csv", "--why", "another robot", at=changed))
     found = study(changed)
     assert set(found["left_out"]) == {"r002"}
-    assert found["n"] == 7
+    assert found["slope"]["n"] == 7
 
 
 def test_a_charge_that_is_ten_times_off_is_named(changed: Path) -> None:

@@ -14,7 +14,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ingest.formats import study_sheets
 from labbook.demo.studies.sheets import flasks, oscillation_campaign, walks
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import SmallBook
@@ -78,18 +77,6 @@ def test_of_several_sheets_one_is_named_or_the_others_are_withdrawn(book: Path) 
     toml.write_text(toml.read_text(encoding="utf-8").replace(f'sheet = "{uid}"', ""), encoding="utf-8")
     good(labbook("files", "withdraw", "flasks.csv", "--why", "measured again", at=book))
     assert asked(book, "compaction") == later
-
-
-def test_of_several_sheets_one_that_can_be_read_is_suggested(book: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A sheet that was taken in before it would be refused."""
-    later = book.parent / "later.csv"
-    later.write_text(later.read_text(encoding="utf-8").replace("compacted", "compactd", 1), encoding="utf-8")
-    with monkeypatch.context() as earlier:
-        earlier.setattr(study_sheets, "_refuse_third", lambda *_: None)
-        good(labbook("ingest", "../flasks.csv", later, at=book))
-    uid = good(labbook("files", "list", "--json", at=book)).json[0]["reading"]["file_uid"]
-    asks = labbook("study", "compaction", "--grain", "3.4", at=book)
-    refused(asks, 2, f"flasks.csv ({uid})", "later.csv (", "cannot be read", f'sheet = "{uid}"')
 
 
 def test_what_is_missing_is_said(book: Path) -> None:
@@ -226,23 +213,6 @@ def test_trials_find_their_logs_in_the_book(book: Path) -> None:
     assert good(labbook("runs", "inbox", "--json", at=book)).json == []
 
 
-def test_logs_that_a_sheet_names_are_known_for_what_they_are(book: Path) -> None:
-    """They were asked for a body height, which no log of a trial has."""
-    (book / "logs").mkdir()
-    for name, text in trials_of_a_length().items():
-        (book / ("." if name == "trials.csv" else "logs") / name).write_text(text, encoding="utf-8")
-    good(labbook("ingest", "trials.csv", at=book))
-    said = good(labbook("ingest", "logs", at=book)).out
-    assert "body_height" not in said
-    says(said, "trials.csv names this log", "--format study_log")
-    found = asked(book, "characterisation")
-    (command,) = re.findall(r"`labbook (files reread [^`]*)`", said)
-    name = shlex.split(command)[2]
-    good(labbook(*shlex.split(command), at=book))
-    assert name not in good(labbook("runs", "inbox", at=book)).out
-    assert asked(book, "characterisation") == found
-
-
 def test_each_log_of_a_book_has_its_own_decimal_sign(book: Path) -> None:
     """A sheet from a spreadsheet has commas, logs from a logger have points that could be thousands."""
     rows = [f"{walk};{robot};8,1;430,5;{robot}{walk}.csv" for walk in (1, 2) for robot in ("thin", "wide")]
@@ -358,11 +328,6 @@ def test_sheets_that_are_packed_or_have_titles_are_refused_with_what_to_do(book:
     ):
         answer = labbook("ingest", book.parent / name, at=book)
         assert (answer.code, said in answer.out) == (2, True), answer.out
-
-
-def test_nothing_of_sheets_is_compared_with_a_simulation(book: Path) -> None:
-    good(labbook("ingest", "../walks.csv", at=book))
-    refused(labbook("compare", at=book), 2, "field", "of sheets", "labbook study all")
 
 
 def test_what_spreadsheets_write_is_read(book: Path) -> None:

@@ -14,7 +14,7 @@ from reports.figures.style import TWO_COLUMNS_IN, new_figure
 from reports.numbers import Number
 from reports.page import printing
 from reports.page.printing import NO_BROWSER, browser, print_pdf
-from reports.page.study import StudyPage, study_page
+from reports.page.study import Study, study_page
 from reports.page.writing import report_files, write_report
 from reports.tables.contrasts import contrast_claims
 from tests.helpers.pages import quick_page
@@ -131,20 +131,25 @@ def test_a_browser_that_prints_nothing_is_told_of(content, tmp_path, monkeypatch
     says(print_pdf(page, tmp_path / "page.pdf"), "did not print", "1")
 
 
+class Slope(Study):
+    title = "What came of it"
+
+    def sentences(self):
+        return ["The slope is -0.5 (2026-11-02, k-3)."]
+
+    def draw(self):
+        return new_figure(TWO_COLUMNS_IN, 3.0)
+
+    def caption(self):
+        return "Nothing."
+
+    def table(self):
+        return [("run", "offset s"), *((f"r{place:03d}", "-0.1") for place in range(60))]
+
+
 def test_a_study_s_long_table_and_list_of_files_stand_behind_page_one():
     logs = [(f"log_{place}.csv", hashlib.sha256(bytes([place])).hexdigest()) for place in range(60)]
-    made = StudyPage(
-        title="What came of it",
-        sentences=["The slope is -0.5 (2026-11-02, k-3)."],
-        draw=lambda: new_figure(TWO_COLUMNS_IN, 3.0),
-        caption="Nothing.",
-        head=("run", "offset s"),
-        rows=[(f"r{place:03d}", "-0.1") for place in range(60)],
-        sources=[("Study", "legs"), ("Runs", "all")],
-        made_at="2026-11-26T16:44:46Z",
-        files=logs,
-    )
-    text = study_page(made)
+    text = study_page(Slope(), [("Study", "legs"), ("Runs", "all")], logs, "2026-11-26T16:44:46Z")
     first, behind = text.split('<section class="behind">')
     listed = "".join(f"{sha256}  {name}\n" for name, sha256 in logs)
     assert html.unescape(re.findall(r"<pre>(.*?)</pre>", behind, re.DOTALL)[0]) == listed

@@ -24,7 +24,6 @@ from ingest.declared import flag_of
 from ingest.model import ChannelData, SignalPart
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.remarks import remarks_on
-from labbook.actions.studies.sheet_source import logs_of_sheets
 from labbook.analysis.outcomes.control_limits import LIMITS_FROM_RUNS, ControlLimits, limits_of
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
@@ -253,43 +252,32 @@ _QUOTED = set('"$`\\!')
 class MissingHeight:
     """The columns of a log as (name in the file, stored name, nearest channel or None), and how to declare one of them.
 
-    `named_by` is the sheet of a study that names the log, which then needs no height; `command` declares the column;
-    of a file that was only tried it is the options alone.
+    `command` declares the column; of a file that was only tried it is the options alone.
     """
 
     columns: tuple[tuple[str, str, str | None], ...]
     command: str
-    named_by: str | None = None
 
 
 def missing_heights(book: Book, outcomes: Sequence[FileOutcome]) -> list[MissingHeight | None]:
     """Find the logs among files just read that lack a body height and belong to a run of jumps, or to none yet."""
     lacking = [_is_log_without_height(outcome) for outcome in outcomes]
     jumped: set[str] = set()
-    named: dict[str, str] = {}
     again: dict[str, str] = {}
     if any(lacking):
         with book.reading() as connection:
             jumped = {run.name for run in list_runs(connection) if run.kind is RunKind.JUMPS}
-            named = logs_of_sheets(connection, book.store)
             again = {
                 one.sha256: _read_again(connection, one) for one, lacks in zip(outcomes, lacking, strict=True) if lacks
             }
     return [
-        _missing(outcome, named.get(Path(outcome.name).name), again[outcome.sha256])
-        if lacks and (not outcome.runs or jumped & set(outcome.runs))
-        else None
+        _missing(outcome, again[outcome.sha256]) if lacks and (not outcome.runs or jumped & set(outcome.runs)) else None
         for outcome, lacks in zip(outcomes, lacking, strict=True)
     ]
 
 
 def missing_height_lines(name: str, missing: MissingHeight) -> list[str]:
     """Say it for people, before anything else of the file."""
-    if missing.named_by is not None:
-        return [
-            f"{name}: {missing.named_by} names this log, and its study reads it; so that it waits for no run: "
-            f"`{missing.command}`."
-        ]
     columns = [
         f"{name!r}"
         + (f" (kept as {stored_name}{'' if near is None else f', nearest channel {near}'})" if stored_name else "")
@@ -327,7 +315,7 @@ def _read_again(connection: sa.Connection, outcome: FileOutcome) -> str:
     return f"labbook files reread {shlex.quote(name) if alone else outcome.sha256[:12]} "
 
 
-def _missing(outcome: FileOutcome, named_by: str | None, again: str) -> MissingHeight:
+def _missing(outcome: FileOutcome, again: str) -> MissingHeight:
     assert outcome.read is not None  # noqa: S101 - it was looked at
     channels = {channel.source_name: channel for part in outcome.read.parts for channel in part.channels}
     columns = tuple(
@@ -336,8 +324,6 @@ def _missing(outcome: FileOutcome, named_by: str | None, again: str) -> MissingH
         else (name, channel.name, None if channel_kind(channel.name) else _nearest_channel(channel.name))
         for name, channel in channels.items()
     )
-    if named_by is not None and not outcome.runs:
-        return MissingHeight(columns, f"{again}--format study_log", named_by)
     name, unit = _likeliest(list(channels.values()))
     column = f"{flag_of(outcome.read.explanation.tables, name)}={BODY_HEIGHT}:{unit}"
     quoted = shlex.quote(column) if set(column) & _QUOTED else f'"{column}"'

@@ -13,16 +13,15 @@ from typing import TYPE_CHECKING, Any
 
 from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
-from data_schema.queries.runs import has_runs, refuse_empty_selection
+from data_schema.queries.runs import refuse_empty_selection
 from data_schema.vocabulary import Undefined
-from labbook.actions.studies.of_book import studies_of_book
 from labbook.book.opening import Book
 from labbook.book.write_session import now_utc
 from labbook.presenting.numbers import number_data, published_data, value_data
 from labbook.presenting.report.content import make_report
 from labbook.terminal import columns
 from reports.content import ReportContent
-from reports.display import DASH, list_text, sentence_start
+from reports.display import DASH, sentence_start
 from reports.numbers import Value
 from reports.predicted import Hypothesis, PredictedQuantity, Verdict
 from reports.remarks import numerical_text, scene_sentences
@@ -79,13 +78,6 @@ def compare_predictions(book: Book, where: str | None, step: Callable[[str], Non
     """
     configuration = book.configuration
     if configuration.simulation is None and not configuration.hypotheses:
-        with book.reading() as connection:
-            studies = [] if has_runs(connection) else studies_of_book(connection, book.configuration)
-        if studies:
-            raise UsageError(
-                f"nothing of this book is simulated: its studies ({list_text(studies)}) are of sheets; "
-                "`labbook study all` shows them."
-            )
         raise UsageError(
             'labbook.toml names no scene to predict with: write scene = "bed" under [simulation], and which factor is '
             "which parameter; or state what you expect under [hypotheses.NAME]."

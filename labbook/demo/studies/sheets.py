@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from labbook.analysis.studies.characterisation import Oscillation
 from labbook.demo.files import STUDY_TOML
 from labbook.demo.studies.book import StudyFiles, make_study_book
+from labbook.studies.characterisation import Condition, Trial
 
 _TITLE = """\
 # Demonstration: a campaign that is kept as a sheet, drawn with known truth (truth.json). Nothing in it was measured.
@@ -90,7 +90,7 @@ def oscillations(
     lengths_cm: Sequence[int] = (20,),
     displaced_m: Sequence[float] = DISPLACED_M[:1],
     dropped: float = DROPPED,
-) -> list[Oscillation]:
+) -> list[Trial]:
     """Draw oscillations of masses on a leg, sampled with normal errors of position and velocity; packets get lost."""
     found = []
     for length_cm, (gain, damping_gain), mass_kg, (trial, start_m) in itertools.product(
@@ -109,7 +109,8 @@ def oscillations(
         x_m = x_m + chance.normal(0.0, position_sd_m, time_s.size)
         v_m_s = v_m_s + chance.normal(0.0, velocity_sd_m_s, time_s.size)
         name = f"{length_cm}cm_{gain:g}_{mass_kg:g}kg_{trial}.csv"
-        found.append(Oscillation(name, gain, damping_gain, length_cm / 100.0, mass_kg, time_s, x_m, v_m_s))
+        condition = Condition(length_cm / 100.0, gain, damping_gain)
+        found.append(Trial(mass_kg, time_s, x_m, v_m_s, name, condition))
     return found
 
 
@@ -144,7 +145,8 @@ def oscillation_campaign(seed: int) -> SheetCampaign:
     """Draw trials of a leg's gains at three neutral lengths, and the log of each."""
     sheet, files, truth = ["file,gain,damping_gain,mass_kg,neutral_cm"], {}, {}
     for one in oscillations(_chance(seed), lengths_cm=tuple(LENGTHS_CM), displaced_m=DISPLACED_M):
-        sheet.append(f"{one.file},{one.gain:g},{one.damping_gain:g},{one.mass_kg:g},{100.0 * (one.neutral_m or 0.0):g}")
+        of = one.condition
+        sheet.append(f"{one.file},{of.gain:g},{of.damping_gain:g},{one.mass_kg:g},{100.0 * (of.neutral_m or 0.0):g}")
         rows = np.column_stack([1e3 * one.time_s, 1e3 * one.displacement_m, one.velocity_m_s])
         log = ["time_ms,position_mm,velocity (m/s)", *(f"{t:.3f},{x:.3f},{v:.4f}" for t, x, v in rows.tolist())]
         files[one.file] = "\n".join(log) + "\n"

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy import stats as scipy_stats
 
-from labbook.analysis.studies.emulator import savings_trend
+from labbook.studies.emulator import savings_trend
 from stats.days.decision import Contrast, contrast_by_day
 
 DAYS = [f"2021-03-{day:02d}" for day in range(1, 6)]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from labbook.analysis.studies.force_plate import Drive
+from labbook.studies.force_plate import Drive
 from simulator.gains import stiffness_n_m
 from simulator.jump import simulate
 from simulator.scene_file import load_scene

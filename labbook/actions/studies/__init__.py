@@ -1,1 +1,0 @@
-"""Studies of the thesis, each from what was measured to its verdict."""

@@ -1,1 +1,0 @@
-"""Studies beside the jumps, from what was measured to what it says."""

@@ -1,1 +1,0 @@
-"""Results of studies as sentences and as data."""

@@ -1,0 +1,1 @@
+"""The six studies of the thesis: each a file with its question, its arithmetic, its words and its figure."""

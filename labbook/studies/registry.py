@@ -1,0 +1,61 @@
+"""The studies by name; a new one is a file of this folder, a line here and its keys in `labbook/config/model.py`."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+from data_schema.queries.readings import readings_in_force
+from data_schema.queries.runs import has_runs
+from data_schema.vocabulary import StudyKind
+from labbook.analysis.comparison.pairing import swept_factor
+
+if TYPE_CHECKING:
+    import sqlalchemy as sa
+
+    from labbook.config.model import Configuration
+    from labbook.studies.study import Asked, Found
+    from reports.page.study import Study
+
+
+@dataclass(frozen=True, slots=True)
+class StudyEntry:
+    """What a study is made of: a sheet of a format, with such a header, or the runs of a book of some kind."""
+
+    sheet: str = ""
+    header: str = ""
+    runs: StudyKind | None = None
+
+
+STUDIES: Mapping[str, StudyEntry] = {
+    "force-plate": StudyEntry(runs=StudyKind.FORCE_PLATE),
+    "characterisation": StudyEntry("trial_sheet", "file,gain,damping_gain,mass_kg"),
+    "emulator": StudyEntry(runs=StudyKind.EMULATOR),
+    "bed": StudyEntry(runs=StudyKind.BED),
+    "compaction": StudyEntry("flask_sheet", "radius_mm,state,water_ml"),
+    "field": StudyEntry("walk_sheet", "walk,robot,mass_kg,distance_m,energy_Wh"),
+}
+"""In the order of the thesis (3.2.2, 4.2.6, 4.3, 5.2, 5.1.2, 2.2.3)."""
+
+
+def ask(name: str, asked: Asked) -> Found[Study]:
+    """Ask the study of this name, which is the function `ask` of its file."""
+    found: Found[Study] = import_module(f"labbook.studies.{name.replace('-', '_')}").ask(asked)
+    return found
+
+
+def studies_of_book(connection: sa.Connection, configuration: Configuration) -> list[str]:
+    """Name the studies of a book: those that labbook.toml has a table of, whose sheet it has, or its runs are made for.
+
+    Every new book is of the bed's kind: it has that study only with a control, and without a table of another of runs.
+    """
+    sheets = {entry.sheet: name for name, entry in STUDIES.items() if entry.sheet}
+    there = {sheets[row.reader] for row in readings_in_force(connection, list(sheets))} | set(configuration.studies)
+    of_runs = {entry.runs: name for name, entry in STUDIES.items() if entry.runs is not None}
+    named = of_runs.get(configuration.study.kind)
+    if named is not None and has_runs(connection):
+        of_another = swept_factor(configuration) is None or bool(there & set(of_runs.values()))
+        there |= set() if named == "bed" and of_another else {named}
+    return [name for name in STUDIES if name in there]
