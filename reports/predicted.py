@@ -184,8 +184,7 @@ class AssumedInput:
     """A parameter of the scene without a source: its value, why it was taken, and the most that varying it changed.
 
     It was raised and lowered by the part `varied_by`; `changes` has the largest part of any condition's error by
-    quantity. `raises` says of a quantity whether more of the input means more of it, and
-    nothing where that depends on the condition. `fitted` says that it was fitted to runs of the same study.
+    quantity. `fitted` says that it was fitted to runs of the same study.
     """
 
     name: str
@@ -194,7 +193,6 @@ class AssumedInput:
     why: str
     varied_by: float
     changes: Mapping[PredictedQuantity, Value | None]
-    raises: Mapping[PredictedQuantity, bool] = field(default_factory=dict)
     fitted: bool = False
 
 

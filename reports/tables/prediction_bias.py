@@ -25,9 +25,9 @@ from reports.display import (
     value_text,
     with_unit,
 )
-from reports.naming import level_names, levels_name
+from reports.naming import levels_name
 from reports.numbers import Number
-from reports.predicted import AssumedInput, Judged, JudgedGroup, Limits, PredictedQuantity
+from reports.predicted import AssumedInput, Judged, JudgedGroup, Limits
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -88,84 +88,55 @@ def _joint_text(one: Judged) -> str:
 
 def verdict_text(content: ReportContent) -> str:
     """Say of each quantity whether its predictions are biased, where and by how much; "" where none can be judged."""
-    found = content.predictions.judged
+    found, assumed = content.predictions.judged, content.predictions.assumed
     sentences = [
         f"{sentence_start(str(each.quantity))} ({_joint_text(each)}): {_where_biased(content, each)}." for each in found
     ]
     if any(group.differs for each in found for group in each.groups):
-        sentences.append(_missing(content))
-    fitted = [one.name for one in content.predictions.assumed if one.fitted]
+        needed = [text for each in found if (text := _needed(each, assumed))]
+        explained = f"To explain that, {'; '.join(needed)}; or an" if needed else "No assumed input explains that: an"
+        sentences.append(f"{explained} effect is missing in the scene.")
+    fitted = [one.name for one in assumed if one.fitted]
     if found and fitted:
         sentences.append(f"Fitted to this study: {list_text(fitted)}; agreement with the runs fitted is no test.")
     return " ".join(sentences)
 
 
-def _missing(content: ReportContent) -> str:
-    """Say how far off an assumed input must be to explain the largest bias of a quantity alone, and what else may be.
-
-    Of the inputs that which moves the quantity most is named; what it moves is taken to be linear.
-    """
-    needed: list[str] = []
-    must = "must be "
-    for each in content.predictions.judged:
-        biased = [group.bias.value for group in each.groups if group.differs]
-        biases = [value for value in biased if isinstance(value, float)]
-        moved = [(part, one) for one in content.predictions.assumed if (part := _moves(one, each.quantity))]
-        if biases and moved:
-            part, one = max(moved, key=lambda of: of[0])
-            off = max(map(abs, biases)) / part * one.varied_by
-            shares = [with_unit(general_text(100.0 * share, 2), "%") for share in (off, one.varied_by)]
-            side = _side(one.raises.get(each.quantity), biases)
-            if side == "lower" and off >= 1.0:
-                needed.append(f"no {one.name} is low enough ({each.quantity})")
-                continue
-            needed.append(f"{one.name} {must}{shares[0]} {side}, not within {shares[1]} ({each.quantity})")
-            must = ""
-    if not needed:
-        return "No assumed input explains it: an effect is missing in the scene, or an input is wrong."
-    return f"To explain that, {'; '.join(needed)}; or an effect is missing."
-
-
-def _side(raises: bool | None, biases: Sequence[float]) -> str:
-    """Say to which side an input must move to take predictions back by their biases, where these have one sign."""
-    high = {bias > 0.0 for bias in biases}
-    if raises is None or len(high) > 1:
-        return "off"
-    return "lower" if raises in high else "higher"
-
-
-def _moves(one: AssumedInput, quantity: PredictedQuantity) -> float:
-    """Return by how much varying an input changed a quantity; 0 where that is not known."""
-    part = one.changes.get(quantity)
-    return part if isinstance(part, float) else 0.0
+def _needed(one: Judged, assumed: Sequence[AssumedInput]) -> str:
+    """Say how far off the input that moves a quantity most must be to explain its largest bias alone, if linear."""
+    biases = [abs(group.bias.value) for group in one.groups if group.differs and isinstance(group.bias.value, float)]
+    moves = [
+        (part, each) for each in assumed if isinstance(part := each.changes.get(one.quantity), float) and part > 0.0
+    ]
+    if not biases or not moves:
+        return ""
+    part, most = max(moves, key=lambda of: of[0])
+    off = with_unit(general_text(100.0 * max(biases) / part * most.varied_by, 2), "%")
+    within = with_unit(general_text(100.0 * most.varied_by, 2), "%")
+    return f"{most.name} must be {off} off, not within {within} ({one.quantity})"
 
 
 def _where_biased(content: ReportContent, one: Judged) -> str:
     parts = []
-    for side in ("high", "low"):
-        biased = [each for each in one.groups if each.differs and _is_high(each) is (side == "high")]
+    for high in (True, False):
+        biased = [each for each in one.groups if each.differs and _is_high(each) is high]
         if biased:
             parts.append(f"{_size(biased, _places_of_biases(one))}{_where(content, one.groups, biased)}")
     bought = [each for each in one.groups if each.agrees_only_by_assumed]
     if bought and not parts:
         means = "mean agrees" if len(bought) == 1 else "means agree"
         return f"group {means}{_where(content, one.groups, bought)} only with the assumed inputs' uncertainty included"
-    return list_text(parts) or ("no group significantly biased" if len(one.groups) > 1 else "no significant bias")
+    return list_text(parts) or "no significant bias"
 
 
 def _where(content: ReportContent, groups: Sequence[JudgedGroup], chosen: Sequence[JudgedGroup]) -> str:
-    """Name the level that singles out the chosen groups, or these; "" where a study has one group."""
+    """Name the chosen groups, or count them; "" where a study has one group."""
     if len(groups) == 1:
         return ""
     if len(chosen) == len(groups):
         return " in all groups"
-    group_of = [each.group for each in groups]
-    wanted = [each.group for each in chosen]
-    for name, label in wanted[0].items():
-        if [group for group in group_of if group.get(name) == label] == wanted:
-            return f" at {level_names(content, {name: label})[0]}"
     if len(chosen) <= _NAMED:
-        return f" at {list_text([levels_name(content, group) for group in wanted])}"
+        return f" at {list_text([levels_name(content, each.group) for each in chosen])}"
     return f" in {len(chosen)} of {count_text(len(groups), 'group')}"
 
 

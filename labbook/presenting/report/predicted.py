@@ -12,7 +12,6 @@ from labbook.analysis.prediction.bias import BiasOfGroup, LimitsResult
 from labbook.analysis.prediction.checking import Checked
 from labbook.analysis.prediction.condition_scenes import study_scene, unconverted_factors
 from labbook.analysis.prediction.predicting import PredictionResult
-from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import SimulationSettings
 from labbook.presenting.numbers import ShownNumbers
@@ -212,7 +211,6 @@ def _assumed(analysis: StudyAnalysis, settings: SimulationSettings) -> tuple[Ass
             about.why,
             about.varied_by,
             {quantity: _most(analysis, quantity, name) for quantity in PredictedQuantity},
-            _raises(analysis, name),
             fitted=name in fitted,
         )
         for name, about in inputs.items()
@@ -227,17 +225,3 @@ def _most(analysis: StudyAnalysis, quantity: PredictedQuantity, source: str) -> 
     if undefined is not None:
         return undefined
     return max((value for value in values if isinstance(value, float)), default=None)
-
-
-def _raises(analysis: StudyAnalysis, name: str) -> dict[PredictedQuantity, bool]:
-    """Return whether an input, raised, raises what is predicted; nothing of what it raises in some conditions alone."""
-    of_input = [one for one in analysis.predicted.values() if name in one.assumed]
-    found = {}
-    for outcome in SIMULATED:
-        ways = {
-            None if less is None or more is None else more > less
-            for less, more in (one.varied(outcome)[name] for one in of_input if outcome in one.values)
-        }
-        if len(ways) == 1 and (way := ways.pop()) is not None:
-            found[PredictedQuantity(outcome)] = way
-    return found
