@@ -17,6 +17,7 @@ import numpy as np
 from benchmarks.inputs import new_book
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import IngestStatus, ReasonCode, RunKind, Verdict
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import decide
@@ -62,8 +63,8 @@ def run_name(number: int) -> str:
 
 def _take_in(book: Book, numbers: range, instruments: Path) -> Grown:
     with book.session(None) as session:
-        sheet = run_sheet(FACTORS, map(_row, numbers)).decode()
-        import_runs(book, session, sheet, f"runs-{numbers.start}.csv")
+        sheet = run_sheet(FACTORS, map(_row, numbers))
+        import_runs(book, session, SheetFile(f"runs-{numbers.start}.csv", sheet))
     instruments.mkdir(exist_ok=True)
     request, taken_s = IngestRequest(batch=new_uid()), 0.0
     for number in numbers:

@@ -19,6 +19,7 @@ from benchmarks.processes import LABBOOK, ProcessRun, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
 from data_schema.cache_folder import cache_folder
 from data_schema.vocabulary import RunKind
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import DATABASE, opened
@@ -44,7 +45,7 @@ def book_of_charges(folder: Path, runs: int, levels: Sequence[dict[str, str]]) -
             rows = [_row(number, None if number in idle else levels[number % len(levels)]) for number in numbers]
             charges = [_charge(row, rng.normal()) for row in rows]
             with book.session(None) as session:
-                import_runs(book, session, run_sheet(FACTORS, rows).decode(), f"runs-{first}.csv")
+                import_runs(book, session, SheetFile(f"runs-{first}.csv", run_sheet(FACTORS, rows)))
             sheet = folder.parent / f"charges-{first}.csv"
             sheet.write_bytes(charger_sheet(charges))
             ingest_file(book, sheet, IngestRequest())

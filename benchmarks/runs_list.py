@@ -17,6 +17,7 @@ from benchmarks.section import Benchmark, Budget, Section, times_table
 from benchmarks.timing import Work, in_turns
 from data_schema.queries.runs import shown_runs
 from data_schema.vocabulary import RunKind
+from ingest.tables.sheet import SheetFile
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import DATABASE, Book, opened
 from labbook.cli.main import GARBAGE_AFTER
@@ -58,7 +59,7 @@ def measure(say: Callable[[str], None]) -> Section:
         say(f"stating {RUNS} runs from a sheet")
         start = time.perf_counter()
         with book.session(None) as session:
-            import_runs(book, session, run_sheet(FACTORS, _rows()).decode(), "runs.csv")
+            import_runs(book, session, SheetFile("runs.csv", run_sheet(FACTORS, _rows())))
         stating_s = time.perf_counter() - start
         say(f"{REPEATS} rounds of listing them")
         with closing(sqlite3.connect(book.folder / DATABASE)) as bare:

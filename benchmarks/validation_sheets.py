@@ -10,6 +10,7 @@ import numpy as np
 
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import read_flasks, read_walks
+from ingest.tables.sheet import SheetFile
 from labbook.demo.studies.sheets import (
     COMPACTED,
     DAMPING,
@@ -66,14 +67,14 @@ GAINS_AND_LINES = {**dict(_of_gains()), **LINES}
 
 def flasks_read(chance: np.random.Generator) -> Compaction:
     """Draw a sheet of flasks and read it."""
-    return compaction.compaction(read_flasks(flasks(chance), "flasks.csv", "."), GRAIN_MM, LEVEL)
+    return compaction.compaction(
+        read_flasks(SheetFile("flasks.csv", flasks(chance).encode(), decimal=".")), GRAIN_MM, LEVEL
+    )
 
 
 def walks_read(chance: np.random.Generator) -> FieldStudy:
     """Draw a sheet of walks and read it."""
-    sheet = read_walks(walks(chance), "walks.csv", ".")
-    assert sheet.energies_j is not None
-    return field.field_study(sheet, sheet.energies_j, LEVEL)
+    return field.field_study(read_walks(SheetFile("walks.csv", walks(chance).encode(), decimal=".")), LEVEL)
 
 
 def oscillations_read(chance: np.random.Generator) -> Characterisation:

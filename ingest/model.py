@@ -336,7 +336,8 @@ class Declarations(ReadingSettings):
 class Reading:
     """What one format's reader hands back; `read_file` adds the findings and the verdict.
 
-    `declared` is what was in force where only the table's own names showed which profile applies.
+    `declared` is what was in force where only the table's own names showed which profile applies; `packed` is name and
+    version of the format of a study's sheet, where that is the one sheet of a workbook.
     """
 
     parts: tuple[SignalPart, ...] = ()
@@ -345,3 +346,4 @@ class Reading:
     rows_rejected: int = 0
     role: FileRole | None = None
     declared: Declarations | None = None
+    packed: tuple[str, int] | None = None

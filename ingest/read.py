@@ -13,7 +13,7 @@ from ingest.formats import registry
 from ingest.formats.chargers.packs import check_packs
 from ingest.formats.format import UNKNOWN, Format, Head, Recognition, sniff
 from ingest.model import Candidate, Declarations, Explanation, ReadFile, Reading
-from ingest.tables.header_lines import SecondHeader
+from ingest.tables.layout import SecondHeader
 from ingest.text.cells import GROUPED
 from ingest.text.source import looks_like_utf16
 from ingest.timebase.order import FAULTS_OF_TIME
@@ -33,7 +33,7 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
     zone, a format).
     """
     findings = FindingCollector()
-    head = sniff(data, declared, findings)
+    head = sniff(data, declared, findings, read_file)
     candidates = [] if findings.refuse else _candidates(head, findings)
     chosen, evidence = (None, "") if findings.refuse else _chosen(head, candidates, findings)
     if chosen is None:
@@ -49,9 +49,10 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
             findings.add(FILE, "second_header", message, lines=[found.header_line])
         reading = check_packs(reading, head.declared.packs, findings)
         _judge_rows(reading, findings)
+    name, version = reading.packed or ((UNKNOWN, 0) if chosen is None else (chosen.name, chosen.version))
     return ReadFile(
-        UNKNOWN if chosen is None else chosen.name,
-        0 if chosen is None else chosen.version,
+        name,
+        version,
         reading.parts,
         reading.charges,
         findings.findings(),

@@ -14,7 +14,7 @@ from benchmarks.validation_emulator import conditions_of, run_row
 from benchmarks.worlds.world import Campaign, World
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from ingest.formats.study_sheets import FlaskSheet
+from ingest.formats.study_sheets import StudySheet
 from labbook.analysis.outcomes.conditions import RunNumber
 from labbook.analysis.results.codec import StoredResult
 from labbook.demo.studies.sheets import POSITION_SD_M, STIFFNESS, VELOCITY_SD_M_S, oscillations
@@ -113,7 +113,9 @@ def _flasks(curvature: float, radii_m: Sequence[float]) -> World:
             values = fraction + wall * x + curvature * x**2 + errors
             rows += [(radius_m, 1.0, 1.0 - value, state, 0) for radius_m, value in zip(radii_m, values, strict=True)]
         radii, flasks, water, states, lines = zip(*rows, strict=True)
-        found = compaction(FlaskSheet(radii, flasks, water, states, lines, ()), 1e3 * _GRAIN_M)
+        found = compaction(
+            StudySheet({"radius": radii, "flask": flasks, "water": water}, {"state": states}, lines), 1e3 * _GRAIN_M
+        )
         p = found.curvature_p
         return Campaign(
             _covers(found.states[0].curved_ci, _FRACTIONS["loose"][0]),

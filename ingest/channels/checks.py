@@ -14,8 +14,8 @@ from typing import Literal
 import numpy as np
 
 from data_schema.vocabulary import CHANNELS, GapKind
-from ingest.channels.columns import ColumnPlan
-from ingest.channels.names import channel_kind, fitting_units, is_cop, plate_of, unit_flags
+from ingest.channels.columns import ColumnPlan, fitting_units, unit_flags
+from ingest.channels.names import channel_kind, is_cop, plate_of
 from ingest.channels.plate_load import MOST_N, Load
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, FloatArray, Gap, IntArray

@@ -13,6 +13,7 @@ from data_schema.calibration import Calibration
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.names import (
     COUNTS,
+    FACTORS,
     TIME_NAMES,
     UNIT_OF_NAME,
     channel_kind,
@@ -427,3 +428,27 @@ def _distinct(planned: list[ColumnPlan], findings: FindingCollector) -> tuple[Co
                 )
         distinct.append(dataclasses.replace(plan, channel=name))
     return tuple(distinct)
+
+
+_LENGTHS = {**FACTORS["m"], "in": 0.0254, "ft": 0.3048}
+
+
+def fitting_units(plan: ColumnPlan, value: float, low: float, high: float) -> tuple[str, ...]:
+    """Return the other units in which a stored `value` of a column would lie in `low` to `high`."""
+    if plan.calibrations:
+        return ()
+    source = value / plan.scale
+    known = _LENGTHS if plan.unit == "m" else FACTORS.get(plan.unit or "", {})
+    own = plan.source_unit or plan.unit
+    return tuple(unit for unit, scale in known.items() if unit != own and low <= source * scale <= high)
+
+
+def in_unit(plan: ColumnPlan, value: float, unit: str) -> float:
+    """Return a stored length as it would be, its column being in another unit."""
+    return value / plan.scale * _LENGTHS[unit]
+
+
+def unit_flags(plan: ColumnPlan, units: Sequence[str]) -> str:
+    """Return the flags that have the column read in a unit, left open with the choices where there are several."""
+    choices = "" if len(units) == 1 else f" (UNIT: one of {', '.join(units)})"
+    return f'`--unit "{plan.flag}={units[0] if len(units) == 1 else "UNIT"}" --override-units`{choices}'

@@ -16,8 +16,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from data_schema.errors import unknown_name
-from ingest.channels.columns import ColumnPlan
-from ingest.channels.names import channel_kind, fitting_units, plate_of, unit_flags
+from ingest.channels.columns import ColumnPlan, fitting_units, unit_flags
+from ingest.channels.names import channel_kind, plate_of
 from ingest.channels.plate_load import LOADED_N, MOST_N, Load, change_n, find_load
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.instruments import Instrument

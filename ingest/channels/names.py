@@ -9,19 +9,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from data_schema import units
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import CHANNELS
 from ingest.findings import FILE, FindingCollector
 from ingest.model import Declarations
-
-if TYPE_CHECKING:
-    from ingest.channels.columns import ColumnPlan
-
 
 # Spellings of units as instruments and people write them, case kept: `mV` is not `MV`.
 _SPELLINGS = {
@@ -365,27 +359,3 @@ def refuse_two_units(column: str, flag: str, name: str | None, below: str | None
             column=column,
             value=below,
         )
-
-
-_LENGTHS = {**FACTORS["m"], "in": 0.0254, "ft": 0.3048}
-
-
-def fitting_units(plan: ColumnPlan, value: float, low: float, high: float) -> tuple[str, ...]:
-    """Return the other units in which a stored `value` of a column would lie in `low` to `high`."""
-    if plan.calibrations:
-        return ()
-    source = value / plan.scale
-    known = _LENGTHS if plan.unit == "m" else FACTORS.get(plan.unit or "", {})
-    own = plan.source_unit or plan.unit
-    return tuple(unit for unit, scale in known.items() if unit != own and low <= source * scale <= high)
-
-
-def in_unit(plan: ColumnPlan, value: float, unit: str) -> float:
-    """Return a stored length as it would be, its column being in another unit."""
-    return value / plan.scale * _LENGTHS[unit]
-
-
-def unit_flags(plan: ColumnPlan, units: Sequence[str]) -> str:
-    """Return the flags that have the column read in a unit, left open with the choices where there are several."""
-    choices = "" if len(units) == 1 else f" (UNIT: one of {', '.join(units)})"
-    return f'`--unit "{plan.flag}={units[0] if len(units) == 1 else "UNIT"}" --override-units`{choices}'

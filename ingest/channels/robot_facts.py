@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from ingest.channels.columns import ColumnPlan
-from ingest.channels.names import channel_kind, fitting_units, in_unit, plate_of, unit_flags
+from ingest.channels.columns import ColumnPlan, fitting_units, in_unit, unit_flags
+from ingest.channels.names import channel_kind, plate_of
 from ingest.channels.plate_load import Load, find_load
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import BoolArray, Declarations, FloatArray, RobotFacts

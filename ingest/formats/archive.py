@@ -18,59 +18,24 @@ from pathlib import PurePosixPath
 
 from data_schema.vocabulary import FileRole, Severity
 from ingest.channels.names import clean_name
+from ingest.containers import FREE_BYTES, ArchiveRefusedError, check_zip, member_bytes, workbook_kind
 from ingest.declared import ABSENT
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Clue, FileReader, Format, Head, Recognition
 from ingest.model import ChargeRow, Declarations, Finding, Limits, ReadFile, Reading, SignalPart
 from ingest.signals import combine
 
 UNPACK = "unpack the archive and ingest its files one by one"
 _SHEET_PACKED = "It holds the sheet of a study, which is read as a file of its own: save each as CSV and ingest those."
-_FREE_BYTES = 1 << 20
 _OF_THE_SYSTEM = ("__MACOSX/", ".DS_Store", "Thumbs.db", "desktop.ini")
-_LONGEST_END = 22 + (1 << 16)  # the record behind a zip's directory, with a comment
-_MANY = 0xFFFF  # its count of members where another record has that
 _GZIP = 31  # zlib's word for: with a gzip header and checksum
 _SHORTEST_BLOCK = 1 << 10
 """Bytes given to zlib at first: it copies what is left of a block behind the end of a member, of which there may be
 very many. Each further block of a member is twice as long."""
 
 
-class ArchiveRefusedError(ValueError):
-    """The archive is damaged, unsafe or beyond a limit; the message is a sentence without its end."""
-
-
-def is_workbook(data: bytes) -> bool:
-    """Whether a zip archive is a workbook, by the name of its main part in the directory at its end."""
-    return data.startswith(b"PK") and b"xl/workbook." in data[-(1 << 16) :]
-
-
-def check_zip(archive: zipfile.ZipFile, data: bytes, limits: Limits) -> None:
-    """Compare the directory of an archive with the count at its end and the limits. Raises `ArchiveRefusedError`."""
-    members, packed = archive.infolist(), len(data)
-    expanded = sum(member.file_size for member in members)
-    end = data[-_LONGEST_END:]
-    n_members = int.from_bytes(end[end.rfind(b"PK\5\6") :][10:12], "little")
-    if n_members not in (len(members), _MANY):  # zipfile goes on where a damaged entry swallows the next
-        raise ArchiveRefusedError(f"its directory names {len(members)} members of {n_members}: copy it again")
-    if len(members) > limits.most_members:
-        raise ArchiveRefusedError(f"it has {len(members)} members (limit most_members: {limits.most_members})")
-    if expanded > limits.largest_expanded_bytes:
-        bound = f"limit largest_expanded_bytes: {limits.largest_expanded_bytes}"
-        raise ArchiveRefusedError(f"it holds {expanded} bytes ({bound})")
-    if expanded > max(_FREE_BYTES, packed * limits.largest_expansion):
-        bound = f"limit largest_expansion: {limits.largest_expansion}"
-        raise ArchiveRefusedError(f"its {packed} bytes would expand to {expanded} ({bound})")
-
-
-def member_bytes(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
-    """Unpack a member, its checksum compared, and no more of it than the directory says that there is."""
-    with archive.open(member) as unpacking:
-        return unpacking.read(member.file_size)
-
-
 def _recognise_zip(head: Head) -> Recognition | None:
-    is_zip = head.data.startswith((b"PK\3\4", b"PK\5\6")) and not is_workbook(head.data)
+    is_zip = head.data.startswith((b"PK\3\4", b"PK\5\6")) and workbook_kind(head.data) is None
     return Recognition(SIGNATURE, "it begins as a zip archive") if is_zip else None
 
 
@@ -85,15 +50,13 @@ def _read_zip(head: Head, findings: FindingCollector) -> Reading:
         declared = _deeper(head.declared, len(head.data), sum(len(content) for _name, content in members))
     except Exception as error:  # zipfile raises many kinds for a damaged file
         return _refuse(error, findings)
-    return read_members(members, declared, findings, UNPACK, packed_text=True)
+    return read_members(members, declared, head.read_file, findings, UNPACK)
 
 
 def _read_gzip(head: Head, findings: FindingCollector) -> Reading:
-    from ingest.read import read_file  # the registry that it reads by holds this format
-
     try:
         data = _expanded(head.data, head.declared.limits)
-        result = read_file(data, _deeper(head.declared, len(head.data), len(data)))
+        result = head.read_file(data, _deeper(head.declared, len(head.data), len(data)))
     except (ArchiveRefusedError, zlib.error) as error:
         return _refuse(error, findings)
     findings.tables += result.explanation.tables
@@ -158,7 +121,7 @@ def _check_member(member: zipfile.ZipInfo) -> None:
 
 def _expanded(data: bytes, limits: Limits) -> bytes:
     """Return what a gzip archive holds, its checksums compared; several written one after another are one."""
-    most = min(limits.largest_expanded_bytes, max(_FREE_BYTES, len(data) * limits.largest_expansion))
+    most = min(limits.largest_expanded_bytes, max(FREE_BYTES, len(data) * limits.largest_expansion))
     pieces: list[bytes] = []
     packed, at, room = memoryview(data), 0, most
     while at < len(packed) and packed[at]:
@@ -182,25 +145,23 @@ def _expanded(data: bytes, limits: Limits) -> bytes:
 def read_members(
     members: Sequence[tuple[str, bytes]],
     declared: Declarations,
+    read_file: FileReader,
     findings: FindingCollector,
     instead: str,
     *,
-    packed_text: bool = False,
-    beside_table: bool = False,
+    of_workbook: bool = False,
 ) -> Reading:
     """Read the members, each a name and its bytes, under the same declarations; `instead` ends a refusal.
 
-    `packed_text`: the members are files of their own, whose pages of text are reported. `beside_table`: a few lines
-    without a time column are left out where another member is a whole log.
+    Of a workbook, a few lines without a time column are left out where another sheet is a whole log, and its only sheet
+    may be a study's. Otherwise members are files of their own, whose pages of text are reported.
     """
-    from ingest.read import read_file  # the registry that it reads by holds the formats that have members
-
     results = [(name, read_file(data, declared)) for name, data in members]
-    if beside_table:
+    if of_workbook:
         results = _without_few_lines(members, results, findings)
-    _report(results, findings)
-    if packed_text:
+    else:
         findings.encodings += filter(None, (result.explanation.encoding for _, result in results))
+    _report(results, findings)
     if len(results) == 1:
         findings.named_runs = results[0][1].named_runs
     findings.tables += [table for _, result in results for table in result.explanation.tables]
@@ -208,6 +169,10 @@ def read_members(
     unknown = [name for name, result in results if result.role is None]
     if unknown:
         findings.add(FILE, "member_unknown", f"Member {unknown[0]!r} is no data that can be read: {instead}.")
+    elif FileRole.SHEET in roles and of_workbook and len(results) == 1:
+        result = results[0][1]
+        packed = result.format, result.reader_version
+        return Reading(rows_read=result.rows_read, role=FileRole.SHEET, packed=packed)
     elif FileRole.SHEET in roles:
         findings.add(FILE, "sheet_packed", _SHEET_PACKED)
     elif len(roles) > 1:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from ingest.declared import composed, with_profile
 from ingest.findings import NOTE, FindingCollector
-from ingest.model import Declarations, Reading
+from ingest.model import Declarations, ReadFile, Reading
 from ingest.text.cells import with_clock_points, without_checksums, without_line_quotes
 from ingest.text.source import DEFAULT_PAGE, HEAD_BYTES, TextSource, as_declared, is_text, is_wide, open_text
 
@@ -15,12 +15,17 @@ HEAD_LINES = 60
 """Lines from which a format is recognised, those that a quoted cell spans counted as one."""
 
 
+FileReader = Callable[[bytes, Declarations], ReadFile]
+"""What reads one file, as `ingest.read.read_file` does: formats that hold files read these by it."""
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Head:
     """All bytes of a file, and what the first of them show.
 
     `source` is None when the file is not text; `lines` are its first lines, decoded; `declared` its declarations.
-    `beginning` is what clues are looked for in: the first bytes and lines, in lower case and without NULs.
+    `beginning` is what clues are looked for in: the first bytes and lines, in lower case and without NULs. `read_file`
+    reads what is packed inside.
     """
 
     data: bytes
@@ -28,13 +33,14 @@ class Head:
     source: TextSource | None
     lines: tuple[str, ...]
     beginning: bytes
+    read_file: FileReader
 
     def first_line(self) -> str:
         """Return the first line that is not blank, without NULs, or an empty text."""
         return next((line for line in (line.replace("\0", "").strip() for line in self.lines) if line), "")
 
 
-def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> Head:
+def sniff(data: bytes, declared: Declarations, findings: FindingCollector, read_file: FileReader) -> Head:
     """Tell text from binary, find the profile that applies, and decode the first lines of text.
 
     Raises `UsageError` for an unknown encoding.
@@ -42,7 +48,7 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> He
     declared = composed(declared)
     page = declared.encoding or DEFAULT_PAGE
     if not is_wide(page) and not is_text(data):
-        return Head(data, with_profile(declared, None, findings), None, (), _beginning(data, ()))
+        return Head(data, with_profile(declared, None, findings), None, (), _beginning(data, ()), read_file)
     source = open_text(data, page, findings, declared.limits.longest_line_bytes)
     for plain in (without_line_quotes, with_clock_points, without_checksums):
         source = plain(source, findings)
@@ -52,7 +58,7 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector) -> He
         message = f"The text is not UTF-8; names are read as {source.encoding}, the page declared for such files."
         findings.add(NOTE, "encoding_declared", message)
     lines = tuple(source.decode(line.content) for line in source.head_lines(HEAD_LINES))
-    return Head(data, declared, source, lines, _beginning(data, lines))
+    return Head(data, declared, source, lines, _beginning(data, lines), read_file)
 
 
 def _beginning(data: bytes, lines: Sequence[str]) -> bytes:

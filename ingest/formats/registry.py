@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 from data_schema.errors import InputRefused, UsageError
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats import archive, study_sheets
+from ingest.formats import archive, study_sheets, workbook
 from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
 from ingest.formats.force_plates import (
     amti,
@@ -36,10 +36,10 @@ from ingest.formats.force_plates import (
     vicon,
 )
 from ingest.formats.format import SIGNATURE, UNKNOWN, Clue, Format, Head, Recognition
-from ingest.formats.loggers import debug_lines, delimited, excel, labelled_values, labview, matlab, minitaur
+from ingest.formats.loggers import debug_lines, delimited, labelled_values, labview, matlab, minitaur
 from ingest.formats.plugin_results import check_format, check_reading, check_recognition
 from ingest.model import Reading
-from ingest.tables.header_lines import SecondHeader
+from ingest.tables.layout import SecondHeader
 
 _TEXT = "export its data as delimited text with a header, units and time"
 
@@ -114,8 +114,7 @@ FORMATS: tuple[Format, ...] = (
     *RECOGNISED,
     archive.ZIP,
     archive.GZIP,
-    excel.XLSX,
-    excel.XLS,
+    *workbook.FORMATS,
     matlab.FORMAT,
     icharger.FORMAT,
     icharger_serial.FORMAT,

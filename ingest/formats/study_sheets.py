@@ -1,31 +1,157 @@
 """Sheets of the thesis's studies (flasks, walks, trials of a leg's gains), and the logs that such a sheet names.
 
 `labbook study` reads them with the functions here, and ingest does beforehand: what a study would refuse is refused
-where it can still be measured again.
+where it can still be measured again. Columns are quantities with units in their names, and words.
 """
 
 from __future__ import annotations
 
+import contextlib
+import dataclasses
 import math
 import re
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_schema.errors import InputRefused, UsageError, nearest
+from data_schema.units import conversion
 from data_schema.vocabulary import FileRole
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import LAYOUT, Clue, Format, Head, Reader, Recognition
-from ingest.model import Reading
-from ingest.tables.long_table import LineRefused
-from ingest.tables.study_sheet import Quantity, StudySheet, read_study_sheet, repeated
+from ingest.model import FloatArray, Reading
+from ingest.tables.sheet import Sheet, SheetFault, SheetFile, SheetRefused, decimal_sign, numbers_of, read_sheet
 from ingest.text.cells import CANDIDATES, split_cells
-from ingest.text.source import DEFAULT_PAGE, TextSource, open_text
+from ingest.text.source import TextSource
 
-Floats = NDArray[np.float64]
+_SPELLINGS = {"m3": "m^3", "cm3": "cm^3", "mm3": "mm^3", "wh": "Wh", "kwh": "kWh", "mah": "mAh", "ah": "Ah"}
+"""Units as people write them in a header, in any case."""
+
+
+@dataclass(frozen=True, slots=True)
+class Quantity:
+    """A quantity of a sheet: the unit that it is turned into, and what it is, for who has not named a column so.
+
+    One of unit "1" has no unit in its name. `any_sign`: it may be 0 or negative. Below `least` it is of another unit.
+    """
+
+    unit: str
+    meaning: str
+    needed: bool = True
+    any_sign: bool = False
+    least: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class StudySheet:
+    """What a sheet holds: by quantity its values in SI units, by word its cells; all as long as the sheet has rows.
+
+    A word in other letters (upper case) is the one that came first. `lines` are the rows' in the file, `doubt` is a
+    sentence about what may be a slip.
+    """
+
+    values: Mapping[str, Sequence[float]]
+    words: Mapping[str, Sequence[str]]
+    lines: Sequence[int]
+    doubt: str | None = None
+
+
+def _read_study_sheet(
+    file: SheetFile,
+    quantities: Mapping[str, Quantity],
+    words: Sequence[str],
+    example: str,
+    optional_words: Sequence[str] = (),
+) -> tuple[StudySheet, Sheet]:
+    """Read a sheet whose columns are named as `radius_mm` or `water (ml)`, and `state`; upper case is the same.
+
+    Of the `optional_words`, those are read that the sheet has a column of.
+
+    Raises `InputRefused` for columns that are missing, units of something else, and all cells that hold no positive
+    number or no word.
+    """
+    sheet = read_sheet(file, f"a header such as {example} and a row for each")
+    sheet.refuse()
+    named = re.compile(
+        rf"({'|'.join(quantities)})(?:[ _]volume)?(?:[_ ]([a-z0-9^*/]+)|\s*[(\[]([^)\]]+)[)\]])", re.IGNORECASE
+    )
+    columns: dict[str, tuple[str, float]] = {}
+    for column in sheet.columns:
+        if (name := column.lower().replace(" ", "_")) in quantities and quantities[name].unit == "1":
+            columns[name] = column, 1.0
+        elif matched := named.fullmatch(column):
+            name = matched[1].lower()
+            factor = _factor(matched[2] or matched[3], quantities[name].unit)
+            if name in columns:
+                what = f"columns {columns[name][0]!r} and {column!r} both are {name}: keep one."
+                raise sheet.fault(sheet.header_line, None, what)
+            if factor is None:
+                what = f"it is in no unit of the {quantities[name].meaning}: name the columns as in {example}."
+                raise sheet.fault(sheet.header_line, column, what)
+            columns[name] = column, factor
+    there = {column.lower(): column for column in sheet.columns}
+    for name, quantity in quantities.items():
+        if quantity.needed and name not in columns:
+            with_unit = "" if quantity.unit == "1" else " with its unit"
+            what = f"no column is the {quantity.meaning}{with_unit}: name the columns as in {example}."
+            raise sheet.fault(sheet.header_line, None, what)
+    for word in words:
+        if word not in there:
+            what = f"no column is {word!r}: name the columns as in {example}."
+            raise sheet.fault(sheet.header_line, None, what)
+    sign = decimal_sign(sheet, [column for column, _ in columns.values()])
+    faults: list[SheetFault] = []
+    values = {
+        name: _values(sheet, column, factor, quantities[name], sign, faults)
+        for name, (column, factor) in columns.items()
+    }
+    read = [*words, *(word for word in optional_words if word in there)]
+    cells = {word: _words(sheet, there[word], faults) for word in read}
+    sheet.refuse(faults)
+    return StudySheet(values, cells, sheet.lines), sheet
+
+
+def _factor(unit: str, target: str) -> float | None:
+    """Return what a value in `unit` is multiplied with, None where the unit is of something else."""
+    spelt = _SPELLINGS.get(unit.lower(), unit)
+    for spelling in (spelt, spelt.lower()):  # MM, Kg
+        with contextlib.suppress(InputRefused):
+            return conversion(spelling, target)[0]
+    return None
+
+
+def _values(
+    sheet: Sheet, column: str, factor: float, quantity: Quantity, sign: str, faults: list[SheetFault]
+) -> list[float]:
+    found = []
+    for number, line in zip(numbers_of(sheet, column, "the study", sign), sheet.lines, strict=True):
+        value = math.nan if number is None else number * factor
+        if number is None or (number <= 0 and not quantity.any_sign):
+            kind = "" if quantity.any_sign else "positive "
+            faults.append(SheetFault(line, column, f"the row has no {kind}{column}: measure it, or drop the row."))
+        elif value < quantity.least and not quantity.any_sign:
+            what = f"{number:g} is less than {quantity.least:g} {quantity.unit}: check the unit of the "
+            faults.append(SheetFault(line, column, f"{what}{quantity.meaning}."))
+        found.append(value)
+    return found
+
+
+def _words(sheet: Sheet, column: str, faults: list[SheetFault]) -> tuple[str, ...]:
+    cells = sheet.columns[column]
+    blank = f"the row has no {column}: write it, or drop the row."
+    faults += [SheetFault(line, column, blank) for cell, line in zip(cells, sheet.lines, strict=True) if not cell]
+    first = {cell.casefold(): cell for cell in reversed(cells)}
+    return tuple(first[cell.casefold()] for cell in cells)
+
+
+def _repeated(keys: Iterable[Hashable], lines: Sequence[int]) -> list[tuple[int, int]]:
+    """Return the lines of keys that came before: the first line of each such key, and that of its repeat."""
+    first: dict[Hashable, int] = {}
+    found = [(first.setdefault(key, line), line) for key, line in zip(keys, lines, strict=True)]
+    return [pair for pair in found if pair[0] != pair[1]]
+
 
 _LIGHTEST_KG = 0.02
 """Less than the lightest legged robots that were built carry, and kilograms below a column of grams."""
@@ -67,188 +193,148 @@ _FULLEST = 0.95
 """A fraction that is refused: spheres of one size fill 0.7405 at most, the broadest mixtures of sizes some 0.9."""
 
 
-@dataclass(frozen=True, slots=True)
-class FlaskSheet:
-    """Fillings of flasks, one a row: radii in m, volumes of flasks and water in m^3, states of the grains.
+def read_flasks(file: SheetFile) -> StudySheet:
+    """Read a sheet of flasks: values `radius` in m, `flask` and `water` in m^3, words `state`.
 
-    `repeats` are as those of `StudySheet`: two fillings may give the same digits, or were pasted twice.
+    Without a column of their volumes flasks are spheres. Two fillings may give the same digits, or were pasted twice,
+    which is the `doubt`. Raises `InputRefused` as every sheet does, for a third state, for more water than a flask
+    holds, and for less than any grains leave room for.
     """
-
-    radii_m: Sequence[float]
-    flasks_m3: Sequence[float]
-    water_m3: Sequence[float]
-    states: Sequence[str]
-    lines: Sequence[int]
-    repeats: Sequence[tuple[int, int]]
-
-    def doubt(self) -> str | None:
-        """Say which rows may have been pasted twice, None where all differ."""
-        if not self.repeats:
-            return None
-        listed = ", ".join(f"line {line} those of line {first}" for first, line in self.repeats[:_MOST_REPEATS])
-        more = len(self.repeats) - _MOST_REPEATS
-        listed += f" and {more} more" if more > 0 else ""
-        return f"Rows have the very cells of rows before ({listed}): each counts as a filling; drop what is a copy."
-
-
-def read_flasks(text: str, file: str, decimal: str | None) -> FlaskSheet:
-    """Read a sheet of flasks; without a column of their volumes they are spheres.
-
-    Raises `InputRefused` as `read_study_sheet` does, for a third state, for more water than a flask holds, and for less
-    than any grains leave room for.
-    """
-    sheet = read_study_sheet(text, file, _FLASK, ("state",), "radius_mm,state,water_ml (and flask_ml)", decimal)
-    _refuse_third("state", sheet, file)
-    radii_m, water_m3 = sheet.values["radius"], sheet.values["water"]
-    flasks_m3 = sheet.values.get("flask", [4.0 / 3.0 * math.pi * radius_m**3 for radius_m in radii_m])
+    found, sheet = _read_study_sheet(file, _FLASK, ("state",), "radius_mm,state,water_ml (and flask_ml)")
+    _refuse_third("state", found, sheet)
+    radii_m, water_m3 = found.values["radius"], found.values["water"]
+    flasks_m3 = found.values.get("flask", [4.0 / 3.0 * math.pi * radius_m**3 for radius_m in radii_m])
+    faults = []
     for radius_m, flask_m3, water, line in zip(radii_m, flasks_m3, water_m3, sheet.lines, strict=True):
+        flask = f"the flask of {radius_m * 1e3:g} mm and {flask_m3 * 1e6:.4g} ml"
         if water > flask_m3:
-            raise LineRefused(
-                line,
-                f"line {line} of {file} has more water than the flask of {radius_m * 1e3:g} mm holds "
-                f"({water * 1e6:.4g} of {flask_m3 * 1e6:.4g} ml): check both.",
-            )
-        if water < (1.0 - _FULLEST) * flask_m3:
-            raise LineRefused(
-                line,
-                f"line {line} of {file} leaves {water * 1e6:.4g} ml for water in a flask of {radius_m * 1e3:g} mm and "
-                f"{flask_m3 * 1e6:.4g} ml, which no grains fill beyond {_FULLEST:g}: check the units of both.",
-            )
-    return FlaskSheet(radii_m, flasks_m3, water_m3, sheet.words["state"], sheet.lines, sheet.repeats)
+            faults.append(SheetFault(line, None, f"{water * 1e6:.4g} ml of water are more than {flask}: check both."))
+        elif water < (1.0 - _FULLEST) * flask_m3:
+            what = f"{water * 1e6:.4g} ml for water in {flask}, which no grains fill beyond {_FULLEST:g}: "
+            faults.append(SheetFault(line, None, f"{what}check the units of both."))
+    sheet.refuse(faults)
+    return dataclasses.replace(found, values={**found.values, "flask": flasks_m3}, doubt=_copied_rows(sheet))
 
 
-@dataclass(frozen=True, slots=True)
-class WalkSheet:
-    """Robots on walks, one a row: masses in kg, distances in m, and energies in J or the logs that have them."""
-
-    walks: Sequence[str]
-    robots: Sequence[str]
-    masses_kg: Sequence[float]
-    distances_m: Sequence[float]
-    energies_j: Sequence[float] | None
-    logs: Sequence[str]
-    lines: Sequence[int]
-
-    def doubt(self) -> str | None:
-        """Say where a robot is of more kg than it walked m, None where none is: their product would not show it."""
-        for mass_kg, distance_m, line in zip(self.masses_kg, self.distances_m, self.lines, strict=True):
-            if mass_kg > distance_m:
-                return (
-                    f"Line {line} has a robot of {mass_kg:g} kg walk {distance_m:g} m: are mass and distance swapped?"
-                )
+def _copied_rows(sheet: Sheet) -> str | None:
+    """Say which rows may have been pasted twice, None where all differ."""
+    repeats = _repeated(sheet.rows, sheet.lines)
+    if not repeats:
         return None
+    listed = ", ".join(f"line {line} those of line {first}" for first, line in repeats[:_MOST_REPEATS])
+    listed += f" and {len(repeats) - _MOST_REPEATS} more" if len(repeats) > _MOST_REPEATS else ""
+    return f"Rows have the very cells of rows before ({listed}): each counts as a filling; drop what is a copy."
 
 
-def read_walks(text: str, file: str, decimal: str | None) -> WalkSheet:
-    """Read a sheet of walks, whose energies stand in it, or are charges times voltages, or come of logs.
+def read_walks(file: SheetFile) -> StudySheet:
+    """Read a sheet of walks: words `walk` and `robot`, values `mass` in kg, `distance` in m, and `energy` in J, which
+    stand in it or are charges times voltages, or words `log`, the logs that have them.
 
-    Raises `InputRefused` as `read_study_sheet` does, where it has energies in no way or in two, for a third robot, and
-    for a robot that is twice on a walk or a log that is named twice.
+    Masses that exceed distances may be swapped with them, which is the `doubt`. Raises `InputRefused` as every sheet
+    does, where it has energies in no way or in two, for a third robot, and for a robot that is twice on a walk or a log
+    that is named twice.
     """
-    words = ("walk", "robot")
-    sheet = read_study_sheet(text, file, _WALK, words, _WALKS_EXAMPLE, decimal, optional_words=("log",))
-    values, logs = sheet.values, sheet.words.get("log", ())
-    sources = [
-        name
-        for name, there in (("energies", "energy" in values), ("charges", "charge" in values), ("logs", logs))
-        if there
-    ]
+    found, sheet = _read_study_sheet(file, _WALK, ("walk", "robot"), _WALKS_EXAMPLE, ("log",))
+    values, logs = dict(found.values), found.words.get("log", ())
+    there = {"energies": "energy" in values, "charges": "charge" in values, "logs": bool(logs)}
+    sources = [name for name, is_there in there.items() if is_there]
     if len(sources) > 1:
-        raise InputRefused(f"{file} has {' and '.join(sources)}: keep the one that is meant.")
-    energies_j = values.get("energy")
+        raise InputRefused(f"{file.name} has {' and '.join(sources)}: keep the one that is meant.")
     if "charge" in values and "voltage" in values:
-        energies_j = [charge * volts for charge, volts in zip(values["charge"], values["voltage"], strict=True)]
-    if energies_j is None and not logs:
+        values["energy"] = [charge * volts for charge, volts in zip(values["charge"], values["voltage"], strict=True)]
+    if "energy" not in values and not logs:
         raise InputRefused(
-            f"{file} says no energies, nor charges and voltages, nor logs: name the columns as in {_WALKS_EXAMPLE}."
+            f"{file.name} says no energies, nor charges and voltages, nor logs: name the columns as in "
+            f"{_WALKS_EXAMPLE}."
         )
-    _refuse_third("robot", sheet, file)
-    for first, line in repeated(zip(sheet.words["walk"], sheet.words["robot"], strict=True), sheet.lines):
-        what = f"line {line} of {file} has the walk and the robot of line {first}"
-        raise LineRefused(line, f"{what}: give each walk a name of its own, or drop the copy.")
-    _refuse_log_twice(logs, sheet.lines, file)
-    columns = (sheet.words["walk"], sheet.words["robot"], values["mass"], values["distance"])
-    return WalkSheet(*columns, energies_j, logs, sheet.lines)
+    _refuse_third("robot", found, sheet)
+    twice = _repeated(zip(found.words["walk"], found.words["robot"], strict=True), sheet.lines)
+    what = "walk and robot are those of line {}: give each walk a name of its own, or drop the copy."
+    sheet.refuse([SheetFault(line, "walk", what.format(first)) for first, line in twice])
+    _refuse_log_twice(logs, sheet)
+    swapped = None
+    for mass_kg, distance_m, line in zip(values["mass"], values["distance"], sheet.lines, strict=True):
+        if mass_kg > distance_m:
+            swapped = f"Line {line} has a robot of {mass_kg:g} kg walk {distance_m:g} m: are mass and distance swapped?"
+            break
+    return dataclasses.replace(found, values=values, doubt=swapped)
 
 
-def _refuse_third(word: str, sheet: StudySheet, file: str) -> None:
+def _refuse_third(word: str, found: StudySheet, sheet: Sheet) -> None:
     """Refuse a third word where two are compared, at the first line of the one that is written least often."""
-    cells = sheet.words[word]
+    cells = found.words[word]
     counts = Counter(reversed(cells))  # of those as rare, the last to come in
     if len(counts) > 2:
         odd = min(counts, key=lambda cell: counts[cell])
         others = [cell for cell in dict.fromkeys(cells) if cell != odd]
-        line, close = sheet.lines[cells.index(odd)], nearest(odd, others)
+        close = nearest(odd, others)
         hint = "keep a sheet for each two." if close is None else f"did you mean {close!r}?"
-        raise LineRefused(
-            line,
-            f"line {line} of {file} has the {word} {odd!r} beside {', '.join(map(repr, others))}; compare two {word}s: "
-            f"{hint}",
-        )
+        what = f"the {word} {odd!r} stands beside {', '.join(map(repr, others))}; compare two {word}s: {hint}"
+        raise sheet.fault(sheet.lines[cells.index(odd)], word, what)
 
 
-def read_trials(text: str, file: str, decimal: str | None) -> StudySheet:
+def read_trials(file: SheetFile) -> StudySheet:
     """Read a sheet of trials: words `file`, values `gain`, `damping_gain`, `mass` in kg, perhaps `neutral` in m.
 
-    Raises `InputRefused` as `read_study_sheet` does, and for a log that is named twice.
+    Raises `InputRefused` as every sheet does, and for a log that is named twice.
     """
-    sheet = read_study_sheet(text, file, _TRIAL, ("file",), "file,gain,damping_gain,mass_kg,neutral_cm", decimal)
-    _refuse_log_twice(sheet.words["file"], sheet.lines, file)
-    return sheet
+    found, sheet = _read_study_sheet(file, _TRIAL, ("file",), "file,gain,damping_gain,mass_kg,neutral_cm")
+    _refuse_log_twice(found.words["file"], sheet)
+    return found
 
 
-def _refuse_log_twice(logs: Sequence[str], lines: Sequence[int], file: str) -> None:
+def _refuse_log_twice(logs: Sequence[str], sheet: Sheet) -> None:
     """Refuse a log in two rows: what was recorded once would count twice."""
-    for first, line in repeated(logs, lines) if logs else ():
-        what = f"line {line} of {file} names the log of line {first} again"
-        raise LineRefused(line, f"{what}: name the log that was recorded, or drop the copy.")
+    what = "the log is that of line {}: name the log that was recorded, or drop the copy."
+    twice = _repeated(logs, sheet.lines) if logs else []
+    sheet.refuse([SheetFault(line, None, what.format(first)) for first, line in twice])
 
 
-def read_oscillation(text: str, file: str, decimal: str | None) -> tuple[Floats, Floats, Floats]:
+def read_oscillation(file: SheetFile) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Read the log of a trial: times in s, displacements in m, velocities in m/s.
 
-    Raises `InputRefused` as `read_study_sheet` does, and for times that do not rise.
+    Raises `InputRefused` as every sheet does, and for times that do not rise.
     """
-    log = read_study_sheet(text, file, _OSCILLATION, (), "time_ms,position_mm,velocity (m/s)", decimal)
-    return _rising_s(log, file), np.array(log.values["position"]), np.array(log.values["velocity"])
+    log, sheet = _read_study_sheet(file, _OSCILLATION, (), "time_ms,position_mm,velocity (m/s)")
+    return _rising_s(log, sheet), np.array(log.values["position"]), np.array(log.values["velocity"])
 
 
-def _rising_s(log: StudySheet, file: str) -> Floats:
+def _rising_s(log: StudySheet, sheet: Sheet) -> FloatArray:
     time_s = np.array(log.values["time"])
     still = np.flatnonzero(np.diff(time_s) <= 0.0)
     if time_s.size < 2 or still.size:
         line = log.lines[int(still[0]) + 1 if still.size else 0]
-        what = f"the time of {file} does not rise from row to row (line {line})"
-        raise LineRefused(line, f"{what}: give the log of one walk or trial as it was made.")
+        what = "the time does not rise from row to row: give the log of one walk or trial as it was made."
+        raise sheet.fault(line, "time", what)
     return time_s
 
 
-def read_power(text: str, file: str, decimal: str | None) -> tuple[Floats, Floats]:
+def read_power(file: SheetFile) -> tuple[FloatArray, FloatArray]:
     """Read the power log of a walk: times in s, and the power in W that is integrated by the trapezoidal rule.
 
-    Raises `InputRefused` as `read_study_sheet` does, and for a log without power, in disorder, with a gap, or of no
-    energy.
+    Raises `InputRefused` as every sheet does, and for a log without power, in disorder, with a gap, or of no energy.
     """
-    log = read_study_sheet(text, file, _POWER, (), _POWER_EXAMPLE, decimal)
-    time_s = _rising_s(log, file)
+    log, sheet = _read_study_sheet(file, _POWER, (), _POWER_EXAMPLE)
+    time_s = _rising_s(log, sheet)
     if "power" in log.values:
         power_w = np.array(log.values["power"])
     elif "current" in log.values and "voltage" in log.values:
         power_w = np.array(log.values["current"]) * np.array(log.values["voltage"])
     else:
-        raise InputRefused(f"{file} has no power, nor current and voltage: name its columns as in {_POWER_EXAMPLE}.")
+        what = f"no power, nor current and voltage: name the columns as in {_POWER_EXAMPLE}."
+        raise sheet.fault(sheet.header_line, None, what)
     steps_s = np.diff(time_s)
     place = int(steps_s.argmax())
     gap_s, whole_s = float(steps_s[place]), float(time_s[-1] - time_s[0])
     if gap_s > _LONGEST_STEP * np.median(steps_s) and gap_s > _LONGEST_SHARE * whole_s:
-        raise LineRefused(
-            log.lines[place],
-            f"{file} has nothing for {gap_s:g} s from line {log.lines[place]} on, so that its energy would be a guess: "
-            "give the walk's charge instead, or leave the walk out for both robots.",
+        what = (
+            f"nothing stands for {gap_s:g} s from here on, so that the energy would be a guess: give the walk's charge "
+            "instead, or leave the walk out for both robots."
         )
+        raise sheet.fault(log.lines[place], None, what)
     energy_j = float(np.trapezoid(power_w, time_s))
     if energy_j <= 0.0:
-        raise InputRefused(f"{file} says {energy_j:g} J were taken: turn the current's sign, taken is positive.")
+        raise InputRefused(f"{file.name} says {energy_j:g} J were taken: turn the current's sign, taken is positive.")
     return time_s, power_w
 
 
@@ -272,15 +358,6 @@ _SEPARATOR = re.compile(rb'\s*"?sep=."?\s*', re.IGNORECASE)
 _TITLE_LINES = 10
 
 
-def may_be_cut(text: str, file: str) -> str | None:
-    """Say that the last line of a sheet or log may be cut, as it has no line end; None where it has one."""
-    if text.endswith(("\n", "\r")):
-        return None
-    return (
-        f"The last line of {file} has no line end, so that it may be cut: end it, or say `--complete` if it is whole."
-    )
-
-
 def _header(source: TextSource | None, columns: tuple[str, ...]) -> tuple[int, bool] | None:
     """Return the number of the line that has the columns, and whether only blank ones stand above it."""
     if source is None:
@@ -295,15 +372,14 @@ def _header(source: TextSource | None, columns: tuple[str, ...]) -> tuple[int, b
     return None
 
 
-_ROWS: Mapping[str, Callable[[str, str, str | None], tuple[int, str | None]]] = {
-    "flask_sheet": lambda *asked: (len((sheet := read_flasks(*asked)).lines), sheet.doubt()),
-    "walk_sheet": lambda *asked: (len((sheet := read_walks(*asked)).lines), sheet.doubt()),
-    "trial_sheet": lambda *asked: (len(read_trials(*asked).lines), None),
-    STUDY_LOG: lambda *asked: (len(read_power(*asked)[0]), None),
-    _TRIAL_LOG: lambda *asked: (len(read_oscillation(*asked)[0]), None),
+_ROWS: Mapping[str, Callable[[SheetFile], tuple[int, str | None]]] = {
+    "flask_sheet": lambda file: (len((sheet := read_flasks(file)).lines), sheet.doubt),
+    "walk_sheet": lambda file: (len((sheet := read_walks(file)).lines), sheet.doubt),
+    "trial_sheet": lambda file: (len(read_trials(file).lines), None),
+    STUDY_LOG: lambda file: (len(read_power(file)[0]), None),
+    _TRIAL_LOG: lambda file: (len(read_oscillation(file)[0]), None),
 }
 """How many rows each has, read as the study does, and what is doubtful about them."""
-
 
 _DOUBTS = {"flask_sheet": "rows_repeated", "walk_sheet": "columns_swapped"}
 
@@ -318,33 +394,32 @@ def _reader(name: str) -> Reader:
             message = f"Line {header[0]} names the columns: take out the lines above it."
             findings.add(FILE, "header_not_first", message, lines=header[:1])
             return Reading(role=FileRole.SHEET)
+        declared = head.declared
         of_trial = name == STUDY_LOG and _header(head.source, ("position",)) is not None
-        source = open_text(head.data, head.declared.encoding or DEFAULT_PAGE, FindingCollector())
-        text, file = source.decode(source.data[source.start :]), head.declared.file_name or "the file"
-        if not head.declared.complete and (unended := may_be_cut(text, file)) is not None:
-            findings.add(FILE, "last_line_unended", unended)
-        rows = _count(_TRIAL_LOG if of_trial else name, text, file, head.declared.decimal_sign, findings)
+        own_name = declared.file_name or "the file"
+        file = SheetFile(own_name, head.data, declared.encoding, declared.decimal_sign, bool(declared.complete))
+        rows = _count(_TRIAL_LOG if of_trial else name, file, findings)
         return Reading(rows_read=rows, role=FileRole.SHEET)
 
     return read
 
 
-def _count(name: str, text: str, file: str, decimal: str | None, findings: FindingCollector) -> int:
+def _count(name: str, file: SheetFile, findings: FindingCollector) -> int:
     """Count the rows of a sheet, or report what the study would refuse: a note where a decimal sign is all it lacks."""
-    refused, lines = "", tuple[int, ...]()
-    for sign in (decimal,) if decimal is not None else (None, ",", "."):
+    refused: InputRefused | UsageError | None = None
+    for sign in (file.decimal,) if file.decimal is not None else (None, ",", "."):
         try:
-            rows, doubt = _ROWS[name](text, file, sign)
+            rows, doubt = _ROWS[name](dataclasses.replace(file, decimal=sign))
         except (InputRefused, UsageError) as error:
-            if not refused:
-                refused, lines = str(error), (error.line,) if isinstance(error, LineRefused) else ()
+            refused = refused or error
             continue
-        if refused:
-            findings.add(NOTE, "sheet_decimal_unclear", refused, lines=lines)
+        if refused is not None:
+            findings.add(NOTE, "sheet_decimal_unclear", str(refused))
         if doubt is not None:
             findings.add(NOTE, _DOUBTS[name], doubt)
         return rows
-    findings.add(FILE, "sheet_refused", refused, lines=lines)
+    lines = [fault.line for fault in refused.faults] if isinstance(refused, SheetRefused) else []
+    findings.add(FILE, "sheet_refused", str(refused), lines=lines)
     return 0
 
 

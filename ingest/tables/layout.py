@@ -1,10 +1,12 @@
 """How a delimited text is laid out: preamble, header, units row, where the data start, kinds of columns, decimal sign.
 
-Header and data are decided apart: some instruments write a decimal comma above and a decimal point below.
+Header and data are decided apart: some instruments write a decimal comma above and a decimal point below. What follows
+another header inside the data is another table, with columns of its own.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -12,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from ingest.channels.names import strip_comment
+from ingest.channels.names import TIME_NAMES, channel_of, parse_header, squash, strip_comment
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import Declarations, TextShape
 from ingest.spool import row_blocks
@@ -35,6 +37,7 @@ from ingest.text.cells import (
     is_missing,
     is_number,
     may_group,
+    row_of,
 )
 from ingest.text.source import Line, TextSource
 
@@ -299,3 +302,70 @@ def _note_points(number: str, findings: FindingCollector) -> None:
         f"{number!r} is read as a decimal and may be a thousand: say `--decimal .`, or export without thousands.",
         value=number,
     )
+
+
+_WORD = re.compile(r"[^\W\d][\w .:/°%()\[\]-]*")
+_MOST_TITLE_LINES = 30
+_FEWEST_ROWS = 3
+
+
+class SecondHeader(Exception):
+    """Another table begins at `offset`, which is line `line` of its source; its header is in line `header_line`."""
+
+    def __init__(self, offset: int, line: int, header_line: int) -> None:
+        super().__init__(f"another table begins in line {line}")
+        self.offset, self.line, self.header_line = offset, line, header_line
+
+
+def is_header(source: TextSource, content: bytes, cells: Sequence[bytes], layout: Layout) -> bool:
+    """Whether a line among the rows names columns: no number, and half of its cells are names or bear units.
+
+    Words alone, different ones and as many as there are columns, are names too where all columns hold numbers.
+    """
+    if any(is_number(cell, comma=True) for cell in cells):
+        return False
+    texts = [strip_comment(source.decode(cell)) for cell in cells if not is_missing(cell.lower())]
+    if not layout.header_cells or len(texts) < min(2, layout.width):
+        return False
+    known = {squash(parse_header(name).base) for name in layout.names}
+    named = sum(_is_column_name(text, known) for text in texts)
+    if 2 * named >= len(texts):
+        return True
+    words = all(map(_WORD.fullmatch, texts)) and len(set(texts)) == len(texts) == layout.width > 1
+    return words and not content.lstrip().startswith(COMMENT_STARTS) and "text" not in layout.kinds
+
+
+def _is_column_name(text: str, known: set[str]) -> bool:
+    cell = parse_header(text)
+    base = squash(cell.base)
+    return cell.unit is not None or base in known or base in TIME_NAMES or channel_of(cell.base) is not None
+
+
+def check_above(source: TextSource, layout: Layout) -> None:
+    """Raise `SecondHeader` where another table, a line of names and rows of as many numbers, stands above this one."""
+    above = [row_of(line, layout.delimiter) for line in source.head_lines() if line.start < layout.data_start]
+    own = next((row for row in reversed(above) if tuple(row.cells) == layout.header_cells), None)
+    names, rows = 0, 0
+    for row in above:
+        if own is None or row.line.start >= own.line.start:
+            break
+        if row.data_like and row.share == 1.0 and len(row.cells) == names:
+            rows += 1
+        elif row.share == 0.0 and len(row.cells) > 1:
+            names, rows = len(row.cells), 0
+        if rows == _FEWEST_ROWS:
+            whole_file = dataclasses.replace(layout, data_start=row.line.start)
+            raise second_header(source, whole_file, own.line.start, own.line.number)
+
+
+def second_header(source: TextSource, layout: Layout, position: int, line: int) -> SecondHeader:
+    """Return where the table begins whose header is at `position`: at the first of the title lines above it."""
+    header_line = line
+    for _ in range(_MOST_TITLE_LINES):
+        before = source.data.rfind(b"\n", 0, position - 1) + 1
+        content = source.data[before:position].strip()
+        cells = row_of(Line(line, before, content, True), layout.delimiter)
+        if before <= layout.data_start or cells.data_like or (content and len(cells.cells) == layout.width > 1):
+            break
+        position, line = before, line - 1
+    return SecondHeader(position, line, header_line)

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.tables.header_lines import is_header, second_header, with_units_joined
-from ingest.tables.layout import Layout
+from ingest.tables.header_lines import with_units_joined
+from ingest.tables.layout import Layout, is_header, second_header
 from ingest.tables.table import Block, CellKind, Column, Wanted
 from ingest.text.cells import (
     COMMENT_STARTS,

@@ -19,8 +19,7 @@ from ingest.declared import declared_columns, flag_names
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import Declarations
 from ingest.spool import LARGE_BYTES, mapped
-from ingest.tables.header_lines import check_above
-from ingest.tables.layout import Layout, find_layout
+from ingest.tables.layout import Layout, check_above, find_layout
 from ingest.tables.rows import read_rows
 from ingest.tables.table import Block, Table, Wanted, read_preamble
 from ingest.text.cells import COMMENT_STARTS, EXPONENT, is_missing, split_cells

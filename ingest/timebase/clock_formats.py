@@ -17,7 +17,7 @@ DATE_FORMATS = ("y-m-d", "d.m.y", "d/m/y", "m/d/y")
 CLOCK_FORMATS = ("h:m:s", "h:m", "m:s")
 """What the parts of a clock time are; the last one may have decimals."""
 
-_DATE = re.compile(r"(?<!\d)(\d{1,4})([-./])(\d{1,2})\2(\d{4}|\d{1,2})(?!\d)")
+_DATE = re.compile(r"(?<!\d)(\d{1,4})([-./])\s?(\d{1,2})\2\s?(\d{4}|\d{1,2})(?!\d)")
 _CLOCK = re.compile(r"(\d{1,3}):(\d\d)(?::(\d\d))?(?:[.,](\d+))?\s*([AaPp]\.?[Mm]\.?)?")
 
 

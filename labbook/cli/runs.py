@@ -54,7 +54,7 @@ def run_lines(rows: "Sequence[Sequence[Any]]") -> list[str]:
 
 @app.command("import")
 def import_command(
-    sheet: Annotated[Path, typer.Argument(help="The run sheet, CSV.")],
+    sheet: Annotated[Path, typer.Argument(help="The run sheet: CSV, or a workbook.")],
     dates: Annotated[
         DateOrder | None, typer.Option("--dates", help="How dates with slashes are written, as 03/04/2021.")
     ] = None,
@@ -73,20 +73,21 @@ def import_command(
 
     Example: labbook runs import runs.csv
     """
-    from labbook.actions.files.named_files import own_name
+    from ingest.tables.sheet import SheetFile
+    from labbook.actions.files.named_files import own_name, read_file
     from labbook.actions.runs.remarks import remark_lines
     from labbook.actions.runs.runs_importing import RunsImported, import_runs
     from labbook.book.opening import opened
     from labbook.book.write_session import DryRun
-    from labbook.cli.reading import read_sheet, with_answers
+    from labbook.cli.reading import with_answers
 
-    text, page = read_sheet(sheet, encoding)
+    file = SheetFile(own_name(sheet), read_file(sheet), encoding)
     with opened(book) as opened_book:
 
         def attempt(answers: dict[str, str | None]) -> RunsImported:
             done = RunsImported()
             with contextlib.suppress(DryRun), opened_book.session(person) as session:
-                done = import_runs(opened_book, session, text, own_name(sheet), **answers)
+                done = import_runs(opened_book, session, file, **answers)
                 if dry_run:
                     raise DryRun
             return done
@@ -100,11 +101,11 @@ def import_command(
         line += f" {len(done.withdrawn)} were planned and are withdrawn."
     read_as = (
         []
-        if page is None
-        else [f"look again: {own_name(sheet)} is no UTF-8 text and was read as {page} (`--encoding`)."]
+        if done.encoding == "utf-8"
+        else [f"look again: {file.name} is no UTF-8 text and was read as {done.encoding} (`--encoding`)."]
     )
     taken = _taken_in(done.taken_in)
-    emit({**plain(done), "encoding": page or "utf-8"}, [line, *taken, *read_as, *remark_lines(done.remarks)], as_json)
+    emit(plain(done), [line, *taken, *read_as, *remark_lines(done.remarks)], as_json)
 
 
 def _taken_in(items: Mapping[str, Sequence[str]]) -> list[str]:

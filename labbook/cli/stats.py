@@ -112,18 +112,18 @@ class Shared:
         pooled: bool = False,
     ) -> None:
         """Ask it of the values and print the answer and the files written; not all commands have level and pooled."""
+        from labbook.actions.files.named_files import read_file
         from labbook.actions.stats.answering import answer
         from labbook.actions.stats.data import DataSource
-        from labbook.cli.reading import read_text
 
         given = self.options
         file = given["file"]
-        text = "" if file is None else read_text(file, marked_utf_16=True)
+        data = b"" if file is None else read_file(file)
         named = {
             key: given[key]
             for key in ("value", "by", "control", "where", "missing", "decimal", "quantity", "book", "day")
         }
-        source = DataSource(file, text, **named)
+        source = DataSource(file, data, **named)
         alpha, files = given["alpha"], {name: given[name] for name in ("plot", "qq", "residuals")}
         pictures = {name: path for name, path in files.items() if path is not None}
         with progress(f"stats {self.command}", None, shown=not given["as_json"]) as step:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import PlanMethod
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.named_files import files_of
 from labbook.actions.planning.runs import PlannedEntry, state_plan
@@ -84,7 +85,7 @@ def _import_runs(book: Book, sheet: Path) -> None:
     if not sheet.exists():
         return
     with book.session(None) as session:
-        import_runs(book, session, sheet.read_text(encoding="utf-8"), str(sheet))
+        import_runs(book, session, SheetFile(str(sheet), sheet.read_bytes()))
 
 
 class Stopwatch:
@@ -106,7 +107,7 @@ def _state_runs(book: Book, campaign: Campaign, sheet: Path) -> None:
     entries = [PlannedEntry(run.name, dates.index(run.date) + 1, _block(run), _levels(run)) for run in campaign.runs]
     with book.session(None) as session:
         state_plan(session, book.configuration, campaign.seed, PlanMethod.BLOCKED, entries)
-        import_runs(book, session, sheet.read_text(encoding="utf-8"), str(sheet))
+        import_runs(book, session, SheetFile(str(sheet), sheet.read_bytes()))
         for date in dates:
             for kind in book.configuration.protocol.checks:
                 state_check(session, book.configuration, kind, None, None, passed=True, day=date.isoformat())

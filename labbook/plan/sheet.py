@@ -19,11 +19,28 @@ from itertools import groupby
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import RunKind
+from ingest.tables.sheet import is_number_text
 from labbook.plan.drawing import Plan, PlannedRun
-from labbook.plan.sheet_cells import as_text
 
 BEFORE_FACTORS = ("run", "date", "position", "kind")
 AFTER_FACTORS = ("battery", "robot", "started", "duration_s", "jumps_made", "starts", "note")
+
+
+_FORMULA = tuple("=+-@\t\r")
+"""With these a spreadsheet begins a formula."""
+_TEXT = "'"
+
+
+def as_text(cell: object) -> object:
+    """Return a cell that no spreadsheet takes for a formula: what begins like one gets an apostrophe, not numbers."""
+    if isinstance(cell, str) and cell.startswith(_FORMULA) and not is_number_text(cell):
+        return _TEXT + cell
+    return cell
+
+
+def without_mark(cell: str) -> str:
+    """Return a cell without the apostrophe that `as_text` put before it."""
+    return cell[1:] if cell.startswith(_TEXT) and cell[1:].startswith(_FORMULA) else cell
 
 
 @dataclass(frozen=True, slots=True)

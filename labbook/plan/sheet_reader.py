@@ -1,29 +1,29 @@
-"""Read a run sheet that a person filled in, and say everything that is wrong with it at once."""
+"""Read a run sheet that a person filled in, and say everything that is wrong with it at once.
+
+Spreadsheets rewrite cells, so `25.0`, `9:05` and `12,5` are understood too.
+"""
 
 from __future__ import annotations
 
-import csv
 import datetime
-import io
-import re
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from data_schema.errors import InputRefused, UsageError, nearest, unknown_name
 from data_schema.vocabulary import RunKind
-from labbook.config.run_names import composed
+from ingest.tables.sheet import Sheet, SheetFault, SheetFile, lone_number, number_in, read_sheet
+from ingest.text.cells import decimal_sign_of
+from labbook.config.reading import is_plain
 from labbook.plan.drawing import PlanFactor
-from labbook.plan.sheet import BEFORE_FACTORS
-from labbook.plan.sheet_cells import CELL_READERS, SheetQuestion, date_reader, one_of, without_mark
+from labbook.plan.local_time import order_of_dates, parse_clock, parse_date
+from labbook.plan.sheet import AFTER_FACTORS, BEFORE_FACTORS, without_mark
 
-MOST_FAULTS_SHOWN = 50
-MOST_LINES_SHOWN = 20
-MOST_COLUMNS_EXPLAINED = 5
+_MOST_COLUMNS_EXPLAINED = 5
 """More columns than this that are not known are one fault, not as many."""
-_DELIMITERS = ",;\t"
-_SEPARATOR_LINE = re.compile(r"sep=[,;\t]")
-"""The line that tells spreadsheets the separator."""
+_GIVE = "the sheet that `labbook plan` writes, with its header and one run a line"
+_NUMBERS = ("position", "duration_s", "jumps_made", "starts")
+_LEAST_COUNT = {"position": 1, "jumps_made": 0, "starts": 1}
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,136 +50,118 @@ class RunSheetRow:
         return any(value is not None for value in (self.started, self.duration_s, self.jumps_made, self.starts))
 
 
-@dataclass(frozen=True, slots=True)
-class RunSheetFault:
-    """What is wrong with one cell; `column` is None for a whole row."""
-
-    line: int
-    column: str | None
-    value: str
-    sentence: str
-
-    def __str__(self) -> str:
-        place = f"line {self.line}" if self.column is None else f"line {self.line}, {self.column}"
-        return f"{place}: {self.sentence}"
-
-
-def _fault_text(same: Sequence[RunSheetFault]) -> str:
-    """Say once what is wrong in several lines."""
-    if len(same) == 1:
-        return str(same[0])
-    lines = ", ".join(str(fault.line) for fault in same[:MOST_LINES_SHOWN])
-    more = f" and {len(same) - MOST_LINES_SHOWN} more" if len(same) > MOST_LINES_SHOWN else ""
-    column = "" if same[0].column is None else f", {same[0].column}"
-    return f"{len(same)} lines, {lines}{more}{column}: {same[0].sentence}"
-
-
-class RunSheetRefused(InputRefused):
-    """A run sheet with faults, all of them in `faults`; nothing of it was taken over."""
-
-    def __init__(self, source: str, faults: Sequence[RunSheetFault]) -> None:
-        self.faults = tuple(faults)
-        alike: dict[tuple[str | None, str], list[RunSheetFault]] = {}
-        for fault in self.faults:
-            alike.setdefault((fault.column, fault.sentence), []).append(fault)
-        shown = list(alike.values())[:MOST_FAULTS_SHOWN]
-        listed = "".join(f"\n  {_fault_text(same)}" for same in shown)
-        rest = len(self.faults) - sum(map(len, shown))
-        more = f"\n  and {rest} more." if rest > 0 else ""
-        count = "1 fault" if len(self.faults) == 1 else f"{len(self.faults)} faults"
-        super().__init__(f"{source} has {count}; correct it and try again, nothing was stored:{listed}{more}")
-
-
 def read_run_sheet(
-    text: str,
+    file: SheetFile,
     factors: Sequence[PlanFactor],
     *,
-    source: str = "the run sheet",
     batteries: Collection[str] | None = None,
     robots: Collection[str] | None = None,
     dates: str | None = None,
-) -> tuple[RunSheetRow, ...]:
-    """Read the rows of a sheet: comma, semicolon or tab between the cells, columns in any order.
+) -> tuple[tuple[RunSheetRow, ...], str]:
+    """Read the rows of a sheet, its columns in any order; returns them and the page of its text.
 
     `batteries` and `robots` are the names that exist (None: any), `dates` the order of dates with slashes. Raises
-    `RunSheetRefused` with every fault, `InputRefused` where the text is no table at all, and `SheetQuestion` for a date
-    with slashes whose order was not declared.
+    `SheetRefused` with every fault, `InputRefused` where it is no table at all, and `SheetQuestion` for a date with
+    slashes whose order was not declared.
     """
-    if "\0" in text.partition("\n")[0]:
-        raise InputRefused(f"{source} is no plain text, a spreadsheet's own file or UTF-16: save it as CSV in UTF-8.")
-    table = list(_table(text.removeprefix("\ufeff"), source))
-    if not table:
-        raise InputRefused(f"{source} is empty: give the sheet that `labbook plan` writes, with its header.")
-    readers = {
-        **CELL_READERS,
-        "date": date_reader(dates),
-        **{factor.name: one_of(f"level of {factor.name}", factor.levels) for factor in factors},
-        **({} if batteries is None else {"battery": one_of("battery", batteries)}),
-        **({} if robots is None else {"robot": one_of("robot", robots)}),
-    }
-    (header_line, header), *body = table
-    header = header[: 1 + max(place for place, column in enumerate(header) if column)]
-    if not set(BEFORE_FACTORS) & set(header):
+    sheet = read_sheet(file, _GIVE)
+    if not set(BEFORE_FACTORS) & set(sheet.names):
         raise InputRefused(
-            f"{source} is no run sheet, its first line names none of the columns {', '.join(BEFORE_FACTORS)}: give the "
-            "sheet that `labbook plan` writes, with its header."
+            f"{file.name} is no run sheet, its first line names none of the columns {', '.join(BEFORE_FACTORS)}: give "
+            f"{_GIVE}."
         )
-    faults = list(_header_faults(header_line, header, readers, [factor.name for factor in factors]))
-    runs: list[tuple[int, dict[str, Any]]] = []
-    for line, cells in body:
-        filled = cells if any(cells[len(header) :]) else cells[: len(header)]
-        if len(filled) == len(header):
-            runs.append((line, _values(line, dict(zip(header, filled, strict=True)), readers, factors, faults)))
-        else:
-            sentence = f"{len(filled)} cells where the header has {len(header)}: an empty cell needs its separator too."
-            faults.append(RunSheetFault(line, None, "", sentence))
-    faults += _repeated(runs)
-    if not faults and not body:
-        raise InputRefused(f"{source} has a header and no run below it: write one run a line and try again.")
-    if faults:
-        raise RunSheetRefused(source, sorted(faults, key=lambda fault: fault.line))
-    return tuple(_row(line, values, factors) for line, values in runs)
+    readers = {
+        **_readers(sheet, dates),
+        **{factor.name: _one_of(f"level of {factor.name}", factor.levels) for factor in factors},
+        **({} if batteries is None else {"battery": _one_of("battery", batteries)}),
+        **({} if robots is None else {"robot": _one_of("robot", robots)}),
+    }
+    faults = list(_header_faults(sheet, readers, [factor.name for factor in factors]))
+    rows = [
+        (line, _values(line, dict(zip(sheet.names, map(without_mark, cells), strict=True)), readers, factors, faults))
+        for line, cells in zip(sheet.lines, sheet.rows, strict=True)
+    ]
+    sheet.refuse([*faults, *_repeated(rows)])
+    return tuple(_row(line, values, factors) for line, values in rows), sheet.encoding
 
 
-def _table(text: str, source: str) -> Iterator[tuple[int, list[str]]]:
-    """Cut the text into rows of stripped cells, each with the line it starts on; empty rows are left out."""
-    text = composed(text)
-    first = next((line for line in text.splitlines() if line.strip()), "")
-    delimiter = first[-1] if _SEPARATOR_LINE.fullmatch(first) else max(_DELIMITERS, key=first.count)
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True)
-    line = 1
-    try:
-        for cells in reader:
-            stripped = [without_mark(cell.strip()) for cell in cells]
-            if any(stripped) and not (line == 1 and _SEPARATOR_LINE.fullmatch(first)):
-                yield line, stripped
-            line = reader.line_num + 1
-    except csv.Error as error:
-        raise InputRefused(
-            f"{source} cannot be cut into cells at line {line} ({error}): correct its quotes."
-        ) from error
+def _readers(sheet: Sheet, dates: str | None) -> dict[str, Callable[[str], Any]]:
+    """Return how the cells of each fixed column are read; an error's text is the sentence shown."""
+    order = order_of_dates(sheet.columns.get("date", ()), dates)
+    cells = [cell.encode() for name in _NUMBERS for cell in sheet.columns.get(name, ())]
+    sign, unclear = decimal_sign_of(cells)
+    decimal = "." if unclear is not None else sign.decode()
+
+    def seconds(cell: str) -> float:
+        number = number_in(cell, decimal)
+        if not isinstance(number, float) or not 0.0 < number <= 86_400.0:
+            raise InputRefused(f"{cell!r} is not a duration: write seconds, such as 720.")
+        return number
+
+    def counted_from(least: int) -> Callable[[str], int]:
+        def count(cell: str) -> int:
+            number = number_in(cell, decimal)
+            if not isinstance(number, float) or not number.is_integer() or not least <= number <= 1_000_000:
+                raise InputRefused(f"{cell!r} is not a count: write a whole number, {least} or more.")
+            return int(number)
+
+        return count
+
+    return {
+        **dict.fromkeys((*BEFORE_FACTORS, *AFTER_FACTORS), _plain),
+        "date": lambda cell: parse_date(cell, order),
+        "kind": _kind,
+        "started": parse_clock,
+        "duration_s": seconds,
+        **{name: counted_from(least) for name, least in _LEAST_COUNT.items()},
+    }
 
 
-def _header_faults(
-    line: int, header: Sequence[str], known: Collection[str], factors: Sequence[str]
-) -> Iterator[RunSheetFault]:
+def _plain(cell: str) -> str:
+    """Read a name, or a note of one or more lines."""
+    if not is_plain("".join(cell.split("\n"))):
+        raise InputRefused(f"{cell!r} has unprintable characters: write plain text.")
+    return cell
+
+
+def _kind(cell: str) -> RunKind:
+    if cell not in list(RunKind):
+        raise unknown_name("kind of run", cell, list(RunKind))
+    return RunKind(cell)
+
+
+def _one_of(what: str, allowed: Iterable[str]) -> Callable[[str], str]:
+    """Build the reader of one of the `allowed` names; a number may be written in another way (`400.0` for `400`)."""
+    names = list(allowed)
+    numbers = {lone_number(name): name for name in names}
+
+    def read_known(cell: str) -> str:
+        if cell in names:
+            return cell
+        number = lone_number(cell)
+        if number is None or number not in numbers:
+            raise unknown_name(what, cell, names)
+        return numbers[number]
+
+    return read_known
+
+
+def _header_faults(sheet: Sheet, known: Collection[str], factors: Sequence[str]) -> Iterator[SheetFault]:
+    unknown = [column for column in sheet.names if column not in known]
     explained: set[str | None] = set()
-    unknown = [column for column in header if column not in known]
-    if len(unknown) > MOST_COLUMNS_EXPLAINED:
-        shown = ", ".join(repr(column) for column in unknown[:MOST_COLUMNS_EXPLAINED])
+    if len(unknown) > _MOST_COLUMNS_EXPLAINED:
+        shown = ", ".join(repr(column) for column in unknown[:_MOST_COLUMNS_EXPLAINED])
         sentence = (
             f"{len(unknown)} columns are not known, {shown} and so on: take them out; known are {', '.join(known)}."
         )
-        yield RunSheetFault(line, None, "", sentence)
-    for place, column in enumerate(header):
-        if column not in known and len(unknown) <= MOST_COLUMNS_EXPLAINED:
+        yield SheetFault(sheet.header_line, None, sentence)
+    else:
+        for column in unknown:
             explained.add(nearest(column, known))
-            yield RunSheetFault(line, column, column, str(unknown_name("column", column, known)))
-        elif column in known and column in header[:place]:
-            yield RunSheetFault(line, column, column, f"the column {column!r} is there twice: keep one.")
+            yield SheetFault(sheet.header_line, column, str(unknown_name("column", column, known)), column)
     for column in (*BEFORE_FACTORS, *factors):
-        if column not in header and column not in explained:
-            yield RunSheetFault(line, column, "", f"the column {column!r} is missing: add it.")
+        if column not in sheet.names and column not in explained:
+            yield SheetFault(sheet.header_line, column, f"the column {column!r} is missing: add it.")
 
 
 def _values(
@@ -187,7 +169,7 @@ def _values(
     cells: Mapping[str, str],
     readers: Mapping[str, Callable[[str], Any]],
     factors: Sequence[PlanFactor],
-    faults: list[RunSheetFault],
+    faults: list[SheetFault],
 ) -> dict[str, Any]:
     """Read the cells of one row that are filled and right; add the faults of the others."""
     values: dict[str, Any] = {}
@@ -195,31 +177,17 @@ def _values(
         if cell and column in readers:
             try:
                 values[column] = readers[column](cell)
-            except SheetQuestion:
-                raise
             except (InputRefused, UsageError) as error:
-                faults.append(RunSheetFault(line, column, cell, str(error)))
+                faults.append(SheetFault(line, column, str(error), cell))
     for column, sentence in _contradictions(cells, values.get("kind"), factors):
-        faults.append(RunSheetFault(line, column, cells[column], sentence))
+        faults.append(SheetFault(line, column, sentence, cells[column]))
     return values
 
 
 def _row(line: int, values: Mapping[str, Any], factors: Sequence[PlanFactor]) -> RunSheetRow:
-    return RunSheetRow(
-        line=line,
-        name=values["run"],
-        date=values["date"],
-        position=values["position"],
-        kind=values["kind"],
-        levels={factor.name: values[factor.name] for factor in factors if factor.name in values},
-        battery=values.get("battery"),
-        robot=values.get("robot"),
-        started=values.get("started"),
-        duration_s=values.get("duration_s"),
-        jumps_made=values.get("jumps_made"),
-        starts=values.get("starts"),
-        note=values.get("note", ""),
-    )
+    fixed: dict[str, Any] = {name: values.get(name) for name in ("date", "position", "kind", *AFTER_FACTORS)}
+    levels = {factor.name: values[factor.name] for factor in factors if factor.name in values}
+    return RunSheetRow(**{**fixed, "note": values.get("note", "")}, line=line, name=values["run"], levels=levels)
 
 
 def _contradictions(
@@ -245,15 +213,15 @@ def _contradictions(
         yield "jumps_made", "the cell is empty though the run was made: count its jumps, 0 if there were none."
 
 
-def _repeated(runs: Sequence[tuple[int, Mapping[str, Any]]]) -> Iterator[RunSheetFault]:
+def _repeated(runs: Sequence[tuple[int, Mapping[str, Any]]]) -> Iterator[SheetFault]:
     names: dict[str, int] = {}
     places: dict[tuple[datetime.date, int], int] = {}
     for line, values in runs:
         name, date, position = values.get("run"), values.get("date"), values.get("position")
         if name is not None and (first := names.setdefault(name, line)) != line:
-            yield RunSheetFault(line, "run", name, f"{name!r} is on line {first} too: rename one of them.")
+            yield SheetFault(line, "run", f"{name!r} is on line {first} too: rename one of them.", name)
         if date is None or position is None:
             continue
         if (first := places.setdefault((date, position), line)) != line:
             sentence = f"position {position} of {date} is on line {first} too: number the runs of a day 1, 2, 3."
-            yield RunSheetFault(line, "position", str(position), sentence)
+            yield SheetFault(line, "position", sentence, str(position))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
@@ -14,7 +14,6 @@ from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import read_oscillation, read_trials
-from labbook.actions.files.named_files import own_name
 from labbook.studies.sheet import sheet_source
 from labbook.studies.study import Asked, Found, level_of
 from labbook.terminal import NOT_IN_JSON
@@ -315,14 +314,13 @@ def _line_text(what: str, line: GainLine | Undefined, unit: str) -> str:
 def ask(asked: Asked) -> Found[Characterisation]:
     """Read the sheet with one trajectory a row, and the log of each, whose path counts from the sheet's folder."""
     with sheet_source("characterisation", asked) as source:
-        text, decimal = source.read(source.path)
-        sheet = read_trials(text, own_name(source.path), decimal)
+        sheet = read_trials(source.file(source.path))
         trials = []
         for place, name in enumerate(sheet.words["file"]):
-            log, sign = source.read(source.path.parent / name)
+            log = replace(source.file(source.path.parent / name), name=name)
             columns = {column: values[place] for column, values in sheet.values.items()}
             condition = Condition(columns.get("neutral"), columns["gain"], columns["damping_gain"])
-            trials.append(Trial(columns["mass"], *read_oscillation(log, name, sign), name, condition))
+            trials.append(Trial(columns["mass"], *read_oscillation(log), name, condition))
         return Found(characterisation(trials, level_of(source.options)), source.sources, source.files)
 
 

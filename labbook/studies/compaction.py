@@ -12,8 +12,7 @@ import numpy as np
 from data_schema.errors import InputRefused, UsageError
 from data_schema.rounding import end_text, interval_text, level_text, number_text, p_text
 from data_schema.vocabulary import Undefined
-from ingest.formats.study_sheets import FlaskSheet, read_flasks
-from labbook.actions.files.named_files import own_name
+from ingest.formats.study_sheets import StudySheet, read_flasks
 from labbook.studies.sheet import sheet_source
 from labbook.studies.study import Asked, Found, level_of
 from labbook.terminal import NOT_IN_JSON
@@ -195,12 +194,11 @@ def ask(asked: Asked) -> Found[Compaction]:
                 "the grains' diameter is not known: add --grain 3.4, in mm, or write grain_mm = 3.4 below "
                 "[studies.compaction] of labbook.toml."
             )
-        text, decimal = sheet.read(sheet.path)
-        flasks = read_flasks(text, own_name(sheet.path), decimal)
+        flasks = read_flasks(sheet.file(sheet.path))
         return Found(compaction(flasks, grain_mm, level_of(sheet.options)), sheet.sources, sheet.files)
 
 
-def compaction(flasks: FlaskSheet, grain_mm: float, level: float = 0.95) -> Compaction:
+def compaction(flasks: StudySheet, grain_mm: float, level: float = 0.95) -> Compaction:
     """Extrapolate the fractions of each state to an infinite container.
 
     Repeated fillings of a flask are averaged first: they share the flask's error, and flasks are what scatters. Raises
@@ -218,7 +216,7 @@ def compaction(flasks: FlaskSheet, grain_mm: float, level: float = 0.95) -> Comp
     (first, before), (last, after) = means.items()
     if alone := sorted(before.keys() ^ after.keys()):
         radius_m, missing = alone[0], last if alone[0] in before else first
-        line = flasks.lines[list(flasks.radii_m).index(radius_m)]
+        line = flasks.lines[list(flasks.values["radius"]).index(radius_m)]
         raise InputRefused(
             f"the flask of {radius_m * 1e3:g} mm (line {line}) was not measured {missing!r}: measure it, or drop its "
             "rows."
@@ -249,14 +247,15 @@ def compaction(flasks: FlaskSheet, grain_mm: float, level: float = 0.95) -> Comp
         df=line_of.df,
         level=level,
         grain_m=grain_m,
-        doubt=flasks.doubt(),
+        doubt=flasks.doubt,
     )
 
 
-def _means(flasks: FlaskSheet) -> dict[str, dict[float, float]]:
+def _means(flasks: StudySheet) -> dict[str, dict[float, float]]:
     """Return by state the mean fraction by the radius of the flask in m, in the order of radii; loose first."""
     found: dict[str, dict[float, list[float]]] = {}
-    columns = zip(flasks.states, flasks.radii_m, flasks.flasks_m3, flasks.water_m3, strict=True)
+    quantities = (flasks.values[name] for name in ("radius", "flask", "water"))
+    columns = zip(flasks.words["state"], *quantities, strict=True)
     for state, radius_m, flask_m3, water_m3 in columns:
         of_flask = found.setdefault(state, {}).setdefault(radius_m, [])
         of_flask.append(fraction_from_water(flask_m3, water_m3).fraction)

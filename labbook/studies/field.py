@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -14,8 +14,7 @@ from data_schema.errors import InputRefused
 from data_schema.rounding import error_of, interval_text, level_text, number_text
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
-from ingest.formats.study_sheets import WalkSheet, read_power, read_walks
-from labbook.actions.files.named_files import own_name
+from ingest.formats.study_sheets import StudySheet, read_power, read_walks
 from labbook.studies.sheet import sheet_source
 from labbook.studies.study import Asked, Found, level_of
 from reports.page.study import Study
@@ -139,27 +138,26 @@ def ask(asked: Asked) -> Found[FieldStudy]:
     Paths of logs count from the sheet's folder.
     """
     with sheet_source("field", asked) as source:
-        text, decimal = source.read(source.path)
-        sheet = read_walks(text, own_name(source.path), decimal)
-        energies_j = sheet.energies_j
-        if energies_j is None:
-            logs = [(source.read(source.path.parent / name), name) for name in sheet.logs]
-            powers = [read_power(log, name, sign) for (log, sign), name in logs]
-            energies_j = [float(np.trapezoid(power_w, time_s)) for time_s, power_w in powers]
-        study = field_study(sheet, energies_j, level_of(source.options))
+        sheet = read_walks(source.file(source.path))
+        if "energy" not in sheet.values:
+            logs = [replace(source.file(source.path.parent / name), name=name) for name in sheet.words["log"]]
+            energies_j = [float(np.trapezoid(power_w, time_s)) for time_s, power_w in map(read_power, logs)]
+            sheet = replace(sheet, values={**sheet.values, "energy": energies_j})
+        study = field_study(sheet, level_of(source.options))
         return Found(study, source.sources, source.files)
 
 
-def field_study(sheet: WalkSheet, energies_j: Sequence[float], level: float = 0.95) -> FieldStudy:
+def field_study(sheet: StudySheet, level: float = 0.95) -> FieldStudy:
     """Compare two robots that walked together, walk by walk: ground and pace are the same for both.
 
-    `energies_j` are those of the sheet's rows. Ratios are compared, as a harder ground asks more of both in proportion.
+    Ratios are compared, as a harder ground asks more of both in proportion.
     Raises `InputRefused` for other than two robots, and for walks that both did not make exactly once.
     """
-    robots, walks = tuple(dict.fromkeys(sheet.robots)), tuple(dict.fromkeys(sheet.walks))
+    rows = list(zip(sheet.words["robot"], sheet.words["walk"], strict=True))
+    robots, walks = (tuple(dict.fromkeys(sheet.words[word])) for word in ("robot", "walk"))
+    distances_m = sheet.values["distance"]
     if len(robots) != 2:
         raise InputRefused(f"the walks are of {', '.join(map(repr, robots))}: compare two robots.")
-    rows = list(zip(sheet.robots, sheet.walks, strict=True))
     if len(set(rows)) < len(rows):
         raise InputRefused("a robot made a walk twice: give each walk a name of its own.")
     for walk in walks:
@@ -170,16 +168,14 @@ def field_study(sheet: WalkSheet, energies_j: Sequence[float], level: float = 0.
                     f"{robot!r} did not make the walk {walk!r} (line {sheet.lines[places[0]]}): give what both made "
                     "together."
                 )
-        one_m, other_m = sorted(sheet.distances_m[place] for place in places)
+        one_m, other_m = sorted(distances_m[place] for place in places)
         if other_m > FARTHEST_APART * one_m:
-            came = " and the other ".join(
-                f"{sheet.distances_m[place]:g} m (line {sheet.lines[place]})" for place in places
-            )
+            came = " and the other ".join(f"{distances_m[place]:g} m (line {sheet.lines[place]})" for place in places)
             raise InputRefused(
                 f"on {walk!r} one robot came {came}: compare what both walked together, and check the distances."
             )
     found: dict[str, dict[str, float]] = {robot: {} for robot in robots}
-    columns = zip(rows, energies_j, sheet.masses_kg, sheet.distances_m, sheet.lines, strict=True)
+    columns = zip(rows, sheet.values["energy"], sheet.values["mass"], distances_m, sheet.lines, strict=True)
     for (robot, walk), energy_j, mass_kg, distance_m, line in columns:
         found[robot][walk] = energy_j / (mass_kg * STANDARD_GRAVITY_M_S2 * distance_m)
         if not PLAUSIBLE[0] < found[robot][walk] < PLAUSIBLE[1]:
@@ -194,7 +190,7 @@ def field_study(sheet: WalkSheet, energies_j: Sequence[float], level: float = 0.
     of_thesis = None if first.published is None or second.published is None else second.published / first.published
     ratios = {walk: second.walks[walk] / first.walks[walk] for walk in walks}
     ratio = _geometric_mean(f"{second.name} / {first.name}", ratios, level, of_thesis)
-    return FieldStudy((first, second), ratio, level, sheet.doubt())
+    return FieldStudy((first, second), ratio, level, sheet.doubt)
 
 
 def _geometric_mean(name: str, walks: Mapping[str, float], level: float, published: float | None) -> GeometricMean:

@@ -16,10 +16,9 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UsageError
 from data_schema.queries.imported_files import find_files
 from data_schema.queries.readings import ReadingRow, last_reading, readings_in_force
-from ingest.formats.study_sheets import may_be_cut
 from ingest.store import raw_path
-from ingest.text.source import DEFAULT_PAGE
-from labbook.actions.files.named_files import decoded, file_named, own_name, read_file, readable
+from ingest.tables.sheet import SheetFile
+from labbook.actions.files.named_files import file_named, own_name, read_file, readable
 from labbook.book.opening import opened
 from labbook.config.model import StudyProtocol
 from labbook.studies.registry import STUDIES
@@ -43,10 +42,9 @@ class SheetSource:
     sources: tuple[tuple[str, str], ...] = ()
     paths: dict[str, Path] = field(default_factory=dict)
 
-    def read(self, path: Path) -> tuple[str, str | None]:
-        """Return the text of the sheet, or of a log that it names, and its decimal sign, None where it shows.
-
-        Raises `InputRefused` where it may be cut, or has the bytes of a file before: it would count twice.
+    def file(self, path: Path) -> SheetFile:
+        """Return the sheet, or a log that it names; raises `InputRefused` where it has the bytes of a file before: it
+        would count twice.
         """
         data, page, decimal = self.contents(path)
         sha256 = hashlib.sha256(data).hexdigest()
@@ -56,10 +54,7 @@ class SheetSource:
                 f"{own_name(self.path)} names {same}, which are the same bytes: what was recorded once would count "
                 "twice; name, or ingest, the log that was recorded, or drop the row."
             )
-        text = decoded(path, data, marked_utf_16=True, page=page)
-        if not self.complete and text and (unended := may_be_cut(text, own_name(path))) is not None:
-            raise InputRefused(unended)
-        return text, self.options.decimal or decimal
+        return SheetFile(own_name(path), data, page, self.options.decimal or decimal, self.complete)
 
     @property
     def files(self) -> tuple[tuple[str, str], ...]:
@@ -86,7 +81,7 @@ def sheet_source(study: str, asked: Asked) -> Iterator[SheetSource]:
             row = sheet if path == Path(sheet.name) else _log(connection, path.name, sheet.name)
             declared = json.loads(row.settings_json)["declared"]
             data = bytes(book.store.raw(raw_path(row.sha256), row.sha256))
-            return data, declared.get("encoding") or DEFAULT_PAGE, declared.get("decimal_sign")
+            return data, declared.get("encoding"), declared.get("decimal_sign")
 
         yield SheetSource(Path(sheet.name), options, contents, sources=book_sources(connection, book.configuration))
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Mapping, Sequence
-from decimal import Decimal
 from pathlib import Path
 from typing import Any
 
@@ -41,8 +40,8 @@ def table(folder: Path, groups: Mapping[str, Sequence[str]], sep: str = ",", day
     return written(folder, [sep.join(("controller", "energy_J", "date")), *rows])
 
 
-def decimals(values: Sequence[str]) -> list[Decimal]:
-    return [Decimal(value) for value in values]
+def floats(values: Sequence[str]) -> list[float]:
+    return [float(value) for value in values]
 
 
 def found(result: Any) -> Any:
@@ -60,7 +59,7 @@ def run(path: Path, *words: str) -> Any:
 
 
 def test_json_holds_the_results_of_stats_unrounded(data: Path) -> None:
-    ce, ad = decimals(CE), decimals(AD)
+    ce, ad = floats(CE), floats(AD)
     (compared,) = run(data, "compare", *BY, "--level", "0.9")["comparisons"]
     assert compared == {"a": "AD", "b": "CE", **found(compare_two(ad, ce, alpha=0.1, names=("AD", "CE")))}
     (thesis,) = run(data, "compare", *BY, "--route", "f_then_t")["comparisons"]
@@ -83,7 +82,7 @@ def test_json_holds_the_results_of_stats_unrounded(data: Path) -> None:
 
 
 def test_text_is_one_sentence_with_one_p(data: Path) -> None:
-    compared = compare_two(decimals(AD), decimals(CE), names=("AD", "CE"))
+    compared = compare_two(floats(AD), floats(CE), names=("AD", "CE"))
     assert good(labbook("stats", "compare", data, *BY, at=data.parent)).out == f"{compared.sentence(unit='J')}\n"
     for words in (("compare",), ("compare", "--day", "date"), ("savings", "--day", "date")):
         said = good(labbook("stats", words[0], data, *BY, *words[1:], at=data.parent)).out
@@ -105,17 +104,13 @@ def test_what_could_be_thousands_is_asked_about(tmp_path: Path) -> None:
     path = table(tmp_path, {"CE": ("1,234", "1,250"), "AD": ("1,260", "1,311")}, ";")
     refused(labbook("stats", "compare", path, *BY, at=tmp_path), 2, "'1,234'", "could be a decimal or thousands")
     (compared,) = run(path, "compare", *BY, "--decimal", ",")["comparisons"]
-    assert compared["mean_a"] == 1.2855
+    assert compared["mean_a"] == pytest.approx(1.2855, rel=1e-12)
     refused(labbook("stats", "compare", path, *BY, "--decimal", ".", at=tmp_path), 2, "'1,234'", "line 2")
     mixed = table(tmp_path, {"CE": ("980", "1.020"), "AD": ("1.010", "990")}, ";")
     refused(labbook("stats", "compare", mixed, *BY, at=tmp_path), 2, "'1.020'", "could be a decimal or thousands")
-    (compared,) = run(mixed, "compare", *BY, "--decimal", ",")["comparisons"]
-    assert compared["mean_a"] == 1000.0
+    refused(labbook("stats", "compare", mixed, *BY, "--decimal", ",", at=tmp_path), 2, "'1.020'", "without")
     (compared,) = run(mixed, "compare", *BY, "--decimal", ".")["comparisons"]
-    assert compared["mean_a"] == 495.505
-    plain = table(tmp_path, {"CE": ("1.234", "1.250"), "AD": ("2", "1.311")}, ";")
-    (compared,) = run(plain, "compare", *BY)["comparisons"]
-    assert compared["mean_b"] == 1.242
+    assert compared["mean_a"] == pytest.approx(495.505, rel=1e-12)
 
 
 def test_missing_values_are_refused_or_dropped_and_counted(tmp_path: Path) -> None:
@@ -202,7 +197,7 @@ def test_figures_are_written_in_every_form(ending: str, words: tuple[str, ...], 
         (["--value", "energy_J", "--by", "contoller"], "did you mean 'controller'?"),
         (["--value", "energy_J", "--by", "controller", "--control", "CF"], "did you mean 'CE'?"),
         (["--value", "energy_J"], "data.csv has 'controller', 'energy_J', 'date'"),
-        (["--value", "controller", "--by", "date"], "'CE' in column 'controller', line 2 of"),
+        (["--value", "controller", "--by", "date"], ", controller: 'CE'"),
         ([*BY, "--quantity", "apex"], "--quantity is about a book"),
         ([*BY, "--alpha", "0.1", "--level", "0.95"], "--alpha 0.1 and --level 0.95 differ"),
         ([*BY, "--alpha", "5"], "--alpha is 5.0: give a number between 0 and 1"),
@@ -218,20 +213,18 @@ def test_refused_with_a_sentence(words: list[str], said: str, data: Path) -> Non
 @pytest.mark.parametrize(
     ("lines", "said"),
     [
-        ([], "is no table of several columns"),
-        (["a", "1"], "is no table of several columns"),
-        (["g,x", "a,1", "b,2,3"], "line 3 of bad.csv has 3 cells and the header 2"),
-        (["g,x"], "has a header and no rows"),
-        (["x,x", "a,1"], "several columns named 'x'"),
-        (["g,x", "a,1", "b,inf"], "'inf' in column 'x', line 3"),
-        (["g,x", "a,1", "b,1 234.5"], "'1 234.5' in column 'x', line 3"),
-        (["g,x", "a,1,5", "b,2,5"], "numbers with a decimal comma need quotes, or ; between the columns"),
-        (["g,x", "a\0,1", "b,2"], "holds bytes that no text has"),
+        (["a", "1"], ("bad.csv", "several columns")),
+        (["g,x", "a,1", "b,2,3"], ("line 3 of bad.csv", "3 cells")),
+        (["x,x", "a,1"], ("line 1 of bad.csv", "'x'", "twice")),
+        (["g,x", "a,1", "b,inf"], ("line 3 of bad.csv, x", "'inf'")),
+        (["g,x", "a,1,5", "b,2,5"], ("2 lines of bad.csv", "decimal comma")),
     ],
 )
-def test_tables_that_cannot_be_read_are_refused_with_the_line(lines: list[str], said: str, tmp_path: Path) -> None:
+def test_tables_that_cannot_be_read_are_refused_with_the_line(
+    lines: list[str], said: tuple[str, ...], tmp_path: Path
+) -> None:
     written(tmp_path, lines, "bad.csv")
-    refused(labbook("stats", "compare", "bad.csv", "--value", "x", "--by", "g", at=tmp_path), 2, said)
+    refused(labbook("stats", "compare", "bad.csv", "--value", "x", "--by", "g", at=tmp_path), 2, *said)
 
 
 def test_more_that_is_refused(data: Path) -> None:
@@ -263,15 +256,13 @@ def test_a_test_that_leaves_known_days_out_says_so(data: Path) -> None:
         assert not run(data, words[0], *BY, *words[1:])["notes"]
 
 
-def test_text_in_utf_16_with_its_mark_is_read_and_other_pages_are_refused(tmp_path: Path) -> None:
+def test_a_page_that_was_not_declared_is_named(tmp_path: Path) -> None:
     path, text = tmp_path / "data.csv", "v,g\n1,a\n2,a\n3,b\n5,b\n"
     words = ("stats", "compare", path, "--value", "v", "--by", "g")
-    path.write_text(text, encoding="utf-8")
-    expected = good(labbook(*words, at=tmp_path)).out
     path.write_bytes(text.encode("utf-16"))
-    assert good(labbook(*words, at=tmp_path)).out == expected
-    path.write_bytes("v,g\n1,\u00fc\n".encode("cp1252"))
-    refused(labbook(*words, at=tmp_path), 2, "UTF-16 with a byte order mark", "Windows-1252")
+    assert "cp1252" not in good(labbook(*words, at=tmp_path)).out
+    path.write_bytes(text.replace("b", "\u00fc").encode("cp1252"))
+    says(good(labbook(*words, at=tmp_path)).out, "data.csv", "cp1252")
 
 
 def test_rows_without_a_value_and_without_a_label_are_counted_apart(tmp_path: Path) -> None:
@@ -288,7 +279,7 @@ def test_only_rows_that_are_kept_must_hold_numbers(tmp_path: Path) -> None:
     path = written(tmp_path, ["g,x,use", "a,1,yes", "a,1.2,yes", "b,2,yes", "b,2.5,yes", 'b,"1,2 (broken)",no'])
     words = ("compare", "--value", "x", "--by", "g")
     assert run(path, *words, "--where", "use=yes")["groups"] == {"a": 2, "b": 2}
-    said = "'1,2 (broken)' in column 'x', line 6"
+    said = "line 6 of data.csv, x: '1,2 (broken)'"
     refused(labbook("stats", *words[:1], path, *words[1:], at=tmp_path), 2, said)
     refused(labbook("stats", *words[:1], path, *words[1:], "--where", "use in (yes, no)", at=tmp_path), 2, said)
 
@@ -308,7 +299,7 @@ def test_what_spreadsheets_add_is_no_hindrance(tmp_path: Path) -> None:
     plain = run(written(tmp_path, rows), "compare", "--value", "x", "--by", "g")
     assert run(written(tmp_path, ["sep=;", *rows]), "compare", "--value", "x", "--by", "g") == plain
     lines = ["\ufeffsep=;", *rows[:2], "a;oops;;"]
-    told = "'oops' in column 'x', line 4"
+    told = "line 4 of data.csv, x: 'oops'"
     refused(labbook("stats", "compare", written(tmp_path, lines), "--value=x", "--by=g", at=tmp_path), 2, told)
 
 

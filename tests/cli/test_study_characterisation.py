@@ -155,7 +155,7 @@ def test_a_log_that_is_named_twice_is_refused(tmp_path: Path) -> None:
     written(tmp_path, oscillations(np.random.default_rng(7)))
     with (tmp_path / "trials.csv").open("a") as sheet:
         sheet.write("g60_1kg.csv,60,0,1.0,20\n")
-    refused(labbook("study", "characterisation", "trials.csv", at=tmp_path), 2, "line 14", "the log of line 2")
+    refused(labbook("study", "characterisation", "trials.csv", at=tmp_path), 2, "line 14", "that of line 2")
 
 
 def test_positions_that_count_against_velocities_are_refused() -> None:

@@ -10,7 +10,8 @@ import pytest
 import statsmodels.api as sm
 
 from benchmarks.validation_document import STUDIES, covered, outside
-from ingest.formats.study_sheets import FlaskSheet, read_flasks
+from ingest.formats.study_sheets import StudySheet, read_flasks
+from ingest.tables.sheet import SheetFile
 from labbook.demo.studies.sheets import COMPACTED, FLASK_RADII_MM, GRAIN_MM, LOOSE, WALLS, flasks
 from labbook.studies.compaction import Compaction, compaction
 from tests.cli.shell import good, labbook, refused
@@ -20,7 +21,7 @@ from tests.helpers.wording import says
 
 def read(text: str, decimal: str | None = None) -> Compaction:
     """What a sheet says."""
-    return compaction(read_flasks(text, "flasks.csv", decimal), GRAIN_MM)
+    return compaction(read_flasks(SheetFile("flasks.csv", text.encode(), decimal=decimal)), GRAIN_MM)
 
 
 @pytest.mark.soak
@@ -43,17 +44,18 @@ def test_a_curve_s_interval_stands_beside_that_of_the_line_and_a_curve_that_show
 
     def of(curvature: float) -> Compaction:
         return compaction(
-            FlaskSheet(
-                [*radii_m.tolist()] * 2,
-                [1.0] * 24,
-                [
-                    1.0 - phi + (0.25 - curvature * x) * x - error
-                    for phi, of_state in zip((LOOSE, COMPACTED), errors, strict=True)
-                    for x, error in zip(wall.tolist(), of_state.tolist(), strict=True)
-                ],
-                ["loose"] * 12 + ["compacted"] * 12,
+            StudySheet(
+                {
+                    "radius": [*radii_m.tolist()] * 2,
+                    "flask": [1.0] * 24,
+                    "water": [
+                        1.0 - phi + (0.25 - curvature * x) * x - error
+                        for phi, of_state in zip((LOOSE, COMPACTED), errors, strict=True)
+                        for x, error in zip(wall.tolist(), of_state.tolist(), strict=True)
+                    ],
+                },
+                {"state": ["loose"] * 12 + ["compacted"] * 12},
                 range(24),
-                (),
             ),
             3.4,
         )
@@ -130,7 +132,7 @@ def test_points_that_could_be_thousands_are_refused(tmp_path: Path) -> None:
         for radius, state, water in [("15,5", "a", "1.430"), ("15,5", "b", "1.330"), ("20,5", "a", "1.230")]
     )
     (tmp_path / "flasks.csv").write_text(text, encoding="utf-8")
-    refused(labbook("study", "compaction", "flasks.csv", "--grain", "3.4", at=tmp_path), 2, "1.430", "--decimal")
+    refused(labbook("study", "compaction", "flasks.csv", "--grain", "3.4", at=tmp_path), 2, "line 2", "1.430")
 
 
 def test_the_page_works_as_it_says(tmp_path: Path) -> None:
@@ -152,7 +154,7 @@ HEAD = "radius_mm,state,water_ml\n"
         ("radius_mm,state\n15,loose\n", ("water", "radius_mm,state,water_ml")),
         ("radius_mm,water_ml\n15,6\n", ("state",)),
         ("radius_kg,state,water_ml\n" + ROWS, ("kg",)),
-        ("radius_mm,state,water_kg\n" + ROWS, ("'water_kg'", "water_ml")),
+        ("radius_mm,state,water_kg\n" + ROWS, ("water_kg", "water_ml")),
         (HEAD + ROWS, ("only 2", "at least 3")),
         (HEAD + ROWS + "30,loose,47\n", ("30 mm", "line 6", "'hard'")),
         (HEAD + ROWS + "30,lose,47\n", ("line 6", "'lose'", "did you mean 'loose'")),

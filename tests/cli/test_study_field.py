@@ -8,6 +8,7 @@ import pytest
 
 from benchmarks.validation_document import STUDIES, covered, outside
 from ingest.formats.study_sheets import read_walks
+from ingest.tables.sheet import SheetFile
 from labbook.studies.field import FieldStudy, field_study
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
@@ -18,9 +19,7 @@ HEAD = "walk,robot,mass_kg,distance_m,energy_Wh\n"
 
 def read(text: str) -> FieldStudy:
     """What a sheet says."""
-    sheet = read_walks(text, "walks.csv", ".")
-    assert sheet.energies_j is not None
-    return field_study(sheet, sheet.energies_j)
+    return field_study(read_walks(SheetFile("walks.csv", text.encode(), decimal=".")))
 
 
 @pytest.mark.soak
@@ -66,7 +65,7 @@ def test_energies_are_integrals_of_logged_power(tmp_path: Path) -> None:
     [
         ("0,5\n1,5\n1,5\n", "does not rise"),
         ("0,5\n", "does not rise"),
-        ("".join(f"{second},5\n" for second in (*range(50), *range(80, 130))), "nothing for 31 s from line 51"),
+        ("".join(f"{second},5\n" for second in (*range(50), *range(80, 130))), "nothing stands for 31 s"),
         ("0,-5\n1,-5\n", "turn the current's sign"),
     ],
     ids=["still", "one row", "gap", "turned"],
@@ -114,12 +113,12 @@ ROWS = "a,thin,8,430,12\na,wide,8,430,10\n"
         ("walk,robot,mass_kg,distance_m\na,thin,8,430\n", ("energies", "charge_mAh")),
         ("walk,robot,distance_m,energy_Wh\na,thin,430,12\n", ("mass",)),
         (HEAD.replace("walk", "day") + ROWS, ("walk",)),
-        (HEAD.replace("Wh", "mAh") + ROWS, ("'energy_mAh'", "charge_mAh,voltage_V")),
+        (HEAD.replace("Wh", "mAh") + ROWS, ("energy_mAh", "charge_mAh,voltage_V")),
         (HEAD + "a,thin,8,430,12\na,wide,8,43,10\n", ("'a'", "430 m (line 2)", "43 m (line 3)")),
-        (HEAD.replace("mass_kg", "mass_g") + ROWS, ("line 2", "as mass_g", "0.02 kg", "unit")),
+        (HEAD.replace("mass_kg", "mass_g") + ROWS, ("mass_g", "0.02 kg", "unit")),
         (HEAD + ROWS + "b,thin,8,300,9\n", ("'wide'", "'b'", "line 4")),
         (HEAD + ROWS + "a,wide,8,300,9\n", ("line 4", "line 3", "drop the copy")),
-        (LOG_HEAD + "a,thin,8,430,a.csv\na,wide,8,430,a.csv\n", ("line 3", "the log of line 2")),
+        (LOG_HEAD + "a,thin,8,430,a.csv\na,wide,8,430,a.csv\n", ("line 3", "that of line 2")),
         (HEAD + ROWS + "a,other,8,300,9\n", ("line 4", "'other'", "two robots")),
         (HEAD + "a,thin,8,0,12\na,wide,8,430,10\n", ("line 2", "distance_m")),
         (HEAD + ",thin,8,4,12\na,wide,8,430,10\n", ("line 2", "walk")),

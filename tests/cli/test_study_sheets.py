@@ -99,7 +99,7 @@ def test_a_sheet_belongs_to_no_run(stated: SmallBook) -> None:
 
 @pytest.mark.parametrize(
     ("more", "said"),
-    [("15,loose", "last line"), ("15,loose\n15,loose,6.2,1\n", "line 12 of flasks.csv has 2 cells")],
+    [("15,loose", "line 12"), ("15,loose\n15,loose,6.2,1\n", "line 12: 2 cells")],
     ids=["cut", "ragged"],
 )
 def test_a_sheet_that_is_damaged_is_not_taken_in(book: Path, more: str, said: str) -> None:
@@ -173,7 +173,7 @@ def test_ingest_refuses_logs_that_a_study_would(book: Path, log: str, said: str)
 
 def test_a_decimal_sign_that_the_study_may_be_told_later_is_a_note(book: Path) -> None:
     """`decimal` of labbook.toml, or `--decimal`, settles it: the sheet is taken in, and the question is asked."""
-    rows = [("155,5", "a", "6.430"), ("155,5", "b", "6.130"), ("205,5", "a", "14.230")]
+    rows = [("15", "a", "6.430"), ("15", "b", "6.130"), ("20", "a", "14.230")]
     text = "radius_mm;state;water_ml\n" + "".join(f"{';'.join(row)}\n" for row in rows)
     (book / "flasks.csv").write_text(text, encoding="utf-8")
     said = good(labbook("ingest", "flasks.csv", at=book)).out
@@ -185,11 +185,11 @@ def test_a_last_line_that_may_be_cut_is_refused_of_a_file_too(book: Path) -> Non
     """430 of 4300: nothing shows that a digit is gone, as with a file for ingest."""
     path = book.parent / "walks.csv"
     path.write_text(path.read_text(encoding="utf-8").rstrip("\n"), encoding="utf-8")
-    refused(labbook("study", "field", path, at=book), 2, "walks.csv has no line end", "--complete")
+    refused(labbook("study", "field", path, at=book), 2, "walks.csv", "no line end", "--complete")
     good(labbook("study", "field", path, "--complete", at=book))
     for name, text in trials_of_a_length().items():
         (book / name).write_text(text if name == "trials.csv" else text.rstrip("\n"), encoding="utf-8")
-    refused(labbook("study", "characterisation", "trials.csv", at=book), 2, "15cm_60_1kg_1.csv has no line end")
+    refused(labbook("study", "characterisation", "trials.csv", at=book), 2, "15cm_60_1kg_1.csv", "no line end")
     good(labbook("study", "characterisation", "trials.csv", "--complete", at=book))
 
 

@@ -24,7 +24,6 @@ from data_schema.vocabulary import CHANNELS
 from ingest import read as reading
 from ingest.channels.names import channel_kind, is_unit, parse_header
 from ingest.declared import column_from_json, flag_names
-from ingest.findings import FindingCollector
 from ingest.formats.format import Head
 from ingest.model import ColumnDeclaration, ColumnUse, Declarations, Finding, ReadFile
 from ingest.read import read_file
@@ -302,9 +301,9 @@ class AdviceTaken:
         sniffed: list[tuple[bytes, Declarations]] = []
         sniff = reading.sniff
 
-        def sniff_and_note(data: bytes, declared: Declarations, findings: FindingCollector) -> Head:
+        def sniff_and_note(data: bytes, declared: Declarations, *others: Any) -> Head:
             sniffed.append((data, declared))
-            return sniff(data, declared, findings)
+            return sniff(data, declared, *others)
 
         def read_and_note(*values: Any) -> ReadFile:
             result = ReadFile(*values)

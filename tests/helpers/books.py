@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from data_schema.vocabulary import RunKind
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.named_files import files_of
 from labbook.actions.report_command import state_report
@@ -195,7 +196,7 @@ def write_instruments(folder: Path) -> Path:
 def import_sheet(book: Book, sheet: Path, person: str = ADA) -> None:
     """Import a run sheet and record that each of its days' rails were checked."""
     with book.session(person) as session:
-        import_runs(book, session, sheet.read_text(encoding="utf-8"), sheet.name)
+        import_runs(book, session, SheetFile(sheet.name, sheet.read_bytes()))
         for date in DAYS:
             state_check(session, book.configuration, "rail_angle", 0.4, "deg", passed=True, day=date.isoformat())
 

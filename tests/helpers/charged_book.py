@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from data_schema.vocabulary import RunKind
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
@@ -67,6 +68,6 @@ def charged_book(
     (made.instruments / "charges.csv").write_bytes(charger_sheet(sheet))
     with made.open() as book:
         with book.session(ADA) as session:
-            import_runs(book, session, run_sheet(FACTORS, rows).decode(), "runs.csv")
+            import_runs(book, session, SheetFile("runs.csv", run_sheet(FACTORS, rows)))
         ingest_file(book, made.instruments / "charges.csv", IngestRequest(person=ADA))
     return made

@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.planning.runs import PlanRequest, make_plan
@@ -79,7 +80,7 @@ def _measure_and_judge(made: SmallBook, book: Book) -> None:
     ingest_file(book, unnamed, IngestRequest(person=BEN))
     ingest_file(book, unreadable, IngestRequest(person=BEN))
     with book.session(ADA) as session:
-        import_runs(book, session, (made.instruments / "runs.csv").read_text(), "runs.csv")
+        import_runs(book, session, SheetFile("runs.csv", (made.instruments / "runs.csv").read_bytes()))
         state_check(session, book.configuration, "rail_angle", 0.4, "deg", True, "2021-06-14")
         state_check(session, book.configuration, "lubrication", None, None, False, "2021-06-16")
     for log in ("r007", "r010", "r011", "r012", "r013"):  # the second day's, but for its first run

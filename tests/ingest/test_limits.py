@@ -15,9 +15,9 @@ from ingest.spool import read_and_hash
 from tests.ingest.bad_input import LOG, with_row
 from tests.ingest.formats.test_archive import zipped
 from tests.ingest.formats.test_excel import LOG as ROWS
-from tests.ingest.formats.test_excel import workbook
 from tests.ingest.formats.test_matlab import mat
 from tests.ingest.synthetic import text
+from tests.ingest.synthetic_workbooks import workbook
 
 ZEROS = gzip.compress(LOG + b"\0" * (2 << 20))
 NESTED = gzip.compress(gzip.compress(LOG))

@@ -18,7 +18,7 @@ from ingest.read import read_file
 from ingest.spool import map_and_hash
 from ingest.tables import text_table
 from tests.helpers.wording import says
-from tests.ingest.formats.test_excel import workbook
+from tests.ingest.synthetic_workbooks import workbook
 
 HEIGHTS = [0.30 + 0.05 * abs(math.sin(k / 20)) for k in range(120)]
 MM = [f"{1000 * h:.2f}" for h in HEIGHTS]

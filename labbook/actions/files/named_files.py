@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import codecs
 import hashlib
 import os
 from collections import Counter
@@ -147,21 +146,3 @@ def read_file(path: Path) -> bytes:
     if path.is_dir():
         raise InputRefused(f"{path} is a folder: name the file in it.")
     return read_bytes(path)
-
-
-def decoded(path: Path, data: bytes, *, marked_utf_16: bool = False, page: str | None = None) -> str:
-    """Return the text of bytes in UTF-8, with or without a byte order mark; where asked for UTF-16 with such a mark.
-
-    Other bytes are of the `page`, or refused where there is none.
-    """
-    marked = marked_utf_16 and data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE))
-    try:
-        return data.decode("utf-16" if marked else "utf-8-sig")
-    except UnicodeDecodeError as error:
-        if page is not None and not marked:
-            return data.decode(page, errors="replace")
-        nor = ", nor UTF-16 with a byte order mark" if marked_utf_16 else ""
-        raise InputRefused(
-            f"{own_name(path)} is not UTF-8 text (byte {error.start}){nor}; other pages, such as Windows-1252, are not "
-            "read: save it as CSV in UTF-8 and try again."
-        ) from error

@@ -23,7 +23,8 @@ from data_schema.queries.charges import charges_of_run
 from data_schema.queries.runs import RunRow
 from data_schema.tables.base import Real
 from data_schema.vocabulary import ChargeMode, FactorKind, RunKind, StudyKind
-from labbook.plan.sheet_cells import SheetQuestion, as_float, date_reader, read_clock, to_utc
+from ingest.tables.sheet import lone_number
+from labbook.plan.local_time import SheetQuestion, parse_clock, parse_date, to_utc
 
 _WORDS: Mapping[tuple[str, str], type[StrEnum]] = {
     ("run", "kind"): RunKind,
@@ -159,7 +160,7 @@ def _text(word: str, text: str) -> str:
     """Return a value as its column takes it: a date as ISO, a number with a decimal point, minutes in seconds."""
     if word == _DATE:
         return _date(text).isoformat()
-    number = as_float(text)
+    number = lone_number(text)
     if word == _MINUTES and text:
         if number is None:
             raise UsageError(f"minutes={text} is not a number of minutes: write for example 12 or 12.5.")
@@ -169,11 +170,11 @@ def _text(word: str, text: str) -> str:
 
 def _started(text: str, date: datetime.date, zone: ZoneInfo, fold: str | None) -> str:
     """Return the instant of a time of day; an instant, or nothing, is left as it is."""
-    return text if not text or "T" in text else to_utc(date, read_clock(text), zone, fold)
+    return text if not text or "T" in text else to_utc(date, parse_clock(text), zone, fold)
 
 
 def _date(text: str) -> datetime.date:
     try:
-        return date_reader()(text)
+        return parse_date(text)
     except SheetQuestion as question:
         raise UsageError(f"{question.sentence}: write it as year-month-day, such as 2021-06-01.") from None

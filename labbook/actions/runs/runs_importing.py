@@ -16,6 +16,7 @@ from data_schema.queries.imported_files import inbox
 from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.study import day_uids, planned_runs, withdrawn_names
 from data_schema.vocabulary import Action, RunKind, RunState
+from ingest.tables.sheet import SheetFile
 from labbook.actions.runs.remarks import Remark, remarks_on, remarks_on_names, remarks_on_places
 from labbook.book.naming import ensure_condition, ensure_day, named_uid, study_of
 from labbook.book.opening import Book
@@ -23,7 +24,7 @@ from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration
 from labbook.config.run_names import RunNames
 from labbook.plan.drawing import PlanFactor
-from labbook.plan.sheet_cells import to_utc
+from labbook.plan.local_time import to_utc
 from labbook.plan.sheet_reader import RunSheetRow, read_run_sheet
 
 
@@ -32,7 +33,7 @@ class RunsImported:
     """What a run sheet brought.
 
     Names of runs stated, filled in, there already, still to be made, and blank though their plan was withdrawn;
-    `taken_in` are the files and charges that waited for a run, by its name.
+    `taken_in` are the files and charges that waited for a run, by its name, `encoding` is the page of the sheet's text.
     """
 
     stated: list[str] = field(default_factory=list)
@@ -42,10 +43,11 @@ class RunsImported:
     withdrawn: list[str] = field(default_factory=list)
     remarks: list[Remark] = field(default_factory=list)
     taken_in: dict[str, list[str]] = field(default_factory=dict)
+    encoding: str = "utf-8"
 
 
 def import_runs(
-    book: Book, session: WriteSession, text: str, source: str, *, dates: str | None = None, fold: str | None = None
+    book: Book, session: WriteSession, sheet: SheetFile, *, dates: str | None = None, fold: str | None = None
 ) -> RunsImported:
     """State the runs of a sheet; raises with every contradiction at once, nothing being stored.
 
@@ -53,15 +55,14 @@ def import_runs(
     repeats or skips; raises `SheetQuestion` where one of them is needed.
     """
     configuration = book.configuration
-    rows = read_run_sheet(
-        text,
+    rows, page = read_run_sheet(
+        sheet,
         plan_factors(configuration),
-        source=source,
         batteries=configuration.batteries,
         robots=configuration.robots,
         dates=dates,
     )
-    done = RunsImported()
+    done = RunsImported(encoding=page)
     waiting = inbox(session.connection)
     known = _Known(session, configuration, fold)
     withdrawn = withdrawn_names(session.connection)

@@ -6,48 +6,61 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from decimal import Decimal
 from pathlib import Path
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.outcomes import Outcome
 from data_schema.where.parsing import COMPARE, And, Comparison, Expression, Membership, Not, Operator, Or, Word, parse
 from ingest.channels.names import parse_header
-from ingest.tables.long_table import (
+from ingest.tables.sheet import (
     MINUS,
-    LongTable,
-    column_for_where,
-    has_thousands,
+    Sheet,
+    SheetFile,
+    decimal_sign,
+    is_blank,
     is_number_text,
-    maybe_thousands,
+    number_in,
     numbers_of,
-    read_table,
+    read_sheet,
 )
+from ingest.text.cells import CellFault
 from labbook.actions.files.named_files import own_name
 from labbook.analysis.comparison.pairing import with_control
 from labbook.analysis.observations import Observation, ObservationRequest, Observations, observations_of_book
 from labbook.book.opening import opened
 from stats.checks import MISSING
 
-Column = Sequence[str | Decimal | None]
+Column = Sequence[str | float | None]
 """One cell a row: text, or numbers where all that are filled in are numbers; None where empty."""
 
 
-def rows_where(text: str, columns: Mapping[str, Sequence[str]], declared: str | None = None) -> list[bool]:
-    """Tell which rows fulfil the condition, given the cells of each column, and the decimal sign where it is declared.
+def rows_where(text: str, sheet: Sheet) -> list[bool]:
+    """Tell which rows of a sheet fulfil the condition.
 
     Raises `UsageError` for a text that cannot be read and for commas that could be decimals or thousands, `UnknownName`
     for a column that is not there.
     """
 
     def column(name: Word) -> Column:
-        if name.text not in columns:
-            raise unknown_name(f"column (character {name.position} of --where)", name.text, columns)
-        return column_for_where(columns[name.text], name.text, declared)
+        if name.text not in sheet.columns:
+            raise unknown_name(f"column (character {name.position} of --where)", name.text, sheet.columns)
+        return _column(sheet, name.text)
 
     return [known is True for known in _decided(parse(text), column)]
+
+
+def _column(sheet: Sheet, name: str) -> Column:
+    """Return a column as `--where` compares it: numbers where all that is filled in are numbers."""
+    cells = sheet.columns[name]
+    filled = [cell for cell in cells if not is_blank(cell)]
+    if filled and all(map(is_number_text, filled)):
+        sign = decimal_sign(sheet, [name])
+        numbers = [number_in(cell, sign) for cell in cells]
+        if not any(isinstance(number, CellFault) for number in numbers):
+            return [None if isinstance(number, CellFault) else number for number in numbers]
+    return [cell or None for cell in cells]
 
 
 def _decided(expression: Expression, column: Callable[[Word], Column]) -> list[bool | None]:
@@ -80,21 +93,21 @@ def _not(part: bool | None) -> bool | None:
     return None if part is None else not part
 
 
-def _value(word: Word, name: Word, cells: Column) -> str | Decimal:
-    if not any(isinstance(cell, Decimal) for cell in cells):
+def _value(word: Word, name: Word, cells: Column) -> str | float:
+    if not any(isinstance(cell, float) for cell in cells):
         return word.text
     try:
-        return Decimal(word.text)
-    except ArithmeticError:
+        return float(word.text)
+    except ValueError:
         raise UsageError(
             f"{word.text!r} at character {word.position} of --where is not a number, and column {name.text!r} holds "
             f"numbers: write one such as {name.text}=400."
         ) from None
 
 
-def _refuse_letters(comparison: Operator, value: str | Decimal, name: Word, cells: Column) -> None:
+def _refuse_letters(comparison: Operator, value: str | float, name: Word, cells: Column) -> None:
     """Raise `UsageError` where a number would be compared with other numbers letter by letter, because of some text."""
-    if comparison in (Operator.EQUAL, Operator.NOT_EQUAL) or isinstance(value, Decimal):
+    if comparison in (Operator.EQUAL, Operator.NOT_EQUAL) or isinstance(value, float):
         return
     texts = [cell for cell in cells if isinstance(cell, str)]
     other = next((cell for cell in texts if not is_number_text(cell)), None)
@@ -112,11 +125,11 @@ QUANTITIES = {outcome.key: outcome for outcome in Outcome}
 class DataSource:
     """Where the values come from, as options give it; without `file` they are the book's.
 
-    `value`, `by` and `day` name columns of a table, `by` a factor of the book; `text` is the table's.
+    `value`, `by` and `day` name columns of a table, `by` a factor of the book; `data` is the table's.
     """
 
     file: Path | None = None
-    text: str = ""
+    data: bytes = b""
     value: str | None = None
     by: str | None = None
     control: str | None = None
@@ -157,7 +170,11 @@ def _of_table(given: DataSource, file: Path) -> Observations:
     for option, value in (("--quantity", given.quantity), ("--book", given.book)):
         if value is not None:
             raise UsageError(f"{option} is about a book and {own_name(file)} is a table: leave one of the two out.")
-    table = read_table(given.text, own_name(file))
+    table = read_sheet(
+        SheetFile(own_name(file), given.data, decimal=given.decimal),
+        "a header such as controller,energy_J and one value a row",
+    )
+    table.refuse()
     if given.value is None or given.by is None:
         columns = ", ".join(repr(name) for name in table.columns)
         raise UsageError(
@@ -170,8 +187,10 @@ def _of_table(given: DataSource, file: Path) -> Observations:
     )
     selected = [*range(len(table.lines))]
     if given.where is not None:
-        selected = [*itertools.compress(selected, rows_where(given.where, table.columns, given.decimal))]
-    numbers = dict(zip(selected, numbers_of(table, value, "--value", given.decimal, selected), strict=True))
+        selected = [*itertools.compress(selected, rows_where(given.where, table))]
+    table.cells(value, "--value")
+    sign = decimal_sign(table, [value])
+    numbers = dict(zip(selected, numbers_of(table, value, "--value", sign, selected), strict=True))
     named = [cells for cells, name in ((labels, by), (days, given.day)) if name is not None]
     lacking = [place for place in selected if numbers[place] is None or not all(cells[place] for cells in named)]
     if lacking and given.missing == "refuse":
@@ -193,7 +212,7 @@ def _of_table(given: DataSource, file: Path) -> Observations:
         by=by,
         control=control,
         rows=rows,
-        notes=(*_about(lacking, selected, given, rows, control), *_thousands(table, value, selected, given)),
+        notes=(*_about(lacking, selected, given, rows, control), *_page(table)),
     )
 
 
@@ -227,25 +246,20 @@ def _lacking_text(left_out: int, of: int, without_value: int, named: Sequence[st
     return f"{left_out} of {of} rows {'is' if left_out == 1 else 'are'} left out: {why}."
 
 
-def _thousands(table: LongTable, value: str, selected: Sequence[int], given: DataSource) -> list[str]:
-    """Return a note where points are read as thousands, and where they could be and are not."""
-    cells = [table.columns[value][place] for place in selected]
-    grouped = [cell for cell in cells if has_thousands(cell, given.decimal)]
-    if grouped:
-        return [f"Points are read as thousands, as --decimal , says: {grouped[0]!r}."]
-    unclear = maybe_thousands(cells, table.delimiter, given.decimal)
-    if unclear is None:
-        return []
-    return [f"Points are read as decimals and could be thousands: {unclear!r}; --decimal , or --decimal . says which."]
+def _page(table: Sheet) -> list[str]:
+    """Return a note where the text is of a page that was not declared."""
+    return (
+        [] if table.encoding == "utf-8" else [f"{table.file.name} is no UTF-8 text and was read as {table.encoding}."]
+    )
 
 
-def _alike(labels: Iterable[str], key: Callable[[str], str | Decimal]) -> list[list[str]]:
+def _alike(labels: Iterable[str], key: Callable[[str], str | float]) -> list[list[str]]:
     """Return the labels that have a key in common: AD and ad by their letters, 0 and 0.0 by their number."""
-    found: dict[str | Decimal, list[str]] = {}
+    found: dict[str | float, list[str]] = {}
     for label in sorted(labels):
         found.setdefault(key(label), []).append(label)
     return [same for same in found.values() if len(same) > 1]
 
 
-def _number(label: str) -> Decimal:
-    return Decimal(label.replace(",", ".").replace(MINUS, "-"))
+def _number(label: str) -> float:
+    return float(label.replace(",", ".").replace(MINUS, "-"))

@@ -10,6 +10,7 @@ from ingest.findings import FindingCollector
 from ingest.formats.format import Clue, sniff
 from ingest.formats.registry import FORMATS
 from ingest.model import Declarations
+from ingest.read import read_file
 from tests.ingest.good_files import GOOD_FILES
 from tests.ingest.maker_files import MAKERS
 from tests.ingest.synthetic import robot_log
@@ -19,7 +20,7 @@ FILES = {**GOOD_FILES, **{f"{name} of a maker": maker.write for name, maker in M
 
 def hidden(data: bytes, declared: Declarations) -> list[str]:
     """Name the formats that recognise a file which lacks their clue."""
-    head = sniff(data, declared, FindingCollector())
+    head = sniff(data, declared, FindingCollector(), read_file)
     return [
         each.name
         for each in FORMATS
@@ -46,13 +47,13 @@ def test_rows_without_names_are_those_of_the_instrument_that_is_declared() -> No
 
 
 def test_a_plain_log_is_shown_to_few_formats() -> None:
-    head = sniff(robot_log(), Declarations(), FindingCollector())
+    head = sniff(robot_log(), Declarations(), FindingCollector(), read_file)
     shown = {each.name for each in FORMATS if each.clue is None or each.clue.is_in(head)}
     assert shown == {"charger_sheet", "delimited_log"}
 
 
 def test_clues_are_found_whatever_the_case_and_between_nuls() -> None:
-    head = sniff(b"BIO\0Ware\t1\n" + b"1\t2\n" * 20, Declarations(), FindingCollector())
+    head = sniff(b"BIO\0Ware\t1\n" + b"1\t2\n" * 20, Declarations(), FindingCollector(), read_file)
     assert Clue(says=(b"bioware",)).is_in(head)
     assert not Clue(says=(b"BioWare",)).is_in(head)
     assert not Clue(binary=True).is_in(head)

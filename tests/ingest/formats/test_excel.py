@@ -2,81 +2,16 @@
 
 from __future__ import annotations
 
-import io
-import zipfile
 from pathlib import Path
-from xml.sax.saxutils import escape
 
 import numpy as np
 import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
+from tests.ingest.synthetic_workbooks import MAIN, Rows, workbook
 
 SAMPLE = Path(__file__).parents[4] / "shared" / "samples" / "robot" / "SingleLegTestsExcelCap.xlsx"
-MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"
-RELATIONS = "http://schemas.openxmlformats.org/officeDocument/2006/relationships"
-TYPES = "http://schemas.openxmlformats.org/package/2006/content-types"
-PACKAGE = "http://schemas.openxmlformats.org/package/2006/relationships"
-
-Rows = list[list[object]]
-
-
-def column(number: int) -> str:
-    letters = ""
-    while number:
-        number, rest = divmod(number - 1, 26)
-        letters = chr(65 + rest) + letters
-    return letters
-
-
-def sheet_xml(rows: Rows, dates: bool = False) -> str:
-    lines = []
-    for number, row in enumerate(rows, start=1):
-        cells = []
-        for at, cell in enumerate(row, start=1):
-            place = f'r="{column(at)}{number}"'
-            if isinstance(cell, str) and cell:
-                cells.append(f'<c {place} t="inlineStr"><is><t>{escape(cell)}</t></is></c>')
-            elif cell != "":
-                style = ' s="1"' if dates and at == 1 else ""
-                cells.append(f"<c {place}{style}><v>{cell!r}</v></c>")
-        lines.append(f'<row r="{number}">{"".join(cells)}</row>')
-    return f'<worksheet xmlns="{MAIN}"><sheetData>{"".join(lines)}</sheetData></worksheet>'
-
-
-def workbook(sheets: dict[str, Rows], dates: bool = False, raw: str = "") -> bytes:
-    target = io.BytesIO()
-    names = list(sheets)
-    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(
-            "[Content_Types].xml",
-            f'<Types xmlns="{TYPES}"><Default Extension="xml" ContentType="application/xml"/></Types>',
-        )
-        archive.writestr(
-            "_rels/.rels",
-            f'<Relationships xmlns="{PACKAGE}"><Relationship Id="rId1" Type="{RELATIONS}/officeDocument" '
-            'Target="xl/workbook.xml"/></Relationships>',
-        )
-        listed = "".join(f'<sheet name="{name}" sheetId="{n}" r:id="rId{n}"/>' for n, name in enumerate(names, 1))
-        archive.writestr(
-            "xl/workbook.xml",
-            f'<workbook xmlns="{MAIN}" xmlns:r="{RELATIONS}"><sheets>{listed}</sheets></workbook>',
-        )
-        related = "".join(
-            f'<Relationship Id="rId{n}" Type="{RELATIONS}/worksheet" Target="worksheets/sheet{n}.xml"/>'
-            for n in range(1, len(names) + 1)
-        )
-        archive.writestr(
-            "xl/styles.xml",
-            f'<styleSheet xmlns="{MAIN}"><cellXfs count="2"><xf numFmtId="0"/><xf numFmtId="22"/></cellXfs>'
-            "</styleSheet>",
-        )
-        related += f'<Relationship Id="rIdS" Type="{RELATIONS}/styles" Target="styles.xml"/>'
-        archive.writestr("xl/_rels/workbook.xml.rels", f'<Relationships xmlns="{PACKAGE}">{related}</Relationships>')
-        for n, name in enumerate(names, start=1):
-            archive.writestr(f"xl/worksheets/sheet{n}.xml", raw or sheet_xml(sheets[name], dates))
-    return target.getvalue()
 
 
 def read(data: bytes, **declared: object) -> ReadFile:

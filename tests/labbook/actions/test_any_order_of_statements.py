@@ -27,6 +27,7 @@ from data_schema.queries.imported_files import find_files, links_of_file, parts_
 from data_schema.queries.readings import last_readings
 from data_schema.row_hashes import Altered, Misfit, row_hashes
 from data_schema.vocabulary import FileRole, IngestStatus
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest
@@ -69,7 +70,7 @@ def template() -> Path:
     small = small_book(folder, runs=False, ingested=False)
     sheet = (small.instruments / "runs.csv").read_text().splitlines(keepends=True)[: 1 + len(RUNS)]
     with small.open() as book, book.session(ADA) as session:
-        import_runs(book, session, "".join(sheet), "runs.csv")
+        import_runs(book, session, SheetFile("runs.csv", "".join(sheet).encode()))
     return small.folder
 
 

@@ -21,7 +21,7 @@ from labbook.book.opening import Book
 from labbook.statements.apply_context import derived_uid
 from labbook.statements.sheet_charges import charge_numbers, entry_keys
 from tests.helpers.books import ADA, SmallBook, small_book
-from tests.ingest.formats.test_excel import workbook
+from tests.ingest.synthetic_workbooks import workbook
 from tests.labbook.actions.test_sheets_read_again import charges, rebuilt_alike
 
 HEADER = "run,charge,other,minutes"

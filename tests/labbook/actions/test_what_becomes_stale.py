@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.queries.charges import charges_of_run
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge
@@ -121,7 +122,7 @@ def test_an_idle_run_that_joins_names_the_drain_fit_though_nothing_rested_on_it(
     sheet = f"{head}\nr017,2021-06-16,9,idle,,,,A,hopper,17:00,1500,,1,\n"
 
     def declared(session: WriteSession) -> object:
-        return import_runs(book, session, sheet, "more.csv")
+        return import_runs(book, session, SheetFile("more.csv", sheet.encode()))
 
     assert all_joules(stale_after(book, declared))
     assert all_joules(corrected(book, "r002", "kind=idle", "jumps_made=0", "levels=none"))

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.actions.upkeep.health import check_book
@@ -64,7 +65,7 @@ def homecoming(tmp_path: Path, commands: Commands) -> Homecoming:
     head, *rows = instrument_files()["runs.csv"].decode().splitlines(keepends=True)
     with lab.open() as book:
         with book.session(ADA) as session:
-            import_runs(book, session, head + "".join(rows[:8]), "runs.csv")
+            import_runs(book, session, SheetFile("runs.csv", (head + "".join(rows[:8])).encode()))
         laptop = SmallBook(tmp_path / "laptop", lab.instruments)
         shutil.copytree(lab.folder, laptop.folder)
         with book.session(ADA) as session:
@@ -72,7 +73,7 @@ def homecoming(tmp_path: Path, commands: Commands) -> Homecoming:
         before = len(in_table(book))
     with laptop.open() as book:
         with book.session(BEN) as session:
-            import_runs(book, session, head + "".join(rows[8:]), "runs.csv")
+            import_runs(book, session, SheetFile("runs.csv", (head + "".join(rows[8:])).encode()))
         for run in ("r009", "r010"):
             ingest_file(book, lab.log(run), IngestRequest(person=BEN))
     home = Homecoming(lab, laptop, commands, before, 0)

@@ -12,6 +12,7 @@ import pytest
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import PlanMethod
+from ingest.tables.sheet import SheetFile
 from labbook.config.checks import RESERVED_NAMES
 from labbook.config.run_names import RunNames
 from labbook.plan.drawing import Plan, PlanFactor, draw_plan
@@ -43,9 +44,8 @@ IDLE = (20.0, 24.5)
 def test_a_written_sheet_reads_back_as_the_plan(method: PlanMethod) -> None:
     plan = draw_plan(FACTORS, 3, 7, method, seed=4, idle_minutes=IDLE, run_duration_s=720.0)
     names = run_names(plan, first=98)
-    rows = read_run_sheet(
-        write_run_sheet(plan, names, DATES, robot="hopper"), FACTORS, robots=["hopper"], batteries=["A"]
-    )
+    file = SheetFile("runs.csv", write_run_sheet(plan, names, DATES, robot="hopper").encode())
+    rows, _page = read_run_sheet(file, FACTORS, robots=["hopper"], batteries=["A"])
     assert [row.name for row in rows] == list(names)
     assert names[:3] == ("r098", "r099", "r100")
     for row, run in zip(rows, plan.runs, strict=True):
@@ -75,7 +75,8 @@ def test_no_cell_is_a_formula_and_numbers_stay_numbers() -> None:
     cells = {cell for row in csv.reader(io.StringIO(sheet)) for cell in row}
     assert {cell for cell in cells if cell.startswith(("=", "+", "-", "@", "\t", "\r"))} == {"-5", "+0,5"}
     assert {"'@pack", "'-2+3", "'quoted'", "a=b"} <= cells
-    rows = read_run_sheet(sheet, factors, robots=["=cmd|' /C calc'!A0"], batteries=["@pack"])
+    file = SheetFile("runs.csv", sheet.encode())
+    rows, _page = read_run_sheet(file, factors, robots=["=cmd|' /C calc'!A0"], batteries=["@pack"])
     assert {row.levels["foot"] for row in rows} == set(labels)
     assert {(row.robot, row.battery) for row in rows} == {("=cmd|' /C calc'!A0", "@pack")}
 

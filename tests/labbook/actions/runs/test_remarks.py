@@ -10,6 +10,7 @@ import pytest
 
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.study import checks_by_day
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, runs_corrected, void
@@ -43,7 +44,7 @@ def sheet(*rows: Mapping[str, str]) -> str:
 
 def imported(book: Book, text: str) -> RunsImported:
     with book.session(ADA) as session:
-        return import_runs(book, session, text, "runs.csv")
+        return import_runs(book, session, SheetFile("runs.csv", text.encode()))
 
 
 IDLE = {"kind": "idle", "foot": "", "k_gain": "", "b_ad_gain": "", "jumps_made": ""}

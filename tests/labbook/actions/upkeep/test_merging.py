@@ -19,6 +19,7 @@ from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, PlanMethod
 from ingest.store import raw_path
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest, reread
@@ -53,7 +54,7 @@ Work = Callable[[Book, SmallBook], object]
 
 def state_runs(book: Book, rows: list[str], person: str = ADA) -> None:
     with book.session(person) as session:
-        import_runs(book, session, HEAD + "".join(rows), "runs.csv")
+        import_runs(book, session, SheetFile("runs.csv", (HEAD + "".join(rows)).encode()))
 
 
 def take(book: Book, path: Path, person: str = ADA, run: str | None = None) -> None:

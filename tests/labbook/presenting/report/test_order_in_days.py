@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.outcomes import Outcome
+from ingest.tables.sheet import SheetFile
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.runs_importing import import_runs
@@ -45,7 +46,7 @@ def report_on(
             charges[name] = round(2.0 * minutes + (200.0 if jumps else 0.0) + drift, 2)
     with made.open() as book:
         with book.session(ADA) as session:
-            import_runs(book, session, "\n".join([*rows, ""]), "runs.csv")
+            import_runs(book, session, SheetFile("runs.csv", "\n".join([*rows, ""]).encode()))
         for name, charge_mah in charges.items():
             with book.session(ADA) as session:
                 state_charge(session, book.configuration, name, charge_mah, None, None)

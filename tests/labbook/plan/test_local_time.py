@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from labbook.plan.sheet_cells import FIRST, SECOND, SheetQuestion, read_clock, to_utc
+from labbook.plan.local_time import FIRST, SECOND, SheetQuestion, parse_clock, to_utc
 from tests.helpers.wording import says
 
 BERLIN = ZoneInfo("Europe/Berlin")
@@ -36,7 +36,7 @@ def test_a_time_that_clocks_repeat_or_skip_is_asked_about(
     assert to_utc(date, HALF_PAST_TWO, BERLIN, SECOND) == second
     for choice, instant in ((FIRST, first), (SECOND, second)):
         written = asked.value.choices[choice]  # as it may be written into the cell
-        assert to_utc(date, read_clock(written), BERLIN) == instant
+        assert to_utc(date, parse_clock(written), BERLIN) == instant
         assert to_utc(date, HALF_PAST_TWO, BERLIN, known_utc=instant) == instant
 
 
