@@ -6,19 +6,18 @@ import gc
 import os
 import shutil
 import tempfile
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import hypothesis
 import pytest
 import sqlalchemy as sa
-import typer.main
 from sqlalchemy.dialects.postgresql.psycopg import PGDialect_psycopg
 from sqlalchemy.dialects.sqlite.pysqlite import SQLiteDialect_pysqlite
 
 from data_schema.engine import postgres_engine, sqlite_engine
-from labbook.cli.main import GARBAGE_AFTER, GROUPS, application
+from labbook.cli.main import GARBAGE_AFTER
 from tests.helpers.advice import AdviceTaken
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import Commands, running_commands
@@ -152,22 +151,6 @@ def _statements_are_compiled_once() -> Iterator[None]:
         for dialect in (SQLiteDialect_pysqlite, PGDialect_psycopg):  # part of a statement's key: one is as another
             patch.setattr(dialect, "__eq__", lambda one, other: type(one) is type(other), raising=False)
             patch.setattr(dialect, "__hash__", lambda one: hash(type(one)), raising=False)
-        yield
-
-
-@pytest.fixture(scope="session", autouse=True)
-def _commands_are_built_once() -> Iterator[None]:
-    """Calls of the command line in this process share what processes of their own build each time."""
-    built: dict[object, Any] = {}
-
-    def once(words: Collection[str]) -> Any:
-        key = next(iter(words), None), frozenset(GROUPS.keys() & set(words))
-        if key not in built:
-            built[key] = typer.main.get_command(application(words))
-        return built[key]
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("labbook.cli.main.application", once)
         yield
 
 

@@ -26,7 +26,7 @@ from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.vocabulary import Action
 from ingest.store import Store
-from labbook.statements import APPLY, ApplyContext
+from labbook.statements import ApplyContext, apply_entry
 
 _LOG = logging.getLogger("labbook.book")
 
@@ -114,7 +114,7 @@ def _surrogates(text: str) -> bool:
 
 def apply(connection: sa.Connection, store: Store, entry: Entry, prepared: object = None) -> list[tuple[str, str]]:
     """Let one entry take effect while a person speaks; returns (kind, scope) of results now stale."""
-    return APPLY[entry.action](ApplyContext(connection, store), entry, prepared)
+    return apply_entry(ApplyContext(connection, store), entry, prepared)
 
 
 def apply_again(
@@ -136,7 +136,7 @@ def apply_again(
         own = [entry for entry in command if entry.origin is None]
         for entry in own:
             if entry.seq not in left_out:
-                APPLY[entry.action](ApplyContext(connection, store, without_rows), entry, prepared(entry))
+                apply_entry(ApplyContext(connection, store, without_rows), entry, prepared(entry))
         journal.insert(connection, own)
         _take_effect(connection, store, command, without_rows, left_out, prepared)
     return without_rows
@@ -154,7 +154,7 @@ def _take_effect(
     for entry in command:
         if entry.origin is not None:
             if entry.seq not in left_out:
-                APPLY[entry.action](ApplyContext(connection, store, without_rows), entry, prepared(entry))
+                apply_entry(ApplyContext(connection, store, without_rows), entry, prepared(entry))
             journal.insert(connection, [entry])
 
 

@@ -7,28 +7,21 @@ command from text whenever labbook starts, which takes a tenth of the start.
 from __future__ import annotations
 
 import contextlib
+import functools
 import gc
-import importlib
 import json
 import os
 import re
 import sys
-from collections.abc import Collection, Sequence
-from typing import NoReturn
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any, NoReturn
 
-import typer
+import typer.main
+from typer.core import TyperGroup
 
-from data_schema.errors import LabbookError, UsageError
-from labbook.cli.book import backup, demo, init, merge, rebuild, restore
-from labbook.cli.calibrate import calibrate
-from labbook.cli.calibrate_sensor import calibrate_sensor
-from labbook.cli.ingest import ingest
-from labbook.cli.plan import plan
-from labbook.cli.power import power
-from labbook.cli.report import report
-from labbook.cli.start import INTERRUPTED, print_interrupted
-from labbook.cli.statements import assign, charge, check, correct, note, void
-from labbook.cli.views import analysis, channels, compare, config, formats, plot, show, today, why
+from data_schema.errors import LabbookError
 from labbook.terminal import printable_json, say
 
 GARBAGE_AFTER = 1_000_000
@@ -38,14 +31,37 @@ looking again and again at all that was imported."""
 RIG, JUDGE, REPORT, SIMULATE, BOOK = "Day at the rig", "Look and judge", "Report", "Simulate", "The book"
 
 COMMANDS = {
-    RIG: (ingest, today, note, charge, check, correct, void, assign, channels, formats, calibrate_sensor),
-    JUDGE: (show, plot),
-    REPORT: (report, compare, calibrate, plan, power, analysis, why),
-    BOOK: (init, config, demo, backup, restore, merge, rebuild),
+    "ingest": (RIG, "ingest"),
+    "today": (RIG, "views"),
+    "note": (RIG, "statements"),
+    "charge": (RIG, "statements"),
+    "check": (RIG, "statements"),
+    "correct": (RIG, "statements"),
+    "void": (RIG, "statements"),
+    "assign": (RIG, "statements"),
+    "channels": (RIG, "views"),
+    "formats": (RIG, "views"),
+    "calibrate-sensor": (RIG, "calibrate_sensor"),
+    "show": (JUDGE, "views"),
+    "plot": (JUDGE, "views"),
+    "report": (REPORT, "report"),
+    "compare": (REPORT, "views"),
+    "calibrate": (REPORT, "calibrate"),
+    "plan": (REPORT, "plan"),
+    "power": (REPORT, "power"),
+    "analysis": (REPORT, "views"),
+    "why": (REPORT, "views"),
+    "init": (BOOK, "book"),
+    "config": (BOOK, "views"),
+    "demo": (BOOK, "book"),
+    "backup": (BOOK, "book"),
+    "restore": (BOOK, "book"),
+    "merge": (BOOK, "book"),
+    "rebuild": (BOOK, "book"),
 }
-"""The commands under the headings of help, in its order; a new one is a function, and its name here."""
+"""The commands in the order of help: the heading, and the module of `labbook.cli` that has the function of the name."""
 
-TAKE_FACTORS = (report, compare, calibrate)
+TAKE_FACTORS = ("report", "compare", "calibrate")
 """Commands that take the study's own factors as options, which only the book knows."""
 
 GROUPS = {
@@ -61,34 +77,66 @@ GROUPS = {
 """Groups of commands, each a module of its name, under which heading they stand, and what they are for."""
 
 
-MOVED_COMMAND = "planning one test is `labbook power --test NAME` now: see `labbook power --help`."
-MOVED_OPTION = "planning how many runs a study needs is `labbook power` now: see `labbook power --help`."
-"""Messages for the former command `stats power` and the former option `plan --power`."""
+@dataclass(frozen=True)
+class _Commands(Mapping[str, Any]):
+    """Commands by name, each loaded and built when it is asked for: building all is a tenth of a command's time."""
+
+    names: Callable[[], Sequence[str]]
+    build: Callable[[str], Any]
+
+    def __getitem__(self, name: str) -> Any:
+        if name not in self.names():
+            raise KeyError(name)
+        return self.build(name)
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self.names())
+
+    def __len__(self) -> int:
+        return len(self.names())
 
 
-def application(words: Collection[str]) -> typer.Typer:
-    """Put the commands together; where the first word names one or a group, other commands are left out, and a group
-    has its own only where it is among the words, for building them all is a tenth of a command's time.
-    """
-    app = typer.Typer(
+@functools.cache
+def application() -> TyperGroup:
+    """Put the commands together."""
+    return TyperGroup(
         name="labbook",
+        commands=_Commands(lambda: (*COMMANDS, *GROUPS), _build),  # type: ignore[arg-type]
         help="The lab notebook of a robotics lab that counts: raw instrument files in, a traceable report out.",
+        params=list(typer.main.get_install_completion_arguments()),
         no_args_is_help=True,
-        pretty_exceptions_enable=False,
         rich_markup_mode="markdown",
         context_settings={"help_option_names": ["-h", "--help"]},
         epilog="Every command takes --debug, which shows where an error arose. `labbook --version` tells the version.",
     )
-    first = next(iter(words), None)
-    named = [command for commands in COMMANDS.values() for command in commands if command.__name__ == first]
-    for heading, commands in COMMANDS.items():
-        for command in () if first in GROUPS else named or commands:
-            settings = {"allow_extra_args": True, "ignore_unknown_options": True} if command in TAKE_FACTORS else None
-            app.command(rich_help_panel=heading, context_settings=settings)(command)
-    for name, (heading, purpose) in GROUPS.items():
-        group = importlib.import_module(f"labbook.cli.{name}").app if name in words else typer.Typer()
-        app.add_typer(group, name=name, help=purpose, rich_help_panel=heading)
-    return app
+
+
+@functools.cache
+def _build(name: str) -> Any:
+    """Build a command, or a group whose commands are loaded when one of them is asked for."""
+    if name in GROUPS:
+        heading, purpose = GROUPS[name]
+        below = functools.cache(lambda: _group(name))
+        return TyperGroup(
+            name=name,
+            commands=_Commands(lambda: tuple(below()), lambda one: below()[one]),  # type: ignore[arg-type]
+            help=purpose,
+            no_args_is_help=True,
+            rich_markup_mode="markdown",
+            rich_help_panel=heading,
+        )
+    heading, module = COMMANDS[name]
+    settings = {"allow_extra_args": True, "ignore_unknown_options": True} if name in TAKE_FACTORS else None
+    alone = typer.Typer(add_completion=False, rich_markup_mode="markdown")
+    function = getattr(import_module(f"labbook.cli.{module}"), name.replace("-", "_"))
+    alone.command(name, rich_help_panel=heading, context_settings=settings)(function)
+    return typer.main.get_command(alone)
+
+
+def _group(name: str) -> Mapping[str, Any]:
+    app = import_module(f"labbook.cli.{name}").app
+    app.rich_markup_mode = "markdown"
+    return typer.main.get_group(app).commands
 
 
 def run(words: Sequence[str] | None = None) -> NoReturn:
@@ -101,8 +149,7 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
         if "--version" in arguments and {*arguments} <= {"--version", "--json"}:
             _tell_version(as_json="--json" in arguments)
             sys.exit(0)
-        _refuse_moved(arguments)
-        code = application([*arguments, *_words_to_complete()])(arguments, prog_name="labbook", standalone_mode=False)
+        code = application()(arguments, prog_name="labbook", standalone_mode=False)
     except (LabbookError, OSError, typer.TyperException, typer.Abort) as error:
         if debug:
             raise
@@ -113,8 +160,6 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
             if sentence:
                 say(f"labbook: {sentence}", err=True)
         _leave_unwritten()
-    if code == INTERRUPTED:
-        print_interrupted()
     sys.exit(code or 0)
 
 
@@ -133,19 +178,6 @@ def _tell_version(*, as_json: bool) -> None:
 
     version = version_of("robot-labbook")
     typer.echo(json.dumps({"version": version}) if as_json else f"labbook {version}")
-
-
-def _refuse_moved(arguments: Sequence[str]) -> None:
-    """Raise `UsageError` for a command that has another name now."""
-    if arguments[:2] == ["stats", "power"]:
-        raise UsageError(MOVED_COMMAND)
-    if arguments[:1] == ["plan"] and "--power" in arguments:
-        raise UsageError(MOVED_OPTION)
-
-
-def _words_to_complete() -> list[str]:
-    """Return the words that a shell asks to complete, which it does not give as arguments."""
-    return [word for name in ("COMP_WORDS", "_TYPER_COMPLETE_ARGS") for word in os.environ.get(name, "").split()]
 
 
 def _formatted(error: typer.TyperException) -> str:

@@ -31,7 +31,9 @@ def main() -> NoReturn:
         from labbook.cli.main import run
 
         run()
-    except SystemExit:
+    except SystemExit as end:
+        if end.code == INTERRUPTED:
+            print_interrupted()
         gc.freeze()  # Python looks for cycles twice as it ends: a tenth of a report's time, for memory that goes anyway
         raise
     except BaseException as error:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
@@ -54,10 +54,6 @@ def inputs_around(run_uid: str, run: Mapping[str, Any]) -> list[tuple[str, str]]
 def with_author(context: ApplyContext, entry: Entry, values: Mapping[str, Any]) -> dict[str, Any]:
     """Add person and time of the statement to the columns of a row that has these two."""
     return {**values, "person": person_uid(context.connection, entry.person), "at_utc": entry.at_utc}
-
-
-Apply: TypeAlias = Callable[[ApplyContext, Entry, object], list[tuple[str, str]]]
-"""Applies an entry; returns (kind, scope) of the results that became stale."""
 
 
 def run_named(context: ApplyContext, name: str | None) -> str | None:

@@ -79,7 +79,7 @@ def heeds_ctrl_c() -> None:
 
 
 @pytest.mark.parametrize("code", [INTERRUPTED_IMPORT, INTERRUPTED_CLASS])
-@pytest.mark.parametrize("module", ["labbook.cli.main", "typer", "labbook.cli.ingest"])
+@pytest.mark.parametrize("module", ["labbook.cli.main", "typer", "labbook.terminal"])
 def test_while_it_starts(code: str, module: str) -> None:
     done = subprocess.run(
         [sys.executable, "-c", code, module],

@@ -10,12 +10,11 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer.main
 
-from labbook.cli.main import GROUPS, application
+from labbook.cli.main import application
 from tests.cli.shell import LABBOOK, good, labbook, process
 
-ROOT: Any = typer.main.get_command(application(["--help", *GROUPS]))
+ROOT: Any = application()
 
 
 def paths(command: Any = ROOT, above: tuple[str, ...] = ()) -> Iterator[tuple[tuple[str, ...], Any]]:

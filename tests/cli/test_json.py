@@ -5,9 +5,7 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-import typer.main
-
-from labbook.cli.main import GROUPS, application
+from labbook.cli.main import application
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
 
@@ -88,7 +86,7 @@ ELSEWHERE = {
 
 
 def commands() -> set[str]:
-    root = typer.main.get_command(application(["--help", *GROUPS]))
+    root = application()
     return {
         f"{name} {below}".strip()
         for name, command in getattr(root, "commands", {}).items()

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import dataclasses
-import functools
 import json
 import re
 import shlex
@@ -17,7 +16,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import pytest
-import typer.main
+import typer
 
 from data_schema.errors import LabbookError
 from data_schema.vocabulary import CHANNELS
@@ -113,15 +112,10 @@ def _only_names(snippet: str) -> bool:
 
 def command(*words: str) -> Any:
     """Return a command of labbook, or group of commands, by its words; None where there is no such command."""
-    found = _built(words[0].replace("-", "_"))
+    found: Any = application()
     for word in words:
         found = getattr(found, "commands", {}).get(word)
     return found
-
-
-@functools.cache
-def _built(first: str) -> Any:
-    return typer.main.get_command(application((first,)))
 
 
 def faults_of_advice(data: bytes, declared: Declarations, finding: Finding, before: ReadFile) -> list[str]:

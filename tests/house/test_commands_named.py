@@ -51,15 +51,14 @@ def test_a_command_that_is_named_exists_with_its_options(snippet: str) -> None:
     if found is None and words[0] in GROUPS:
         found = command(words[0])
     assert found is not None, snippet
-    if words[0] not in {each.__name__ for each in TAKE_FACTORS}:
+    if words[0] not in TAKE_FACTORS:
         named = {word.partition("=")[0] for word in words if word.startswith("--")}
         assert named <= options_of(found)
 
 
 @pytest.mark.parametrize("snippet", snippets("--[a-z]"))
 def test_an_option_that_is_named_is_one_of_some_command(snippet: str) -> None:
-    commands = [each.__name__.replace("_", "-") for listed in COMMANDS.values() for each in listed]
-    known = {name for each in commands for name in options_of(command(each))}
+    known = {name for each in COMMANDS for name in options_of(command(each))}
     for group in GROUPS:
         known |= {name for each in command(group).commands.values() for name in options_of(each)}
     known |= {f"--{name.replace('_', '-')}" for name in DECLARED} | {FACTOR}

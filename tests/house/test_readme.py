@@ -11,9 +11,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import typer.main
 
-from labbook.cli.main import GROUPS, application
+from labbook.cli.main import application
 
 PROJECT = Path(__file__).parents[2]
 DOCUMENTS = sorted([PROJECT / "README.md", PROJECT / "CONTRIBUTING.md", *(PROJECT / "docs").glob("*.md")])
@@ -36,7 +35,7 @@ def commands(path: Path) -> Iterator[list[str]]:
 @functools.cache
 def root() -> Any:
     """The command line with all its groups."""
-    return typer.main.get_command(application(["--help", *GROUPS]))
+    return application()
 
 
 def named(words: list[str]) -> tuple[Any, list[str]]:

@@ -365,7 +365,7 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
         command = str(caught.value).split("`")[1].replace('"..."', '"typed wrong"')
         words = shlex.split(command)
         assert words[:2] == ["labbook", "correct"]
-        application(words)([*words[1:], "--book", str(made.folder)], standalone_mode=False)
+        application()([*words[1:], "--book", str(made.folder)], standalone_mode=False)
         with standing.reading() as connection:
             uid = find_uid(connection, kind, **NAMED.get(kind, {}))
             assert uid is not None
