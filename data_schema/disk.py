@@ -6,7 +6,6 @@ Also refuse network drives, on which SQLite's locks cannot be trusted.
 from __future__ import annotations
 
 import contextlib
-import errno
 import fcntl
 import json
 import os
@@ -86,21 +85,6 @@ def put_in_place(path: Path) -> None:
     part = partial_path(path)
     sync(part)
     part.replace(path)
-    sync(path.parent)
-
-
-def move_to_new_name(fresh: Path, path: Path) -> None:
-    """Rename a complete file to an unused name; raises `FileExistsError` where the name is in use meanwhile."""
-    try:
-        os.link(fresh, path)
-    except FileExistsError:
-        raise
-    except OSError:  # some sticks and drives know no second names
-        if path.exists():
-            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), path) from None
-        fresh.rename(path)
-    else:
-        fresh.unlink()
     sync(path.parent)
 
 

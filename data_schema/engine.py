@@ -29,6 +29,8 @@ from data_schema.errors import BookBusy, BookDamaged, BookReadOnly, UsageError
 from data_schema.row_hashes import hashing_written_rows
 
 BUSY_TIMEOUT_S = 10.0
+POSTGRES_SCHEMA = "labbook"
+"""Where a book's tables are on PostgreSQL: a rebuild makes others in another schema and exchanges the two names."""
 SQLITE_MINIMUM = (3, 37, 0)
 _PRAGMAS: dict[str, str | int] = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "recursive_triggers": 1}
 _SCRATCH: dict[str, str | int] = {**_PRAGMAS, "synchronous": 0}
@@ -79,8 +81,8 @@ def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S, scratch
     return engine
 
 
-def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S, schema: str | None = None) -> sa.Engine:
-    """Open an engine on a PostgreSQL database given by its SQLAlchemy URL, in its usual schema or in another."""
+def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S, schema: str = POSTGRES_SCHEMA) -> sa.Engine:
+    """Open an engine on a PostgreSQL database given by its SQLAlchemy URL, in the book's schema or in another."""
     if "://" in url and not url.startswith("postgresql"):
         raise UsageError(
             f"[database] url {url!r} is not PostgreSQL: give postgresql+psycopg://USER@HOST/NAME, or leave the "
@@ -97,8 +99,7 @@ def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S, schema:
     def wait_no_longer(connection: Any, _record: Any) -> None:
         with connection.cursor() as cursor:
             cursor.execute(f"SET lock_timeout = '{round(busy_timeout_s * 1000)}ms'")
-            if schema is not None:
-                cursor.execute(f'SET search_path TO "{schema}"')
+            cursor.execute(f'SET search_path TO "{schema}"')
         connection.commit()
 
     event.listen(engine, "connect", wait_no_longer, insert=True)  # before SQLAlchemy asks for the schema

@@ -16,7 +16,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects.postgresql.psycopg import PGDialect_psycopg
 from sqlalchemy.dialects.sqlite.pysqlite import SQLiteDialect_pysqlite
 
-from data_schema.engine import postgres_engine, sqlite_engine
+from data_schema.engine import POSTGRES_SCHEMA, postgres_engine, sqlite_engine
 from labbook.cli.main import GARBAGE_AFTER
 from tests.helpers.advice import AdviceTaken
 from tests.helpers.books import SmallBook, small_book
@@ -203,6 +203,8 @@ def empty_engine(request: pytest.FixtureRequest, tmp_path: Path) -> Iterator[sa.
         fresh = sqlite_engine(path)
     else:
         fresh = postgres_engine(request.getfixturevalue("postgres_url"))
+        with fresh.begin() as connection:
+            connection.exec_driver_sql(f"CREATE SCHEMA {POSTGRES_SCHEMA}")
     yield fresh
     fresh.dispose()
 

@@ -12,7 +12,7 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.disk import make_folder, path_in_errors, sync
-from data_schema.engine import reading, sqlite_engine, translated_errors
+from data_schema.engine import POSTGRES_SCHEMA, reading, sqlite_engine, translated_errors
 from data_schema.errors import UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
@@ -150,7 +150,9 @@ def make_database(folder: Path, configuration: Configuration) -> None:
         return
     engine = engine_of(folder, configuration)
     try:
-        make_tables(engine)
+        with translated_errors(), engine.begin() as connection:
+            connection.exec_driver_sql(f"CREATE SCHEMA IF NOT EXISTS {POSTGRES_SCHEMA}")
+            create_tables(connection)
     finally:
         engine.dispose()
 

@@ -17,7 +17,7 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.disk import exclusive_lock, stamp, sync
+from data_schema.disk import exclusive_lock, stamp, sync, write_whole
 from data_schema.engine import postgres_engine, reading, sqlite_engine, writing
 from data_schema.errors import BookDamaged, BookError, UsageError
 from data_schema.journal import Entry
@@ -28,6 +28,7 @@ from labbook.book.altered import MOST_NAMED, AlteredRows, describe_altered, diff
 from labbook.book.differing import Differences, differences
 from labbook.book.making import fill_sqlite
 from labbook.book.opening import (
+    CONFIGURATION,
     DATABASE,
     check_schema,
     engine_of,
@@ -36,9 +37,9 @@ from labbook.book.opening import (
     store_of,
 )
 from labbook.book.replacing_postgres import replace_postgres
-from labbook.book.replacing_sqlite import head_of_sqlite, remove_leftovers, replace_sqlite
+from labbook.book.replacing_sqlite import head_of_sqlite, remove_leftovers, replace_sqlite, set_aside
 from labbook.book.replaying import Replay
-from labbook.config.parsing import Configuration
+from labbook.config.places import with_database
 
 REBUILDING = "another program is rebuilding this book: wait until it has finished."
 """A second one would remove what the first has made so far."""
@@ -68,9 +69,22 @@ class Rebuilt:
         return [*found, *([self.left_out.sentence] if self.left_out.sentence else [])]
 
 
-def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
-    """Make the database anew; an interrupted rebuild leaves the old one in place."""
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Where the database of a book goes: to a PostgreSQL database of this address, or to labbook.db in the book."""
+
+    url: str | None
+
+
+def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | None = None) -> Rebuilt:
+    """Make the database anew, where it is or in another `place`; an interrupted rebuild leaves the old one in use.
+
+    A book that goes to another place is there once its labbook.toml says so, which is written last.
+    """
     configuration = read_configuration(folder)
+    url = configuration.database_url if place is None else place.url
+    moves = url != configuration.database_url
+    moved = with_database(configuration.text, url) if moves else ""  # refused, if it is, before all the work
     mirror = JournalFile(journal_path(folder, configuration))
     if mirror.last() is None:
         raise UsageError(
@@ -78,34 +92,28 @@ def rebuild_database(folder: Path, step: Callable[[str], None]) -> Rebuilt:
         )
     replay = Replay(store_of(folder, configuration), mirror, step)
     with exclusive_lock(mirror.path, REBUILDING):
-        if configuration.database_url:
-            engine = engine_of(folder, configuration)
-            try:
-                old = replace_postgres(engine, configuration.database_url, replay.apply_to, replay.finish)
-            finally:
-                engine.dispose()
-        else:
-            old = _rebuild_sqlite(folder, replay)
-    engine = engine_of(folder, configuration)
+        old = _rebuild_sqlite(folder, replay) if url is None else replace_postgres(url, replay.apply_to, replay.finish)
+        if moves:
+            write_whole(folder / CONFIGURATION, moved.encode())
+            if configuration.database_url is None:
+                old = set_aside(folder) or old
+    engine = engine_of(folder, read_configuration(folder))
     try:
         with reading(engine) as connection:
             found = differences(connection, journal.stored(connection), replay.without_rows)
-            altered = _altered(folder, configuration, old, connection, found)
+            altered = (0, ()) if old is None or moves else _altered(folder, url, old, connection, found)
     finally:
         engine.dispose()
     return Rebuilt(len(replay.hashes), old, found, replay.left_out, *altered)
 
 
 def _altered(
-    folder: Path, configuration: Configuration, old: str | None, fresh: sa.Connection, found: Differences
+    folder: Path, url: str | None, old: str, fresh: sa.Connection, found: Differences
 ) -> tuple[int, tuple[AlteredRows, ...]]:
     """Compare rows of the old database with the new ones; none where it is too damaged, or of another schema.
 
     Where other versions made them, only those that do not fit their hashes.
     """
-    if old is None:
-        return 0, ()
-    url = configuration.database_url
     engine = postgres_engine(url, schema=old) if url else sqlite_engine(folder / old)
     try:
         with reading(engine) as connection:

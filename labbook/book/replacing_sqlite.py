@@ -42,7 +42,7 @@ def replace_sqlite(
         except sqlite3.DatabaseError as error:
             _explain(path, error)
     finish()
-    old = _rename_old(folder)
+    old = set_aside(folder)
     fresh.rename(path)
     sync(folder)
     return old
@@ -115,8 +115,8 @@ def _explain(path: Path, error: sqlite3.DatabaseError) -> None:
     ) from error
 
 
-def _rename_old(folder: Path) -> str | None:
-    """Give what is left of the old database another name; its log too, also where the file itself is gone.
+def set_aside(folder: Path) -> str | None:
+    """Give what there is of the old database another name; its log too, also where the file itself is gone.
 
     A log that was left beside the new database would be read as belonging to it.
     """

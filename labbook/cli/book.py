@@ -2,12 +2,15 @@
 
 import contextlib
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from labbook.cli.common import AsOption, BookOption, JsonOption
 from labbook.terminal import emit, progress, say
+
+if TYPE_CHECKING:
+    from labbook.book.rebuilding import Place
 
 
 def init(
@@ -146,13 +149,9 @@ def restore(
 
     Example: labbook restore /media/stick/mybook mybook
     """
-    from data_schema.errors import UsageError
-    from labbook.actions.upkeep.restoring import Place
     from labbook.actions.upkeep.restoring import restore as restore_book
 
-    if database is not None and sqlite:
-        raise UsageError("--database and --sqlite exclude each other: give one of them.")
-    place = Place(database) if database is not None or sqlite else None
+    place = _place(database, sqlite)
     with progress("restoring", None, shown=not as_json) as step:
         done = restore_book(source, folder, place, step, lambda _total: contextlib.nullcontext(step))
     lines = [
@@ -164,6 +163,16 @@ def restore(
         where = "in the book" if database is None else "in the database given"
         lines.append(f"its labbook.toml says now that the store is in the book, and the tables are {where}.")
     emit(done, lines, as_json)
+
+
+def _place(database: str | None, sqlite: bool) -> "Place | None":
+    """Return where a database is to be made, None where it was."""
+    from data_schema.errors import UsageError
+    from labbook.book.rebuilding import Place
+
+    if database is not None and sqlite:
+        raise UsageError("--database and --sqlite exclude each other: give one of them.")
+    return Place(database) if database is not None or sqlite else None
 
 
 def merge(
@@ -208,22 +217,33 @@ def _counted(number: int, one: str, several: str) -> str:
 
 def rebuild(
     journal: Annotated[bool, typer.Option("--journal", help="Write journal.jsonl from the database instead.")] = False,
+    database: Annotated[
+        str | None,
+        typer.Option("--database", metavar="URL", help="Make the tables in this PostgreSQL database from now on."),
+    ] = None,
+    sqlite: Annotated[bool, typer.Option("--sqlite", help="Make labbook.db in the book from now on.")] = False,
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Make the database anew from the raw copies and the journal; the old one is kept beside it.
 
+    With --database or --sqlite the book moves to the other kind of database, and its labbook.toml says so.
+
     Example: labbook rebuild
     """
+    from data_schema.errors import UsageError
     from labbook.book.opening import find_folder
     from labbook.book.rebuilding import rebuild_database, rewrite_journal
 
     folder = find_folder(book or Path.cwd())
+    place = _place(database, sqlite)
     if journal:
+        if place is not None:
+            raise UsageError("--journal writes no database: leave --database and --sqlite out.")
         count = rewrite_journal(folder)
         emit({"entries": count}, [f"journal.jsonl written anew: {count} entries."], as_json)
         return
     with progress("rebuilding", None, shown=not as_json) as step:
-        done = rebuild_database(folder, step)
+        done = rebuild_database(folder, step, place)
     old_database = f"the old database is kept as {done.old}" if done.old else "there was no old database"
     emit(done, [f"rebuilt from {done.entries} entries; {old_database}.", *done.sentences], as_json)

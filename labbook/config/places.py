@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -63,19 +63,21 @@ _OF_PLACE = re.compile(r"^\s*\[\s*(database|store)\s*\]")
 PLACES = ("database", "store")
 
 
-def without_places(text: str, database_url: str | None) -> str:
-    """Return the text of a labbook.toml whose store is in the book itself, and whose database too, or has this address.
+def with_database(text: str, database_url: str | None, *, without: Collection[str] = ("database",)) -> str:
+    """Return the text of a labbook.toml whose database has this address, or is in the book itself.
 
-    Raises `UsageError` where `[database]` and `[store]` are not tables with a header of their own.
+    With "store" among the tables `without`, its store is in the book, too. Raises `UsageError` where these tables have
+    no header of their own.
     """
     retained, leaving = [], False
     for line in text.splitlines(keepends=True):
         if _HEADER.match(line):
-            leaving = _OF_PLACE.match(line) is not None
+            found = _OF_PLACE.match(line)
+            leaving = found is not None and found[1] in without
         if not leaving or not line.partition("#")[0].strip():  # comments at the end may belong to the next table
             retained.append(line)
     moved = with_places("".join(retained), database_url, None)
-    wanted = {key: value for key, value in tomllib.loads(text).items() if key not in PLACES}
+    wanted = {key: value for key, value in tomllib.loads(text).items() if key not in without}
     if database_url is not None:
         wanted["database"] = {"url": database_url}
     try:

@@ -39,7 +39,6 @@ IN_ORDER = {
     "backup": ("backup ../backup", {"last", "raw", "remarks"}),
     "restore": ("restore ../backup ../restored", {"folder", "entries", "raw", "differences", "moved"}),
     "db status": ("db status", {"database", "schema", "rows", "last_backup"}),
-    "db copy": ("db copy . ../empty", {"database", "rows", "to_do"}),
     "db prune": ("db prune", {"removed", "leftovers"}),
     "db check": ("db check", {"whole", "problems", "orphans"}),
     "rebuild": ("rebuild", {"entries", "old", "differences"}),
@@ -100,7 +99,6 @@ def test_every_command_is_looked_at() -> None:
 
 def test_every_command_prints_one_json_document(tmp_path: Path) -> None:
     book: SmallBook = small_book(tmp_path, runs=False, ingested=False)
-    (tmp_path / "empty").mkdir()
     (book.folder / "nameless.csv").write_bytes(book.log("r003").read_bytes())
     book.log("r003").unlink()
     for name, (words, keys) in IN_ORDER.items():

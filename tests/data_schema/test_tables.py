@@ -184,8 +184,8 @@ def test_the_same_bytes_are_imported_once_but_may_be_refused_often(engine: sa.En
             connection.execute(
                 ingest.insert().values(
                     uid=uid, sha256="s", file=file_key, original_name="a.csv", status=status, reader="r",
-                    reader_version=1, options_json="{}", rows_read=0, rows_kept=0, rows_rejected=0, config=1,
-                    person=who, at_utc="now",
+                    reader_version=1, options_json="{}", declared_json="{}", rows_read=0, rows_kept=0, rows_rejected=0,
+                    config=1, person=who, at_utc="now",
                 )
             )  # fmt: skip
 

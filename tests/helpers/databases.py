@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 import sqlalchemy as sa
 
+from data_schema.engine import POSTGRES_SCHEMA
 from data_schema.schema import create_tables
 from data_schema.tables import METADATA
 
@@ -35,6 +36,8 @@ def make_empty_sqlite(path: Path) -> None:
 def make_all_tables(engine: sa.Engine) -> None:
     """Make the tables in an empty database."""
     with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
+        if engine.dialect.name == "postgresql":
+            connection.exec_driver_sql(f"CREATE SCHEMA IF NOT EXISTS {POSTGRES_SCHEMA}")
         create_tables(connection)
 
 

@@ -10,16 +10,16 @@ _POSTGRES = """
 SELECT format('column %%s.%%s %%s%%s', c.relname, a.attname, format_type(a.atttypid, a.atttypmod),
               CASE WHEN a.attnotnull THEN ' NOT NULL' ELSE '' END)
   FROM pg_attribute a JOIN pg_class c ON c.oid = a.attrelid
- WHERE c.relnamespace = 'public'::regnamespace AND c.relkind = 'r' AND a.attnum > 0 AND NOT a.attisdropped
+ WHERE c.relnamespace = 'labbook'::regnamespace AND c.relkind = 'r' AND a.attnum > 0 AND NOT a.attisdropped
 UNION ALL
 SELECT format('rule %%s.%%s %%s', conrelid::regclass, conname, pg_get_constraintdef(oid))
-  FROM pg_constraint WHERE connamespace = 'public'::regnamespace AND contype IN ('p', 'u', 'c', 'f')
+  FROM pg_constraint WHERE connamespace = 'labbook'::regnamespace AND contype IN ('p', 'u', 'c', 'f')
 UNION ALL
-SELECT format('index %%s', indexdef) FROM pg_indexes WHERE schemaname = 'public'
+SELECT format('index %%s', indexdef) FROM pg_indexes WHERE schemaname = 'labbook'
 UNION ALL
 SELECT pg_get_triggerdef(oid) FROM pg_trigger WHERE NOT tgisinternal
 UNION ALL
-SELECT pg_get_functiondef(oid) FROM pg_proc WHERE pronamespace = 'public'::regnamespace
+SELECT pg_get_functiondef(oid) FROM pg_proc WHERE pronamespace = 'labbook'::regnamespace
 """
 
 

@@ -43,19 +43,12 @@ from labbook.book.opening import (
     read_configuration,
     shown,
 )
-from labbook.book.rebuilding import rebuild_database
+from labbook.book.rebuilding import Place, rebuild_database
 from labbook.config.parsing import parse_configuration
-from labbook.config.places import without_places
+from labbook.config.places import PLACES, with_database
 
 MARKER = UNFINISHED_RESTORE
 """In a folder whose restore is not complete: from where, and into which database."""
-
-
-@dataclass(frozen=True, slots=True)
-class Place:
-    """Where the database of a restored book goes: a PostgreSQL database, or labbook.db in the book."""
-
-    url: str | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +77,7 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
         )
     url = None if place is None else place.url
     moved = original.store_path is not None or original.database_url != url
-    text = without_places(text, url) if moved else text
+    text = with_database(text, url, without=PLACES) if moved else text
     marker = _claim_folder(source, folder, url, entries)
     with exclusive_lock(marker, f"another program is restoring to {folder}: wait until it has finished."):
         raw = copy_raw(Store(source), Store(folder), raw_of(entries), counted)

@@ -85,6 +85,8 @@ def test_the_database_of_another_book_is_left_alone(tmp_path: Path, postgres_url
 def test_a_database_that_is_not_empty_is_left_alone(tmp_path: Path, postgres_url: str) -> None:
     engine = postgres_engine(postgres_url)
     with engine.begin() as connection:
+        connection.exec_driver_sql("CREATE TABLE public.run (theirs TEXT)")
+        connection.exec_driver_sql("CREATE SCHEMA labbook")
         connection.exec_driver_sql("CREATE TABLE recipes (name TEXT)")
     (tmp_path / "labbook.toml").write_text(small_toml(database_url=postgres_url))
     with refuses(UsageError, "not empty", "recipes", "[database] url"):

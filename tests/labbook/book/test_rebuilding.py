@@ -19,7 +19,7 @@ from data_schema.errors import BookBusy, BookDamaged, UsageError
 from data_schema.journal_file import NOTHING
 from labbook.book.differing import Differences
 from labbook.book.making import make_sqlite
-from labbook.book.rebuilding import Rebuilt, rebuild_database, rewrite_journal
+from labbook.book.rebuilding import Place, Rebuilt, rebuild_database, rewrite_journal
 from labbook.book.replacing_postgres import replace_postgres
 from labbook.book.replacing_sqlite import replace_sqlite
 from tests.helpers.books import ADA, SmallBook, small_book
@@ -58,8 +58,8 @@ def rows_of_sqlite(path: Path) -> dict[str, Rows]:
         engine.dispose()
 
 
-def rebuild(book: SmallBook) -> Rebuilt:
-    return rebuild_database(book.folder, lambda _step: None)
+def rebuild(book: SmallBook, place: Place | None = None) -> Rebuilt:
+    return rebuild_database(book.folder, lambda _step: None, place)
 
 
 def test_everything_is_there_again_to_the_row_and_its_keys_and_the_book_goes_on(whole: SmallBook) -> None:
@@ -102,11 +102,25 @@ def by_name(url: str | None, folder: Path) -> dict[str, Rows]:
         engine.dispose()
 
 
-def test_on_postgresql_the_same_rows_come_of_the_same_journal(postgres_url: str, whole: SmallBook) -> None:
+def test_a_book_moves_to_postgresql_and_back_and_every_row_is_the_same(postgres_url: str, whole: SmallBook) -> None:
     on_sqlite = by_name(None, whole.folder)
-    moved(whole, "[batteries.A]", f'[database]\nurl = "{postgres_url}"\n\n[batteries.A]')
-    assert rebuild(whole) == Rebuilt(len(on_sqlite["journal"]), None, Differences(), NOTHING)
+    toml = whole.toml.read_text()
+    there = rebuild(whole, Place(postgres_url))
+    assert there == Rebuilt(len(on_sqlite["journal"]), there.old, Differences(), NOTHING)
     assert by_name(postgres_url, whole.folder) == on_sqlite
+    assert not whole.database.exists()
+    assert there.old is not None
+    assert rows_of_sqlite(whole.folder / there.old)["journal"]
+    with whole.open() as book:
+        assert book.engine.dialect.name == "postgresql"
+        with book.session(ADA) as session:
+            note(session, "said on the server")
+    assert rebuild(whole, Place(None)).old is None
+    with whole.open() as book:
+        assert book.engine.dialect.name == "sqlite"
+        assert notes(book)[-1] == "said on the server"
+        assert len(said_alike(book)) == len(on_sqlite["journal"]) + 2  # and each labbook.toml in between
+    assert whole.toml.read_text().split() == toml.split()
 
 
 def schema_and_rows(url: str) -> tuple[list[str], dict[str, Rows]]:
@@ -130,9 +144,10 @@ def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path
     before = schema_and_rows(postgres_url)
     with book.open() as standing:  # open meanwhile, and usable afterwards
         with standing.engine.begin() as connection:
-            connection.exec_driver_sql("CREATE TABLE theirs (x TEXT)")
+            connection.exec_driver_sql("CREATE TABLE public.run (theirs TEXT)")
             connection.exec_driver_sql("DROP ROLE IF EXISTS guest")
             connection.exec_driver_sql("CREATE ROLE guest")
+            connection.exec_driver_sql("GRANT USAGE ON SCHEMA labbook TO guest")
             connection.exec_driver_sql("GRANT SELECT, REFERENCES ON run TO guest")
             connection.exec_driver_sql("GRANT SELECT ON report TO PUBLIC")
         done = rebuild(book)
@@ -144,13 +159,14 @@ def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path
                 connection.exec_driver_sql(f"SELECT has_table_privilege('guest', '{table}', '{right}')").scalar_one()
                 for table, right in (("run", "SELECT"), ("run", "REFERENCES"), ("report", "SELECT"), ("run", "INSERT"))
             ]
-            assert connection.exec_driver_sql("SELECT count(*) FROM theirs").scalar_one() == 0
+            rights.append(
+                connection.exec_driver_sql("SELECT has_schema_privilege('guest', 'labbook', 'USAGE')").scalar_one()
+            )
+            assert connection.exec_driver_sql("SELECT count(*) FROM public.run").scalar_one() == 0
         assert old == done.entries
-        assert rights == [True, True, True, False]
-        with standing.engine.begin() as connection:
-            connection.exec_driver_sql("DROP TABLE theirs")
+        assert rights == [True, True, True, False, True]
         assert schema_and_rows(postgres_url) == before
-        for schema in ("public", done.old):
+        for schema in ("labbook", done.old):
             with (
                 pytest.raises(sa.exc.DBAPIError, match="only ever added"),
                 standing.engine.begin() as connection,
@@ -164,56 +180,19 @@ def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path
         assert len(schemas(standing.engine)) == 2
 
 
-VIEWS = """
-CREATE VIEW remark AS SELECT text, '%' || text AS marked FROM note WHERE text LIKE '%';
-CREATE SCHEMA lab;
-CREATE VIEW lab."Runs of a day" WITH (security_barrier=true, check_option=local) AS
-    SELECT name, position_in_day FROM run WHERE kind = 'jumps';
-CREATE VIEW lab.both AS SELECT text, (SELECT count(*) FROM public.run) AS runs FROM remark;
-COMMENT ON VIEW remark IS 'what was said';
-DROP ROLE IF EXISTS guest;
-CREATE ROLE guest;
-GRANT SELECT ON remark TO guest;
-"""
-OF_VIEWS = """
-SELECT c.oid, c.relname, c.reloptions, obj_description(c.oid), has_table_privilege('guest', c.oid, 'SELECT'),
-    pg_get_viewdef(c.oid) FROM pg_class c WHERE relname IN ('remark', 'Runs of a day', 'both') ORDER BY relname
-"""
-
-
 def execute(engine: sa.Engine, statements: str) -> None:
     with engine.begin() as connection:
         connection.exec_driver_sql(statements, execution_options={"no_parameters": True})
 
 
-def test_a_labs_own_views_show_the_new_tables_and_keep_what_is_theirs(tmp_path: Path, postgres_url: str) -> None:
-    book = small_book(tmp_path, ingested=False, database_url=postgres_url)
-    with book.open() as standing:
-        execute(standing.engine, VIEWS)
-        with standing.engine.connect() as connection:
-            before = connection.exec_driver_sql(OF_VIEWS).all()
-        for number in range(2):
-            old = rebuild(book).old
-            with standing.session(ADA) as session:
-                note(session, f"said after rebuild {number}")
-            with standing.engine.connect() as connection:
-                assert connection.exec_driver_sql(OF_VIEWS).all() == before
-                said = connection.exec_driver_sql("SELECT text FROM remark").scalars().all()
-                assert said == notes(standing)
-                assert connection.exec_driver_sql("SELECT text FROM lab.both").scalars().all() == said
-                assert connection.exec_driver_sql('SELECT count(*) FROM lab."Runs of a day"').scalar_one() == 12
-            execute(standing.engine, f"DROP SCHEMA {old} CASCADE")
-            with standing.engine.connect() as connection:
-                assert connection.exec_driver_sql(OF_VIEWS).all() == before  # nothing stands on the old tables
-
-
 @pytest.mark.parametrize(
     ("made", "named"),
     [
-        ("CREATE MATERIALIZED VIEW counted AS SELECT count(*) FROM note", "materialized view counted"),
+        ("CREATE VIEW public.remark AS SELECT text FROM note", "view public.remark"),
+        ("CREATE TABLE theirs (x TEXT)", "table theirs"),
         (
-            "CREATE TABLE photo (run INTEGER CONSTRAINT of_run REFERENCES run (id))",
-            "constraint of_run on table photo",
+            "CREATE TABLE public.photo (run INTEGER CONSTRAINT of_run REFERENCES run (id))",
+            "constraint of_run on table public.photo",
         ),
         (
             "CREATE FUNCTION how_many() RETURNS bigint LANGUAGE sql BEGIN ATOMIC SELECT count(*) FROM note; END",
@@ -223,7 +202,7 @@ def test_a_labs_own_views_show_the_new_tables_and_keep_what_is_theirs(tmp_path: 
         ("CREATE POLICY own ON note USING (true)", "policy own on table note"),
         ("CREATE PUBLICATION out FOR TABLE note", "publication of table note in publication out"),
     ],
-    ids=["materialized view", "foreign key", "function", "function of a row", "policy", "publication"],
+    ids=["view", "table", "foreign key", "function", "function of a row", "policy", "publication"],
 )
 def test_what_cannot_follow_to_new_tables_is_named_before_anything_is_done(
     cluster: Cluster, postgres_book: Path, made: str, named: str
@@ -232,38 +211,21 @@ def test_what_cannot_follow_to_new_tables_is_named_before_anything_is_done(
     engine = postgres_engine(url)
     execute(engine, made)
     before = schema_and_rows(url)
-    with refuses(UsageError, named, "the book's tables", "Drop it"):
-        replace_postgres(
-            engine, url, lambda _engine: pytest.fail("begun"), lambda _engine, _standing: pytest.fail("begun")
-        )
+    with refuses(UsageError, named, "labbook", "drop it"):
+        replace_postgres(url, lambda _engine: pytest.fail("begun"), lambda _engine, _standing: pytest.fail("begun"))
     assert schema_and_rows(url) == before
     assert schemas(engine) == []
-    engine.dispose()
-
-
-def test_another_program_with_tables_of_the_same_names_is_not_taken_for_a_book(
-    postgres_url: str, judged: SmallBook
-) -> None:
-    engine = postgres_engine(postgres_url)
-    with engine.begin() as connection:
-        connection.exec_driver_sql("CREATE TABLE recipes (name TEXT)")
-        connection.exec_driver_sql("CREATE TABLE run (theirs TEXT)")
-    moved(judged, "[batteries.A]", f'[database]\nurl = "{postgres_url}"\n\n[batteries.A]')
-    with refuses(UsageError, "recipes"):
-        rebuild(judged)
     engine.dispose()
 
 
 def test_on_postgresql_one_who_keeps_reading_stops_it(tmp_path: Path, postgres_url: str) -> None:
     book = small_book(tmp_path, ingested=False, database_url=postgres_url)
     before = schema_and_rows(postgres_url)
-    hasty = postgres_engine(postgres_url, busy_timeout_s=0.1)
     with book.open() as standing, standing.reading() as connection:
         connection.exec_driver_sql("SELECT count(*) FROM run").scalar_one()
         with pytest.raises(BookBusy, match="another program"):
-            replace_postgres(hasty, postgres_url, lambda _engine: None, lambda _engine, _standing: None)
-    assert schemas(hasty) == []
-    hasty.dispose()
+            replace_postgres(postgres_url, lambda _engine: None, lambda _engine, _standing: None, busy_timeout_s=0.1)
+        assert schemas(standing.engine) == []
     assert schema_and_rows(postgres_url) == before
 
 
@@ -393,6 +355,29 @@ def test_a_rebuild_that_is_killed_at_any_rename_keeps_the_old_database_for_good(
             break
     assert code == 0
     assert number > 1
+
+
+def test_a_move_to_postgresql_that_is_killed_at_any_rename_leaves_the_old_database_or_the_new(
+    tmp_path: Path, postgres_url: str, commands: Commands
+) -> None:
+    book = small_book(tmp_path, ingested=False)
+    engines = []
+    for number in range(1, 10):
+        code, said = commands.run(
+            "rebuild", "--database", postgres_url, "--book", book.folder, die_before_rename=number
+        )
+        assert code in (0, KILLED), said
+        with book.open() as standing:
+            engines.append(standing.engine.dialect.name)
+            with standing.session(ADA) as session:
+                note(session, f"after {number}")
+            said_alike(standing)
+            assert notes(standing)[-number:] == [f"after {one}" for one in range(1, number + 1)]
+        if code == 0:
+            break
+    assert code == 0
+    assert engines == sorted(engines, reverse=True)
+    assert set(engines) == {"sqlite", "postgresql"}
 
 
 @SERVER_IN_A_SOAK

@@ -16,7 +16,6 @@ from labbook.actions.files import ingesting
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.upkeep.health import Health, check_book
 from labbook.actions.upkeep.pruning import Leftover, leftovers, prune
-from labbook.book.copies.copying_database import copy_database
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from labbook.terminal import progress
@@ -100,12 +99,8 @@ def test_only_what_is_named_goes(book: SmallBook) -> None:
         assert set(listed(standing)) == {old}
 
 
-@server_in_a_soak("database_url")
-def test_results_that_no_report_shows_go_and_come_again(tmp_path: Path, database_url: str | None) -> None:
+def test_results_that_no_report_shows_go_and_come_again(tmp_path: Path) -> None:
     book = copy_of_whole_book(tmp_path)
-    if database_url is not None:
-        copy_database(str(book.folder), database_url, lambda _step: None)
-        book.toml.write_text(f'{book.toml.read_text()}\n[database]\nurl = "{database_url}"\n')
     with book.open() as standing:
         before = all_rows(standing.engine)
         assert pruned(standing) == {"results"}
@@ -115,10 +110,9 @@ def test_results_that_no_report_shows_go_and_come_again(tmp_path: Path, database
         assert fewer == {"result", "result_number", "result_input", "row_hash"}
         assert all(set(after[name]) <= set(before[name]) for name in before)
         assert {row[2] for row in after["report_item"]} == {row[2] for row in before["report_item"]}
-    if database_url is None:
-        rebuild_database(book.folder, lambda _step: None)
-        with book.open() as standing:
-            assert all_rows(standing.engine) == before
+    rebuild_database(book.folder, lambda _step: None)
+    with book.open() as standing:
+        assert all_rows(standing.engine) == before
 
 
 def test_of_a_book_that_is_not_whole_nothing_goes(tmp_path: Path) -> None:
