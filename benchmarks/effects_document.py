@@ -1,16 +1,15 @@
 """Measures what each effect of the shipped scenes is worth, and writes those tables of `docs/accuracy.md` anew.
 
-python benchmarks/effects_document.py
+python benchmarks/effects_document.py [SCENE...]
 """
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
-from labbook.presenting.simulation.effects_ablation import alone_table, heading, verdict
-from reports.display import time_text
-from simulator.ablation.kernel_time import kernel_time
-from simulator.ablation.study import ablation_of_effects
+from labbook.presenting.simulation.effects import alone_table, heading, verdict
+from simulator.ablation import ablation_of_effects
 from simulator.scene_file import load_scene
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "accuracy.md"
@@ -19,30 +18,27 @@ WITHIN = 0.01
 
 
 def measured(name: str) -> str:
-    """Return the table of a scene and the sentence on its smallest set, as Markdown."""
+    """Return the table of a scene and the sentences on the effects that are enough, as Markdown."""
     scene = load_scene(name)
-    ablation = ablation_of_effects(scene, WITHIN)
-    head, *rows = alone_table(ablation, {}, None)
+    ablation = ablation_of_effects(scene, WITHIN, step=lambda what: print(f"   {what}", flush=True))
+    head, *rows = alone_table(ablation)
     lines = [heading(scene, ablation)[1], "", f"| {' | '.join(head)} |", "|---" * len(head) + "|"]
     for effect, *values in rows:
         starred = " *" if effect.endswith("*") else ""
         name_cell = f"`{effect.rstrip('*')}`{starred}"
         lines.append(f"| {' | '.join([name_cell, *values])} |")
-    fewer = scene.changed({}, (), ablation.smallest.left_out.effects)
-    full, smallest = (kernel_time(of, ablation.accuracy).time_per_jump_s for of in (scene, fewer))
-    times = f"A jump takes {time_text(full)} with all effects and {time_text(smallest)} with these."
-    return "\n".join([*lines, "", *verdict(ablation), "", times])
+    return "\n".join([*lines, "", *verdict(ablation)])
 
 
-def main() -> None:
+def main(names: list[str]) -> None:
     """Write each scene's table between its two lines of the document."""
-    text = DOCUMENT.read_text(encoding="utf-8")
-    for name in SCENES:
+    for name in names or SCENES:
+        print(f"== {name}", flush=True)
         first, last = f"<!-- effects: {name} -->\n", "\n<!-- end -->"
-        before, _, rest = text.partition(first)
+        before, _, rest = DOCUMENT.read_text(encoding="utf-8").partition(first)
         text = before + first + measured(name) + last + rest.partition(last)[2]
-    DOCUMENT.write_text(text, encoding="utf-8")
+        DOCUMENT.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    main(sys.argv[1:])

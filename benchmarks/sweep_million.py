@@ -15,7 +15,6 @@ from benchmarks.processes import LABBOOK, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
 from benchmarks.timing import Work, in_turns
 from simulator.scene_file import load_scene
-from simulator.sweep.axes import ranges_of
 from simulator.sweep.chunks import recipe_for, simulate_rows
 from simulator.sweep.design import sobol
 
@@ -104,7 +103,7 @@ def measure(say: Callable[[str], None]) -> Section:
 def _kernels(accuracy: float) -> tuple[float, float]:
     """Return the processor time of a jump in µs, with the scalar kernel and in lanes."""
     scene = load_scene("sim2")
-    design = sobol(ranges_of(_OVER[1::2], scene.effects), IN_TURNS, 0)
+    design = sobol(_OVER[1::2], scene.effects, IN_TURNS, 0)
     recipe = recipe_for(scene, design, accuracy)
     values = design.rows(0, IN_TURNS)
     scalar, lanes = replace(recipe, why_scalar="asked"), replace(recipe, why_scalar=None)

@@ -20,9 +20,6 @@ FLIGHT_EFFECTS = {"held": "held_gains_in_flight", "massless": "massless_leg_in_f
 CONTACT_EFFECT, CONTACTS = "contact_once_risen", ("once_risen", "at_the_print")
 """The effect that decides when a lifted foot meets the ground again, and words for with it and without."""
 
-AUTO = "auto"
-"""Word among the effects: those that a tolerance does not need are to be left out."""
-
 
 @dataclass(frozen=True, slots=True)
 class Change:
@@ -101,13 +98,6 @@ def changed_by_words(scene: Scene, sets: Sequence[str] = (), effects: str | None
 def with_changes_in_title(scene: Scene, words: Sequence[str]) -> Scene:
     """Return a changed scene with the words that changed it in its title, which is that of the scene it was."""
     return replace(scene, title=f"{scene.title}{', ' if _BUT in scene.title else _BUT}{', '.join(words)}")
-
-
-def without_auto(effects: str | None) -> tuple[str | None, bool]:
-    """Return the words for effects without `auto`, and whether that was one of them."""
-    words = [word.strip() for word in (effects or "").split(",")]
-    rest = ",".join(word for word in words if word != AUTO)
-    return rest or None, AUTO in words
 
 
 def _change(word: str, effects: frozenset[str]) -> Change:
@@ -189,11 +179,6 @@ def _effects(words: str | None) -> tuple[frozenset[str], frozenset[str]]:
         if not (word := word.strip()):
             continue
         sign, name = word[0], word[1:].strip()
-        if word == AUTO:
-            raise UsageError(
-                f"{AUTO} among the effects is for labbook sim run and sim sweep, which take its tolerance: name the "
-                "effects here, for example +drag,-added_mass; labbook sim effects says which are enough."
-            )
         if sign not in chosen:
             known = nearest(word, EFFECTS) or "drag"
             raise UsageError(f"--effects {word!r} does not say on or off: write +{known} or -{known}.")

@@ -16,9 +16,13 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A rule for scenes in which all of `effects` are on; `fault` gives the sentence, None where the rule is met."""
+    """A rule for scenes in which all of `effects` are on, on the parameters that it `reads`.
+
+    `fault` gives the sentence, None where the rule is met.
+    """
 
     effects: frozenset[str]
+    reads: frozenset[str]
     fault: Callable[[Values], str | None]
 
 
@@ -117,11 +121,18 @@ def _guard(p: Values) -> str | None:
     )
 
 
+_GROUND = "foot_radius mu cone_angle kg_scale k_sh sigma phi rho added_mass_constant"
+
+
+def _rule(effects: str, reads: str, fault: Callable[[Values], str | None]) -> Rule:
+    return Rule(frozenset(effects.split()), frozenset(reads.split()), fault)
+
+
 RULES = (
-    Rule(frozenset(), _links),
-    Rule(frozenset(), _rest_length),
-    Rule(frozenset({"hydrostatic_stiffness", "added_mass"}), _bearing),
-    Rule(frozenset({"latched_switching"}), _switching),
-    Rule(frozenset({"latched_switching", "short_leg_guard"}), _guard),
-    Rule(frozenset({"emulated_ground", "latched_switching"}), _release),
+    _rule("", "upper_link lower_link", _links),
+    _rule("", "upper_link lower_link rest_length", _rest_length),
+    _rule("hydrostatic_stiffness added_mass", _GROUND, _bearing),
+    _rule("latched_switching", "rest_tolerance switch_compression", _switching),
+    _rule("latched_switching short_leg_guard", "rest_length rest_tolerance guard_length", _guard),
+    _rule("emulated_ground latched_switching", "release_tolerance rest_tolerance", _release),
 )

@@ -1,17 +1,14 @@
 """`labbook sim`: the simulator; it needs no book."""
 
-from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from labbook.cli.common import JsonOption
-from labbook.cli.sim_warm import warm
 from labbook.terminal import before_work, columns, counted, emit, progress
 
 app = typer.Typer(no_args_is_help=True)
-
 
 SceneOption = Annotated[
     str, typer.Option("--scene", metavar="NAME", help="bed, sim1, sim2, emulator, force_plate, or a .toml file.")
@@ -25,17 +22,10 @@ SetOption = Annotated[
     ),
 ]
 EffectsOption = Annotated[
-    str | None,
-    typer.Option(
-        "--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass; auto: only those that matter."
-    ),
+    str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass.")
 ]
-WithinOption = Annotated[
-    str | None,
-    typer.Option("--within", metavar="SHARE", help="With --effects auto: the change that may pass, such as 1%."),
-]
-COMPILING = "compiling for up to 30 s, once"
 AccuracyOption = Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")]
+COMPILING = "compiling for up to 30 s, once"
 
 
 @app.command()
@@ -43,7 +33,6 @@ def run(
     scene: SceneOption,
     sets: SetOption = None,
     effects: EffectsOption = None,
-    within: WithinOption = None,
     accuracy: AccuracyOption = 1e-6,
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw the motion: a .png, .svg or .pdf file.")
@@ -59,15 +48,12 @@ def run(
     """Simulate a scene and show its jump: times, heights, joules, how sure they are and what they rest on.
 
     Each number has an estimated error: the difference to a simulation a hundred times finer, whose values are shown.
-    Of a scene with many jumps the last one is shown, and drawn. With --effects auto --within 1% the effects are left
-    out that change cost, apex and depth by at most 1 % together (see labbook sim effects). --json gives every change of
-    the contact mode by the kernel's names and, beside them, by those of the ground, as in the plot.
+    Of a scene with many jumps the last one is shown, and drawn. --json gives every change of the contact mode by the
+    kernel's names and, beside them, by those of the ground, as in the plot.
 
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """
     from labbook.actions.simulate.pictures import ANIMATION_KINDS, draw_motion
-    from labbook.actions.simulate.sweeping import auto_of, reduced_scene
-    from labbook.presenting.simulation.effects_ablation import chosen_data, verdict
     from labbook.presenting.simulation.simulated import as_data, as_lines
     from reports.figures.kind import check_form
     from simulator.changes import changed_by_words
@@ -78,21 +64,16 @@ def run(
 
     check_form("--plot", plot)
     check_form("--animate", animate, ANIMATION_KINDS)
-    auto = auto_of(effects, within, accuracy)
+    changed = changed_by_words(load_scene(scene), sets or (), effects)
     simulated = simulate_with_errors if error_bars else simulate
-    full = changed_by_words(load_scene(scene), sets or (), auto.words)
-    first = "" if is_compiled(full.effects) else f"; where it takes long, {COMPILING}"
-    with progress(f"simulating{first}", None, shown=not as_json) as step:
-        ablation = auto.ablation(full, step)
+    first = "" if is_compiled(changed.effects) else f"; where it takes long, {COMPILING}"
+    with progress(f"simulating{first}", None, shown=not as_json):
         drawn = plot is not None or animate is not None
-        result = simulated(reduced_scene(full, ablation), accuracy, trajectory=drawn)
-        result = with_other_contact(result, simulated)
+        result = with_other_contact(simulated(changed, accuracy, trajectory=drawn), simulated)
         if drawn:
             draw_motion(result, plot, animate)
-    ablation_lines = [] if ablation is None else ["", *verdict(ablation)]
     files = {name: str(path) for name, path in (("plot", plot), ("animation", animate)) if path is not None}
-    data = {**as_data(result), **chosen_data(ablation), **files}
-    emit(data, [*as_lines(result), *ablation_lines, *files.values()], as_json)
+    emit({**as_data(result), **files}, [*as_lines(result), *files.values()], as_json)
 
 
 @app.command()
@@ -109,7 +90,6 @@ def sweep(
     out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The result: a .nc file or a .zarr folder.")],
     sets: SetOption = None,
     effects: EffectsOption = None,
-    within: WithinOption = None,
     sobol: Annotated[
         int | None,
         typer.Option("--sobol", metavar="COUNT", help="Draw so many scenes (best a power of 2) from the ranges."),
@@ -119,10 +99,6 @@ def sweep(
     error_bars: Annotated[
         bool, typer.Option("--error-bars", help="Simulate each scene a second time, a hundred times finer.")
     ] = False,
-    error_bars_on: Annotated[
-        str | None,
-        typer.Option("--error-bars-on", metavar="SHARE", help="Error bars on so many of the scenes, such as 5%."),
-    ] = None,
     scheduler: Annotated[
         str | None,
         typer.Option("--scheduler", metavar="URL", help="A Dask cluster's scheduler, tcp://HOST:PORT, to compute on."),
@@ -136,43 +112,43 @@ def sweep(
     their numbers are NaN.
 
     With --error-bars the file has the finer values, as labbook sim run shows them, and an estimated error of each in a
-    column NAME_error; ill_conditioned is then by these. With --error-bars-on 5% so do a twentieth of the scenes, spread
-    evenly and the same ones each time; in the others the errors are NaN.
+    column NAME_error; ill_conditioned is then by these.
 
     Interrupted or killed, the same command goes on where it was; until the file is whole, FILE.part holds what is done.
-    With --effects auto --within 1% the effects are left out that change the scene as it stands, before anything is
-    swept, by at most 1 %; those that read what is swept stay. Farther out in the sweep the others may matter more: both
-    sets are simulated at the corners of what is swept (at the ends of each range, where they are more than 16), and it
-    is said how far off the worst is and where.
 
     Example: labbook sim sweep --scene sim2 --over b_ad=0:300:31 --over foot_radius=0.02,0.03,0.038 --out sweep.nc
     """
-    from labbook.actions.simulate.sweeping import SweepRequest, error_bars_of, planned_sweep
-    from labbook.presenting.simulation.effects_ablation import chosen_data, verdict
-    from labbook.presenting.simulation.swept import corners_data, corners_lines, sweep_data, sweep_lines
+    import importlib.metadata
+
+    from labbook.presenting.simulation.swept import as_data, as_lines
     from simulator.kernel.build import is_compiled
     from simulator.sweep.chunks import why_scalar
-    from simulator.sweep.compute import Threads, connect_cluster
+    from simulator.sweep.computing import cluster, threads
     from simulator.sweep.run import run_sweep
+    from simulator.sweep.sweep import sweep_by_words
 
-    bars = error_bars_of(error_bars, error_bars_on)
-    request = SweepRequest(scene, tuple(over), tuple(sets or ()), effects, accuracy, sobol, seed, within, bars)
-    with progress("checking the sweep", None, shown=not as_json) as step:
-        planned = planned_sweep(request, step)
-    corners = corners_lines(planned.corners, planned.ablation)
-    refused = [f"note: {planned.sweep.refused}"] if planned.sweep.refused else []
-    if not as_json:
-        before_work([*refused, *corners])
-    computing = nullcontext(Threads()) if scheduler is None else connect_cluster(scheduler)
-    sweep, lanes = planned.sweep, why_scalar(planned.sweep.scene, planned.sweep.design) is None
-    here = scheduler is None and not is_compiled(sweep.scene.effects, lanes=lanes)
-    first, wanted = f" after {COMPILING}" if here else "", sweep.jumps_wanted
-    with counted(f"sweeping{first}", wanted, "jumps", shown=not as_json) as advance, computing as compute:
-        done = run_sweep(sweep, out, compute, advance)
-    chosen_for = "The effects were chosen for the scene as it stands, before anything is swept:"
-    ablation_lines = [] if planned.ablation is None else ["", chosen_for, *verdict(planned.ablation), *corners]
-    data = {**sweep_data(done), **chosen_data(planned.ablation), **corners_data(planned.corners, planned.ablation)}
-    emit(data, [*sweep_lines(done), *ablation_lines], as_json)
+    asked = sweep_by_words(
+        scene,
+        over,
+        sets or (),
+        effects,
+        accuracy=accuracy,
+        sample=sobol,
+        seed=seed,
+        error_bars=error_bars,
+        labbook=importlib.metadata.version("robot-labbook"),
+    )
+    if asked.why_refused and not as_json:
+        before_work([f"note: {asked.why_refused}"])
+    lanes = why_scalar(asked.scene, asked.design) is None
+    here = scheduler is None and not is_compiled(asked.scene.effects, lanes=lanes)
+    first = f" after {COMPILING}" if here else ""
+    with (
+        counted(f"sweeping{first}", asked.jumps_wanted, "jumps", shown=not as_json) as advance,
+        threads() if scheduler is None else cluster(scheduler) as computing,
+    ):
+        done = run_sweep(asked, out, computing, advance)
+    emit(as_data(done), as_lines(done), as_json)
 
 
 @app.command()
@@ -262,49 +238,25 @@ def effects(
         str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off at first: +drag,-added_mass.")
     ] = None,
     accuracy: AccuracyOption = 1e-6,
-    pairs: Annotated[bool, typer.Option("--pairs", help="Show every pair of effects, too.")] = False,
-    timings: Annotated[
-        bool, typer.Option("--timings", help="Compile and time a kernel without each effect: seconds for each.")
-    ] = False,
     as_json: JsonOption = False,
 ) -> None:
-    """Leave out each effect of a scene, alone and in pairs, and find the smallest set that is good enough.
+    """Leave out each effect of a scene, and find out which are enough.
 
-    Good enough are cost, apex and depth within a share of those with all effects. Of a scene with many jumps the tenth
-    is looked at. `labbook sim run --effects auto --within 1%` uses the set.
+    Enough are those with which cost, apex and depth stay within a share of those with all effects; the others are left
+    out one after the other, always the one that changes least. Of a scene with many jumps the tenth is looked at.
 
     Example: labbook sim effects --scene sim2 --within 1%
     """
-    from dataclasses import asdict
-
-    from data_schema.errors import UsageError
-    from labbook.presenting.simulation import effects_ablation as shown
-    from simulator.ablation.kernel_time import ablation_times
-    from simulator.ablation.smallest import tolerance_of
-    from simulator.ablation.study import ablation_of_effects, measured_scene, sets_to_leave_out
-    from simulator.changes import changed_by_words, without_auto
+    from labbook.presenting.simulation.effects import as_data, as_lines
+    from simulator.ablation import ablation_of_effects, tolerance_of
+    from simulator.changes import changed_by_words
     from simulator.scene_file import load_scene
 
-    words, auto = without_auto(switched)
-    if auto:
-        raise UsageError("sim effects finds the smallest set of effects itself: leave auto out of --effects.")
     tolerance = tolerance_of(within, accuracy)
-    full = changed_by_words(load_scene(scene), sets or (), words)
-    tried = sets_to_leave_out(measured_scene(full))
-    kernels = 2 + (sum(len(left_out) == 1 for left_out in tried) if timings else 0)
-    if not as_json:
-        typer.echo(shown.announcement(len(tried), kernels), err=True)
-    with progress("effects", len(tried) + 1 + kernels, shown=not as_json) as step:
+    full = changed_by_words(load_scene(scene), sets or (), switched)
+    with progress("simulating", None, shown=not as_json) as step:
         ablation = ablation_of_effects(full, tolerance, accuracy, step)
-        times = ablation_times(ablation, timings, step)
-    head, *rows = shown.alone_table(ablation, times.without, times.full)
-    lines = [*shown.heading(full, ablation), "", *columns(head, rows)]
-    if pairs:
-        head, *rows = shown.pairs_table(ablation)
-        lines += ["", *columns(head, rows)]
-    lines += ["", *shown.footnotes(ablation), "", *shown.verdict(ablation)]
-    lines += shown.time_lines(times.full, times.smallest)
-    emit({**shown.ablation_data(full, ablation), "times": asdict(times)}, lines, as_json)
+    emit(as_data(full, ablation), as_lines(full, ablation), as_json)
 
 
 @app.command()
@@ -393,4 +345,42 @@ def published(
     emit({**as_data(tables, compared, results), **files}, [*lines, *files.values()], as_json)
 
 
-app.command()(warm)
+@app.command()
+def warm(
+    scenes: Annotated[
+        list[str] | None, typer.Argument(metavar="[SCENE]...", help="Names or .toml files; without any, all shipped.")
+    ] = None,
+    lanes: Annotated[
+        bool, typer.Option("--lanes", help="Also compile sweeps that simulate many scenes side by side: 50 s each.")
+    ] = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Compile the simulator for the effects of scenes: 10 to 30 s each, once for each version of labbook.
+
+    Nothing needs it: a first simulation runs in plain Python for 10 s before it compiles. Sweeps, reports and anything
+    with many jumps then start at once. With --lanes sweeps of these scenes take half the time, to the same numbers;
+    scenes that have no lanes are left out.
+
+    Example: labbook sim warm sim2 bed --lanes
+    """
+    from data_schema.cache_folder import CACHE_VARIABLE
+    from data_schema.errors import UsageError
+    from simulator.kernel.build import is_cached, kernel_for, why_no_lanes
+    from simulator.scene_file import load_scene, shipped_scenes
+
+    found = {name: load_scene(name) for name in scenes or shipped_scenes()}
+    spent_s: dict[str, float] = {}
+    with progress("compiling", len(found), shown=not as_json) as done:
+        for name, scene in found.items():
+            spent_s[name] = kernel_for(scene.effects).compile_time_s
+            if lanes and why_no_lanes(scene.effects) is None:
+                spent_s[name] += kernel_for(scene.effects, lanes=True).compile_time_s
+            done(name)
+            if not is_cached(scene.effects):
+                raise UsageError(
+                    f"the kernel of {name} was compiled and cannot be kept: name a folder that can be written in "
+                    f"{CACHE_VARIABLE}."
+                )
+    emit(
+        {"compile_time_s": spent_s}, [f"{name}: ready after {spent:.3g} s" for name, spent in spent_s.items()], as_json
+    )

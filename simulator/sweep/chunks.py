@@ -7,8 +7,9 @@ whatever the number of cores and the order.
 from __future__ import annotations
 
 import functools
-import math
+import os
 import threading
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,43 +33,16 @@ from simulator.kernel.limits import JUMPS_WANTED
 from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS
 from simulator.scene import Scene
 from simulator.sweep.design import Design
-from simulator.sweep.outputs import ERRORS, FROM_KERNEL, NOT_MADE_FLAG, OUTPUTS, PLACE, REFUSED_FLAG
+from simulator.sweep.outputs import ERRORS, FROM_KERNEL, NOT_MADE_FLAG, OUTPUTS, PLACE
 
 Row = NDArray[np.float64]
 Block = NDArray[np.float64]
-Flags = NDArray[np.bool_]
-FEWEST_JUMPS, MOST_JUMPS, CHUNKS_WANTED = 128, 2048, 64
-"""Jumps in a chunk: many enough to be worth a file, few enough that little is lost when a machine stops."""
 FEWEST_IN_LANES, FEWEST_TO_COMPILE = 10_000, 500_000
 """Jumps of a sweep from which on it is in lanes where they are on disk, and for which they are compiled."""
-_NOT_MADE = np.array([np.nan if output.kind == "f8" else float(NOT_MADE_FLAG) for output in (*OUTPUTS, *ERRORS)])
-_REFUSED = np.where(np.arange(len(_NOT_MADE)) == PLACE["outcome"], float(REFUSED_FLAG), _NOT_MADE)
+NOT_MADE_ROW = np.array([np.nan if output.kind == "f8" else float(NOT_MADE_FLAG) for output in (*OUTPUTS, *ERRORS)])
 _WITH_ERROR = [PLACE[error.name.removesuffix("_error")] for error in ERRORS]
 _JUDGED = [_WITH_ERROR.index(PLACE[name]) for name in JUDGED]
 _building = threading.Lock()
-
-
-@dataclass(frozen=True, slots=True)
-class Chunks:
-    """How the rows of a sweep are divided: `rows_each` a chunk, fewer in the last."""
-
-    rows: int
-    rows_each: int
-
-    @property
-    def count(self) -> int:
-        """Number of chunks."""
-        return -(-self.rows // self.rows_each)
-
-    def bounds(self, number: int) -> tuple[int, int]:
-        """Return the first row of a chunk, and the one after its last."""
-        return number * self.rows_each, min((number + 1) * self.rows_each, self.rows)
-
-
-def chunks_for(design: Design, jumps: int) -> Chunks:
-    """Divide a sweep of scenes with so many jumps each."""
-    wanted = min(MOST_JUMPS, max(FEWEST_JUMPS, math.ceil(design.row_count * jumps / CHUNKS_WANTED)))
-    return Chunks(design.row_count, max(1, wanted // jumps))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -155,23 +129,30 @@ def check_simulator(recipe: Recipe, version: str) -> None:
         )
 
 
-def simulate_rows(recipe: Recipe, values: Block, has_error_bars: Flags | None = None) -> Block:
+def simulate_rows(recipe: Recipe, values: Block) -> Block:
     """Simulate a scene for each row of swept values, shape (rows, axes); return shape (rows, jumps, outputs).
 
-    A recipe with error bars gives the errors after the outputs; `barred` says which rows have them, shape (rows,), all
-    where it is None. These have the numbers of the finer simulation, as `simulator.error_bars` shows them. Raises
-    `UsageError` where this process has another simulator than the recipe was made with.
+    A recipe with error bars gives the errors after the outputs, and the numbers of the finer simulation, as
+    `simulator.error_bars` shows them. Raises `UsageError` where this process has another simulator than the recipe was
+    made with.
     """
     check_simulator(recipe, simulator_here())
     table = np.tile(recipe.base, (len(values), 1))
     table[:, recipe.places] = values
     block = _simulated(recipe, recipe.limits, table)
-    if not recipe.finer:
-        return block
-    whole = np.concatenate([block, np.full((*block.shape[:2], len(ERRORS)), np.nan)], axis=2)
-    which = np.ones(len(values), np.bool_) if has_error_bars is None else has_error_bars
-    whole[which] = _with_errors(recipe.accuracy, block[which], _finer(recipe, table[which]))
-    return whole
+    return _with_errors(recipe.accuracy, block, _finer(recipe, table)) if recipe.finer else block
+
+
+def simulate_on_all_cores(recipe: Recipe, values: Block) -> Block:
+    """Return what `simulate_rows` does, a part of the rows a core: compiled code does not hold Python's lock."""
+    parts = np.array_split(values, cores())
+    with ThreadPoolExecutor(len(parts)) as pool:
+        return np.concatenate(list(pool.map(lambda part: simulate_rows(recipe, part), parts)))
+
+
+def cores() -> int:
+    """Return the number of cores that this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def _with_errors(accuracy: float, coarse: Block, fine: Block) -> Block:
@@ -223,14 +204,5 @@ def _outputs(recipe: Recipe, found: Block, counts: NDArray[np.int64], passive_w:
     block[:, :, PLACE["under_surface"]] = under_surface(block[:, :, PLACE["min_body_height_m"]], recipe.effects)
     residual_j, at_play_j = block[:, :, PLACE["energy_residual_J"]], block[:, :, PLACE["energy_at_play_J"]]
     block[:, :, PLACE["open_book"]] = open_book(residual_j, at_play_j, recipe.accuracy)
-    block[np.arange(recipe.jumps)[np.newaxis, :] >= counts[:, np.newaxis]] = _NOT_MADE[: len(OUTPUTS)]
+    block[np.arange(recipe.jumps)[np.newaxis, :] >= counts[:, np.newaxis]] = NOT_MADE_ROW[: len(OUTPUTS)]
     return block
-
-
-def insert_refused_rows(block: Block, refused: Flags) -> Block:
-    """Put the rows that were not simulated among those that were: `refused` says which, shape (all rows,)."""
-    if not refused.any():
-        return block
-    whole = np.empty((len(refused), *block.shape[1:]))
-    whole[~refused], whole[refused] = block, _REFUSED[: block.shape[-1]]
-    return whole

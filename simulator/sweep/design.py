@@ -1,4 +1,7 @@
-"""Which scenes a sweep holds: every combination of the values of some axes, or a Sobol sample of their ranges."""
+"""Which scenes a sweep holds: every combination of the values of some axes, or a Sobol sample of their ranges.
+
+In words, as after --over: `b_ad=0:300:31`, `foot_radius=0.02,0.03`, `k_sh=1:1e4:5:log`; to sample, `b_ad=0:300`.
+"""
 
 from __future__ import annotations
 
@@ -11,11 +14,46 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.errors import UsageError
-from simulator.sweep.axes import MOST_ROWS, Axis, Quantity, Range, Row, axis
+from data_schema.errors import UsageError, unknown_name
+from simulator.changes import WORDS
+from simulator.declared import all_parameters
 
+Row = NDArray[np.float64]
 SAMPLE = "sample"
 """Name of the dimension of a Sobol sample."""
+MOST_ROWS = 10**8
+"""Most scenes in one sweep; its file would take 34 GB."""
+LOGARITHMIC = "log"
+GRID_FORM = "NAME=LOW:HIGH:COUNT (a fourth part, log, spaces the values evenly in the logarithm), or NAME=VALUE,VALUE"
+SAMPLE_FORM = "NAME=LOW:HIGH, or NAME=LOW:HIGH:log"
+GAINS = {
+    "gain": "extension gain of the leg's controller",
+    "damping_gain": "active-damping gain of the leg's controller",
+}
+"""Words that stand for one parameter each, in other units: `simulator.changes` has their conversion."""
+NOT_SWEPT = {
+    "flight": "switches effects and cannot be swept: give it with --set, in a sweep of its own for each of soft, held "
+    "and massless.",
+    "contact": "switches an effect and cannot be swept: give it with --set, in a sweep of its own for each of "
+    "once_risen and at_the_print.",
+    "drop_height": "depends on the leg's rest length and cannot be swept: give it with --set, or sweep initial_height, "
+    "the foot's height at the start.",
+    "jumps": "is a dimension of every result and cannot be swept: give it with --set, and the result holds all jumps "
+    "up to that number.",
+}
+"""Words that stand for no parameter, why that is and what to do instead."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Axis:
+    """What is swept: `coordinates` of a quantity and the `values` of the parameter read; both of shape (values,)."""
+
+    name: str
+    unit: str
+    meaning: str
+    parameter: str
+    coordinates: Row
+    values: Row
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,27 +90,11 @@ class Design:
 
     def rows(self, start: int, stop: int) -> Row:
         """Return the parameters of the rows from `start` to before `stop`, shape (rows, axes)."""
-        places = self._places(start, stop)
-        return np.column_stack([swept.values[place] for swept, place in zip(self.axes, places, strict=True)])
-
-    def part(self, parameters: Collection[str]) -> Design:
-        """Return the design of these parameters' axes alone: each combination of their values is one of its rows."""
-        return Design(tuple(swept for swept in self.axes if swept.parameter in parameters), self.seed)
-
-    def rows_in_part(self, parameters: Collection[str], start: int, stop: int) -> NDArray[np.int64]:
-        """Return which row of `part(parameters)` each of the rows from `start` to before `stop` has, shape (rows,)."""
-        places = self._places(start, stop)
-        if self.seed is not None:
-            return places[0]
-        chosen = [place for swept, place in zip(self.axes, places, strict=True) if swept.parameter in parameters]
-        return np.ravel_multi_index(tuple(chosen), tuple(self.part(parameters).dims.values()))
-
-    def _places(self, start: int, stop: int) -> Sequence[NDArray[np.int64]]:
-        """Return, for each axis, the place of its value in each row."""
         numbers = np.arange(start, stop)
-        if self.seed is not None:
-            return [numbers] * len(self.axes)
-        return np.unravel_index(numbers, tuple(self.dims.values()))
+        places = [numbers] * len(self.axes)
+        if self.seed is None:
+            places = list(np.unravel_index(numbers, tuple(self.dims.values())))
+        return np.column_stack([swept.values[place] for swept, place in zip(self.axes, places, strict=True)])
 
     def content_hash(self) -> str:
         """Return a hash of every value that is swept."""
@@ -82,51 +104,122 @@ class Design:
         return digest.hexdigest()
 
 
-def grid(axes: Sequence[Axis]) -> Design:
-    """Return the grid of these axes; raises `UsageError` where nothing, too much or one parameter twice is swept."""
-    _check_parameters([swept.quantity for swept in axes])
-    made = Design(tuple(axes))
-    _check_rows(made.row_count)
-    return made
+def grid(words: Sequence[str], effects: Collection[str]) -> Design:
+    """Return the grid that words ask for, in a scene with these effects.
+
+    Raises `UsageError` for words without a meaning, and where nothing, too much or one parameter twice is swept.
+    """
+    axes = []
+    for word in words:
+        name, values = _parted(word, GRID_FORM)
+        axes.append(_axis(name, _spaced(word, values) if ":" in values else _listed(word, values), effects))
+    return _checked(Design(tuple(axes)))
 
 
-def sobol(ranges: Sequence[Range], rows: int, seed: int) -> Design:
-    """Return a scrambled Sobol sample (Owen 1998, as scipy has it) of these ranges; the balance is best for 2^m rows.
+def sobol(words: Sequence[str], effects: Collection[str], rows: int, seed: int) -> Design:
+    """Return a scrambled Sobol sample (Owen 1998, as scipy has it) of the ranges that words ask for.
 
-    Raises `UsageError` where nothing, too much or one parameter twice is swept.
+    The balance is best for 2^m rows. Raises `UsageError` as `grid` does.
     """
     from scipy.stats import qmc
 
-    _check_parameters([swept.quantity for swept in ranges])
-    _check_rows(rows)
+    if not 1 <= rows <= MOST_ROWS:
+        raise UsageError(f"a sample of {rows} scenes cannot be made: draw 1 to {MOST_ROWS} of them.")
     if seed < 0:
         raise UsageError(f"seed = {seed} is negative: give 0 or more.")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # the help of --sobol says that 2^m rows balance best
-        unit = qmc.Sobol(len(ranges), scramble=True, seed=np.random.default_rng(seed)).random(rows)
-    return Design(tuple(axis(swept.quantity, _scaled(swept, unit[:, i])) for i, swept in enumerate(ranges)), seed)
+        unit = qmc.Sobol(max(1, len(words)), scramble=True, seed=np.random.default_rng(seed)).random(rows)
+    axes = []
+    for word, share in zip(words, unit.T, strict=False):
+        name, values = _parted(word, SAMPLE_FORM)
+        low, high, rest, logarithmic = _ends(word, values, SAMPLE_FORM)
+        if rest:
+            raise UsageError(f"--over {word} does not say which range to sample: write {SAMPLE_FORM}.")
+        drawn = low + (high - low) * share
+        if logarithmic:
+            drawn = np.exp(np.log(low) + (np.log(high) - np.log(low)) * share)
+        axes.append(_axis(name, np.clip(drawn, low, high), effects))  # rounding may step over an end
+    return _checked(Design(tuple(axes), seed))
 
 
-def _scaled(swept: Range, share: Row) -> Row:
-    if not swept.logarithmic:
-        return np.asarray(np.clip(swept.low + (swept.high - swept.low) * share, swept.low, swept.high))
-    scaled = np.exp(np.log(swept.low) + (np.log(swept.high) - np.log(swept.low)) * share)
-    return np.asarray(np.clip(scaled, swept.low, swept.high))  # rounding may step over an end
+def _axis(name: str, coordinates: Row, effects: Collection[str]) -> Axis:
+    """Return the axis of a parameter or gain, in a scene with these effects."""
+    if name not in GAINS:
+        known = all_parameters()[name]
+        return Axis(name, known.unit, known.meaning, name, coordinates, coordinates)
+    changes = [WORDS[name](repr(number), frozenset(effects)).values for number in coordinates.tolist()]
+    (parameter,) = changes[0]
+    return Axis(name, "1", GAINS[name], parameter, coordinates, np.array([one[parameter] for one in changes]))
 
 
-def _check_parameters(swept: Sequence[Quantity]) -> None:
-    if not swept:
+def _checked(design: Design) -> Design:
+    if not design.axes:
         raise UsageError("a sweep needs something to sweep: give for example --over b_ad=0:300:31.")
     by_parameter: dict[str, list[str]] = {}
-    for item in swept:
-        by_parameter.setdefault(item.parameter, []).append(item.name)
+    for swept in design.axes:
+        by_parameter.setdefault(swept.parameter, []).append(swept.name)
     for parameter, names in by_parameter.items():
         if len(names) > 1:
             both = " and ".join(dict.fromkeys(names))
             twice = f"{both} both sweep {parameter}" if both != names[0] else f"{both} is swept twice"
             raise UsageError(f"{twice}: sweep it by one --over.")
+    if design.row_count > MOST_ROWS:
+        raise UsageError(f"a sweep of {design.row_count} scenes cannot be made: sweep at most {MOST_ROWS} of them.")
+    return design
 
 
-def _check_rows(rows: int) -> None:
-    if not 1 <= rows <= MOST_ROWS:
-        raise UsageError(f"a sweep of {rows} scenes cannot be made: sweep 1 to {MOST_ROWS} of them.")
+def _parted(word: str, form: str) -> tuple[str, str]:
+    name, _, values = (part.strip() for part in word.partition("="))
+    if not name or not values:
+        raise UsageError(f"--over {word!r} does not name a parameter and its values: write {form}.")
+    if name in NOT_SWEPT:
+        raise UsageError(f"{name} {NOT_SWEPT[name]}")
+    if name not in all_parameters() and name not in GAINS:
+        raise unknown_name("parameter", name, (*all_parameters(), *GAINS))
+    return name, values
+
+
+def _spaced(word: str, values: str) -> Row:
+    low, high, rest, logarithmic = _ends(word, values, GRID_FORM)
+    digits = rest[0].lstrip("0") if len(rest) == 1 and rest[0].isdecimal() else ""
+    if digits in ("", "1"):
+        raise UsageError(f"--over {word} does not say how many values there are, 2 or more: write {GRID_FORM}.")
+    if len(digits) > len(str(MOST_ROWS)) or int(digits) > MOST_ROWS:
+        raise UsageError(f"--over {word} asks for {digits} values: sweep at most {MOST_ROWS} scenes.")
+    count = int(digits)
+    return np.geomspace(low, high, count) if logarithmic else np.linspace(low, high, count)
+
+
+def _listed(word: str, values: str) -> Row:
+    numbers = [_number(word, part, GRID_FORM) for part in values.split(",")]
+    for number in numbers:
+        if numbers.count(number) > 1:
+            raise UsageError(f"--over {word} has {number:g} more than once: leave the others out.")
+    return np.array(numbers)
+
+
+def _ends(word: str, values: str, form: str) -> tuple[float, float, list[str], bool]:
+    """Return both ends of a range, what stands behind them, and whether it is logarithmic."""
+    parts = [part.strip() for part in values.split(":")]
+    logarithmic = parts[-1] == LOGARITHMIC
+    if logarithmic:
+        parts.pop()
+    if len(parts) < 2:
+        raise UsageError(f"--over {word} is no range: write {form}.")
+    low, high = _number(word, parts[0], form), _number(word, parts[1], form)
+    if not low < high:
+        raise UsageError(f"--over {word} begins at {low:g} and ends at {high:g}: give the smaller end first.")
+    if logarithmic and low <= 0.0:
+        raise UsageError(f"--over {word} begins at {low:g}, which has no logarithm: begin above 0, or leave out log.")
+    return low, high, parts[2:], logarithmic
+
+
+def _number(word: str, text: str, form: str) -> float:
+    try:
+        number = float(text)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise UsageError(f"--over {word} has {text.strip()!r} where a finite number belongs: write {form}.")
+    return number

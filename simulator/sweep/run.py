@@ -1,23 +1,46 @@
-"""Run a sweep: chunk by chunk to disk, then one file; killed at any moment, the same command goes on where it was."""
+"""Run a sweep: chunk by chunk to disk, then one file; killed at any moment, the same command goes on where it was.
+
+The chunks depend on the sweep alone, never on who computes them: the same bits come out whatever the number of cores
+and the order. They lie in a folder beside the file to come, each in a file that has its name once it is on disk.
+"""
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
+import itertools
 import json
+import math
+import os
+import shutil
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING, Any, BinaryIO
 
-from data_schema.errors import UsageError
-from simulator.sweep.chunks import Block, Flags, insert_refused_rows, recipe_for
-from simulator.sweep.compute import Compute
-from simulator.sweep.identity import Identity, differences, identity_of
-from simulator.sweep.outputs import FLAGS, NOT_MADE, NOT_MADE_FLAG, OUTCOME_FLAGS, PLACE, REFUSED
-from simulator.sweep.parts import Parts, open_parts, part_folder, remove_parts, sync
-from simulator.sweep.result_file import IDENTITY, Format, content_of, format_of
-from simulator.sweep.sweep import Sweep
+import numpy as np
+from numpy.typing import NDArray
 
-_OUTCOMES = "outcome_counts"
+from data_schema.errors import LabbookError, UsageError
+from simulator.effects.registry import EFFECTS
+from simulator.scene_file import write_scene
+from simulator.sweep.chunks import NOT_MADE_ROW, Block, Recipe, kernel_of, recipe_for, simulate_rows
+from simulator.sweep.computing import Computing, optional
+from simulator.sweep.outputs import FLAGS, NOT_MADE, OUTCOME_FLAGS, PLACE, REFUSED, REFUSED_FLAG
+from simulator.sweep.sweep import JUMP, Identity, Sweep, differences, identity_of
+
+if TYPE_CHECKING:
+    import xarray
+
+IDENTITY = "sweep"
+"""Attribute of the file with what identifies the sweep, as JSON."""
+PLAN, LOCK = "sweep.json", "lock"
+_MOST_NUMBERS = 2**25
+"""Numbers of the outputs that are in memory at once: 256 MB."""
+_ZARR_BLOCK = 65_536
+"""Most numbers in a block of a Zarr folder along its first dimension."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,70 +60,66 @@ class Summary:
 class Finished:
     """A sweep that is done. `chunks_before` of its chunks were done by earlier runs; all where the file was there.
 
-    `jumps_made`: how many jumps this run made. `compute_time_s`: simulating and keeping the chunks;
-    `write_time_s`: making the file of them. `why_scalar`: why the scenes were not simulated side by side in lanes.
+    `jumps_wanted`: how many jumps this run simulated, where all scenes made theirs. `compute_time_s`: simulating and
+    keeping the chunks; `write_time_s`: making the file of them. `why_scalar`: why the scenes were not simulated side by
+    side in lanes.
     """
 
     out: Path
     sweep: Sweep
     summary: Summary
     chunks_before: int
-    jumps_made: int = 0
+    jumps_wanted: int = 0
     compile_time_s: float = 0.0
     compute_time_s: float = 0.0
     write_time_s: float = 0.0
     why_scalar: str | None = None
 
 
-def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int], None] = lambda _: None) -> Finished:
+def run_sweep(
+    sweep: Sweep, out: Path, computing: Computing, advance: Callable[[int], None] = lambda _: None
+) -> Finished:
     """Run a sweep to the file `out`, .nc or .zarr, and call `advance` with how many more jumps are done.
 
     Chunks are stored in the folder `out`.part until the file is there. An interrupted and continued sweep gives the
     same file as an undisturbed one, bit for bit. Raises `UsageError` where `out` or that folder holds something else.
     """
-    format_ = format_of(out)
-    recipe = recipe_for(sweep.scene, sweep.design, sweep.accuracy, error_bars=sweep.error_bars > 0.0)
+    _check_format(out)
+    recipe = recipe_for(sweep.scene, sweep.design, sweep.accuracy, error_bars=sweep.error_bars)
     identity, chunks = identity_of(sweep), sweep.chunks
     if not out.parent.is_dir():
         raise UsageError(f"there is no folder {out.parent} for {out.name}: make it, or give another --out.")
-    there = _finished(out, format_, identity)
-    if there is not None and not part_folder(out).exists():
+    if not part_folder(out).exists() and _is_there(out, identity):
         advance(sweep.jumps_wanted)
-        return Finished(out, sweep, there, chunks.count)
-    with open_parts(out, identity, chunks, (sweep.scene.jumps, len(sweep.outputs))) as parts:
-        there = _finished(out, format_, identity)  # another program may have made it a moment ago
-        if there is not None:
-            remove_parts(parts.folder)
+        return Finished(out, sweep, _summary_of(out), len(chunks))
+    with _part_folder_alone(out, identity) as folder:
+        if _is_there(out, identity):  # another program may have made it a moment ago
+            _remove_part_folder(folder)
             advance(sweep.jumps_wanted)
-            return Finished(out, sweep, there, chunks.count)
-        compile_time_s = compute.prepare(recipe)
+            return Finished(out, sweep, _summary_of(out), len(chunks))
+        compile_time_s = kernel_of(recipe).compile_time_s if computing.here else 0.0
         started = time.perf_counter()
-        missing = parts.missing()
-        waiting = {number: int((~sweep.refusals.rows(*chunks.bounds(number))).sum()) for number in missing}
-        advance(sweep.jumps_wanted - sum(waiting.values()) * sweep.scene.jumps)
-
-        made: list[int] = []
-
-        def keep(number: int, block: Block) -> None:
-            made.append(int((block[:, :, PLACE["outcome"]] != NOT_MADE_FLAG).sum()))
-            parts.keep(number, insert_refused_rows(block, sweep.refusals.rows(*chunks.bounds(number))))
-
-        for number in compute.run(recipe, lambda number: _legal_rows(sweep, number), missing, keep):
-            advance(waiting[number] * sweep.scene.jumps)
+        missing = [number for number in range(len(chunks)) if not _chunk_file(folder, number).exists()]
+        wanted = {number: int((~sweep.refused[chunks[number]]).sum()) * sweep.scene.jumps for number in missing}
+        advance(sweep.jumps_wanted - sum(wanted.values()))
+        for number, block in _computed(sweep, recipe, missing, computing):
+            _keep(folder, number, _with_refused(block, sweep.refused[chunks[number]]))
+            advance(wanted[number])
         computed = time.perf_counter()
-        result = parts.folder / f".result{out.suffix}"
-        summary = _summary(parts)
-        format_.write(content_of(sweep, identity, parts, _counts(summary)), result)
+        result = folder / f".result{out.suffix}"
+        _write(sweep, identity, folder, result)
+        for entry in (*result.rglob("*"), result):
+            _sync(entry)
         result.rename(out)
-        sync(out.parent)
-        remove_parts(parts.folder)
+        _sync(out.parent)
+        _remove_part_folder(folder)
         written = time.perf_counter()
     return Finished(
         out,
         sweep,
-        summary,
-        chunks_before=chunks.count - len(missing),
-        jumps_made=sum(made),
+        _summary_of(out),
+        chunks_before=len(chunks) - len(missing),
+        jumps_wanted=sum(wanted.values()),
         compile_time_s=compile_time_s,
         compute_time_s=computed - started,
         write_time_s=written - computed,
@@ -108,44 +127,251 @@ def run_sweep(sweep: Sweep, out: Path, compute: Compute, advance: Callable[[int]
     )
 
 
-def _legal_rows(sweep: Sweep, number: int) -> tuple[Block, Flags]:
-    """Return the swept values of the scenes in a chunk that can be simulated, and which of these have error bars."""
-    bounds = sweep.chunks.bounds(number)
-    legal = ~sweep.refusals.rows(*bounds)
-    return sweep.design.rows(*bounds)[legal], sweep.has_error_bars(*bounds)[legal]
+def _computed(sweep: Sweep, recipe: Recipe, numbers: list[int], computing: Computing) -> Iterator[tuple[int, Block]]:
+    """Yield the chunks with these numbers as they are done, with a bounded number of them under way."""
+    under_way: dict[Future[Block], int] = {}
+    left = iter(numbers)
+    while True:
+        for number in left:
+            rows = sweep.chunks[number]
+            values = sweep.design.rows(rows.start, rows.stop)[~sweep.refused[rows]]
+            under_way[computing.executor.submit(simulate_rows, recipe, values)] = number
+            if len(under_way) >= computing.at_once:
+                break
+        if not under_way:
+            return
+        for future in wait(under_way, return_when=FIRST_COMPLETED).done:
+            number = under_way.pop(future)
+            try:
+                block = future.result()
+            except LabbookError:
+                raise
+            except Exception as error:
+                if computing.here:
+                    raise
+                text = " ".join(str(error).split()).partition(". ")[0].rstrip(".")
+                raise UsageError(
+                    f"the cluster did not finish a chunk ({text or type(error).__name__}): see that its workers have "
+                    "this labbook and look at their logs, then give the same command to go on."
+                ) from error
+            yield number, block
 
 
-def _finished(out: Path, format_: Format, identity: Identity) -> Summary | None:
-    """Return what the sweep in the file gave, None where there is no file; raises `UsageError` for another sweep."""
+def _with_refused(block: Block, refused: NDArray[np.bool_]) -> Block:
+    """Put the rows that were not simulated among those that were: `refused` says which, shape (all rows,)."""
+    if not refused.any():
+        return block
+    whole = np.empty((len(refused), *block.shape[1:]))
+    whole[~refused], whole[refused] = block, NOT_MADE_ROW[: block.shape[-1]]
+    whole[refused, :, PLACE["outcome"]] = REFUSED_FLAG
+    return whole
+
+
+def part_folder(out: Path) -> Path:
+    """Return the folder of the unfinished sweep whose result will be `out`."""
+    return out.with_name(f"{out.name}.part")
+
+
+def _chunk_file(folder: Path, number: int) -> Path:
+    return folder / f"{number}.npy"
+
+
+def _keep(folder: Path, number: int, block: Block) -> None:
+    """Put a chunk on disk, output by output, shape (outputs, rows, jumps); it gets its name once it is there."""
+    being_written = folder / f".{number}.npy"
+    with being_written.open("wb") as file:
+        np.save(file, np.moveaxis(block, -1, 0))
+        file.flush()
+        os.fsync(file.fileno())
+    being_written.rename(_chunk_file(folder, number))  # a name that a power cut takes back costs one chunk, so no sync
+
+
+@contextlib.contextmanager
+def _part_folder_alone(out: Path, identity: Identity) -> Iterator[Path]:
+    """Open the folder of the unfinished sweep, or begin one, and let nobody else work on it meanwhile.
+
+    Raises `UsageError` where another sweep was left there, or another program is at work.
+    """
+    folder = part_folder(out)
+    while (handle := _locked(folder)) is None:
+        pass
+    with handle:
+        _check_same(folder, identity)
+        for entry in folder.glob(".*"):
+            _remove(entry)  # what was being written when a program died
+        yield folder
+
+
+def _locked(folder: Path) -> BinaryIO | None:
+    """Make the folder where it is not there and return its lock, held; None where another program just removed it."""
+    with contextlib.suppress(FileExistsError):
+        folder.mkdir()
+    with contextlib.ExitStack() as stack, contextlib.suppress(FileNotFoundError):
+        handle = stack.enter_context((folder / LOCK).open("wb"))
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError as error:
+            raise UsageError(
+                f"another program is working on {folder}: wait until it has finished, or give another --out."
+            ) from error
+        if os.path.samestat(os.fstat(handle.fileno()), (folder / LOCK).stat()):
+            stack.pop_all()
+            return handle
+    return None
+
+
+def _check_same(folder: Path, identity: Identity) -> None:
+    plan = folder / PLAN
+    if plan.exists():
+        there = json.loads(plan.read_text(encoding="utf-8"))
+        if there != identity:
+            raise UsageError(
+                f"{folder} holds an unfinished sweep that differs in {differences(there, identity)}: give the command "
+                "that began it, or another --out, or remove that folder."
+            )
+        return
+    if any(not entry.name.startswith(".") and entry.name != LOCK for entry in folder.iterdir()):
+        raise UsageError(f"{folder} is in the way and is no unfinished sweep: remove it, or give another --out.")
+    made = folder / f".{PLAN}"
+    made.write_text(json.dumps(dict(identity), ensure_ascii=False, indent=1), encoding="utf-8")
+    _sync(made)
+    made.replace(plan)
+    _sync(folder)
+
+
+def _remove_part_folder(folder: Path) -> None:
+    """Remove an unfinished sweep that is open; the file that says what it is goes last, and then the lock."""
+    for entry in folder.iterdir():
+        if entry.name not in (PLAN, LOCK):
+            _remove(entry)
+    for name in (PLAN, LOCK):
+        (folder / name).unlink(missing_ok=True)
+    with contextlib.suppress(OSError):  # another program has a lock of its own there already: the folder is its now
+        folder.rmdir()
+
+
+def _remove(entry: Path) -> None:
+    if entry.is_dir():
+        shutil.rmtree(entry)
+    else:
+        entry.unlink()
+
+
+def _sync(path: Path) -> None:
+    """Make a file's content, or the names in a folder, survive a power cut."""
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+LIBRARIES = {".nc": "netCDF4", ".zarr": "zarr"}
+"""By the end of a file's name, the library that xarray writes it with."""
+
+
+def _check_format(out: Path) -> None:
+    if out.suffix not in LIBRARIES:
+        raise UsageError(f"--out {out} does not say which format: end it in {' or '.join(LIBRARIES)}.")
+    optional(LIBRARIES[out.suffix], f"a {out.suffix} file")
+
+
+@contextlib.contextmanager
+def _opened(out: Path) -> Iterator[xarray.Dataset]:
+    import xarray
+
+    with xarray.open_dataset(out, engine="zarr" if out.suffix == ".zarr" else "netcdf4") as dataset:
+        yield dataset
+
+
+def _is_there(out: Path, identity: Identity) -> bool:
+    """Tell whether the file has this sweep; raises `UsageError` where it is there with something else."""
     if not out.exists():
-        return None
-    attributes = format_.attributes(out)
-    if IDENTITY not in attributes:
-        raise UsageError(f"{out} is there already and is no sweep: give another --out, or remove it.")
-    there = json.loads(attributes[IDENTITY])
+        return False
+    try:
+        with _opened(out) as dataset:
+            there = json.loads(dataset.attrs[IDENTITY])
+    except (OSError, ValueError, KeyError) as error:
+        raise UsageError(f"{out} is there already and is no sweep: give another --out, or remove it.") from error
     if there != identity:
         raise UsageError(
             f"{out} holds a sweep that differs in {differences(there, identity)}: give another --out, or remove it."
         )
-    flagged = {flag: int(attributes[_counted(flag)]) for flag in FLAGS}
-    return Summary(json.loads(attributes[_OUTCOMES]), flagged)
+    return True
 
 
-def _summary(parts: Parts) -> Summary:
-    """Count the jumps of a sweep whose chunks are all done."""
-    ends = parts.column(PLACE["outcome"])
-    counts = {outcome: int((ends == flag).sum()) for flag, outcome in OUTCOME_FLAGS}
-    return Summary(
-        {outcome: count for outcome, count in counts.items() if count},
-        {flag: int((parts.column(PLACE[flag]) == 1).sum()) for flag in FLAGS},
-    )
+def _summary_of(out: Path) -> Summary:
+    """Count the jumps of a sweep that is done."""
+    with _opened(out) as dataset:
+        ends = dataset["outcome"].to_numpy()
+        counts = {outcome: int((ends == flag).sum()) for flag, outcome in OUTCOME_FLAGS}
+        flagged = {flag: int((dataset[flag] == 1).sum()) for flag in FLAGS}
+    return Summary({outcome: count for outcome, count in counts.items() if count}, flagged)
 
 
-def _counts(summary: Summary) -> dict[str, str | int]:
-    """Return a summary as attributes of a file."""
-    flagged = {_counted(flag): count for flag, count in summary.flagged.items()}
-    return {_OUTCOMES: json.dumps(summary.outcomes), **flagged}
+def _dataset(sweep: Sweep, identity: Identity) -> xarray.Dataset:
+    """Return what a sweep's file holds beside its outputs."""
+    import xarray
+
+    coordinates: dict[str, Any] = {}
+    for axis in sweep.design.axes:
+        dim = sweep.design.dim_of(axis)
+        coordinates[axis.name] = (dim, axis.coordinates, {"units": axis.unit, "long_name": axis.meaning})
+        if axis.parameter != axis.name:
+            stands_for = {"units": "1", "long_name": f"{axis.parameter} that {axis.name} stands for, SI"}
+            coordinates[axis.parameter] = (dim, axis.values, stands_for)
+    if JUMP in sweep.dims:
+        numbers = np.arange(1, sweep.scene.jumps + 1, dtype=np.int32)
+        coordinates[JUMP] = (JUMP, numbers, {"units": "1", "long_name": "number of the jump, from 1"})
+    scene, swept = sweep.scene, ", ".join(axis.name for axis in sweep.design.axes)
+    attributes = {
+        "title": f"{scene.title}: sweep of {swept}",
+        "scene": scene.name,
+        "scene_toml": write_scene(scene),
+        "comment": f"The scene holds what was not swept; {swept} stand in the coordinates. Numbers are in SI units.",
+        "effects": " ".join(name for name in EFFECTS if name in scene.effects),
+        "accuracy": sweep.accuracy,
+        "sampling": sweep.design.description,
+        "assumed": json.dumps({name: scene.values[name].why for name in sweep.assumed}, ensure_ascii=False),
+        "set_by_user": json.dumps({name: scene[name] for name in scene.set_by_user}),
+        **({REFUSED: sweep.why_refused} if sweep.why_refused else {}),
+        "simulator_fingerprint": identity["simulator"],
+        "labbook_version": sweep.labbook,
+        IDENTITY: json.dumps(dict(identity), ensure_ascii=False),
+    }
+    return xarray.Dataset(coords=coordinates, attrs=attributes)
 
 
-def _counted(flag: str) -> str:
-    return f"{flag}_count"
+def _outputs(sweep: Sweep, folder: Path) -> Iterator[xarray.Dataset]:
+    """Yield the outputs of all chunks, as many at once as memory is for."""
+    import xarray
+
+    blocks = [np.load(_chunk_file(folder, number), mmap_mode="r") for number in range(len(sweep.chunks))]
+    shape = tuple(sweep.dims.values())
+    at_once = max(1, _MOST_NUMBERS // math.prod(shape))
+    for start in range(0, len(sweep.outputs), at_once):
+        variables = {}
+        for place, output in enumerate(sweep.outputs[start : start + at_once], start):
+            values = np.concatenate([block[place] for block in blocks]).astype(output.kind).reshape(shape)
+            about: dict[str, Any] = {"units": output.unit, "long_name": output.meaning}
+            if output.flags:
+                about["flag_values"] = np.array([value for value, _ in output.flags], np.int8)
+                about["flag_meanings"] = " ".join(meaning for _, meaning in output.flags)
+            variables[output.name] = (tuple(sweep.dims), values, about)
+        yield xarray.Dataset(variables)
+
+
+def _write(sweep: Sweep, identity: Identity, folder: Path, path: Path) -> None:
+    """Write the file: the outputs, then what describes the sweep."""
+    for dataset in itertools.chain(_outputs(sweep, folder), [_dataset(sweep, identity)]):
+        if path.suffix == ".nc":
+            plain = {name: {"_FillValue": None} for name in dataset.variables}
+            dataset.to_netcdf(path, mode="a" if path.exists() else "w", engine="netcdf4", encoding=plain)
+        else:
+            shapes = {name: (min(_ZARR_BLOCK, value.shape[0]), *value.shape[1:]) for name, value in dataset.items()}
+            in_blocks = {name: {"chunks": shape} for name, shape in shapes.items()}
+            dataset.to_zarr(path, mode="a", zarr_format=2, consolidated=False, encoding=in_blocks)  # all readers know 2
+    if path.suffix == ".zarr":
+        import zarr
+
+        zarr.consolidate_metadata(path, zarr_format=2)

@@ -1,87 +1,89 @@
-"""A sweep: a scene, what of it is varied, and how accurately; and which of its scenes cannot be, and why."""
+"""A sweep: a scene, what of it is varied, and how accurately; which of its scenes cannot be; what identifies it."""
 
 from __future__ import annotations
 
+import contextlib
+import hashlib
 import math
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
+from simulator.changes import changed_by_words
 from simulator.declared import all_parameters
+from simulator.effects.registry import EFFECTS
 from simulator.error_bars import finer_accuracy
-from simulator.scene import Scene
-from simulator.scene_rules import RULES, Rule
-from simulator.sweep.chunks import Chunks, chunks_for
-from simulator.sweep.design import Design
+from simulator.scene import Scene, Value
+from simulator.scene_file import load_scene, write_scene
+from simulator.scene_rules import RULES
+from simulator.sweep.chunks import simulator_here
+from simulator.sweep.design import Axis, Design, grid, sobol
 from simulator.sweep.outputs import ERRORS, OUTPUTS, REFUSED, Output
 
 JUMP = "jump"
 """Dimension of the jumps of scenes that have several."""
+FEWEST_JUMPS, MOST_JUMPS, CHUNKS_WANTED = 128, 2048, 64
+"""Jumps in a chunk: many enough to be worth a file, few enough that little is lost when a machine stops."""
 Flags = NDArray[np.bool_]
 _BLOCK = 65_536
-_SPREAD = (math.sqrt(5.0) - 1.0) / 2.0
-"""Golden ratio: its multiples' fractions are spread evenly, and in step with no axis of a grid."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
     """A sweep that can be run; scenes whose values do not fit together are left out of it, and marked as refused.
 
-    `labbook` is the version of the program that made it, stored with the result; `error_bars` the share of its rows
-    that have them. Raises `UsageError` for an axis that nothing reads or that leaves its parameter's range, where every
-    scene would be refused, and for error bars that cannot be.
+    `labbook` is the version of the program that made it, stored with the result; `refused`, shape (rows,): the scenes
+    that cannot be simulated, `why_refused` how many these are and why, in a sentence. Raises `UsageError` for an axis
+    that nothing reads or that leaves its parameter's range, where every scene would be refused, and for error bars that
+    cannot be.
     """
 
     scene: Scene
     design: Design
     accuracy: float = 1e-6
     labbook: str = ""
-    error_bars: float = 0.0
-    refusals: Refusals = field(init=False, repr=False, compare=False)
+    error_bars: bool = False
+    refused: Flags = field(init=False, repr=False, compare=False)
+    why_refused: str = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         _check_axes(self.scene, self.design)
-        if self.error_bars and not 0.0 < self.error_bars <= 1.0:
-            raise UsageError(
-                f"{self.error_bars:g} is no share of the scenes to give error bars: give one above 0, to 1."
-            )
         if self.error_bars and finer_accuracy(self.accuracy) >= self.accuracy:
             raise UsageError(
                 f"nothing is simulated finer than an accuracy of {self.accuracy:g}, which error bars take: ask for a "
                 "coarser one, or for no error bars."
             )
-        object.__setattr__(self, "refusals", refusals_of(self.scene, self.design))
-        if not self.legal_rows:
-            raise UsageError(f"no scene of the sweep can be simulated: it comes to {self.refusals.first}")
-
-    @property
-    def legal_rows(self) -> int:
-        """How many of its scenes can be simulated."""
-        return self.design.row_count - self.refusals.count
+        refused, first = _refused(self.scene, self.design)
+        count = int(refused.sum())
+        if count == len(refused):
+            raise UsageError(f"no scene of the sweep can be simulated: it comes to {first}")
+        sentence = (
+            f"{count} of {len(refused)} scenes cannot be simulated and {'is' if count == 1 else 'are'} marked "
+            f"{REFUSED}, the first at {first}"
+        )
+        object.__setattr__(self, "refused", refused)
+        object.__setattr__(self, "why_refused", sentence if count else "")
 
     @property
     def jumps_wanted(self) -> int:
         """How many jumps are simulated, where all scenes make theirs."""
-        return self.legal_rows * self.scene.jumps
+        return int((~self.refused).sum()) * self.scene.jumps
 
     @property
-    def refused(self) -> str:
-        """How many of its scenes cannot be simulated, and why, in a sentence; empty where all can."""
-        if not self.refusals.count:
-            return ""
-        be = "is" if self.refusals.count == 1 else "are"
-        return (
-            f"{self.refusals.count} of {self.design.row_count} scenes cannot be simulated and {be} marked {REFUSED}, "
-            f"the first at {self.refusals.first}"
-        )
+    def rows_each(self) -> int:
+        """The number of rows in a chunk; the last may have fewer."""
+        jumps = self.design.row_count * self.scene.jumps
+        wanted = min(MOST_JUMPS, max(FEWEST_JUMPS, math.ceil(jumps / CHUNKS_WANTED)))
+        return max(1, wanted // self.scene.jumps)
 
     @property
-    def chunks(self) -> Chunks:
-        """How its rows are divided."""
-        return chunks_for(self.design, self.scene.jumps)
+    def chunks(self) -> list[slice]:
+        """The rows of each chunk."""
+        rows, each = self.design.row_count, self.rows_each
+        return [slice(start, min(start + each, rows)) for start in range(0, rows, each)]
 
     @property
     def dims(self) -> dict[str, int]:
@@ -94,17 +96,6 @@ class Sweep:
         """What it gives for each jump."""
         return (*OUTPUTS, *ERRORS) if self.error_bars else OUTPUTS
 
-    def has_error_bars(self, start: int, stop: int) -> Flags:
-        """Return which of the rows from `start` to before `stop` have error bars, shape (rows,)."""
-        found: Flags = np.modf((np.arange(start, stop) + 0.5) * _SPREAD)[0] < self.error_bars
-        return found
-
-    @property
-    def n_with_error_bars(self) -> int:
-        """How many of the scenes that can be simulated have error bars."""
-        blocks = _blocks(self.design) if self.error_bars else ()
-        return sum(int((self.has_error_bars(*block) & ~self.refusals.rows(*block)).sum()) for block in blocks)
-
     @property
     def assumed(self) -> tuple[str, ...]:
         """Names of the parameters without a source that the result depends on; what is swept is not assumed."""
@@ -112,80 +103,48 @@ class Sweep:
         return tuple(name for name in self.scene.assumed if name not in swept)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Refusals:
-    """The scenes of a sweep that cannot be simulated: `count` rows of its design.
+def sweep_by_words(
+    scene: str,
+    over: Sequence[str],
+    sets: Sequence[str] = (),
+    effects: str | None = None,
+    *,
+    accuracy: float = 1e-6,
+    sample: int | None = None,
+    seed: int | None = None,
+    error_bars: bool = False,
+    labbook: str = "",
+) -> Sweep:
+    """Return the sweep of a scene (its name or file), changed by words, over a grid or a Sobol sample of `sample` rows.
 
-    `broken`: for each rule that some break, the swept parameters that it reads and which rows of `design.part` of them
-    break it. `first`: one of the scenes in words, and why it cannot be; empty where all can.
+    Raises `UsageError` where the sweep has no meaning or cannot be simulated.
     """
-
-    design: Design
-    broken: tuple[tuple[frozenset[str], Flags], ...]
-    first: str
-    count: int = field(init=False)
-
-    def __post_init__(self) -> None:
-        starts = _blocks(self.design) if self.broken else ()
-        object.__setattr__(self, "count", sum(int(self.rows(*block).sum()) for block in starts))
-
-    def rows(self, start: int, stop: int) -> Flags:
-        """Return which of the rows from `start` to before `stop` cannot be simulated, shape (rows,)."""
-        found = np.zeros(stop - start, np.bool_)
-        for parameters, breaks in self.broken:
-            found |= breaks[self.design.rows_in_part(parameters, start, stop)]
-        return found
+    given = _with_swept(load_scene(scene), over)
+    changed = changed_by_words(given, sets, effects)
+    if sample is not None:
+        design = sobol(over, changed.effects, sample, seed or 0)
+    elif seed is not None:
+        raise UsageError("--seed draws a sample, and a grid has none: add --sobol COUNT, or leave --seed out.")
+    else:
+        design = grid(over, changed.effects)
+    for axis in design.axes:
+        value = changed.values.get(axis.parameter)
+        if value is not None and value.set_by_user and value is not given.values.get(axis.parameter):
+            raise UsageError(f"{axis.parameter} is both set and swept: leave out one of --set and --over.")
+    return Sweep(changed, design, accuracy, labbook, error_bars)
 
 
-def refusals_of(scene: Scene, design: Design) -> Refusals:
-    """Ask every rule about every combination of values that the sweep comes to."""
-    plain = {name: value.value for name, value in scene.values.items()}
-    swept = frozenset(axis.parameter for axis in design.axes)
-    broken, first = [], ""
-    for rule in RULES:
-        concerned = rule_reads(rule, plain) & swept if rule.effects <= scene.effects else frozenset()
-        if not concerned:
-            continue  # the scene itself keeps this rule, and so do all of the sweep
-        part = design.part(concerned)
-        breaks = np.zeros(part.row_count, np.bool_)
-        for place, point in enumerate(_points(part)):
-            fault = rule.fault({**plain, **point})
-            if fault is not None:
-                breaks[place] = True
-                first = first or f"{', '.join(f'{name} = {number:g}' for name, number in point.items())}: {fault}"
-        if breaks.any():
-            broken.append((concerned, breaks))
-    return Refusals(design, tuple(broken), first)
-
-
-def rule_reads(rule: Rule, values: Mapping[str, float]) -> frozenset[str]:
-    """Return the parameters that a rule reads; a rule reads the same ones whatever their values."""
-    watched = _Watched(values)
-    rule.fault(watched)
-    return frozenset(watched.read)
-
-
-class _Watched(dict[str, float]):
-    """Values that remember which of them were read."""
-
-    def __init__(self, values: Mapping[str, float]) -> None:
-        super().__init__(values)
-        self.read = set[str]()
-
-    def __getitem__(self, name: str) -> float:
-        self.read.add(name)
-        return super().__getitem__(name)
-
-
-def _blocks(design: Design) -> Iterator[tuple[int, int]]:
-    for start in range(0, design.row_count, _BLOCK):
-        yield start, min(start + _BLOCK, design.row_count)
-
-
-def _points(design: Design) -> Iterator[dict[str, float]]:
-    names = [axis.parameter for axis in design.axes]
-    for block in _blocks(design):
-        yield from (dict(zip(names, row, strict=True)) for row in design.rows(*block).tolist())
+def _with_swept(scene: Scene, over: Sequence[str]) -> Scene:
+    """Give the scene the first value of each swept parameter that it and the parameter itself have none of."""
+    values = dict(scene.values)
+    for word in over:
+        name, _, numbers = word.partition("=")
+        parameter = all_parameters().get(name.strip())
+        if parameter is not None and parameter.assumed is None and parameter.name not in values:
+            with contextlib.suppress(ValueError):  # what is no number is refused where the axis is read
+                first = float(numbers.replace(",", ":").split(":")[0])
+                values[parameter.name] = Value(first, why="it is swept")
+    return replace(scene, values=values)
 
 
 def _check_axes(scene: Scene, design: Design) -> None:
@@ -196,3 +155,81 @@ def _check_axes(scene: Scene, design: Design) -> None:
         outside = [number for number in extremes if not parameter.low <= number <= parameter.high]
         if outside or swept.parameter not in scene.read:
             scene.changed({swept.parameter: (outside or extremes)[0]})  # which refuses it in the scene's own words
+
+
+def _refused(scene: Scene, design: Design) -> tuple[Flags, str]:
+    """Return which rows break a rule, shape (rows,), and the first of them in words with its fault, empty where none.
+
+    A rule is asked once for each combination of the swept values that it reads.
+    """
+    plain = {name: value.value for name, value in scene.values.items()}
+    refused, first = np.zeros(tuple(design.dims.values()), np.bool_), ""
+    for rule in RULES:
+        axes = tuple(axis for axis in design.axes if axis.parameter in rule.reads)
+        if not axes or not rule.effects <= scene.effects:
+            continue
+        part = Design(axes, design.seed)
+        breaks = np.zeros(part.row_count, np.bool_)
+        for place, point in enumerate(_points(part)):
+            fault = rule.fault({**plain, **point})
+            if fault is not None:
+                breaks[place] = True
+                first = first or f"{', '.join(f'{name} = {number:g}' for name, number in point.items())}: {fault}"
+        if design.seed is None:
+            breaks = breaks.reshape([len(axis.values) if axis in axes else 1 for axis in design.axes])
+        refused |= breaks
+    return refused.ravel(), first
+
+
+def _points(design: Design) -> Iterator[dict[str, float]]:
+    names = [axis.parameter for axis in design.axes]
+    for start in range(0, design.row_count, _BLOCK):
+        rows = design.rows(start, min(start + _BLOCK, design.row_count))
+        yield from (dict(zip(names, row, strict=True)) for row in rows.tolist())
+
+
+Identity = Mapping[str, str | float]
+FORMAT = 3
+"""Version of how sweeps are stored."""
+_FOLLOWING = ("swept values", "text of the scene", "outputs", "chunk")
+"""What says nothing to a person, and differs for itself only where nothing readable does."""
+
+
+def identity_of(sweep: Sweep) -> dict[str, str | float]:
+    """Return all that a sweep's numbers depend on, readable; equal for equal commands and simulators."""
+    scene, design = sweep.scene, sweep.design
+    return {
+        "scene": scene.name,
+        "effects": ", ".join(name for name in EFFECTS if name in scene.effects),
+        "jumps": scene.jumps,
+        **{name: value.value for name, value in scene.values.items()},
+        "accuracy": sweep.accuracy,
+        "error bars": "yes" if sweep.error_bars else "no",
+        "sampling": design.description,
+        **{f"sweep of {axis.name}": _extent(axis) for axis in design.axes},
+        "swept values": design.content_hash()[:20],
+        "text of the scene": hashlib.sha256(write_scene(scene).encode()).hexdigest()[:20],
+        "chunk": sweep.rows_each,
+        "outputs": hashlib.sha256(" ".join(output.name for output in sweep.outputs).encode()).hexdigest()[:20],
+        "simulator": simulator_here(),
+        "labbook": sweep.labbook,
+        "format": FORMAT,
+    }
+
+
+def differences(there: Identity, now: Identity) -> str:
+    """Return in words the first few things that differ; empty where nothing does."""
+    names = [name for name in dict.fromkeys((*now, *there)) if there.get(name) != now.get(name)]
+    readable = [name for name in names if name not in _FOLLOWING][:3]
+    changed = [f"{name} ({_shown(there.get(name))} there, {_shown(now.get(name))} now)" for name in readable]
+    return " and ".join(changed or names)
+
+
+def _extent(axis: Axis) -> str:
+    return f"{len(axis.values)} values from {axis.coordinates.min():.9g} to {axis.coordinates.max():.9g}"
+
+
+def _shown(value: str | float | None) -> str:
+    if value is None:
+        return "none"
+    return f"{value:.9g}" if isinstance(value, float) else str(value)

@@ -113,7 +113,6 @@ def test_a_moving_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         (["--scene", "sim2", "--set", "foot_radius=0"], "foot_radius = 0 m is outside what can be simulated"),
         (["--scene", "sim2", "--set", "kg_scale=0.01"], "K < m_a g"),
         (["--scene", "sim2", "--effects", "+torque_cap"], "cannot be on together"),
-        (["--scene", "sim2", "--effects", "auto"], "add --within"),
         (["--scene", "sim2", "--plot", "jump.bmp"], "--plot jump.bmp does not say which form: end it in .png, .svg"),
         (["--scene", "sim2", "--animate", "jump.mp4"], "end it in .gif"),
         (["--scene", "sim2", "--accuracy", "0"], "accuracy"),

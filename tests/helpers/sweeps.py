@@ -6,24 +6,23 @@ from pathlib import Path
 
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.sweep.axes import axes_of, ranges_of
 from simulator.sweep.design import grid, sobol
 from simulator.sweep.sweep import Sweep
 
 ACCURACY = 1e-3
 
 
-def grid_sweep(*over: str, scene: Scene | None = None, accuracy: float = ACCURACY, error_bars: float = 0.0) -> Sweep:
+def grid_sweep(*over: str, scene: Scene | None = None, accuracy: float = ACCURACY, error_bars: bool = False) -> Sweep:
     """A sweep over a grid, of `sim2` where no scene is given."""
     scene = scene or load_scene("sim2")
-    return Sweep(scene, grid(axes_of(over, scene.effects)), accuracy, "0.test", error_bars)
+    return Sweep(scene, grid(over, scene.effects), accuracy, "0.test", error_bars)
 
 
-def sobol_sweep(rows: int, *over: str, seed: int = 0, error_bars: float = 0.0) -> Sweep:
+def sobol_sweep(rows: int, *over: str, seed: int = 0, error_bars: bool = False) -> Sweep:
     """A sweep of `sim2` over a sample; without words, of foot and active damping."""
     scene = load_scene("sim2")
-    ranges = ranges_of(over or ("b_ad=0:300", "foot_radius=0.02:0.04"), scene.effects)
-    return Sweep(scene, sobol(ranges, rows, seed), ACCURACY, "0.test", error_bars)
+    design = sobol(over or ("b_ad=0:300", "foot_radius=0.02:0.04"), scene.effects, rows, seed)
+    return Sweep(scene, design, ACCURACY, "0.test", error_bars)
 
 
 def every_byte(path: Path) -> dict[str, bytes]:

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import UsageError
-from simulator.changes import WORDS, changed_by_words, without_auto
+from simulator.changes import WORDS, changed_by_words
 from simulator.declared import all_parameters, parameters_read
 from simulator.scene_file import load_scene, shipped_scenes
 from tests.helpers.scenes import is_sentence, scene_or_sentence
@@ -76,14 +76,6 @@ def test_effects() -> None:
     changed = changed_by_words(SIM2, [], " +drag, -added_mass ,-inertial_drag")
     assert changed.effects == (SIM2.effects | {"drag"}) - {"added_mass", "inertial_drag"}
     assert changed_by_words(SIM2, ["velocity_constant=0.1"], "+drag")["velocity_constant"] == 0.1
-
-
-@pytest.mark.parametrize(
-    ("words", "rest"),
-    [("auto", (None, True)), ("+drag, auto", ("+drag", True)), (None, (None, False)), ("+drag", ("+drag", False))],
-)
-def test_auto_is_told_from_the_other_words(words: str | None, rest: tuple[str | None, bool]) -> None:
-    assert without_auto(words) == rest
 
 
 @pytest.mark.parametrize(

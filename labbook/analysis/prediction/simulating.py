@@ -131,7 +131,7 @@ class ManyScenes:
 
         Returns by outcome the means over a scene's jumps, shape (m, scenes); NaN where the robot does not jump.
         """
-        from simulator.sweep.compute import simulate_on_all_cores
+        from simulator.sweep.chunks import simulate_on_all_cores
         from simulator.sweep.outputs import PLACE
 
         n, m = len(self.rows), len(values)

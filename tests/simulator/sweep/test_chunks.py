@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import os
 import subprocess
@@ -22,7 +21,7 @@ from simulator.kernel.rows import COLUMNS
 from simulator.result import JumpResult
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.sweep.chunks import Recipe, chunks_for, recipe_for, simulate_rows
+from simulator.sweep.chunks import Recipe, recipe_for, simulate_rows
 from simulator.sweep.design import Design
 from simulator.sweep.outputs import ERRORS, FLAGS, OUTPUTS, PLACE
 from simulator.sweep.sweep import Sweep
@@ -124,10 +123,10 @@ ON_EDGE = {"k_compression": 437.7, "k_extension": 1091.0, "b_compression": 2.707
 
 def flags_with_errors_alike(scene: Scene, over: str, accuracy: float) -> set[bool]:
     """Compare a sweep's rows with single simulations; return which of both flags their jumps have."""
-    sweep = grid_sweep(over, scene=scene, accuracy=accuracy, error_bars=1.0)
+    sweep = grid_sweep(over, scene=scene, accuracy=accuracy, error_bars=True)
     rows = sweep.design.rows(0, sweep.design.row_count)
     recipe = recipe_for(scene, sweep.design, accuracy, error_bars=True)
-    block = simulate_rows(recipe, rows, sweep.has_error_bars(0, len(rows)))
+    block = simulate_rows(recipe, rows)
     assert block.shape[-1] == len(sweep.outputs) == len(OUTPUTS) + len(ERRORS)
     flagged = set()
     for found, values in zip(block, rows.tolist(), strict=True):
@@ -150,28 +149,9 @@ def test_error_bars_are_those_of_single_simulations_jump_by_jump() -> None:
     assert flagged == {False, True}
 
 
-def test_error_bars_on_a_share_are_on_rows_spread_evenly_and_change_no_other() -> None:
-    sweep = grid_sweep("b_ad=0:300:20", "foot_radius=0.02:0.04:20", error_bars=0.25)
-    rows, has_error_bars = sweep.design.rows(0, 400), sweep.has_error_bars(0, 400)
-    assert abs(int(has_error_bars.sum()) - 100) <= 1
-    assert sweep.n_with_error_bars == has_error_bars.sum()
-    by_axis = has_error_bars.reshape(20, 20)
-    for axis in (0, 1):
-        assert set(by_axis.sum(axis=axis)) <= {4, 5, 6}
-    recipe = recipe_for(sweep.scene, sweep.design, sweep.accuracy, error_bars=True)
-    block = simulate_rows(recipe, rows[:40], has_error_bars[:40])
-    plain = simulate_rows(recipe_of(sweep), rows[:40])
-    assert np.array_equal(block[~has_error_bars[:40], :, : len(OUTPUTS)], plain[~has_error_bars[:40]], equal_nan=True)
-    has_error = np.isfinite(block[:, 0, len(OUTPUTS) :]).any(axis=1)
-    assert np.array_equal(has_error, has_error_bars[:40])
-
-
-@pytest.mark.parametrize(
-    ("share", "accuracy", "said"), [(1.5, 1e-3, "1.5"), (-0.1, 1e-3, "-0.1"), (1.0, 1e-13, "1e-13")]
-)
-def test_error_bars_that_cannot_be_are_refused(share: float, accuracy: float, said: str) -> None:
-    with refuses(UsageError, said):
-        grid_sweep("b_ad=0,100", accuracy=accuracy, error_bars=share)
+def test_error_bars_that_cannot_be_are_refused() -> None:
+    with refuses(UsageError, "1e-13"):
+        grid_sweep("b_ad=0,100", accuracy=1e-13, error_bars=True)
 
 
 INTERPRETED = """
@@ -180,9 +160,8 @@ from simulator.scene_file import load_scene
 from simulator.sweep.chunks import recipe_for, simulate_rows
 from simulator.sweep.design import grid
 from simulator.sweep.outputs import PLACE
-from simulator.sweep.axes import axes_of
 scene = load_scene("sim2").changed({}, effects_on=["passive_draw"])
-design = grid(axes_of(["passive_power=5,10"], scene.effects))
+design = grid(["passive_power=5,10"], scene.effects)
 for row, power_w in zip(simulate_rows(recipe_for(scene, design, 1e-2), design.rows(0, 2))[:, 0], (5.0, 10.0)):
     jump = simulate(scene.changed({"passive_power": power_w}), 1e-2).jump
     assert jump.passive_J == power_w * row[PLACE["jump_time_s"]] > 0
@@ -208,15 +187,10 @@ def test_a_row_does_not_depend_on_its_neighbours() -> None:
 def test_every_row_is_in_one_chunk() -> None:
     for rows, jumps in ((1, 1), (127, 1), (1000, 1), (200_000, 1), (50, 100), (3, 5000)):
         scene = load_scene("sim2" if jumps == 1 else "emulator").changed({}, jumps=jumps)
-        design = sobol_sweep(rows).design
-        chunks = chunks_for(design, scene.jumps)
-        assert design.row_count == rows
-        bounds = [chunks.bounds(number) for number in range(chunks.count)]
-        assert bounds[0][0] == 0
-        assert bounds[-1][1] == rows
-        assert all(before[1] == after[0] for before, after in itertools.pairwise(bounds))
-        assert all(first < after for first, after in bounds)
-        assert chunks.rows_each == 1 or chunks.rows_each * jumps <= 2048
+        sweep = replace(sobol_sweep(rows, "b_ad=0:300"), scene=scene)
+        chunks = sweep.chunks
+        assert np.concatenate([np.arange(rows)[each] for each in chunks]).tolist() == list(range(rows))
+        assert all((each.stop - each.start) * jumps <= max(2048, jumps) for each in chunks)
 
 
 def test_another_simulator_s_recipe_is_refused() -> None:

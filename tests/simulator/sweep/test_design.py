@@ -10,20 +10,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import UsageError
+from simulator.changes import WORDS
+from simulator.gains import stiffness_n_m
 from simulator.scene_file import load_scene
-from simulator.sweep.axes import axes_of, ranges_of
-from simulator.sweep.design import Design, grid, sobol
+from simulator.sweep.design import GAINS, NOT_SWEPT, Design, grid, sobol
+from tests.helpers.scenes import is_sentence
 from tests.helpers.wording import refuses
 
 SIM2 = load_scene("sim2").effects
 
 
 def three_axes() -> Design:
-    return grid(axes_of(["b_ad=0:300:4", "foot_radius=0.02,0.03,0.038", "gain=100,200"], SIM2))
+    return grid(["b_ad=0:300:4", "foot_radius=0.02,0.03,0.038", "gain=100,200"], SIM2)
 
 
 def sample(rows: int = 64, seed: int = 7) -> Design:
-    return sobol(ranges_of(["b_ad=0:300", "kg_scale=0.1:10:log"], SIM2), rows, seed)
+    return sobol(["b_ad=0:300", "kg_scale=0.1:10:log"], SIM2, rows, seed)
 
 
 def test_a_grid_holds_every_combination_the_last_axis_fastest() -> None:
@@ -59,28 +61,89 @@ def test_a_sample_is_drawn_again_by_its_seed_and_begins_every_longer_one() -> No
 
 def test_other_values_have_another_hash() -> None:
     words = (["b_ad=0,1"], ["b_ad=0,2"], ["b_ad=0,1,2"], ["mu=0.1,1"], ["b_ad=0,1", "mu=1,2"])
-    assert len({grid(axes_of(word, SIM2)).content_hash() for word in words}) == len(words)
-
-
-@pytest.mark.parametrize("design", [three_axes(), sample(24)])
-def test_a_part_has_each_combination_of_the_rows_once(design: Design) -> None:
-    part = design.part([axis.parameter for axis in design.axes][:2])
-    rows = {tuple(row[:2]) for row in design.rows(0, 24).tolist()}
-    found = [tuple(row) for row in part.rows(0, part.row_count).tolist()]
-    assert set(found) == rows
-    assert len(found) == len(rows)
+    assert len({grid(word, SIM2).content_hash() for word in words}) == len(words)
 
 
 def test_refused() -> None:
-    axes = axes_of(["gain=100,200", "k_extension=300,400"], SIM2)
     with refuses(UsageError, "k_extension", "--over"):
-        grid(axes)
+        grid(["gain=100,200", "k_extension=300,400"], SIM2)
     with refuses(UsageError, "something to sweep"):
-        grid([])
+        grid([], SIM2)
     with refuses(UsageError, "b_ad", "--over"):
-        sobol(ranges_of(["b_ad=0:1", "b_ad=2:3"], SIM2), 8, 0)
+        sobol(["b_ad=0:1", "b_ad=2:3"], SIM2, 8, 0)
     for rows in (0, -1, 10**12):
-        with refuses(UsageError, "sweep", "100000000"):
-            sobol(ranges_of(["b_ad=0:1"], SIM2), rows, 0)
+        with refuses(UsageError, "100000000"):
+            sobol(["b_ad=0:1"], SIM2, rows, 0)
     with pytest.raises(UsageError, match="negative"):
         sample(seed=-1)
+
+
+def test_a_range_with_a_count_a_list_and_a_logarithmic_range() -> None:
+    even, listed, log = grid(["b_ad=0:300:4", "foot_radius = 0.038, 0.02", "kg_scale=0.1:1000:5:log"], SIM2).axes
+    assert even.coordinates.tolist() == [0.0, 100.0, 200.0, 300.0]
+    assert listed.values.tolist() == [0.038, 0.02]
+    assert log.values == pytest.approx([0.1, 1.0, 10.0, 100.0, 1000.0], rel=1e-14)
+    assert (log.values[0], log.values[-1]) == (0.1, 1000.0)
+    assert [(axis.name, axis.parameter, axis.unit) for axis in (even, listed, log)] == [
+        ("b_ad", "b_ad", "kg/m"),
+        ("foot_radius", "foot_radius", "m"),
+        ("kg_scale", "kg_scale", "1"),
+    ]
+
+
+def test_gains_stand_for_their_parameters() -> None:
+    gain, damping = grid(["gain=300,600", "damping_gain=0,150"], SIM2).axes
+    assert (gain.parameter, damping.parameter) == ("k_extension", "b_ad")
+    assert gain.coordinates.tolist() == [300.0, 600.0]
+    assert gain.values.tolist() == [stiffness_n_m(300.0), stiffness_n_m(600.0)]
+    assert damping.values == pytest.approx([0.0, 3.32 * 150 + 19.67], rel=1e-15)
+    (on_emulator,) = grid(["damping_gain=150"], load_scene("emulator").effects).axes
+    assert on_emulator.values.tolist() == [3.32 * 150]
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("b_ad", "does not name a parameter and its values"),
+        ("=1,2", "does not name a parameter and its values"),
+        ("b_ad=", "does not name a parameter and its values"),
+        ("bad=0,1", "did you mean 'b_ad'?"),
+        ("flight=soft,held", "cannot be swept: give it with --set"),
+        ("flight=soft,held", "switches effects"),
+        ("flight=soft,held", "a sweep of its own for each of soft, held and massless"),
+        ("drop_height=0.4,0.5", "cannot be swept: give it with --set"),
+        ("drop_height=0.4,0.5", "or sweep initial_height"),
+        ("jumps=1,2", "cannot be swept: give it with --set"),
+        ("jumps=1,2", "the result holds all jumps"),
+        ("b_ad=0:300", "how many values there are"),
+        ("b_ad=0:300:1", "2 or more"),
+        ("b_ad=0:300:2.5", "how many values there are"),
+        ("b_ad=0:300:01", "how many values there are"),
+        ("b_ad=0:1:1000000000000", "asks for 1000000000000 values: sweep at most 100000000 scenes."),
+        (f"b_ad=0:1:{'9' * 5000}", "sweep at most 100000000 scenes."),
+        ("b_ad=0:300:3:4", "how many values there are"),
+        ("b_ad=300:0:4", "give the smaller end first"),
+        ("b_ad=0:300:4:log", "0, which has no logarithm"),
+        ("b_ad=log:1:2", "'log' where a finite number belongs"),
+        ("b_ad=0,x", "'x' where a finite number belongs"),
+        ("b_ad=0,nan", "'nan' where a finite number belongs"),
+        ("b_ad=0:inf:3", "'inf' where a finite number belongs"),
+        ("b_ad=0,1,0.0", "0 more than once"),
+    ],
+)
+def test_words_of_a_grid_without_a_meaning(word: str, said: str) -> None:
+    with pytest.raises(UsageError) as refusal:
+        grid([word], SIM2)
+    assert said in str(refusal.value)
+    assert is_sentence(str(refusal.value))
+
+
+@pytest.mark.parametrize("word", ["b_ad=0:300:4", "b_ad=0,300", "b_ad=0:300:4:log", "b_ad=5", "b_ad=5:5"])
+def test_words_of_a_sample_without_a_meaning(word: str) -> None:
+    with pytest.raises(UsageError) as refusal:
+        sobol([word], SIM2, 8, 0)
+    assert is_sentence(str(refusal.value))
+
+
+def test_every_word_of_set_is_swept_or_refused_with_a_reason() -> None:
+    assert set(WORDS) == set(GAINS) ^ set(NOT_SWEPT)

@@ -1,0 +1,127 @@
+"""What a scene does without its effects: a table and sentences for people, data for programs."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from data_schema.vocabulary import Undefined
+from labbook.terminal import columns
+from simulator.ablation import STEPS_MORE, Ablation, Without
+from simulator.scene import Scene
+
+_CHANGED = ("cost", "apex", "depth")
+
+
+def as_lines(scene: Scene, ablation: Ablation) -> list[str]:
+    """Return what is compared, the table of effects, why others stay, and which are enough."""
+    head, *rows = alone_table(ablation)
+    return [*heading(scene, ablation), "", *columns(head, rows), "", *_footnotes(ablation), "", *verdict(ablation)]
+
+
+def heading(scene: Scene, ablation: Ablation) -> list[str]:
+    """Say what is compared with what."""
+    jumps, full = ablation.scene.jumps, ablation.full
+    which = f", jump {jumps} of {scene.jumps}" if scene.jumps > 1 else ""
+    return [
+        f"{scene.name}: {scene.title}",
+        f"All {len(scene.effects)} effects{which}: cost {full.cost_J:.5g} J, apex {full.apex_height_m:.5g} m, "
+        f"depth {full.max_depth_m:.5g} m ({full.outcome}).",
+        *_warning(full.ill_conditioned, "this jump is"),
+    ]
+
+
+def alone_table(ablation: Ablation) -> list[list[str]]:
+    """Return the head and a row for each effect that may be left out, the one that changes most first."""
+    rows = [
+        [
+            name + ("*" if item.outputs.ill_conditioned else ""),
+            *(_change(item.changes[name], ablation.accuracy) for name in _CHANGED),
+            _share(item.outputs.rhs_evaluations / ablation.full.rhs_evaluations - 1.0, 0.005),
+        ]
+        for name, item in sorted(ablation.alone.items(), key=lambda pair: -pair[1].largest)
+    ]
+    return [["without", *_CHANGED, "evaluations"], *rows]
+
+
+def verdict(ablation: Ablation) -> list[str]:
+    """Name the effects that are enough, what is left out and what that changes."""
+    gone = ablation.left_out
+    share = f"{_digits(100.0 * ablation.tolerance)} %"
+    share += f" in jump {ablation.full.jumps}" if ablation.scene.jumps > 1 else ""
+    if not gone.effects:
+        return [f"Within {share}, none of the effects can be left out."]
+    changed = ", ".join(f"{name} by {_change(gone.changes[name], ablation.accuracy)}" for name in _CHANGED)
+    beyond = [name for name in gone.effects if name in ablation.alone and _is_beyond(ablation.alone[name], ablation)]
+    return [
+        f"Within {share}, {len(ablation.enough)} of {len(ablation.scene.effects)} effects are enough: "
+        f"{', '.join(ablation.enough)}.",
+        f"Left out, one after the other, those that change least: {', '.join(gone.effects)}; together that changes "
+        f"{changed}. To simulate so: --effects {','.join(f'-{name}' for name in gone.effects)}",
+        *_warning(ablation.full.ill_conditioned or gone.outputs.ill_conditioned, "one of these jumps is"),
+        *(
+            [f"note: {', '.join(beyond)} alone would change more; here what else is left out makes up for it."]
+            if beyond
+            else []
+        ),
+    ]
+
+
+def as_data(scene: Scene, ablation: Ablation) -> dict[str, Any]:
+    """Return what leaving out each effect does, and the effects that are enough."""
+    return {
+        "scene": scene.name,
+        "title": scene.title,
+        "effects": [*ablation.enough, *ablation.left_out.effects],
+        "set_by_user": {name: scene[name] for name in scene.set_by_user},
+        "accuracy": ablation.accuracy,
+        "jumps_measured": ablation.scene.jumps,
+        "full": asdict(ablation.full),
+        "alone": [_without(item) for item in ablation.alone.values()],
+        "stay": dict(ablation.needed),
+        "within": ablation.tolerance,
+        "smallest_set": ablation.enough,
+        "effects_left_out": ablation.left_out.effects,
+        "change": _changes(ablation.left_out),
+    }
+
+
+def _without(item: Without) -> dict[str, Any]:
+    undefined = next((value.reason for value in item.changes.values() if isinstance(value, Undefined)), None)
+    return {"without": item.effects, **_changes(item), "undefined": undefined, **asdict(item.outputs)}
+
+
+def _changes(item: Without) -> dict[str, float | None]:
+    return {name: None if isinstance(value, Undefined) else value for name, value in item.changes.items()}
+
+
+def _footnotes(ablation: Ablation) -> list[str]:
+    found = [item.outputs for item in ablation.alone.values()]
+    given_up = [name for name in ("step_limit", "too_stiff") if any(one.outcome == name for one in found)]
+    limit = f"{' and '.join(given_up)}: given up after {STEPS_MORE} times the steps of a jump with all effects."
+    return [
+        *(["* an ill-conditioned jump: see labbook sim run."] if any(one.ill_conditioned for one in found) else []),
+        *([limit] if given_up else []),
+        *(f"{name} stays: {sentence}" for name, sentence in ablation.needed.items()),
+    ]
+
+
+def _is_beyond(item: Without, ablation: Ablation) -> bool:
+    return item.largest > ablation.tolerance
+
+
+def _warning(is_ill_conditioned: bool, what: str) -> list[str]:
+    words = "ill-conditioned, and less accurate than asked for: see labbook sim run."
+    return [f"warning: {what} {words}"] if is_ill_conditioned else []
+
+
+def _change(value: float | Undefined, accuracy: float) -> str:
+    return value.reason if isinstance(value, Undefined) else _share(value, accuracy)
+
+
+def _share(value: float, least: float = 0.0) -> str:
+    return "0" if abs(value) <= least else f"{_digits(100.0 * value, '+')} %"
+
+
+def _digits(value: float, sign: str = "-") -> str:
+    return format(value, f"{sign}.3g" if abs(value) < 1000.0 else f"{sign}.0f")

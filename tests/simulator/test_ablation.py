@@ -1,0 +1,70 @@
+"""What the effects of a scene are worth, and which are enough for a tolerance; nothing is compiled for it."""
+
+from __future__ import annotations
+
+import pytest
+
+from data_schema.errors import UsageError
+from data_schema.vocabulary import Undefined
+from simulator.ablation import ablation_of_effects, outputs_of, tolerance_of
+from simulator.jump import simulate
+from simulator.scene_file import load_scene
+from tests.helpers.scenes import is_sentence
+from tests.helpers.wording import refuses, says
+
+PLATE = load_scene("force_plate").changed(effects_off=["cost_of_whole_jump", "torque_cap"], jumps=12)
+TOLERANCE = 0.02
+
+
+def test_each_effect_alone_and_those_that_are_enough() -> None:
+    found = ablation_of_effects(PLATE, TOLERANCE)
+    assert {*found.alone, *found.needed} == PLATE.effects
+    says(found.needed["rigid_ground"], "a ground")
+    assert found.scene.jumps == found.full.jumps == 10
+    heat = found.alone["motor_heat"].changes["cost"]
+    assert isinstance(heat, float)
+    assert -1.0 < heat < -0.9
+    assert all(isinstance(change, Undefined) for change in found.alone["leg_damping"].changes.values())
+    without_drag = simulate(PLATE.changed(effects_off=["drag"], jumps=10)).jump
+    drag = found.alone["drag"].changes["cost"]
+    assert drag == pytest.approx(without_drag.cost_J / simulate(PLATE.changed(jumps=10)).jump.cost_J - 1.0, abs=1e-12)
+
+    gone = found.left_out
+    assert gone.effects == ("short_leg_guard", "drag")
+    assert gone.largest <= TOLERANCE
+    enough = found.scene.changed(effects_off=gone.effects)
+    assert {*found.enough} == enough.effects
+    assert outputs_of(enough, found.accuracy) == gone.outputs
+
+
+def test_a_scene_that_does_not_jump_is_refused() -> None:
+    with refuses(UsageError, "no_liftoff", "before an apex"):
+        ablation_of_effects(load_scene("sim2").changed({"k_extension": 100.0}), 0.01)
+
+
+def test_a_jump_of_very_many_steps_is_given_up() -> None:
+    few = outputs_of(PLATE.changed(jumps=1), 1e-6, most_steps=20)
+    assert few.outcome == "step_limit"
+
+
+@pytest.mark.parametrize("words", ["1%", " 1 % ", "0.01", "1e-2", "1.0%"])
+def test_the_same_share_in_other_words(words: str) -> None:
+    assert tolerance_of(words, 1e-6) == 0.01
+
+
+@pytest.mark.parametrize(
+    ("words", "accuracy", "said"),
+    [
+        *(
+            (words, 1e-6, "is no share above 0, to 100%")
+            for words in ("little", "", "%", "0", "-1%", "nan", "1", "101%")
+        ),
+        ("0.01%", 1e-4, "give at least 0.1%, or --accuracy 1e-05."),
+        ("1%", 0.0, "an accuracy of 0 cannot be had"),
+    ],
+)
+def test_refused_words(words: str, accuracy: float, said: str) -> None:
+    with pytest.raises(UsageError) as refusal:
+        tolerance_of(words, accuracy)
+    assert said in str(refusal.value)
+    assert is_sentence(str(refusal.value))
