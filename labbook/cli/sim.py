@@ -270,45 +270,38 @@ def figures(
 ) -> None:
     """Reproduce the figures of the thesis's ch. 3, and hold its claims against what the simulation gives.
 
-    Writes one file a figure, figures.md with the captions, and the claims as claims.csv and claims.md. Captions and
-    claims are about all figures that the folder then holds, also those of an earlier call with other --only.
+    Writes one file a figure, figures.md with the captions, and the claims as claims.csv and claims.md.
 
     Example: labbook sim figures --only 3.8 --format pdf --out paper
     """
     from labbook.actions.simulate.thesis_figures import THESIS_FIGURES, write_thesis_figures
-    from labbook.presenting.simulation.published_results import claims_data, claims_table, short_rows
+    from labbook.presenting.simulation.published import claims_data
 
     with progress("figures", len(only or THESIS_FIGURES) + 1, shown=not as_json) as step:
         written = write_thesis_figures(out, form, only or (), step)
-    head, *rows = short_rows(claims_table(written.findings))
-    agreeing = sum(finding.agrees for finding in written.findings)
+    contradicted = [finding.claim.id for finding in written.findings if not finding.agrees]
+    agreeing = len(written.findings) - len(contradicted)
     data = {
         "figures": [
-            {"number": item.figure.number, "title": item.figure.title, "file": str(item.file)}
-            for item in written.figures
+            {"number": number, "title": THESIS_FIGURES[number].title, "file": str(file)}
+            for number, file in written.figures.items()
         ],
-        "kept": [{"number": item.figure.number, "file": str(item.file)} for item in written.earlier],
         "captions": str(written.captions),
         "claims": claims_data(written.findings),
         "tables": [str(path) for path in written.tables],
         "agreeing": agreeing,
-        "claims_in_all": written.claims_in_all,
     }
-    lines = [f"figure {item.figure.number}: {item.file}" for item in written.figures]
-    lines += [f"figure {item.figure.number}: {item.file}, from before" for item in written.earlier]
+    lines = [f"figure {number}: {file}" for number, file in written.figures.items()]
     lines.append(f"captions: {written.captions}")
-    if rows:
-        more = f"; without --only {written.claims_in_all} are judged" if len(rows) < written.claims_in_all else ""
-        lines += ["", *columns(head, rows), "", f"{agreeing} of {len(rows)} claims hold at every point{more}."]
-        lines.append(f"what each claim says, and all digits: {' and '.join(map(str, written.tables))}")
+    if written.findings:
+        lines.append(f"{agreeing} of {len(written.findings)} claims hold at every point: {written.tables[1]}")
+        lines += [f"not everywhere: {', '.join(contradicted)}"] if contradicted else []
     emit(data, lines, as_json)
 
 
 @app.command()
 def published(
-    out: Annotated[
-        Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write it as a document, too: a .md file.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write it to a .md file.")] = None,
     accuracy: AccuracyOption = 1e-6,
     as_json: JsonOption = False,
 ) -> None:
@@ -316,33 +309,31 @@ def published(
 
     Shows the last of a hundred (eighty) jumps at each gain and the 24 conditions of the bed, the published number
     beside the simulated one; every result as reproduced, contradicted or not testable; what cannot be matched, and why;
-    and which inputs are assumed.
+    and which inputs are assumed: as Markdown, with --out in a file.
 
     Example: labbook sim published --out published.md
     """
     from data_schema.errors import UsageError
-    from labbook.presenting.simulation.published_experiments import as_data, document, notes, terminal_tables
-    from simulator.steady.published_numbers import comparisons
-    from simulator.steady.published_results import chapter_3_findings, judge_results, published_claims
+    from labbook.presenting.simulation.published import as_data, document
+    from simulator.steady.published_results import judge_results
     from simulator.steady.tables import STEPS, steady_tables
+    from simulator.thesis.claims import chapter_3_findings, experiment_findings
     from simulator.thesis.figures import ThesisFigures
 
     if out is not None and out.suffix != ".md":
         raise UsageError(f"--out {out} is no name for a document in Markdown: end it in .md.")
 
-    with progress("experiments", STEPS + len(published_claims()), shown=not as_json) as step:
+    with progress("experiments", STEPS + 1, shown=not as_json) as step:
         tables = steady_tables(accuracy, step)
-        compared = comparisons(tables)
-        results = judge_results(chapter_3_findings(ThesisFigures(accuracy), step), compared, tables.bed)
+        findings = experiment_findings(tables)
+        results = judge_results((*chapter_3_findings(ThesisFigures(accuracy)), *findings), tables.bed)
+        step("chapter 3")
+    text = document(tables, findings, results)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(document(tables, compared, results), encoding="utf-8")
-    lines = []
-    for title, (head, *rows) in terminal_tables(tables, compared, results).items():
-        lines += [f"{title}:", *columns(head, rows), ""]
-    lines += notes(tables, compared, results)
+        out.write_text(text, encoding="utf-8")
     files = {} if out is None else {"document": str(out)}
-    emit({**as_data(tables, compared, results), **files}, [*lines, *files.values()], as_json)
+    emit({**as_data(tables, findings, results), **files}, text.splitlines() if out is None else [str(out)], as_json)
 
 
 @app.command()

@@ -29,8 +29,7 @@ from reports.figures.style import (
     publication_style,
 )
 from reports.figures.thesis_jumps import AD_LOOK, CE_LOOK, MILLI
-from simulator.thesis.comparisons import BoolArray, FloatArray, Jumps, OverDamping, OverGround, OverVelocity
-from simulator.thesis.motions import Pair
+from simulator.thesis.figures import BoolArray, FloatArray, Jumps, OverDamping, OverGround, OverVelocity, Pair
 
 SHARE_LABEL = "CE − AD (% of CE)"
 PERCENT = 100.0

@@ -21,9 +21,7 @@ from reports.figures.style import (
     new_figure,
     publication_style,
 )
-from simulator.thesis.figures import JumpEnergies
-from simulator.thesis.ground import GroundFunctions, PowerSurface
-from simulator.thesis.motions import Motion, Pair
+from simulator.thesis.figures import GroundFunctions, JumpEnergies, Motion, Pair, PowerSurface
 
 MILLI = 1e3
 

@@ -8,15 +8,13 @@ from __future__ import annotations
 import functools
 import importlib.resources
 import tomllib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:  # a report names what is published, and simulates none of it
-    from simulator.steady.published_numbers import Comparison
     from simulator.steady.tables import BedTable
-    from simulator.thesis.claims import Claim, Finding
-    from simulator.thesis.figures import ThesisFigures
+    from simulator.thesis.claims import Finding
 
 REPRODUCED, CONTRADICTED, NOT_TESTABLE = "reproduced", "contradicted", "not testable"
 VERDICTS = (REPRODUCED, CONTRADICTED, NOT_TESTABLE)
@@ -114,31 +112,9 @@ def contradictions() -> tuple[Contradiction, ...]:
     return tuple(Contradiction(**entry) for entry in _read()["contradiction"])
 
 
-def published_claims() -> tuple[Claim, ...]:
-    """Return the claims of ch. 3 that are published results."""
-    from simulator.thesis.claims import claims
-
-    known = {result.id for result in published_results()}
-    return tuple(claim for claim in claims() if claim.id in known)
-
-
-def chapter_3_findings(figures: ThesisFigures, done: Callable[[str], None]) -> tuple[Finding, ...]:
-    """Judge these claims; `done` is called with each."""
-    from simulator.thesis.claims import finding
-
-    found = []
-    for claim in published_claims():
-        found.append(finding(claim, figures))
-        done(claim.id)
-    return tuple(found)
-
-
-def judge_results(
-    chapter_3: Iterable[Finding], compared: Sequence[Comparison], bed: BedTable
-) -> tuple[JudgedResult, ...]:
-    """Give each published result its verdict."""
-    by_id = {item.claim.id: item for item in chapter_3}
-    by_id |= {item.published.claim.id: item.finding for item in compared if item.finding is not None}
+def judge_results(findings: Iterable[Finding], bed: BedTable) -> tuple[JudgedResult, ...]:
+    """Give each published result its verdict, by what was found for the claim of its id."""
+    by_id = {item.claim.id: item for item in findings}
     return tuple(
         JudgedResult(
             result,

@@ -1,6 +1,7 @@
-"""The published claims of ch. 3 against what the simulation gives: found, not tuned.
+"""What the thesis says of its simulations (ch. 3) and experiments, against what the simulation gives: found, not tuned.
 
-What the simulator gives for each claim of ch. 3: every point of the figures' grids, one function a claim.
+A claim's text and limits stand in `claims.toml` and `simulator/steady/published.toml`; here is what is measured for
+each, at every point of the figures' grids or in every row of the tables: one function a claim.
 """
 
 from __future__ import annotations
@@ -13,11 +14,104 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.thesis.comparisons import Jumps, OverDamping
-from simulator.thesis.figures import ThesisFigures
-from simulator.thesis.motions import Motion, Pair
+from simulator.steady.tables import BED_GAINS, FEET_M, EmulatorRow, SteadyJump, SteadyTables
+from simulator.thesis.figures import Jumps, Motion, OverDamping, Pair, ThesisFigures
 
 FloatArray = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Claim:
+    """A claim of the thesis. It holds where every value of what is measured lies from `at_least` to `at_most`.
+
+    `where` is the section or caption, `published` the thesis's own number, `unit` that of number, values and limits.
+    Without a `measure` the simulation gives nothing for it. Of an experiment `column` and `gains` say beside which
+    simulated numbers it stands in the tables, in the words `beside`; `reason` why it cannot be matched.
+    """
+
+    id: str
+    where: str
+    figures: tuple[str, ...]
+    statement: str
+    measure: str
+    unit: str
+    published: float | None = None
+    at_least: float | None = None
+    at_most: float | None = None
+    column: str = ""
+    gains: tuple[float, ...] = ()
+    beside: str = ""
+    reason: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What the simulation gives for a claim: the range and median of `n` values, and how many lie within its limits."""
+
+    claim: Claim
+    lowest: float
+    median: float
+    highest: float
+    n: int
+    n_within: int
+
+    @property
+    def share_within(self) -> float:
+        """Share of the values within the claim's limits."""
+        return self.n_within / self.n
+
+    @property
+    def agrees(self) -> bool:
+        """Whether every value lies within the claim's limits."""
+        return self.n_within == self.n
+
+
+def chapter_3_claims() -> tuple[Claim, ...]:
+    """Return the claims about the simulations, in the order of the chapter."""
+    return _claims("simulator.thesis", "claims")
+
+
+def experiment_claims() -> tuple[Claim, ...]:
+    """Return what is published of emulator, force plate and bed, in the order of the tables."""
+    return _claims("simulator.steady", "published")
+
+
+def _claims(package: str, name: str) -> tuple[Claim, ...]:
+    text = (importlib.resources.files(package) / f"{name}.toml").read_text(encoding="utf-8")
+    return tuple(
+        Claim(**{**one, "figures": tuple(one["figures"]), "gains": tuple(map(float, one.get("gains", ())))})
+        for one in tomllib.loads(text)["claim"]
+    )
+
+
+def chapter_3_findings(figures: ThesisFigures, only: Collection[str] | None = None) -> tuple[Finding, ...]:
+    """Judge all claims of ch. 3, or those about the figures of these numbers."""
+    return tuple(
+        judge_claim(claim, OF_FIGURES[claim.id](figures))
+        for claim in chapter_3_claims()
+        if only is None or not set(only).isdisjoint(claim.figures)
+    )
+
+
+def experiment_findings(tables: SteadyTables) -> tuple[Finding, ...]:
+    """Judge what is published of the experiments, but for claims that the simulation gives nothing for."""
+    return tuple(judge_claim(claim, OF_TABLES[claim.id](tables)) for claim in experiment_claims() if claim.measure)
+
+
+def judge_claim(claim: Claim, values: FloatArray) -> Finding:
+    """Hold values of any shape against a claim's limits. A jump without an apex is NaN, and within no limits."""
+    low = -np.inf if claim.at_least is None else claim.at_least
+    high = np.inf if claim.at_most is None else claim.at_most
+    return Finding(
+        claim,
+        lowest=float(np.nanmin(values)),
+        median=float(np.nanmedian(values)),
+        highest=float(np.nanmax(values)),
+        n=values.size,
+        n_within=int(np.count_nonzero((values >= low) & (values <= high))),
+    )
+
+
 _SOFT, _STIFF = 0, -1
 _SMALL, _LARGE = 0, -1
 _ELBOW_SHARE = 0.9
@@ -123,7 +217,7 @@ def _elbow_kg_m(data: OverDamping) -> FloatArray:
     return np.asarray(data.active_damping_kg_m[np.argmax(enough, axis=-1)])
 
 
-VALUES: dict[str, Callable[[ThesisFigures], FloatArray]] = {
+OF_FIGURES: dict[str, Callable[[ThesisFigures], FloatArray]] = {
     "sim1.saving": lambda figures: _both_figures(figures, _saving),
     "sim1.excess": lambda figures: figures.over_ground.jumps.ce.cost_j / figures.over_ground.jumps.ad.cost_j - 1.0,
     "sim1.steady_saving": lambda figures: np.array(
@@ -161,76 +255,100 @@ VALUES: dict[str, Callable[[ThesisFigures], FloatArray]] = {
         _elbow_kg_m(figures.over_damping)[..., _LARGE] - _elbow_kg_m(figures.over_damping)[..., _SMALL]
     ),
 }
-"""Claim -> its values, of any shape."""
+"""Claim of ch. 3 -> its values, of any shape."""
 
 
-@dataclass(frozen=True, slots=True)
-class Claim:
-    """A claim of the thesis. It holds where every value of what is measured lies from `at_least` to `at_most`.
-
-    `where` is the section or caption, `published` the thesis's own number, `unit` that of number, values and limits.
-    """
-
-    id: str
-    where: str
-    figures: tuple[str, ...]
-    statement: str
-    measure: str
-    unit: str
-    published: float | None = None
-    at_least: float | None = None
-    at_most: float | None = None
+LOWEST_GAIN, HIGHEST_GAIN, EXCLUDED_GAIN = 100.0, 400.0, 500.0
+"""Of the published apexes; the third was excluded from analysis."""
 
 
-@dataclass(frozen=True, slots=True)
-class Finding:
-    """What the simulation gives for a claim: the range and median of `n` values, and how many lie within its limits."""
-
-    claim: Claim
-    lowest: float
-    median: float
-    highest: float
-    n: int
-    n_within: int
-
-    @property
-    def share_within(self) -> float:
-        """Share of the values within the claim's limits."""
-        return self.n_within / self.n
-
-    @property
-    def agrees(self) -> bool:
-        """Whether every value lies within the claim's limits."""
-        return self.n_within == self.n
+def _controllers(row: EmulatorRow) -> tuple[SteadyJump, SteadyJump, SteadyJump]:
+    return row.ce, row.scaled, row.constant
 
 
-def claims() -> tuple[Claim, ...]:
-    """Return the claims, in the order of the chapter."""
-    text = (importlib.resources.files("simulator.thesis") / "claims.toml").read_text(encoding="utf-8")
-    return tuple(Claim(**{**entry, "figures": tuple(entry["figures"])}) for entry in tomllib.loads(text)["claim"])
+def _apex(tables: SteadyTables, gain: float) -> FloatArray:
+    return np.array([tables.emulator.at(gain).ce.apex_height_m])
 
 
-def finding(claim: Claim, figures: ThesisFigures) -> Finding:
-    """Compute a claim's values and judge them."""
-    return judge_claim(claim, VALUES[claim.id](figures))
+def _line(tables: SteadyTables) -> FloatArray:
+    """Largest distance from a line fitted by least squares, relative to the rise; shape (controllers,)."""
+    rows = tables.emulator.analysed
+    gains = np.array([row.gain for row in rows])
+    apexes_m = np.array([[jump.apex_height_m for jump in _controllers(row)] for row in rows])
+    slope, height_m = np.polyfit(gains, apexes_m, 1)
+    distance_m = np.abs(apexes_m - (np.multiply.outer(gains, slope) + height_m))
+    return np.asarray(distance_m.max(axis=0) / np.ptp(apexes_m, axis=0))
 
 
-def judge_claim(claim: Claim, values: FloatArray) -> Finding:
-    """Hold values of any shape against a claim's limits. A jump without an apex is NaN, and within no limits."""
-    low = -np.inf if claim.at_least is None else claim.at_least
-    high = np.inf if claim.at_most is None else claim.at_most
-    return Finding(
-        claim,
-        lowest=float(np.nanmin(values)),
-        median=float(np.nanmedian(values)),
-        highest=float(np.nanmax(values)),
-        n=values.size,
-        n_within=int(np.count_nonzero((values >= low) & (values <= high))),
-    )
+def _rise(tables: SteadyTables) -> FloatArray:
+    pairs = zip(*(_controllers(tables.emulator.at(gain)) for gain in (HIGHEST_GAIN, EXCLUDED_GAIN)), strict=True)
+    return np.array([stiffest.apex_height_m - stiff.apex_height_m for stiff, stiffest in pairs])
 
 
-def findings(figures: ThesisFigures, only: Collection[str] | None = None) -> tuple[Finding, ...]:
-    """Judge all claims, or those about the figures of these numbers."""
-    return tuple(
-        finding(claim, figures) for claim in claims() if only is None or not set(only).isdisjoint(claim.figures)
-    )
+def _scatter(tables: SteadyTables) -> FloatArray:
+    return np.array([max(jump.apex_sd_m for row in tables.emulator.analysed for jump in _controllers(row))])
+
+
+def _constant_savings(tables: SteadyTables) -> FloatArray:
+    return np.array([row.constant_saving for row in tables.emulator.analysed])
+
+
+_SMALL_FOOT, _LARGE_FOOT = FEET_M
+_STIFF_GAIN, _SOFT_GAIN = BED_GAINS
+_COMBINATIONS = tuple((foot, gain) for foot in FEET_M for gain in BED_GAINS)
+
+
+def _bed_savings(tables: SteadyTables) -> FloatArray:
+    """Saving of each combination and damping gain; shape (feet, extension gains, damping gains)."""
+    savings = [[[row.saving for row in tables.bed.of(foot, gain)] for gain in BED_GAINS] for foot in FEET_M]
+    return np.array(savings)
+
+
+def _bed_costs_j(tables: SteadyTables) -> FloatArray:
+    """Joules with active damping; the same shape."""
+    return np.array([[[row.cost_j for row in tables.bed.of(foot, gain)] for gain in BED_GAINS] for foot in FEET_M])
+
+
+def _ce_of_feet_j(tables: SteadyTables) -> FloatArray:
+    costs_j = [[tables.bed.of(foot, gain)[0].ce_cost_j for gain in BED_GAINS] for foot in FEET_M]
+    return np.asarray(np.ptp(np.array(costs_j), axis=0))
+
+
+def _margin(tables: SteadyTables, foot: str, gain: float) -> FloatArray:
+    """Pooled saving of a combination less that of each other one."""
+    others = [tables.bed.saving(*other) for other in _COMBINATIONS if other != (foot, gain)]
+    return np.asarray(tables.bed.saving(foot, gain) - np.array(others))
+
+
+def _least_of_largest(savings: FloatArray) -> FloatArray:
+    return np.asarray(savings[..., 0] / savings.max(axis=-1))
+
+
+OF_TABLES: dict[str, Callable[[SteadyTables], FloatArray]] = {
+    "emu.apex_low": lambda tables: _apex(tables, LOWEST_GAIN),
+    "emu.apex_high": lambda tables: _apex(tables, HIGHEST_GAIN),
+    "emu.apex_line": _line,
+    "emu.apex_plateau": _rise,
+    "emu.apex_sd": _scatter,
+    "emu.apex_loss": lambda tables: np.array(
+        [loss for row in tables.emulator.analysed for loss in (row.scaled_loss, row.constant_loss)]
+    ),
+    "emu.improves": lambda tables: np.array([(row.scaled_saving, row.constant_saving) for row in tables.emulator.rows]),
+    "emu.saving_scaled": lambda tables: np.array([row.scaled_saving for row in tables.emulator.analysed]),
+    "emu.saving_constant_low": lambda tables: _constant_savings(tables)[:1],
+    "emu.saving_constant_high": lambda tables: _constant_savings(tables)[-1:],
+    "emu.saving_constant_falls": lambda tables: np.diff(_constant_savings(tables)),
+    "bed.saves": _bed_savings,
+    "bed.saving_best": lambda tables: np.array([tables.bed.saving(_SMALL_FOOT, _STIFF_GAIN)]),
+    "bed.best_combination": lambda tables: _margin(tables, _SMALL_FOOT, _STIFF_GAIN),
+    "bed.least_combination": lambda tables: -_margin(tables, _LARGE_FOOT, _SOFT_GAIN),
+    "bed.foot_ce": _ce_of_feet_j,
+    "bed.foot_ad": lambda tables: np.subtract(*_bed_costs_j(tables).mean(axis=-1)[::-1]),
+    "bed.small_foot": lambda tables: np.subtract(*_bed_savings(tables)),
+    "bed.anova": lambda tables: np.ptp(_bed_costs_j(tables), axis=-1),
+    "bed.elbow": lambda tables: _least_of_largest(_bed_savings(tables)),
+    "bed.apex_gain": lambda tables: np.array(
+        [row.apex_gain_m for foot, gain in _COMBINATIONS for row in tables.bed.of(foot, gain)]
+    ),
+}
+"""Claim about an experiment -> its values, of all gains and controllers that it is about."""

@@ -1,32 +1,376 @@
 """The data of all figures of ch. 3 that a simulation can make, each computed when it is first asked for.
 
-Figure 3.5: the mechanical energies of one jump, with the leg's virtual spring (thesis 3.1.5, Eq. 3.3).
+The text says what is varied but gives no range, so the ranges are assumed: round the nominal values, and for figure
+3.13 those of the experiments that it predicts. A claim can hold over one range and fail over a wider one.
 """
 
 from __future__ import annotations
 
+import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Generic, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from simulator.basics import GRAVITY_M_S2
+from simulator.gains import stiffness_n_m
+from simulator.jump import simulate
+from simulator.kernel.composition import compose
+from simulator.kernel.layout import APEX, FLIGHT, TOUCHDOWN
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.thesis.comparisons import (
-    OverDamping,
-    OverGround,
-    OverVelocity,
-    over_damping,
-    over_ground,
-    over_velocity,
-)
-from simulator.thesis.ground import GroundFunctions, PowerSurface, ground_functions, power_surface
-from simulator.thesis.motions import Motion, Pair, both_controllers, sample_motions
+from simulator.sweep.chunks import recipe_of_rows, simulate_rows
+from simulator.sweep.outputs import PLACE
 
 FloatArray = NDArray[np.float64]
-_POINTS = 20_001
+
+DEEPEST_M = 0.08
+"""Depth to which the ground's functions are drawn (figures 3.2, 3.6): a little deeper than the feet of set 1 get."""
+FASTEST_M_S = 1.2
+"""Downward speed of the foot to which the power surface is drawn (figure 3.6)."""
+SAMPLE_SPEEDS_M_S = (0.2, 0.6, 1.0)
+"""Downward speeds at touchdown of the sample jumps of figure 3.6: the text's own, and two slower ones. From 1.15 m/s on
+the guard against short legs ends the compression early."""
+TOUCHDOWN_SPEEDS_M_S: FloatArray = np.linspace(0.2, 2.0, 37)
+"""Downward speeds at touchdown (figures 3.8, 3.9): drops from 2 mm to 20 cm."""
+
+_HALF_TO_TWICE: FloatArray = np.geomspace(0.5, 2.0, 17)
+SIGMAS_N_M3: FloatArray = 1.2e5 * _HALF_TO_TWICE
+DRAG_SCALES: FloatArray = 17.2 * _HALF_TO_TWICE
+"""`sigma` and `b_g`, half to twice those of poppy seeds (figures 3.11, 3.12)."""
+
+FOOT_RADII_M = (0.03, 0.038, 0.051)
+"""The foot published with the simulations, and both of the experiments they accompany (thesis 5.1.1; figure 3.13)."""
+EXTENSION_GAINS = (300.0, 400.0)
+"""The experiments' soft and stiff gain (thesis 5.1.1)."""
+GROUND_FACTORS = (0.5, 1.0, 2.0)
+"""Factors on the ground's stiffness and, crossed with them, on its drag."""
+ACTIVE_DAMPINGS_KG_M: FloatArray = np.linspace(0.0, 500.0, 26)
+"""Coefficients of active damping; from about 600 kg/m on its 1 kHz sampling lifts the foot off a compressed leg."""
+
+
+BoolArray = NDArray[np.bool_]
+_SAME_TIME_S = 1e-12
+T = TypeVar("T")
+
+
+@dataclass(frozen=True, slots=True)
+class Pair(Generic[T]):
+    """The same thing with compression-extension (CE) and with active damping (AD)."""
+
+    ce: T
+    ad: T
+
+
+def both_controllers(scene: Scene) -> Pair[Scene]:
+    """Return the scene of set 1 without and with active damping; it is shipped with (thesis 3.2)."""
+    return Pair(ce=scene.changed({"b_ad": 0.0}), ad=scene)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Motion:
+    """One jump from touchdown to the next; arrays of shape (n,), heights above the undisturbed surface, up positive.
+
+    At an event two samples share one time. `extending` is the controller's phase in stance, `flying` the time after
+    lift-off; joules are sums since touchdown. The ground jams `jams` times: the foot stops in it.
+    """
+
+    time_s: FloatArray
+    body_height_m: FloatArray
+    body_velocity_m_s: FloatArray
+    foot_height_m: FloatArray
+    foot_velocity_m_s: FloatArray
+    body_acceleration_m_s2: FloatArray
+    leg_work_j: FloatArray
+    ground_loss_j: FloatArray
+    grain_energy_j: FloatArray
+    extending: BoolArray
+    flying: BoolArray
+    switch_time_s: float
+    liftoff_time_s: float
+    jams: int
+
+    @property
+    def depth_m(self) -> FloatArray:
+        """Return the greatest depth of the foot in stance so far, m: how deep the ground is pressed."""
+        return np.asarray(np.maximum.accumulate(np.where(self.flying, 0.0, np.maximum(-self.foot_height_m, 0.0))))
+
+    def at_switch(self, values: FloatArray) -> float:
+        """Return what a quantity is at the controller's first switch to extension."""
+        return float(np.interp(self.switch_time_s, self.time_s, values))
+
+
+def motion_of(scene: Scene, accuracy: float) -> Motion:
+    """Simulate a jump of a scene on grains with the sampled, unlatched controller, and keep its motion."""
+    result = simulate(scene, accuracy, trajectory=True)
+    motion, jump = result.trajectory, result.jump
+    if motion is None or jump.liftoff_time_s is None:
+        raise RuntimeError(f"{scene.name} does not leave the ground, and has no motion to draw")
+    columns = {
+        name: motion[name].to_numpy().astype(np.float64)
+        for name in ("time", "body_height", "body_velocity", "foot_height", "foot_velocity", "body_acceleration")
+    }
+    flying = motion["mode"].to_numpy() == FLIGHT
+    extending = _extending(scene, columns) & ~flying
+    return Motion(
+        time_s=columns["time"],
+        body_height_m=columns["body_height"],
+        body_velocity_m_s=columns["body_velocity"],
+        foot_height_m=columns["foot_height"],
+        foot_velocity_m_s=columns["foot_velocity"],
+        body_acceleration_m_s2=columns["body_acceleration"],
+        leg_work_j=motion["leg_work"].to_numpy(),
+        ground_loss_j=motion["ground_loss"].to_numpy(),
+        grain_energy_j=motion["grain_energy"].to_numpy(),
+        extending=extending,
+        flying=flying,
+        switch_time_s=float(columns["time"][np.argmax(extending)]),
+        liftoff_time_s=jump.liftoff_time_s,
+        jams=sum(change.after == "jammed" for change in jump.mode_changes),
+    )
+
+
+def sample_motions(scene: Scene, touchdown_speed_m_s: float, accuracy: float) -> Pair[Motion]:
+    """Simulate one jump with either controller, body and foot arriving at this downward speed."""
+    started = both_controllers(scene.changed({"initial_velocity": -touchdown_speed_m_s}))
+    return Pair(ce=motion_of(started.ce, accuracy), ad=motion_of(started.ad, accuracy))
+
+
+def _extending(scene: Scene, columns: dict[str, FloatArray]) -> BoolArray:
+    """Decide each tick's phase by the published rule from the state at that tick; it is held until the next.
+
+    Steps land on the ticks at which the phase changes, so that nothing that decides is interpolated.
+    """
+    time_s, tick_s = columns["time"], 1.0 / scene["control_rate"]
+    ticks_s = np.arange(int(time_s[-1] / tick_s) + 1) * tick_s
+    body_m, foot_m, body_m_s, foot_m_s = (
+        np.interp(ticks_s, time_s, columns[name])
+        for name in ("body_height", "foot_height", "body_velocity", "foot_velocity")
+    )
+    rule = (body_m_s > foot_m_s) & (foot_m < 0.0) & (body_m_s > 0.0)
+    phase = rule | (body_m - foot_m < scene["guard_length"])
+    # Of the samples that share a tick's time, the first ends the step before it, in the phase before.
+    ends_step = np.append(np.diff(time_s) < _SAME_TIME_S, False)
+    tick = np.searchsorted(ticks_s, time_s + np.where(ends_step, -1.0, 1.0) * _SAME_TIME_S, side="right") - 1
+    return np.asarray(phase[np.maximum(tick, 0)])
+
+
+_POINTS, _SURFACE_POINTS = 401, 161
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class GroundFunctions:
+    """K(z) in N, D(z) in N / (m/s)^2 and m_a(z) in kg at the depths z in m; all of shape (n,).
+
+    The cone of grains under the foot is complete at `cone_depth_m`.
+    """
+
+    depth_m: FloatArray
+    resistance_n: FloatArray
+    drag_kg_m: FloatArray
+    added_mass_kg: FloatArray
+    cone_depth_m: float
+
+
+def ground_functions(scene: Scene, depth_m: FloatArray | None = None) -> GroundFunctions:
+    """Tabulate the ground's functions of a scene, by default at depths from the surface to `DEEPEST_M`."""
+    depths = np.linspace(0.0, DEEPEST_M, _POINTS) if depth_m is None else np.asarray(depth_m, np.float64)
+    radius_m = scene["foot_radius"]
+    slope = scene["mu"] / math.tan(scene["cone_angle"])
+    formed_m = np.clip(depths, 0.0, radius_m / slope)
+    foot_m2 = math.pi * radius_m**2
+    flat_m2 = math.pi * (radius_m - slope * formed_m) ** 2
+    cone_m3 = math.pi * formed_m * (radius_m**2 - slope * radius_m * formed_m + slope**2 * formed_m**2 / 3.0)
+    recruited_kg_m3 = scene["phi"] * scene["rho"] * scene["mu"]
+    # An area and a volume are added, dimensionally odd, as in the author's code and every published number.
+    stress_n_m2 = scene["sigma"] / math.cos(scene["cone_angle"]) * depths
+    return GroundFunctions(
+        depth_m=depths,
+        resistance_n=scene["kg_scale"] * (scene["k_sh"] * cone_m3 / foot_m2 + stress_n_m2 * (foot_m2 + cone_m3)),
+        drag_kg_m=scene["bg_scale"]
+        * (scene["b_g"] * scene["c_g"])
+        * (recruited_kg_m3 * flat_m2 + scene["added_mass_constant"]),
+        added_mass_kg=recruited_kg_m3 * cone_m3 + scene["added_mass_constant"] * depths,
+        cone_depth_m=radius_m / slope,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PowerSurface:
+    """Power in W, shape (velocities, depths), over depth in m and downward velocity of the foot in m/s (negative).
+
+    `motions` start at the downward speeds `SAMPLE_SPEEDS_M_S`.
+    """
+
+    depth_m: FloatArray
+    velocity_m_s: FloatArray
+    power_w: FloatArray
+    motions: tuple[Pair[Motion], ...]
+
+
+def power_surface(scene: Scene, accuracy: float) -> PowerSurface:
+    """Compute the surface -D(z) |v|^3 - K(z) |v| of a scene and the paths of three jumps with either controller."""
+    ground = ground_functions(scene, np.linspace(0.0, DEEPEST_M, _SURFACE_POINTS))
+    velocity_m_s = np.linspace(-FASTEST_M_S, 0.0, _SURFACE_POINTS)
+    return PowerSurface(
+        depth_m=ground.depth_m,
+        velocity_m_s=velocity_m_s,
+        power_w=ground_power_w(ground.resistance_n, ground.drag_kg_m, velocity_m_s[:, np.newaxis]),
+        motions=tuple(sample_motions(scene, speed, accuracy) for speed in SAMPLE_SPEEDS_M_S),
+    )
+
+
+def ground_power_w(resistance_n: FloatArray, drag_kg_m: FloatArray, velocity_m_s: FloatArray) -> FloatArray:
+    """Return the rate of Eq. 3.4, W (negative: lost); arrays broadcast against each other."""
+    speed_m_s = np.abs(velocity_m_s)
+    return np.asarray(-drag_kg_m * speed_m_s**3 - resistance_n * speed_m_s)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Jumps:
+    """One jump for each point of a grid; all arrays have the grid's shape, joules are those of the stance (Eq. 3.5).
+
+    Where `jumped` is false the jump did not reach an apex, and every number of it is NaN: it is drawn as a gap.
+    `ill_conditioned` jumps hang on a knife's edge of the sampled controller, or grow errors that much.
+    """
+
+    jumped: BoolArray
+    ill_conditioned: BoolArray
+    heat_j: FloatArray
+    mechanical_j: FloatArray
+    drag_j: FloatArray
+    apex_height_m: FloatArray
+
+    @property
+    def cost_j(self) -> FloatArray:
+        """Energetic cost of the jump, J (Eq. 3.5)."""
+        return self.heat_j + self.mechanical_j + self.drag_j
+
+    @property
+    def efficiency(self) -> FloatArray:
+        """Share of the cost that becomes mechanical energy."""
+        return self.mechanical_j / self.cost_j
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OverVelocity:
+    """Jumps, shape (n,), over the downward speed at touchdown in m/s, shape (n,)."""
+
+    touchdown_speed_m_s: FloatArray
+    jumps: Pair[Jumps]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OverGround:
+    """Jumps, shape (sigmas, drag scales), over `sigma` in N/m^3 and `b_g`, of which the scene's own are nominal."""
+
+    sigma_n_m3: FloatArray
+    drag_scale: FloatArray
+    nominal_sigma_n_m3: float
+    nominal_drag_scale: float
+    jumps: Pair[Jumps]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class OverDamping:
+    """Jumps, shape (stiffness factors, drag factors, extension stiffnesses, feet, coefficients).
+
+    The first coefficient of active damping, kg/m, is 0: compression-extension. Gains, stiffnesses in N/m, radii in m
+    and the factors on the ground's functions rise.
+    """
+
+    stiffness_factors: tuple[float, ...]
+    drag_factors: tuple[float, ...]
+    extension_gains: tuple[float, ...]
+    extension_stiffnesses_n_m: tuple[float, ...]
+    foot_radii_m: tuple[float, ...]
+    active_damping_kg_m: FloatArray
+    jumps: Jumps
+
+    @property
+    def saving(self) -> FloatArray:
+        """Share of the cost that active damping saves, (CE - AD) / CE; the jumps' shape, 0 at the coefficient 0."""
+        cost_j = self.jumps.cost_j
+        return np.asarray(1.0 - cost_j / cost_j[..., :1])
+
+
+def over_velocity(scene: Scene, accuracy: float) -> OverVelocity:
+    """Simulate set 1 over the speed at which body and foot arrive."""
+    speeds = TOUCHDOWN_SPEEDS_M_S
+    return OverVelocity(speeds, _with_both(scene, {"initial_velocity": -speeds}, accuracy))
+
+
+def over_ground(scene: Scene, accuracy: float) -> OverGround:
+    """Simulate set 1 over the ground's depth-dependent stress and the scale of its drag."""
+    grid = {"sigma": SIGMAS_N_M3[:, np.newaxis], "b_g": DRAG_SCALES[np.newaxis, :]}
+    return OverGround(SIGMAS_N_M3, DRAG_SCALES, scene["sigma"], scene["b_g"], _with_both(scene, grid, accuracy))
+
+
+def over_damping(scene: Scene, accuracy: float) -> OverDamping:
+    """Simulate set 2 over active damping, feet, extension stiffnesses and scalings of the ground."""
+    stiffnesses = tuple(stiffness_n_m(gain) for gain in EXTENSION_GAINS)
+    factors, drags, extensions, feet, dampings = np.meshgrid(
+        GROUND_FACTORS, GROUND_FACTORS, stiffnesses, FOOT_RADII_M, ACTIVE_DAMPINGS_KG_M, indexing="ij", sparse=True
+    )
+    values = {
+        "kg_scale": factors,
+        "bg_scale": drags,
+        "k_extension": extensions,
+        "foot_radius": feet,
+        "b_ad": dampings,
+    }
+    return OverDamping(
+        stiffness_factors=GROUND_FACTORS,
+        drag_factors=GROUND_FACTORS,
+        extension_gains=EXTENSION_GAINS,
+        extension_stiffnesses_n_m=stiffnesses,
+        foot_radii_m=FOOT_RADII_M,
+        active_damping_kg_m=ACTIVE_DAMPINGS_KG_M,
+        jumps=jumps_over(scene, values, accuracy),
+    )
+
+
+def _with_both(scene: Scene, grid: dict[str, FloatArray], accuracy: float) -> Pair[Jumps]:
+    return Pair(
+        ce=jumps_over(scene, {**grid, "b_ad": 0.0}, accuracy),
+        ad=jumps_over(scene, {**grid, "b_ad": scene["b_ad"]}, accuracy),
+    )
+
+
+def jumps_over(scene: Scene, values: Mapping[str, ArrayLike], accuracy: float) -> Jumps:
+    """Simulate a jump of the scene for each point of a grid: the parameters' arrays, broadcast against each other.
+
+    Raises `UsageError` for a parameter that the scene does not read, or a value outside its box.
+    """
+    for name, given in values.items():
+        for extreme in (np.min(given), np.max(given)):
+            scene.changed({name: float(extreme)})
+    recipe = recipe_of_rows(scene, accuracy)
+    grid = np.broadcast_arrays(*(np.asarray(given, np.float64) for given in values.values()))
+    names = [parameter.name for parameter in compose(scene.effects).parameters]
+    table = np.tile(recipe.base, (grid[0].size, 1))
+    for name, column in zip(values, grid, strict=True):
+        table[:, names.index(name)] = column.ravel()
+    rows = simulate_rows(recipe, table)[:, 0].reshape(*grid[0].shape, -1)
+    jumped = np.isin(rows[..., PLACE["outcome"]], (APEX, TOUCHDOWN))
+
+    def output(name: str) -> FloatArray:
+        return np.where(jumped, rows[..., PLACE[name]], np.nan)
+
+    return Jumps(
+        jumped=jumped,
+        ill_conditioned=rows[..., PLACE["ill_conditioned"]] == 1.0,
+        heat_j=output("stance_heat_J"),
+        mechanical_j=output("stance_mechanical_J"),
+        drag_j=output("stance_drag_J"),
+        apex_height_m=output("apex_height_m"),
+    )
+
+
+_PRESSING_POINTS = 20_001
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -77,7 +421,7 @@ def jump_energies(scene: Scene, motion: Motion) -> JumpEnergies:
 
 def _pressing_j(scene: Scene, depth_m: FloatArray) -> FloatArray:
     """Integrate K from the surface to each depth."""
-    ground = ground_functions(scene, np.linspace(0.0, float(depth_m.max()), _POINTS))
+    ground = ground_functions(scene, np.linspace(0.0, float(depth_m.max()), _PRESSING_POINTS))
     slices_j = 0.5 * (ground.resistance_n[1:] + ground.resistance_n[:-1]) * np.diff(ground.depth_m)
     return np.asarray(np.interp(depth_m, ground.depth_m, np.concatenate([[0.0], np.cumsum(slices_j)])))
 

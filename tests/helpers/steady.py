@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import functools
 
-from simulator.steady.published_numbers import comparisons
-from simulator.steady.published_results import JudgedResult, chapter_3_findings, judge_results
+from simulator.steady.published_results import JudgedResult, judge_results
 from simulator.steady.tables import SteadyTables
 from simulator.steady.tables import steady_tables as simulated
+from simulator.thesis.claims import chapter_3_findings, experiment_findings
 from tests.helpers.thesis import thesis_figures
 
 
@@ -21,4 +21,4 @@ def steady_tables() -> SteadyTables:
 def results() -> tuple[JudgedResult, ...]:
     """Every published result as `labbook sim published` judges it."""
     tables = steady_tables()
-    return judge_results(chapter_3_findings(thesis_figures(), lambda _what: None), comparisons(tables), tables.bed)
+    return judge_results((*chapter_3_findings(thesis_figures()), *experiment_findings(tables)), tables.bed)

@@ -21,10 +21,17 @@ from reports.figures.thesis_comparisons import (
     draw_joules_by_damping,
 )
 from reports.figures.thesis_jumps import draw_body_and_toe, draw_energies, draw_ground_functions, draw_power_surface
-from simulator.thesis.comparisons import Jumps, OverDamping, OverGround, OverVelocity
-from simulator.thesis.figures import JumpEnergies
-from simulator.thesis.ground import GroundFunctions, PowerSurface
-from simulator.thesis.motions import Motion, Pair
+from simulator.thesis.figures import (
+    GroundFunctions,
+    JumpEnergies,
+    Jumps,
+    Motion,
+    OverDamping,
+    OverGround,
+    OverVelocity,
+    Pair,
+    PowerSurface,
+)
 from tests.helpers.wording import says
 
 DEPTH = np.linspace(0.0, 0.08, 9)

@@ -9,9 +9,8 @@ from data_schema.errors import UnknownName, UsageError
 from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.thesis import ranges
-from simulator.thesis.comparisons import Jumps, jumps_over
-from simulator.thesis.figures import ThesisFigures
+from simulator.thesis import figures as ranges
+from simulator.thesis.figures import Jumps, ThesisFigures, jumps_over
 from tests.helpers.thesis import thesis_figures
 from tests.helpers.wording import refuses
 

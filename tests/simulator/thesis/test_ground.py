@@ -7,9 +7,7 @@ import pytest
 
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.thesis.ground import ground_functions
-from simulator.thesis.motions import motion_of
-from simulator.thesis.ranges import DEEPEST_M
+from simulator.thesis.figures import DEEPEST_M, ground_functions, motion_of
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,16 @@ import pytest
 from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.thesis.figures import JumpEnergies, jump_energies
-from simulator.thesis.ground import ground_power_w, power_surface
-from simulator.thesis.motions import Motion, both_controllers, motion_of
-from simulator.thesis.ranges import SAMPLE_SPEEDS_M_S
+from simulator.thesis.figures import (
+    SAMPLE_SPEEDS_M_S,
+    JumpEnergies,
+    Motion,
+    both_controllers,
+    ground_power_w,
+    jump_energies,
+    motion_of,
+    power_surface,
+)
 from tests.helpers.thesis import thesis_figures
 
 ACCURACY = 1e-9
