@@ -31,7 +31,7 @@ from simulator.jump import (
     rounding_share,
 )
 from simulator.kernel.build import Kernel, kernel_for
-from simulator.kernel.layout import OUTCOMES, STEP_LIMIT, TOO_STIFF
+from simulator.kernel.layout import OUTCOMES, STEP_LIMIT
 from simulator.kernel.limits import MOST_STEPS
 from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS
 from simulator.parameter import Parameter
@@ -176,7 +176,7 @@ def soft() -> tuple[Kernel, Row]:
 def has_error_bars(kernel: Kernel, table: Row) -> list[Barred]:
     """What error bars find of random scenes, at each goal."""
     finest = _simulated(kernel, table, FINEST_ACCURACY, FEW_STEPS)
-    known = ~np.isin(finest[:, 0], (STEP_LIMIT, TOO_STIFF))
+    known = finest[:, 0] != STEP_LIMIT
     table, finest, found = table[known], finest[known], []
     simulated = {FINEST: _simulated(kernel, table, FINEST)}
     doubt = _apart(simulated[FINEST], finest)

@@ -8,8 +8,7 @@ from dataclasses import dataclass
 from benchmarks.section import Benchmark, Budget, Section, Table
 from benchmarks.timing import Times, Work, in_turns
 from simulator.accuracy.fixed_step_euler import THESIS_STEP_S
-from simulator.accuracy.methods import EULER, LABBOOK, METHODS, Attempt, Method, stops_after
-from simulator.accuracy.outputs import NAMES, relative_errors
+from simulator.accuracy.methods import EULER, LABBOOK, METHODS, NAMES, Attempt, Method, relative_errors, stops_after
 from simulator.accuracy.reference_of import stored_reference
 from simulator.scene import Scene
 from simulator.scene_file import load_scene

@@ -125,7 +125,7 @@ def ablation_of_effects(
 def outputs_of(scene: Scene, accuracy: float, most_steps: int | None = None) -> Outputs:
     """Simulate a scene and return the outputs of its last jump.
 
-    A jump of more than `most_steps` ends in `step_limit` or `too_stiff`; None leaves the simulator's own limit.
+    A jump of more than `most_steps` ends in `step_limit`; None leaves the simulator's own limit.
     """
     recipe = recipe_for(scene, Design(()), accuracy)
     if most_steps is not None:

@@ -5,9 +5,8 @@ from __future__ import annotations
 import functools
 from collections.abc import Iterable, Mapping
 
-from simulator.basics import BASICS
 from simulator.effects.registry import EFFECTS
-from simulator.parameter import Parameter
+from simulator.parameter import BASICS, Parameter
 
 GROUNDS = ("hydrostatic_stiffness", "rigid_ground", "emulated_ground")
 """The effects that are a ground; every scene has exactly one."""

@@ -1,4 +1,4 @@
-"""A parameter of a scene: its name, unit, meaning and the values the simulator accepts."""
+"""A parameter of a scene: its name, unit, meaning and range; and the parameters that every scene has."""
 
 from __future__ import annotations
 
@@ -24,3 +24,19 @@ class Parameter:
     high: float
     assumed: float | None = None
     why: str = ""
+
+
+GRAVITY_M_S2 = 9.81
+"""Acceleration of gravity in every scene; the published numbers were computed with it."""
+
+BASICS = (
+    Parameter("body_mass", "robot", "kg", "mass of the body", 0.01, 100.0),
+    Parameter("foot_mass", "robot", "kg", "mass of the foot", 1e-6, 20.0),
+    Parameter("rest_length", "robot", "m", "length at which the leg's spring exerts nothing", 0.02, 2.0),
+    Parameter("upper_link", "robot", "m", "length l1 of the links at the motors", 0.01, 1.0),
+    Parameter("lower_link", "robot", "m", "length l2 of the links at the foot", 0.01, 2.0),
+    Parameter("k_compression", "leg", "N/m", "stiffness of the leg in compression", 1.0, 1e6),
+    Parameter("k_extension", "leg", "N/m", "stiffness of the leg in extension", 1.0, 1e6),
+    Parameter("initial_velocity", "start", "m/s", "velocity of body and foot at the start, down negative", -5.0, 0.0),
+    Parameter("initial_height", "start", "m", "height of the foot above the surface at the start", 0.0, 2.0),
+)

@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
-from simulator.basics import GRAVITY_M_S2
+from simulator.parameter import GRAVITY_M_S2
 
 DEEPEST_M = 1.0
 """Depth down to which a granular ground must carry the grains that it adds to the foot."""

@@ -205,8 +205,7 @@ def accuracy(
     """Show what accuracy costs: this scene by the thesis's fixed steps, by scipy's integrators and by labbook.
 
     Errors of depth, lift-off time, apex and cost against a reference, evaluations and times of each method at many
-    settings; beside labbook's errors those that its error bars estimate, and how many misses these cover; and what 1 %
-    of the cost in joules takes. Where jumps follow each other, four are made.
+    settings; and what 1 % of the cost in joules takes. Where jumps follow each other, four are made.
 
     Example: labbook sim accuracy --scene sim2 --set b_ad=100 --plot accuracy.png
     """

@@ -17,14 +17,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.effects.registry import EFFECTS
-from simulator.kernel.cached_entry import cached_entry
+from simulator.kernel.cache import cached_entry
 from simulator.kernel.composition import Composition, compose
-from simulator.kernel.control.controller import make_wants_switch
-from simulator.kernel.control.decisions import make_switch, make_tick
+from simulator.kernel.control.controller import make_switch, make_tick, make_wants_switch
 from simulator.kernel.events.contact import make_lift_off
 from simulator.kernel.layout import (
     APEX,
@@ -52,11 +50,12 @@ from simulator.kernel.layout import (
     X_FOOT,
 )
 from simulator.kernel.limits import LONGEST_FLIGHT_S, LONGEST_STANCE_S
-from simulator.kernel.mechanics.margins import make_forces
+from simulator.kernel.mechanics.leg import make_forces
 from simulator.kernel.mechanics.motion import make_rates
 from simulator.kernel.report import make_note_cost, make_note_liftoff
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.kernel.start import make_begin
+from simulator.parameter import GRAVITY_M_S2
 from simulator.scene import Scene
 
 Row = NDArray[np.float64]
@@ -75,7 +74,7 @@ def fixed_step_euler_run(scene: Scene) -> tuple[Function, Row, Row]:
     """Return the compiled scheme `(work, step_s, to_liftoff, row)`, its row to work in, and a row for its results.
 
     So it can be called many times, for a jump from touchdown to the apex or for its stance only. The second row is one
-    of the kernel's (`simulator.kernel.rows`): not a number where something was not reached, and the number of mode
+    of the kernel's (`simulator.kernel.layout`): not a number where something was not reached, and the number of mode
     changes is how often the ground has begun to act, at a resting foot again and again. The forces are evaluated once
     a step. Raises `UsageError` where the scheme does not cover the scene.
     """

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Protocol
@@ -11,16 +12,100 @@ import numpy as np
 from numpy.typing import NDArray
 
 from simulator.accuracy import fixed_step_euler
-from simulator.accuracy.hybrid import system_for
-from simulator.accuracy.labbook_runs import KernelRun
-from simulator.accuracy.outputs import Outputs, outputs_of
 from simulator.accuracy.peers import METHODS as SOLVE_IVP
-from simulator.accuracy.peers import peer_run
-from simulator.kernel.limits import STOP_AFTER_APEX, STOP_AFTER_LIFTOFF, STOP_AFTER_TOUCHDOWN
-from simulator.kernel.rows import COLUMN
+from simulator.accuracy.peers import peer_run, system_for
+from simulator.jump import limits_for, parameter_row
+from simulator.kernel.build import kernel_for
+from simulator.kernel.layout import OUTCOMES
+from simulator.kernel.limits import JUMPS_WANTED, STOP_AFTER_APEX, STOP_AFTER_LIFTOFF, STOP_AFTER_TOUCHDOWN
+from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS
 from simulator.scene import Scene
 
+NAMES = ("max_depth_m", "liftoff_time_s", "apex_height_m", "cost_J")
+"""Deepest point of the foot, time of lift-off since touchdown, apex of the body, cost."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outputs:
+    """A jump's outcome and its four numbers; None: not reached. The cost is the motors', without passive draw."""
+
+    outcome: str
+    values: Mapping[str, float | None]
+
+
+def outputs_of(scene: Scene, row: NDArray[np.float64]) -> Outputs:
+    """Read the outputs from a row of the kernel, shape (columns,)."""
+    span = "jump" if "cost_of_whole_jump" in scene.effects else "stance"
+    values = {name: _number(float(row[COLUMN[name]])) for name in NAMES[:-1]}
+    cost_j = sum(float(row[COLUMN[f"{span}_{part}_J"]]) for part in COST_PARTS)
+    return Outputs(OUTCOMES[int(row[COLUMN["outcome"]])], {**values, NAMES[-1]: _number(cost_j)})
+
+
+def relative_errors(found: Outputs, truth: Mapping[str, float | None]) -> dict[str, float | None]:
+    """Relative error of each output: None where there is no true number or it is 0, infinite where `found` lacks it."""
+    errors: dict[str, float | None] = {}
+    for name in NAMES:
+        true, value = truth[name], found.values[name]
+        if true is None or true == 0.0:
+            errors[name] = None
+        else:
+            errors[name] = math.inf if value is None else abs(value / true - 1.0)
+    return errors
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None
+
+
 Row = NDArray[np.float64]
+
+
+class KernelRun:
+    """A scene's kernel with everything it needs; `run()` simulates, `row()` is that of the last jump made."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        accuracy: float,
+        stop_after: int = STOP_AFTER_TOUCHDOWN,
+        *,
+        fixed_step_s: float = 0.0,
+        parameters: Row | None = None,
+    ) -> None:
+        """Prepare `scene.jumps` jumps; `parameters`, in the order that the kernel reads, stand in for the scene's."""
+        self.kernel = kernel = kernel_for(scene.effects)
+        table = (parameter_row(kernel, scene) if parameters is None else parameters)[np.newaxis, :]
+        limits = limits_for(accuracy, stop_after, fixed_step_s)
+        limits[JUMPS_WANTED] = scene.jumps
+        self._rows = np.zeros((1, scene.jumps, len(COLUMNS)))
+        self._counts = np.zeros(1, np.int64)
+        changes, trace = np.zeros((0, 4)), np.zeros((0, 0))
+        arguments = (table, limits, self._rows, self._counts, changes, trace)
+        self.run: Callable[[], None] = lambda: kernel.batch(*arguments)
+
+    @property
+    def jumps_made(self) -> int:
+        """How many jumps were made."""
+        return int(self._counts[0])
+
+    def row(self) -> Row:
+        """Return the row of the last jump that was made, shape (columns,)."""
+        last: Row = self._rows[0, self.jumps_made - 1]
+        return last
+
+    def evaluations(self) -> int:
+        """Return how often the forces were evaluated, over all jumps."""
+        return int(self._rows[0, : self.jumps_made, COLUMN["rhs_evaluations"]].sum())
+
+    def steps(self) -> int:
+        """Return how many steps were taken, over all jumps."""
+        return int(self._rows[0, : self.jumps_made, COLUMN["steps"]].sum())
+
+    def time_s(self) -> float:
+        """Return how long all jumps took the robot, s."""
+        return float(self._rows[0, : self.jumps_made, COLUMN["jump_time_s"]].sum())
+
+
 LABBOOK = "labbook"
 EULER = "explicit Euler (thesis)"
 

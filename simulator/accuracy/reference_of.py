@@ -19,8 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.accuracy.labbook_runs import KernelRun
-from simulator.accuracy.outputs import NAMES, Outputs, outputs_of, relative_errors
+from simulator.accuracy.methods import NAMES, KernelRun, Outputs, outputs_of, relative_errors
 from simulator.jump import parameter_row
 from simulator.kernel.build import kernel_for
 from simulator.scene import Scene

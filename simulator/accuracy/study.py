@@ -1,7 +1,6 @@
 """One scene by every method at every setting: errors, evaluations, time.
 
-What a wanted accuracy takes: for each method the coarsest setting that keeps it, and what that costs in time. How far
-labbook's estimated errors cover its true ones.
+What a wanted accuracy takes: for each method the coarsest setting that keeps it, and what that costs in time.
 """
 
 from __future__ import annotations
@@ -11,15 +10,10 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
-from simulator.accuracy.labbook_runs import KernelRun
-from simulator.accuracy.methods import LABBOOK, METHODS, Attempt, Found, Method, stops_after
-from simulator.accuracy.outputs import outputs_of, relative_errors
+from simulator.accuracy.methods import METHODS, Attempt, Method, relative_errors, stops_after
 from simulator.accuracy.peers import PeerGaveUp
 from simulator.accuracy.reference_of import Reference, reference_of
-from simulator.error_bars import finer_accuracies
-from simulator.jump import ILL_CONDITIONED_BELOW, rounding_share
 from simulator.kernel.build import kernel_for
-from simulator.kernel.rows import COLUMN
 from simulator.scene import Scene
 
 MOST_JUMPS = 4
@@ -35,8 +29,8 @@ class Point:
     """One method at one setting.
 
     Relative errors are at least the reference's floor; infinite where an output was not reached, None where there is
-    no relative error. `seconds` is the least of several runs after one that does not count. `estimated`, of labbook, is
-    what its error bars say. Where `failure` says why there is no result, the rest is empty.
+    no relative error. `seconds` is the least of several runs after one that does not count. Where
+    `failure` says why there is no result, the rest is empty.
     """
 
     setting: float
@@ -45,7 +39,6 @@ class Point:
     evaluations: int = 0
     seconds: float = 0.0
     failure: str = ""
-    estimated: Mapping[str, float | None] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,11 +96,7 @@ def _series(
         return Series(method.name, method.setting, method.unit, (), reason)
     points = []
     for setting in _settings(method, quick):
-        attempt = method.prepare(scene, setting, stop_after)
-        point = _point(attempt, setting, reference, quick)
-        if method.name == LABBOOK:
-            point = replace(point, estimated=_estimated(scene, setting, stop_after, attempt.found()))
-        points.append(point)
+        points.append(_point(method.prepare(scene, setting, stop_after), setting, reference, quick))
         done(f"{method.name} {setting:g}")
     return Series(method.name, method.setting, method.unit, tuple(points))
 
@@ -129,19 +118,6 @@ def _point(attempt: Attempt, setting: float, reference: Reference, quick: bool) 
     return point
 
 
-def _estimated(scene: Scene, setting: float, stop_after: int, found: Found) -> dict[str, float | None]:
-    """Return the relative difference to a finer run, as `simulator.error_bars` has it."""
-    for finer in finer_accuracies(setting) or (setting,):
-        kernel = KernelRun(scene, finer, stop_after)
-        kernel.run()
-        row = kernel.row()
-        if row[COLUMN["decision_margin"]] >= ILL_CONDITIONED_BELOW:
-            break
-    rounding = float(rounding_share(row[COLUMN["error_growth"]]))
-    moved = relative_errors(found.outputs, outputs_of(scene, row).values)
-    return {name: None if error is None else max(error, rounding) for name, error in moved.items()}
-
-
 def _least_seconds(attempt: Attempt, runs: int) -> float:
     least, spent = math.inf, 0.0
     for _ in range(runs):
@@ -157,29 +133,6 @@ def _least_seconds(attempt: Attempt, runs: int) -> float:
 COST = "cost_J"
 GOALS = (1e-2, 1e-6)
 """Relative errors that users want: a number to compare with a battery, and one to compare simulations with."""
-
-
-@dataclass(frozen=True, slots=True)
-class Misses:
-    """Of how many numbers labbook's error is above the goal, of all at all goals, and for how many its estimate is."""
-
-    numbers: int
-    missed: int
-    covered: int
-
-
-def misses(study: AccuracyStudy) -> Misses:
-    """Count what error bars show of labbook's misses; errors under the reference's floor are no misses."""
-    known, missed, covered = 0, 0, 0
-    points = [point for series in study.series if series.method == LABBOOK for point in series.points]
-    for point in points:
-        for name, error in (point.errors or {}).items():
-            floor, estimate = study.reference.floor[name], (point.estimated or {}).get(name)
-            known += error is not None
-            if error is not None and error > max(point.setting, floor or 0.0):
-                missed += 1
-                covered += estimate is None or estimate > point.setting
-    return Misses(known, missed, covered)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from simulator.compiled import compiled, inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
-from simulator.kernel.layout import PARAMETERS, STEP_LIMIT, TOO_STIFF
+from simulator.kernel.layout import PARAMETERS, STEP_LIMIT
 from simulator.kernel.limits import FINEST_TOLERANCE, FIXED_STEP_S, REPEATS, TOLERANCE, TOLERANCE_SHARE
 from simulator.kernel.rows import COLUMN
 from simulator.kernel.run import make_run
@@ -38,7 +38,7 @@ def make_tolerance_called_for(composition: Composition) -> Function:
         growth, excess = 1.0, 0.0
         for jump in range(count):
             growth = max(growth, result[jump, grown])
-            if result[jump, ended] != STEP_LIMIT and result[jump, ended] != TOO_STIFF:
+            if result[jump, ended] != STEP_LIMIT:
                 excess = max(excess, abs(result[jump, residual]) / result[jump, at_play])
         excess *= TOLERANCE_SHARE / limits[TOLERANCE]
         called_for = finer[TOLERANCE]

@@ -13,18 +13,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.basics import BASICS, GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.effect import BodyForce, Effect, Energy, Function, Mode
 from simulator.effects.registry import COSTS, EFFECTS, ENERGIES
 from simulator.kernel.effect_functions import EffectGuard, EffectState, Given, sorted_functions
-from simulator.kernel.layout import (
-    GUARDS,
-    MECHANICAL,
-    PARAMETERS,
-    SWITCHES,
-)
-from simulator.parameter import Parameter
+from simulator.kernel.layout import GUARDS, MECHANICAL, PARAMETERS, SWITCHES
+from simulator.parameter import BASICS, GRAVITY_M_S2, Parameter
 
 Row = NDArray[np.float64]
 Maker = Callable[["Composition"], Function]

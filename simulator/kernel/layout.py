@@ -98,7 +98,7 @@ sunk below its print."""
     COST_CAPPED,
     ASLEEP,
     CANCELLED,
-    LOOK,
+    STEPS_ALLOWED,
     HOLDS,
 ) = range(30, 56)
 """Whole numbers that stay between events: modes, phases, what the next step must know, counts, whether the platform
@@ -176,7 +176,6 @@ OUTCOMES = (
     "step_limit",
     "no_trigger",
     "carried",
-    "too_stiff",
 )
 (
     LIFTOFF_REACHED,
@@ -189,5 +188,4 @@ OUTCOMES = (
     STEP_LIMIT,
     NO_TRIGGER,
     CARRIED_ROUND,
-    TOO_STIFF,
-) = range(11)
+) = range(10)

@@ -25,6 +25,3 @@ EVENT_SHARE = 0.01
 """Part of the local error allowed to the landing on an event."""
 SLOW_M_S = 0.1
 """Speed of a foot at contact below which its instant hangs on the last digits of heights."""
-FIRST_LOOK, SURE = 16384.0, 1.5
-"""Steps after which it is forecast how many more a jump takes, and how many times those that are left they must be for
-it to be given up (docs/accuracy.md)."""

@@ -7,16 +7,12 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition, made_once
-from simulator.kernel.control.controller import make_wants_switch
-from simulator.kernel.control.decisions import make_switch, make_tick
-from simulator.kernel.events.contact import make_lift_off, make_settle
+from simulator.kernel.control.controller import make_switch, make_tick, make_wants_switch
+from simulator.kernel.events.contact import GOES_ON, make_lift_off, make_meet_ground, make_settle
 from simulator.kernel.events.first_event import make_set_near
-from simulator.kernel.events.landing import make_meet_ground
-from simulator.kernel.events.standstill import GOES_ON
 from simulator.kernel.events.transitions import make_transition
 from simulator.kernel.layout import (
     ABOVE_PRINT,
@@ -30,7 +26,6 @@ from simulator.kernel.layout import (
     INTRUDING,
     LENGTH_UNIT,
     LIFTOFF_REACHED,
-    LOOK,
     MODE,
     NO_LIFTOFF,
     NO_TRIGGER,
@@ -41,19 +36,17 @@ from simulator.kernel.layout import (
     STEP,
     STEP_LIMIT,
     STEPS,
+    STEPS_ALLOWED,
     TICK,
     TIME,
     TIMEOUT,
     TOLERANCE,
-    TOO_STIFF,
     TOUCHDOWN,
     X_FOOT,
 )
 from simulator.kernel.limits import (
     DECISION_SHARE,
     EVENT_SHARE,
-    FIRST_LOOK,
-    FIXED_STEP_S,
     FLIP_TICK,
     JUMPS_WANTED,
     LONGEST_FLIGHT_S,
@@ -61,12 +54,10 @@ from simulator.kernel.limits import (
     MOST_STEPS,
     STOP_AFTER,
     STOP_AFTER_LIFTOFF,
-    SURE,
 )
 from simulator.kernel.limits import TOLERANCE as TOLERANCE_WANTED
 from simulator.kernel.report import make_finish
 from simulator.kernel.start import make_begin, make_begin_jump
-from simulator.kernel.steps.forecast import make_forecast
 from simulator.kernel.steps.step_loop import (
     make_control,
     make_finish_step,
@@ -76,35 +67,20 @@ from simulator.kernel.steps.step_loop import (
 )
 from simulator.kernel.steps.stride import REJECTED, make_stride
 from simulator.kernel.working_row import address_of
+from simulator.parameter import GRAVITY_M_S2
 
 Row = NDArray[np.float64]
 FIRST_STEP_S = 1e-3
 
 
 def make_given_up(composition: Composition) -> Function:
-    """Compose `(work, most_steps, forecasts)`: the outcome of a jump that does not end by itself, or `GOES_ON`.
-
-    Where it `forecasts`, a jump whose steps to come are more than are left ends before them: the first look ahead is
-    after `FIRST_LOOK` steps, and each later one after twice as many.
-    """
-    lasting, forecast = composition.on("touchdown_impact"), make_forecast(composition)
+    """Compose `(work)`: the outcome of a jump that does not end by itself, or `GOES_ON`."""
+    lasting = composition.on("touchdown_impact")
 
     @inner
-    def look(work: Row, most_steps: float, forecasts: bool) -> int:
-        if work[STEPS] >= most_steps:
+    def given_up(work: Row) -> int:
+        if work[STEPS] >= work[STEPS_ALLOWED]:
             return STEP_LIMIT
-        too_many = SURE * (most_steps - work[STEPS])
-        if forecasts and work[STEPS] >= FIRST_LOOK and forecast(work, too_many) >= too_many:
-            return TOO_STIFF
-        work[LOOK] = min(max(FIRST_LOOK, 2.0 * work[STEPS]), most_steps)
-        return GOES_ON
-
-    @inner
-    def given_up(work: Row, most_steps: float, forecasts: bool) -> int:
-        if work[STEPS] >= work[LOOK]:
-            outcome = look(work, most_steps, forecasts)
-            if outcome != GOES_ON:
-                return outcome
         if work[MODE] != FLIGHT and work[TIME] >= LONGEST_STANCE_S:
             if lasting and work[AIRBORNE] == 1:
                 return CARRIED_ROUND
@@ -139,7 +115,7 @@ def make_begin_scene(composition: Composition) -> Function:
         work[LENGTH_UNIT] = DECISION_SHARE * work[TOLERANCE] * work[rest]
         work[SPEED_UNIT] = DECISION_SHARE * work[TOLERANCE] * math.sqrt(GRAVITY_M_S2 * work[rest])
         set_near(work)
-        work[STEP] = FIRST_STEP_S
+        work[STEP], work[STEPS_ALLOWED] = FIRST_STEP_S, limits[MOST_STEPS]
         return TOUCHDOWN if work[NOW + X_FOOT] <= 0.0 else GOES_ON
 
     return begin_scene
@@ -201,7 +177,7 @@ def make_jump_loop(composition: Composition) -> Function:
                 control(work, limits[FLIP_TICK])
                 if work[MODE] != mode:
                     note_mode(mode, jump, work, row, changes)
-            outcome = given_up(work, limits[MOST_STEPS], limits[FIXED_STEP_S] == 0.0)
+            outcome = given_up(work)
             if work[MODE] == FLIGHT and work[AIRBORNE] == 1 and limits[STOP_AFTER] == STOP_AFTER_LIFTOFF:
                 outcome = LIFTOFF_REACHED
             if outcome >= 0:

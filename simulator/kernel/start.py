@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
-from simulator.kernel.events.contact import make_note_saturation
-from simulator.kernel.events.standstill import make_turn_hold
+from simulator.kernel.events.contact import make_note_saturation, make_turn_hold
 from simulator.kernel.layout import (
     AIRBORNE,
     ASLEEP,
@@ -35,7 +34,6 @@ from simulator.kernel.layout import (
     JAMMED,
     LEG_WORK,
     LONGEST,
-    LOOK,
     LOWEST,
     MARGIN,
     MARGIN_TICK,
@@ -61,8 +59,8 @@ from simulator.kernel.layout import (
     X_FOOT,
 )
 from simulator.kernel.limits import SLOW_M_S
-from simulator.kernel.mechanics.energy_book import make_energy
 from simulator.kernel.mechanics.leg import make_set_gains
+from simulator.kernel.report import make_energy
 from simulator.kernel.rows import COLUMN, COLUMNS
 
 Row = NDArray[np.float64]
@@ -152,7 +150,7 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[TICK], work[AIRBORNE], work[STEPS], work[EVALUATIONS], work[EVENTS] = 0, 0, 0, 0, 0
         work[BOTTOMED], work[TOUCHED_DURING_RESET], work[TOUCHED_BEFORE_HOLD] = 0, 0, 0
         work[RELEASE_MISSED], work[GUARD_SWITCHES] = 0, 0
-        work[ASLEEP], work[CANCELLED], work[UNRESISTED], work[LOOK] = 0, 0, 0.0, 0
+        work[ASLEEP], work[CANCELLED], work[UNRESISTED] = 0, 0, 0.0
         work[START_ENERGY] = energy(work[MODE], work)
         if lands:
             meet_ground(work)

@@ -15,11 +15,11 @@ from typing import Generic, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from simulator.basics import GRAVITY_M_S2
 from simulator.gains import stiffness_n_m
 from simulator.jump import simulate
 from simulator.kernel.composition import compose
 from simulator.kernel.layout import APEX, FLIGHT, TOUCHDOWN
+from simulator.parameter import GRAVITY_M_S2
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from simulator.sweep.chunks import recipe_of_rows, simulate_rows

@@ -170,7 +170,7 @@ def make(base: Scene, count: int, seed: int, accuracy: float) -> Made:
 
 def endless(made: Made) -> Flags:
     """Scenes that were given up for the work they took, shape (scenes,)."""
-    return np.asarray((made.ended("step_limit") | made.ended("too_stiff")).any(axis=1))
+    return np.asarray(made.ended("step_limit").any(axis=1))
 
 
 def energy_at_play_j(made: Made) -> Row:

@@ -10,11 +10,11 @@ from typing import Any
 
 import pytest
 
-from simulator.basics import BASICS
 from simulator.declared import GROUNDS, all_parameters, readers
 from simulator.effects.effect import MODES, BodyForce, Effect, Energy, Function
 from simulator.effects.registry import EFFECTS, ENERGIES
 from simulator.kernel.composition import compose
+from simulator.parameter import BASICS
 from simulator.scene import Scene
 from simulator.scene_file import PARTS, load_scene, shipped_scenes
 from tests.helpers.scenes import is_sentence, scene_or_sentence, with_needs

@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from simulator.basics import GRAVITY_M_S2
 from simulator.error_bars import simulate_with_errors
 from simulator.jump import simulate
+from simulator.parameter import GRAVITY_M_S2
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene
 

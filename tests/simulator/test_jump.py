@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from data_schema.errors import UsageError
-from simulator.accuracy.labbook_runs import KernelRun
+from simulator.accuracy.methods import KernelRun
 from simulator.jump import (
     COARSEST_ACCURACY,
     FINEST_ACCURACY,

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import UsageError
-from simulator.basics import GRAVITY_M_S2
+from simulator.parameter import GRAVITY_M_S2
 from simulator.scene_file import load_scene
 from simulator.scene_rules import DEEPEST_M, least_bearing_ratio
 from tests.helpers.wording import refuses

@@ -9,11 +9,11 @@ import pint
 import pytest
 import xarray as xr
 
-from simulator.basics import GRAVITY_M_S2
 from simulator.effects.effect import MOTION
 from simulator.effects.registry import ENERGIES
 from simulator.jump import simulate
 from simulator.kernel.layout import MODES
+from simulator.parameter import GRAVITY_M_S2
 from simulator.result import SceneResult
 from simulator.scene_file import load_scene, shipped_scenes
 from simulator.trajectory import SAMPLE_EVERY_S

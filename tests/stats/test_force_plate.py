@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
-from simulator.basics import GRAVITY_M_S2
 from simulator.jump import simulate
 from simulator.kernel.layout import FLIGHT
+from simulator.parameter import GRAVITY_M_S2
 from simulator.scene_file import load_scene
 from stats.force_plate import Contact, find_contacts, jump_heights
 from tests.helpers.stated_campaign import PrescribedHop, hop_motion

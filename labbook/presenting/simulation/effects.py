@@ -97,11 +97,10 @@ def _changes(item: Without) -> dict[str, float | None]:
 
 def _footnotes(ablation: Ablation) -> list[str]:
     found = [item.outputs for item in ablation.alone.values()]
-    given_up = [name for name in ("step_limit", "too_stiff") if any(one.outcome == name for one in found)]
-    limit = f"{' and '.join(given_up)}: given up after {STEPS_MORE} times the steps of a jump with all effects."
+    limit = f"step_limit: given up after {STEPS_MORE} times the steps of a jump with all effects."
     return [
         *(["* an ill-conditioned jump: see labbook sim run."] if any(one.ill_conditioned for one in found) else []),
-        *([limit] if given_up else []),
+        *([limit] if any(one.outcome == "step_limit" for one in found) else []),
         *(f"{name} stays: {sentence}" for name, sentence in ablation.needed.items()),
     ]
 

@@ -10,7 +10,7 @@ from reports.tables.formats.as_markdown import markdown_text
 from reports.tables.table import Column, Row, Table, words
 from simulator.changes import CONTACT_EFFECT, CONTACTS, FLIGHT_EFFECTS
 from simulator.declared import all_parameters, readers
-from simulator.effects.effect import MODES, Effect, Mode
+from simulator.effects.effect import Effect
 from simulator.effects.registry import EFFECTS
 from simulator.gains import (
     DAMPING_AT_ZERO_GAIN,
@@ -18,7 +18,6 @@ from simulator.gains import (
     STIFFNESS_AT_ZERO_GAIN_N_M,
     STIFFNESS_PER_GAIN_N_M,
 )
-from simulator.kernel.automaton import EVENTS, OTHERS, SETTLED, Event
 from simulator.parameter import Parameter
 from simulator.scene import MOST_JUMPS
 from simulator.scene_file import PARTS, load_scene, shipped_scenes
@@ -45,16 +44,11 @@ WORDS = {
     "jumps": f"number of jumps, one after the other: 1 to {MOST_JUMPS}, on a granular bed 1",
 }
 """The words that `--set` takes beside parameters, and what each changes."""
-EVERY_SCENE, AT_REST = "every scene", "at rest"
+EVERY_SCENE = "every scene"
 _CAPTIONS = {
     "effects": "Effects: on in a scene where its list of effects, or --effects +NAME, names them.",
     "parameters": "Parameters, by the table of a scene's file: SI units, both ends of a range allowed.",
     "words": "Words for --set that change what they do not name.",
-    "automaton": (
-        "Events of a jump: from each contact mode the modes that may follow, and the outcomes by which it may end. "
-        "At rest: the foot is held (jammed), is lifted where F > m_f g (flight), or sinks where (m_f + m_a) g > F + K "
-        "(intruding, on very stiff ground creeping)."
-    ),
 }
 
 
@@ -85,44 +79,8 @@ def parts_tables() -> dict[str, Table]:
 
 
 def parts_markdown() -> str:
-    """Return all tables and the automaton as Markdown, as docs/scenes.md has them."""
-    drawn = "\n".join(("```mermaid", *_automaton_lines(), "```", ""))
-    return "\n".join((*map(markdown_text, parts_tables().values()), drawn, markdown_text(_automaton_table())))
-
-
-def _automaton_table() -> Table:
-    """Return the events of a jump, and where each leads from each contact mode."""
-    heads = ("event", "what rises through zero", "what happens", *MODES, "may end the jump")
-    return _table(
-        "automaton",
-        heads,
-        (
-            (event.name, event.guard, event.happens, *(_leads(event, mode) for mode in MODES), ", ".join(event.ends))
-            for event in (*EVENTS, *OTHERS)
-        ),
-    )
-
-
-def _leads(event: Event, mode: Mode) -> str:
-    """Name the modes to which an event leads: "at rest" for all that a foot at rest may do."""
-    leads = event.leads.get(mode)
-    if leads is None:
-        return ""
-    at_rest = [AT_REST] if set(SETTLED) <= set(leads) else []
-    return ", ".join([*at_rest, *(lead for lead in leads if not (at_rest and lead in SETTLED))]) or "ends"
-
-
-def _automaton_lines() -> list[str]:
-    """Return the automaton as a state diagram of mermaid: what changes the contact mode."""
-    labels: dict[tuple[str, str], list[str]] = {}
-    for event in (*EVENTS, *OTHERS):
-        for mode in event.leads:
-            for lead in _leads(event, mode).split(", "):
-                if lead not in (mode, "ends"):
-                    labels.setdefault((mode, lead.replace(" ", "_")), []).append(event.name)
-    edges = [f"  {before} --> {after} : {', '.join(events)}" for (before, after), events in labels.items()]
-    decided = [f"  at_rest --> {mode}" for mode in SETTLED]
-    return ["stateDiagram-v2", "  state at_rest <<choice>>", "  [*] --> flight", *edges, *decided]
+    """Return all tables as Markdown, as docs/scenes.md has them."""
+    return "\n".join(map(markdown_text, parts_tables().values()))
 
 
 def parts_data() -> dict[str, Any]:

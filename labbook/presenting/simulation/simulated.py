@@ -121,7 +121,7 @@ def _repeats(result: SceneResult) -> list[str]:
             f"{share:.1e} of what it turns over, where {result.accuracy:g} was asked for, and so may be the other "
             "numbers."
         )
-    if jump.outcome in ("step_limit", "too_stiff") and jump.repeats:
+    if jump.outcome == "step_limit" and jump.repeats:
         messages.append(
             f"warning: the scene was simulated again {times(jump.repeats)} with finer steps, since errors grow in it "
             "or an energy book did not close within the accuracy, and they are too many: ask for a coarser --accuracy."
@@ -140,7 +140,6 @@ OUTCOMES = {
     "leg_straight": "the leg was stretched straight",
     "timeout": "the flight did not end in the time allowed",
     "step_limit": "the motion took more steps than are allowed",
-    "too_stiff": "dampers hold so light a foot so stiffly that the motion would take more steps than are allowed",
 }
 """Sentences of the outcomes."""
 

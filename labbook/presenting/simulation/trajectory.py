@@ -9,8 +9,8 @@ import numpy as np
 from data_schema.errors import UsageError
 from labbook.presenting.simulation.simulated import mode_name, title_text
 from reports.drawn import FloatArray, LegDrawing, ModeSpan, Trajectory
-from simulator.basics import GRAVITY_M_S2
 from simulator.kernel.layout import FLIGHT, MODES
+from simulator.parameter import GRAVITY_M_S2
 from simulator.result import SceneResult
 from simulator.scene import Scene
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Iterator
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -16,9 +15,8 @@ from labbook.presenting.simulation.simulated import title_text
 from labbook.terminal import columns
 from reports.display import sentence_start, time_text
 from reports.drawn import Curve, Mark, Panel, WorkPrecision
-from simulator.accuracy.methods import LABBOOK
-from simulator.accuracy.outputs import NAMES
-from simulator.accuracy.study import COST, GOALS, AccuracyStudy, Need, Point, Series, misses, needs
+from simulator.accuracy.methods import LABBOOK, NAMES
+from simulator.accuracy.study import COST, GOALS, AccuracyStudy, Need, Point, Series, needs
 
 
 def processor() -> str:
@@ -70,7 +68,6 @@ def as_data(study: AccuracyStudy) -> dict[str, Any]:
             }
             for series in study.series
         ],
-        "error_bars": asdict(misses(study)),
         "needs": [_need_data(need) for goal in GOALS for need in needs(study, goal)],
     }
 
@@ -87,7 +84,6 @@ def as_lines(study: AccuracyStudy) -> list[str]:
         "",
         *_table(study),
         "",
-        _misses_line(study),
         *(line for goal in GOALS for line in _advice(study, goal)),
     ]
 
@@ -163,23 +159,7 @@ def _error_text(study: AccuracyStudy, point: Point, name: str) -> str:
         return "-"
     if math.isinf(error):
         return "not reached"
-    estimate = (point.estimated or {}).get(name)
-    beside = "" if point.estimated is None else f" ({_estimate_text(estimate)})"
-    return f"{'<' if error <= floor else ''}{error:.1e}{beside}"
-
-
-def _estimate_text(estimate: float | None) -> str:
-    return "-" if estimate is None or math.isinf(estimate) else f"{estimate:.1e}"
-
-
-def _misses_line(study: AccuracyStudy) -> str:
-    """Say how many of labbook's numbers miss their goal, and of how many of these the estimated error says so."""
-    found = misses(study)
-    lead = f"in brackets: labbook's estimated errors. Of its {found.numbers} numbers"
-    if not found.missed:
-        return f"{lead} none is known to miss its goal."
-    many = "misses its goal" if found.missed == 1 else "miss their goals"
-    return f"{lead} {found.missed} {many}, and the estimated error is above the goal in {found.covered} of them."
+    return f"{'<' if error <= floor else ''}{error:.1e}"
 
 
 def _advice(study: AccuracyStudy, goal: float) -> Iterator[str]:
@@ -233,7 +213,6 @@ def _point_data(point: Point) -> dict[str, Any]:
         "setting": point.setting,
         "outcome": point.outcome or None,
         "errors": {name: _finite(errors.get(name)) for name in NAMES},
-        "estimated": point.estimated and {name: _finite(value) for name, value in point.estimated.items()},
         "evaluations": point.evaluations,
         "seconds": point.seconds,
         "failure": point.failure or None,

@@ -10,12 +10,15 @@ from numpy.typing import NDArray
 from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition, made_once
+from simulator.kernel.control.controller import make_hold
 from simulator.kernel.layout import (
     ABOVE_PRINT,
     ACTIVE_DAMPING,
     AIRBORNE,
+    ALLOWED,
     ASLEEP,
     BEYOND,
+    BOTTOMED,
     CANCELLED,
     CARRIED,
     CLEAR,
@@ -25,34 +28,179 @@ from simulator.kernel.layout import (
     CREEPING,
     DAMPING,
     DEEPEST,
+    EMULATOR,
+    EMULATOR_SINCE,
+    ENGAGE,
+    EXTENSION,
     FLIGHT,
+    HOLD,
     IMPACT,
     IN_PRINT,
     INTRUDING,
     JAMMED,
+    LENGTH_UNIT,
+    MARGIN,
+    MARGIN_TICK,
     MODE,
     NOW,
+    OFFSET,
     PHASE,
+    RESET,
     SATURATED,
     SINKING,
+    SLIDES,
     STALE,
     STIFFNESS,
     TIME,
     TOLERANCE,
+    TOUCHED_BEFORE_HOLD,
+    TOUCHED_DURING_RESET,
     V_BODY,
     V_FOOT,
     X_BODY,
     X_FOOT,
 )
-from simulator.kernel.mechanics.body import make_body_acceleration
-from simulator.kernel.mechanics.energy_book import make_energy
-from simulator.kernel.mechanics.leg import make_lever, make_set_gains
-from simulator.kernel.mechanics.margins import make_foot_margins, make_forces
-from simulator.kernel.mechanics.motion import make_force_rate
-from simulator.kernel.mechanics.moved_mass import make_moved_mass
-from simulator.kernel.mechanics.platform import make_platform
+from simulator.kernel.limits import NEAR_PEAK
+from simulator.kernel.mechanics.leg import make_foot_margins, make_forces, make_lever, make_set_gains
+from simulator.kernel.mechanics.motion import (
+    make_body_acceleration,
+    make_drive,
+    make_force_rate,
+    make_moved_mass,
+    make_platform,
+)
+from simulator.kernel.report import make_energy
 
 Row = NDArray[np.float64]
+
+
+@inner
+def note_near(distance: float, unit: float, work: Row) -> None:
+    """Note how near another event was, in local errors of the state, by which the jump would have gone on otherwise."""
+    if abs(distance) < unit * min(work[MARGIN], NEAR_PEAK):
+        work[MARGIN], work[MARGIN_TICK] = abs(distance) / unit, -1.0
+
+
+GOES_ON = -1
+
+
+@made_once
+def make_stop_foot(composition: Composition) -> Function:
+    """Stop the foot at once: `(work)`; what it moved with is lost and booked."""
+    moved_mass_kg = make_moved_mass(composition)
+
+    @inner
+    def stop_foot(work: Row) -> None:
+        lost_j = 0.5 * moved_mass_kg(work, -work[NOW + X_FOOT]) * work[NOW + V_FOOT] * work[NOW + V_FOOT]
+        work[IMPACT] += lost_j
+        work[NOW + V_FOOT] = 0.0
+        work[DEEPEST] = min(work[DEEPEST], work[NOW + X_FOOT])
+        work[MODE] = JAMMED
+
+    return stop_foot
+
+
+def make_turn_hold(composition: Composition) -> Function:
+    """The body has stopped where an effect may hold it, or is pushed on: `(work)`."""
+    if not composition.has("body_held"):
+        return inner(lambda work: None)
+    forces, drive_n, body_stops = make_forces(composition), make_drive(composition), composition.slots["body_stops"]
+
+    @inner
+    def turn_hold(work: Row) -> None:
+        work[NOW + V_BODY] = 0.0
+        body_stops(work, drive_n(work[MODE], work, NOW, forces(work, NOW)[1]))
+
+    return turn_hold
+
+
+def make_held_still(composition: Composition) -> Function:
+    """Whether the two phases hold the body where it is, each driving it back over the threshold of the other: `(work)`,
+    after a switch. Without a clock the controller then switches without end, and the foot never leaves the ground.
+    """
+    if composition.on("sampled_control") or composition.on("latched_switching"):
+        return inner(lambda work: False)
+    forces, drive = make_forces(composition), make_drive(composition)
+
+    @inner
+    def held_still(work: Row) -> bool:
+        if work[MODE] != JAMMED or abs(work[NOW + V_BODY]) > work[ALLOWED]:
+            return False
+        drive_n = drive(work[MODE], work, NOW, forces(work, NOW)[1])
+        return drive_n < 0.0 if work[PHASE] == EXTENSION else drive_n > 0.0
+
+    return held_still
+
+
+def make_meet_ground(composition: Composition) -> Function:
+    """Put the foot on the ground at t: `(work)`; the energy lost in an impact is booked."""
+    platform = make_platform(composition)
+    foot = composition.position["foot_mass"]
+    emulated = composition.has("travel_m")
+    yields, travel = composition.has("resistance_n"), composition.position.get("platform_travel", -1)
+    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    grain, reset = composition.integrals.get("grain_energy", -1), composition.integrals.get("reset_work", -1)
+
+    holds_force, hold = composition.on("held_force"), make_hold(composition)
+    engage = composition.position.get("engage_time", -1)
+    slides, place, platform_kg = composition.platform >= 0, composition.platform, composition.slot("platform_mass_kg")
+
+    @inner
+    def share_speed(work: Row) -> None:
+        own_kg, other_kg, other_m_s = work[foot], platform_kg(work), 0.0
+        if work[SLIDES] == 1:
+            other_m_s, work[DEEPEST], work[SLIDES] = work[NOW + place + 1], work[NOW + place], 0
+        own_m_s = work[NOW + V_FOOT]
+        lost_j = 0.5 * own_kg * other_kg / (own_kg + other_kg) * (own_m_s - other_m_s) ** 2
+        work[NOW + V_FOOT] = (own_kg * own_m_s + other_kg * other_m_s) / (own_kg + other_kg)
+        work[IMPACT] += lost_j
+
+    @inner
+    def note_hold(work: Row) -> None:
+        """Note how near touchdown is to the instant from which the platform yields, but for the scene's start."""
+        since_s = work[TIME] - work[EMULATOR_SINCE]
+        if work[EMULATOR] == ENGAGE:
+            since_s -= work[engage]
+        if work[EMULATOR] == ENGAGE or (work[EMULATOR] == HOLD and work[EMULATOR_SINCE] + work[OFFSET] > 0.0):
+            note_near(since_s * work[NOW + V_FOOT], work[LENGTH_UNIT], work)
+
+    @inner
+    def meet_ground(work: Row) -> None:
+        if emulated:
+            note_hold(work)
+        gives = yields and (not emulated or (work[EMULATOR] == HOLD and work[DEEPEST] > -work[travel]))
+        if slides and gives:
+            share_speed(work)
+        height_m, velocity_m_s, _ = platform(work, work[TIME])
+        if gives and work[NOW + V_FOOT] < 0.0:
+            work[MODE] = INTRUDING
+            work[NOW + X_FOOT] = height_m  # where it was found to be, but for what the landing is allowed
+            if has_mass:  # the grains under an old print move with the foot at once
+                work[NOW + grain] += 0.5 * mass(work, -work[NOW + X_FOOT]) * work[NOW + V_FOOT] * work[NOW + V_FOOT]
+            return
+        work[MODE] = JAMMED
+        if not yields or emulated:
+            work[NOW + X_FOOT] = height_m
+        if emulated:
+            if work[EMULATOR] == RESET:
+                work[MODE] = CARRIED
+                work[TOUCHED_DURING_RESET] += 1
+            elif work[EMULATOR] == ENGAGE:
+                work[TOUCHED_BEFORE_HOLD] += 1
+            elif work[EMULATOR] == HOLD and work[DEEPEST] <= -work[travel]:
+                work[BOTTOMED] += 1
+        own_m_s, ground_m_s = work[NOW + V_FOOT], velocity_m_s if work[MODE] == CARRIED else 0.0
+        lost_j = 0.5 * work[foot] * (own_m_s - ground_m_s) * (own_m_s - ground_m_s)
+        work[NOW + V_FOOT] = ground_m_s
+        work[IMPACT] += lost_j
+        if holds_force:
+            hold(work)
+        if emulated:  # what the platform's drive gives to bring the foot to its own speed
+            work[NOW + reset] += work[foot] * ground_m_s * (ground_m_s - own_m_s)
+
+    return meet_ground
+
+
 CREEP_PERIODS = 10.0
 """Ringings of the foot in a millisecond from which on very stiff ground it is taken to creep."""
 CREEP_WINDOW_S = 1e-3

@@ -16,8 +16,8 @@ from simulator.compiled import compiled, inner
 from simulator.effects.effect import Function
 from simulator.kernel.batch import make_repeat_finer
 from simulator.kernel.composition import Composition
+from simulator.kernel.events.contact import GOES_ON
 from simulator.kernel.events.guards import make_guards
-from simulator.kernel.events.standstill import GOES_ON
 from simulator.kernel.lanes.numbers import make_lanes_of
 from simulator.kernel.lanes.step import make_step
 from simulator.kernel.layout import (

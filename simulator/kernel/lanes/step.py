@@ -7,59 +7,290 @@ step there (`simulator.kernel.lanes.pool`).
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 from simulator.compiled import inlined, inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
-from simulator.kernel.control.controller import make_wants_switch
-from simulator.kernel.lanes.control import make_tick, make_ticks_within
-from simulator.kernel.lanes.events import AT_START, FREE, PROMPT, make_events, make_guards
+from simulator.kernel.control.controller import LARGEST_GROWTH, make_growth_factor, make_wants_switch
+from simulator.kernel.events.first_event import may_peak
+from simulator.kernel.events.guards import beyond_cap
 from simulator.kernel.lanes.numbers import numbers_of, width_of
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
+    BETWEEN,
+    BEYOND,
     CAPPED,
+    CLEAR,
+    CLEARED,
+    DECIDED,
+    DEEPEST,
     DEPTH,
     ERROR,
     EVALUATIONS,
     FLIGHT,
+    FOLDS,
     FRESH,
+    GROWTH,
+    HALF,
     INTRUDING,
     K1,
     LEG_WORK,
-    LOOK,
+    LENGTH_UNIT,
     MARGIN,
     MARGIN_TICK,
+    NEAR,
     NOW,
+    PERSISTENT,
+    PHASE,
+    QUARTER,
+    SAMPLED_SPEED,
     SATURATED,
+    SPEED_UNIT,
     STALE,
     STEP,
     STEPS,
+    STEPS_ALLOWED,
     STIFFNESS,
     STRIDE,
+    THREE_QUARTERS,
     TICK,
     TIME,
     TOLERANCE,
     TRIAL,
+    V_BODY,
     V_FOOT,
+    WORST_GROWTH,
+    X_BODY,
     X_FOOT,
     places,
 )
 from simulator.kernel.limits import FINEST_TOLERANCE, LONGEST_FLIGHT_S, LONGEST_STANCE_S
+from simulator.kernel.mechanics.leg import make_forces
 from simulator.kernel.mechanics.motion import make_rates
-from simulator.kernel.steps.attempt import LARGEST, make_frequency, make_motion_error, next_step
-from simulator.kernel.steps.linear_step import make_linear_step
-from simulator.kernel.steps.runge_kutta import make_runge_kutta
-from simulator.kernel.steps.step_limits import (
+from simulator.kernel.steps.attempt import (
+    LARGEST,
+    make_fit_quintics,
+    make_frequency,
+    make_interpolate,
+    make_linear_step,
+    make_motion_error,
+    make_runge_kutta,
+    next_step,
+)
+from simulator.kernel.steps.stride import (
+    MANY_STEPS,
+    SHORTEST_S,
+    STRETCH,
     make_longest_step,
     note_extremes,
+    step_share,
 )
-from simulator.kernel.steps.stride import MANY_STEPS, SHORTEST_S, STRETCH
 from simulator.kernel.working_row import choose, lanes_in
 
 Lanes = Any
 """A number of every lane, or whether something holds in each (`simulator.kernel.lanes.numbers`)."""
 Row = Any
+"""The working rows of all lanes, place by place."""
+
+
+def make_grow(composition: Composition) -> Function:
+    """Compose `(which, work)`: follow how much a small error of the foot's speed grows, as the scalar kernel does."""
+    if not composition.has("active_damping_kg_m") or not composition.has("quadratic_drag_kg_m"):
+        return inner(lambda which, work: None)
+    growth_factor = make_growth_factor(composition)
+
+    @inner
+    def grow(which: Lanes, work: Row) -> None:
+        if lanes_in(which) == 0:
+            return
+        factor = growth_factor(work)
+        if lanes_in(which & ((factor > 1.0) | (work[GROWTH] > 0.0))) == 0:
+            return
+        grown = max(0.0, work[GROWTH] + math.log(max(factor, 1e-3)))
+        work[GROWTH] = choose(which, grown, work[GROWTH])
+        work[WORST_GROWTH] = choose(which, max(work[WORST_GROWTH], min(grown, LARGEST_GROWTH)), work[WORST_GROWTH])
+
+    return grow
+
+
+def make_tick(composition: Composition, wants_switch: Function) -> Function:
+    """Compose `(active, work)`: the tick that is due, where it changes no phase and brings no force to its cap.
+
+    Returns in which lanes it does.
+    """
+    rate, active_damping = composition.position["control_rate"], composition.has("active_damping_kg_m")
+    capped, forces = composition.has("cap_n"), make_forces(composition)
+    grow = make_grow(composition)
+
+    @inner
+    def tick(active: Lanes, work: Row) -> Lanes:
+        number, time_s = work[TICK], work[TIME]
+        due = active & (number / work[rate] <= time_s)
+        if lanes_in(due) == 0:
+            return due
+        wanted = wants_switch(work, work[PHASE], NOW, work[LENGTH_UNIT], work[SPEED_UNIT])
+        leaves = due & ((wanted > 0.0) | (number + 1.0 == work[DECIDED]) | ((number + 1.0) / work[rate] <= time_s))
+        sampled = due & ~due
+        if active_damping:
+            sampled = due & (work[ACTIVE_DAMPING] > 0.0)
+            before = work[SAMPLED_SPEED]
+            work[SAMPLED_SPEED] = choose(sampled, max(0.0, -work[NOW + V_FOOT]), before)
+            if capped:
+                commanded_n, _, most_n = forces(work, NOW)
+                sign = choose(abs(commanded_n) <= most_n, 0.0, choose(commanded_n > 0.0, 1.0, -1.0))
+                leaves |= sampled & (sign != work[SATURATED])
+            work[SAMPLED_SPEED] = choose(leaves, before, work[SAMPLED_SPEED])
+            grow(sampled & ~leaves, work)
+        near = due & ~leaves & (abs(wanted) < work[MARGIN]) & (number > 0.0)
+        work[MARGIN], work[MARGIN_TICK] = (
+            choose(near, abs(wanted), work[MARGIN]),
+            choose(near, number, work[MARGIN_TICK]),
+        )
+        work[TICK] = choose(due & ~leaves, number + 1.0, number)
+        work[STALE] = choose(sampled & ~leaves, 1.0, work[STALE])
+        return leaves
+
+    return tick
+
+
+def make_ticks_within(composition: Composition, wants_switch: Function) -> Function:
+    """Compose `(h, until, considered, work)`: look at the ticks inside a step, with their margins.
+
+    Returns in which lanes the phase changes at one; in the others the ticks are passed.
+    """
+    rate, interpolate = composition.position["control_rate"], make_interpolate(composition)
+
+    @inner
+    def ticks_within(h: Lanes, until: Lanes, considered: Lanes, work: Row) -> tuple[Lanes, Lanes, Lanes, Lanes]:
+        number, margin, margin_tick, leaves = work[TICK], work[MARGIN], work[MARGIN_TICK], considered & ~considered
+        while True:
+            tick_s = number / work[rate]
+            inside = considered & ~leaves & (tick_s < until)
+            if lanes_in(inside) == 0:
+                return leaves, number, margin, margin_tick
+            interpolate(h, (tick_s - work[TIME]) / h, work, BETWEEN)
+            wanted = wants_switch(work, work[PHASE], BETWEEN, work[LENGTH_UNIT], work[SPEED_UNIT])
+            leaves |= inside & (wanted > 0.0)
+            near = inside & (abs(wanted) < margin)
+            margin, margin_tick = choose(near, abs(wanted), margin), choose(near, number, margin_tick)
+            number = choose(inside, number + 1.0, number)
+
+    return ticks_within
+
+
+"""A number of every lane, or whether something holds in each (`simulator.kernel.lanes.numbers`)."""
+"""The working rows of all lanes, place by place."""
+GUARDS = 6
+"""Guards a mode, in its own order: the leg is folded, straight; the foot stops or touches; in the ground the cone is
+complete, in the air the foot clears; the body falls; the force reaches its cap."""
+PROMPT = {INTRUDING: (0, 1, 2, 5), FLIGHT: (0, 1, 2, 3, 5)}
+"""Those that are never positive while the mode lasts."""
+AT_START, AT_QUARTER, AT_HALF, AT_THREE_QUARTERS, AT_END = places(PERSISTENT, PERSISTENT + 5 * GUARDS, GUARDS)
+"""Places of the guards' values at the start of a step, inside it and at its end."""
+FREE = PERSISTENT + 5 * GUARDS
+"""First place that guards leave free."""
+
+
+def make_guards(composition: Composition, mode: int) -> Function:
+    """Compose `(work, row, place)`: the guards of the mode at the state at `row`."""
+    forces = make_forces(composition)
+    upper, lower = composition.position["upper_link"], composition.position["lower_link"]
+    capped, flying = composition.has("cap_n"), mode == FLIGHT
+    (cone,) = composition.effect_guards  # no other scenes are in lanes
+    is_complete = cone.value
+    ends, levered = composition.straight_ends_flight, composition.levered
+
+    @inlined
+    def guards(work: Row, row: int, place: int) -> None:
+        length_m = work[row + X_BODY] - work[row + X_FOOT]
+        work[place] = work[lower] - work[upper] - length_m
+        beyond_m = length_m - work[upper] - work[lower]
+        work[place + 1] = beyond_m
+        if flying:
+            if levered and not ends:
+                work[place + 1] = choose(work[BEYOND] == 0.0, beyond_m, -beyond_m)
+            elif not ends:
+                work[place + 1] = -1.0
+            clear, height_m = work[CLEARED] == CLEAR, work[row + X_FOOT]
+            work[place + 2] = choose(clear, -height_m, work[DEEPEST] - height_m)
+            work[place + 3] = choose(clear, -1.0, height_m)
+            work[place + 4] = -work[row + V_BODY]
+        else:
+            work[place + 2] = work[row + V_FOOT]
+            work[place + 3] = is_complete(work, row)
+            work[place + 4] = -1.0
+        work[place + 5] = -1.0
+        if capped:
+            commanded_n, _, most_n = forces(work, row)
+            work[place + 5] = beyond_cap(work[SATURATED], commanded_n, most_n)
+
+    return guards
+
+
+@inlined
+def rises(before: int, after: int, work: Row) -> Lanes:
+    """Whether some guard rises through zero between two nodes."""
+    found = work[before] < work[before]
+    for guard in range(GUARDS):
+        found |= (work[before + guard] <= 0.0) & (work[after + guard] > 0.0)
+    return found
+
+
+@inlined
+def peaks(earlier: int, before: int, after: int, near: int, work: Row) -> Lanes:
+    """Whether some guard comes near zero between three nodes, as `simulator.kernel.events.first_event.peaks` has it.
+
+    The first `near` guards are lengths, of which it is noted how near.
+    """
+    found = work[before] < work[before]
+    for guard in range(GUARDS):
+        distance = work[NEAR + FOLDS] if guard < near else 0.0
+        found |= may_peak(work[earlier + guard], work[before + guard], work[after + guard], distance)
+    return found
+
+
+def make_events(composition: Composition, mode: int, guards: Function, *, exact: bool) -> Function:
+    """Compose `(h, omega, considered, work)`: whether something may happen in the step, in considered lanes."""
+    fit, interpolate = make_fit_quintics(composition), make_interpolate(composition)
+    near = 2 if mode == INTRUDING else 3
+
+    @inlined
+    def place(h: Lanes, share: float, work: Row, row: int) -> None:
+        if not exact:  # a closed form has put it there already
+            interpolate(h, share, work, row)
+
+    @inner
+    def events(h: Lanes, omega: Lanes, considered: Lanes, work: Row) -> Lanes:
+        fit(h, work)
+        longest = step_share(work, mode)
+        four, two = h * omega > 0.5 * longest, h * omega > 0.25 * longest
+        if exact:
+            four = two = considered
+        guards(work, TRIAL, AT_END)
+        found = rises(AT_START, AT_END, work) & ~two
+        if lanes_in(two & considered) != 0:
+            place(h, 0.5, work, HALF)
+            guards(work, HALF, AT_HALF)
+            halves = rises(AT_START, AT_HALF, work) | rises(AT_HALF, AT_END, work)
+            found |= (halves | peaks(AT_START, AT_HALF, AT_END, near, work)) & two & ~four
+            if lanes_in(four & considered) != 0:
+                place(h, 0.25, work, QUARTER)
+                guards(work, QUARTER, AT_QUARTER)
+                place(h, 0.75, work, THREE_QUARTERS)
+                guards(work, THREE_QUARTERS, AT_THREE_QUARTERS)
+                first = rises(AT_START, AT_QUARTER, work) | rises(AT_QUARTER, AT_HALF, work)
+                first |= peaks(AT_START, AT_QUARTER, AT_HALF, near, work)
+                second = rises(AT_HALF, AT_THREE_QUARTERS, work) | rises(AT_THREE_QUARTERS, AT_END, work)
+                second |= peaks(AT_HALF, AT_THREE_QUARTERS, AT_END, near, work)
+                found |= (first | second) & four
+        return found & considered
+
+    return events
+
+
+"""A number of every lane, or whether something holds in each (`simulator.kernel.lanes.numbers`)."""
 """The working rows of all lanes, place by place."""
 SMALL_ERROR, LARGE_ERROR = 1.88e-4, 1.9e3
 """Errors of a step, in units of what is allowed, up to which the next one is five times as long, from which a fifth."""
@@ -135,7 +366,7 @@ def make_step(composition: Composition, mode: int) -> Function:
         if intruding:
             leaves = tick(active, work)
         t = work[TIME]
-        leaves |= active & ((work[STEPS] >= work[LOOK]) | (t >= last_s))
+        leaves |= active & ((work[STEPS] >= work[STEPS_ALLOWED]) | (t >= last_s))
         rates_of(mode, t, work, NOW, K1)
         guards(work, NOW, AT_START)
         for guard in prompt:

@@ -12,13 +12,20 @@ from simulator.kernel.layout import (
     ACTIVE_DAMPING,
     ASLEEP,
     DAMPING,
+    EMULATOR,
     FLIGHT,
     HELD_FORCE,
+    HOLD,
     MODE,
     SAMPLED_SPEED,
     STIFFNESS,
+    V_BODY,
+    V_FOOT,
+    X_BODY,
+    X_FOOT,
 )
 from simulator.kinematics import lever_m
+from simulator.parameter import GRAVITY_M_S2
 
 Row = NDArray[np.float64]
 
@@ -99,3 +106,55 @@ def make_set_gains(composition: Composition) -> Function:
             work[SAMPLED_SPEED] = max(0.0, -foot_speed_m_s) if extending else 0.0
 
     return set_gains
+
+
+AT_REST = 1e-12
+"""Share of the forces on a foot that counts as rounding: less neither lifts it nor makes the ground yield."""
+
+
+@made_once
+def make_forces(composition: Composition) -> Function:
+    """Commanded and applied force of the leg, and its cap, N: `(work, row)`."""
+    lever, command, apply = make_lever(composition), make_command(composition), make_apply(composition)
+    capped, cap_n = composition.has("cap_n"), composition.slot("cap_n")
+
+    @inner
+    def forces(work: Row, row: int) -> tuple[float, float, float]:
+        length_m = work[row + X_BODY] - work[row + X_FOOT]
+        arm_m = lever(work, length_m)
+        commanded_n = command(work, length_m, work[row + V_BODY] - work[row + V_FOOT], work[row + V_FOOT])
+        most_n = cap_n(work, arm_m) if capped else np.inf
+        return commanded_n, apply(work, arm_m, commanded_n), most_n
+
+    return forces
+
+
+@made_once
+def make_foot_margins(composition: Composition) -> Function:
+    """What lifts a resting foot and what makes the ground yield, N: `(work, row, applied_n)`.
+
+    Both are positive only beyond rounding. Rigid ground, a ratchet outside *hold* and a platform at its stop do not
+    yield.
+    """
+    foot = composition.position["foot_mass"]
+    resistance_n = composition.slot("resistance_n")
+    yields = composition.has("resistance_n")
+    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    emulated, travel_m = composition.has("travel_m"), composition.slot("travel_m")
+
+    @inner
+    def margins(work: Row, row: int, applied_n: float) -> tuple[float, float]:
+        weight_n = work[foot] * GRAVITY_M_S2
+        lifting_n = applied_n - weight_n - AT_REST * (abs(applied_n) + weight_n)
+        if not yields:
+            return lifting_n, -1.0
+        depth_m = -work[row + X_FOOT]
+        if emulated and (work[EMULATOR] != HOLD or depth_m >= travel_m(work)):
+            return lifting_n, -1.0
+        if has_mass:
+            weight_n += mass(work, depth_m) * GRAVITY_M_S2
+        hold_n = resistance_n(work, depth_m)
+        yielding_n = weight_n - applied_n - hold_n - AT_REST * (abs(applied_n) + weight_n + hold_n)
+        return lifting_n, yielding_n
+
+    return margins

@@ -10,31 +10,316 @@ F is the leg's force, tension positive (`../docs/decisions.md` says how the book
 
 from __future__ import annotations
 
+import math
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inlined, inner
-from simulator.effects.effect import Energy, Function
+from simulator.effects.effect import MODES, BodyForce, Energy, Function
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     CARRIED,
     CREEPING,
+    DEEPEST,
+    EMULATOR_SINCE,
     FLIGHT,
+    IMPACT,
     INTRUDING,
     LEG_WORK,
     MECHANICAL,
+    MODE,
+    NOW,
+    RESET_FROM,
+    SLIDES,
+    STALE,
+    STIFFNESS,
+    TOLERANCE,
     V_BODY,
     V_FOOT,
     X_BODY,
     X_FOOT,
 )
-from simulator.kernel.mechanics.body import make_body_acceleration, make_force_losses
 from simulator.kernel.mechanics.leg import make_apply, make_command, make_lever
-from simulator.kernel.mechanics.massless_foot import make_follow_platform
-from simulator.kernel.mechanics.platform import make_platform, make_slide
+from simulator.parameter import GRAVITY_M_S2
 
 Row = NDArray[np.float64]
+
+
+@made_once
+def make_moved_mass(composition: Composition) -> Function:
+    """Compose `(work, depth_m)`: the mass that an intruding foot moves, kg."""
+    foot = composition.position["foot_mass"]
+    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
+
+    @inner
+    def moved_mass_kg(work: Row, depth_m: float) -> float:
+        moved_kg = work[foot]
+        if has_mass:
+            moved_kg += mass(work, depth_m)
+        if heavy:
+            moved_kg += platform_kg(work)
+        return moved_kg
+
+    return moved_mass_kg
+
+
+def _in_its_modes(force: BodyForce, newtons: Function) -> Function:
+    """Compose `(mode, work, row)`: an effect's force, N, 0 in other modes than its own."""
+    acts, always = tuple(mode in force.modes for mode in MODES), set(force.modes) == set(MODES)
+
+    @inner
+    def in_its_modes(mode: float, work: Row, row: int) -> float:
+        if always or acts[int(mode)]:
+            return newtons(work, row)
+        return 0.0
+
+    return in_its_modes
+
+
+def _sum(composition: Composition, *, friction: bool) -> Any:
+    """Compose `(mode, work, row)`: the effects' forces on the body, N, without that of `friction`; None without any."""
+    found: Function | None = None
+    for force, newtons in composition.body_forces:
+        if friction or not force.holds:
+            one = _in_its_modes(force, newtons)
+            found = one if found is None else _both(found, one)
+    return found
+
+
+def _both(first: Function, second: Function) -> Function:
+    return inner(lambda mode, work, row: first(mode, work, row) + second(mode, work, row))
+
+
+@made_once
+def make_body_acceleration(composition: Composition) -> Function:
+    """Compose `(mode, work, row, applied_n)`: the acceleration upward, m/s²; 0 while the body is held."""
+    per_body, force_n = composition.position["inverse_body_mass"], _sum(composition, friction=True)
+    holds, held, forced = composition.has("body_held"), composition.slot("body_held"), force_n is not None
+
+    @inner
+    def acceleration_m_s2(mode: float, work: Row, row: int, applied_n: float) -> float:
+        if holds and held(work):
+            return 0.0
+        a_b = -applied_n * work[per_body] - GRAVITY_M_S2
+        if forced:
+            a_b += force_n(mode, work, row) * work[per_body]
+        return a_b
+
+    return acceleration_m_s2
+
+
+@made_once
+def make_drive(composition: Composition) -> Function:
+    """Compose `(mode, work, row, applied_n)`: the force on a body at rest but for the one that may hold it, N."""
+    body, force_n = composition.position["body_mass"], _sum(composition, friction=False)
+    forced = force_n is not None
+
+    @inner
+    def drive_n(mode: float, work: Row, row: int, applied_n: float) -> float:
+        drive = -applied_n - work[body] * GRAVITY_M_S2
+        if forced:
+            drive += force_n(mode, work, row)
+        return drive
+
+    return drive_n
+
+
+def make_force_losses(composition: Composition) -> Function:
+    """Compose `(mode, work, row, stage)`: the rates of what each effect's force takes from the body, W."""
+    losses = inner(lambda mode, work, row, stage: None)
+    for force, newtons in composition.body_forces:
+        losses = _also(losses, _in_its_modes(force, newtons), composition.integrals[force.loss.name])
+    return losses
+
+
+def _also(before: Function, force_n: Function, place: int) -> Function:
+    @inner
+    def losses(mode: float, work: Row, row: int, stage: int) -> None:
+        before(mode, work, row, stage)
+        work[stage + place] = -force_n(mode, work, row) * work[row + V_BODY]
+
+    return losses
+
+
+@made_once
+def make_platform(composition: Composition) -> Function:
+    """Height, velocity and acceleration of the platform: `(work, t)`, moving only while it is being reset.
+
+    Where nothing resets, the height is the lowest the foot has been at.
+    """
+    if not composition.has("travel_m"):
+        return inner(lambda work, t: (work[DEEPEST], 0.0, 0.0))
+    duration = composition.position["reset_time"]
+
+    @inner
+    def platform(work: Row, t: float) -> tuple[float, float, float]:
+        start = work[RESET_FROM]
+        if start >= 0.0:
+            return work[DEEPEST], 0.0, 0.0
+        length = work[duration]
+        s = min(max((t - work[EMULATOR_SINCE]) / length, 0.0), 1.0)
+        left = 1.0 - s
+        height = start * (1.0 - s * s * s * (10.0 + s * (6.0 * s - 15.0)))
+        velocity = -start * 30.0 * s * s * left * left / length
+        acceleration = -start * 60.0 * s * left * (1.0 - 2.0 * s) / (length * length)
+        return height, velocity, acceleration
+
+    return platform
+
+
+def make_slide(composition: Composition) -> Function:
+    """Rates of a platform that slides on without the foot, and the power it loses: `(work, row, stage)`.
+
+    m_p a_p = k z + alpha w + beta w^2, downwards at the speed w, its weight carried by its motors.
+    """
+    if composition.platform < 0:
+        return inner(lambda work, row, stage: 0.0)
+    place, mass_kg = composition.platform, composition.slots["platform_mass_kg"]
+    resistance_n, linear = composition.slots["resistance_n"], composition.slots["linear_drag_kg_s"]
+    quadratic = composition.slots["quadratic_drag_kg_m"]
+
+    @inner
+    def slide(work: Row, row: int, stage: int) -> float:
+        if work[SLIDES] == 0:
+            work[stage + place], work[stage + place + 1] = 0.0, 0.0
+            return 0.0
+        depth_m, sinking = -work[row + place], -work[row + place + 1]
+        push_n = resistance_n(work, depth_m) + (linear(work) + quadratic(work, depth_m) * sinking) * sinking
+        work[stage + place], work[stage + place + 1] = -sinking, push_n / mass_kg(work)
+        return push_n * sinking
+
+    return slide
+
+
+def make_stop_platform(composition: Composition) -> Function:
+    """Stop a sliding platform: `(work)`; what it moved with is lost and booked."""
+    if composition.platform < 0:
+        return inner(lambda work: None)
+    place, mass_kg = composition.platform, composition.slots["platform_mass_kg"]
+
+    @inner
+    def stop_platform(work: Row) -> None:
+        if work[SLIDES] == 1:
+            speed_m_s = work[NOW + place + 1]
+            lost_j = 0.5 * mass_kg(work) * speed_m_s * speed_m_s
+            work[IMPACT] += lost_j
+            work[DEEPEST], work[SLIDES] = work[NOW + place], 0
+
+    return stop_platform
+
+
+NUDGE_S = 1e-5
+LEAVING = 2.0
+"""A foot that follows does so until its lag is a little larger than one that would begin to."""
+
+
+@inner
+def _root(square: float, linear: float, constant: float) -> float:
+    """Positive root of a polynomial that is negative at 0 and rises."""
+    if constant >= 0.0:
+        return 0.0
+    spread = math.sqrt(max(linear * linear - 4.0 * square * constant, 0.0))
+    if linear >= 0.0:
+        return -2.0 * constant / (linear + spread)
+    return (spread - linear) / (2.0 * square)
+
+
+def make_speed(composition: Composition) -> Function:
+    """Compose `(work, x_b, v_b, x_f, inertia_n)`: the speed of sinking at which the forces on the foot sum to that."""
+    command, lever = make_command(composition), make_lever(composition)
+    has_cap, cap_n = composition.has("cap_n"), composition.slot("cap_n")
+    resistance_n, linear_kg_s = composition.slots["resistance_n"], composition.slots["linear_drag_kg_s"]
+    quadratic_kg_m = composition.slots["quadratic_drag_kg_m"]
+    foot = composition.position["foot_mass"]
+
+    @inner
+    def speed(work: Row, x_b: float, v_b: float, x_f: float, inertia_n: float) -> float:
+        length_m, depth_m = x_b - x_f, -x_f
+        still_n = command(work, length_m, v_b, 0.0)
+        slow_n = command(work, length_m, v_b + 1.0, -1.0)
+        fast_n = command(work, length_m, v_b + 2.0, -2.0)
+        curved = 0.5 * (fast_n - 2.0 * slow_n + still_n)  # the leg's force is at most quadratic in the foot's speed
+        sloped = slow_n - still_n - curved
+        ground_n = resistance_n(work, depth_m) - work[foot] * GRAVITY_M_S2 + inertia_n
+        drag, damping = quadratic_kg_m(work, depth_m), linear_kg_s(work)
+        sinking = _root(curved + drag, sloped + damping, still_n + ground_n)
+        if has_cap:
+            most_n = cap_n(work, lever(work, length_m))
+            force_n = still_n + (sloped + curved * sinking) * sinking
+            if abs(force_n) > most_n:
+                sinking = _root(drag, damping, math.copysign(most_n, force_n) + ground_n)
+        return sinking
+
+    return speed
+
+
+@made_once
+def make_follow_platform(composition: Composition) -> Function:
+    """Compose `(work, row)`: velocity (m/s, up) and acceleration of a foot that follows."""
+    if not composition.follows:
+        return inner(lambda work, row: (0.0, 0.0))
+    speed, command, lever = make_speed(composition), make_command(composition), make_lever(composition)
+    has_cap, cap_n = composition.has("cap_n"), composition.slot("cap_n")
+    foot, accelerate = composition.position["foot_mass"], make_body_acceleration(composition)
+
+    @inner
+    def follow_platform(work: Row, row: int) -> tuple[float, float]:
+        x_b, v_b, x_f = work[row + X_BODY], work[row + V_BODY], work[row + X_FOOT]
+        sinking = speed(work, x_b, v_b, x_f, 0.0)
+        force_n = command(work, x_b - x_f, v_b + sinking, -sinking)
+        if has_cap:
+            most_n = cap_n(work, lever(work, x_b - x_f))
+            force_n = min(max(force_n, -most_n), most_n)
+        a_b = accelerate(CREEPING, work, row, force_n)
+        moved_m, faster_m_s = NUDGE_S * v_b, NUDGE_S * a_b
+        later = speed(work, x_b + moved_m, v_b + faster_m_s, x_f - NUDGE_S * sinking, 0.0)
+        before = speed(work, x_b - moved_m, v_b - faster_m_s, x_f + NUDGE_S * sinking, 0.0)
+        slower_m_s2 = -(later - before) / (2.0 * NUDGE_S)
+        return -speed(work, x_b, v_b, x_f, -work[foot] * slower_m_s2), slower_m_s2
+
+    return follow_platform
+
+
+def make_try_to_follow(composition: Composition) -> Function:
+    """Compose `(work)`: let an intruding foot follow, once its speed has settled and where its inertia is too small to
+    be seen at the error allowed; and no longer where its speed changes so fast that it lags.
+    """
+    if not composition.follows:
+        return inner(lambda work: None)
+    follow_platform = make_follow_platform(composition)
+    damping, stiffness = composition.slots["linear_drag_kg_s"], composition.slots["resistance_slope_n_m"]
+    foot, body = composition.position["foot_mass"], composition.position["body_mass"]
+    per_lift = composition.position["inverse_lift_energy"]
+
+    @inner
+    def lag(work: Row, velocity_m_s: float, acceleration_m_s2: float) -> float:
+        changing = math.sqrt((stiffness(work, -work[NOW + X_FOOT]) + work[STIFFNESS]) / work[body])
+        changing = max(changing, abs(acceleration_m_s2) / (abs(velocity_m_s) + 1e-300))
+        return work[foot] * changing / (damping(work) + 1e-300)
+
+    @inner
+    def try_to_follow(work: Row) -> None:
+        if work[MODE] != INTRUDING and work[MODE] != CREEPING:
+            return
+        velocity_m_s, acceleration_m_s2 = follow_platform(work, NOW)
+        lagging = lag(work, velocity_m_s, acceleration_m_s2)
+        if work[MODE] == CREEPING:
+            if lagging * lagging > LEAVING * work[TOLERANCE]:
+                work[MODE], work[STALE] = INTRUDING, 1
+            return
+        if lagging * lagging > work[TOLERANCE]:
+            return
+        apart_m_s = abs(work[NOW + V_FOOT] - velocity_m_s)
+        lost = work[foot] * -velocity_m_s * apart_m_s * work[per_lift]  # of the energy that errors are measured by
+        settled = apart_m_s < math.sqrt(work[TOLERANCE]) * -velocity_m_s
+        if velocity_m_s < 0.0 and settled and lost < work[TOLERANCE]:
+            work[MODE], work[STALE] = CREEPING, 1
+            work[NOW + V_FOOT] = velocity_m_s
+
+    return try_to_follow
 
 
 def make_powers(composition: Composition) -> Function:
@@ -43,7 +328,7 @@ def make_powers(composition: Composition) -> Function:
     choose = composition.has("cost_force_n")
     cost_powers: Function = inner(lambda mode, work, stage, lever_m, speed_m_s, cost_n: None)
     for energy in composition.costs:
-        cost_powers = _also(cost_powers, composition, energy)
+        cost_powers = _with_cost(cost_powers, composition, energy)
 
     @inner
     def powers(
@@ -63,7 +348,7 @@ def make_powers(composition: Composition) -> Function:
     return powers
 
 
-def _also(before: Function, composition: Composition, energy: Energy) -> Function:
+def _with_cost(before: Function, composition: Composition, energy: Energy) -> Function:
     """Compose `(mode, work, stage, lever_m, leg_speed_m_s, cost_n)`: one more part of the cost."""
     power_w, place = composition.slots[f"{energy.name}_w"], composition.integrals[energy.name]
     always = not energy.singular or composition.on("cost_of_whole_jump")

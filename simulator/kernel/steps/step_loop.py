@@ -8,10 +8,9 @@ from numpy.typing import NDArray
 from simulator.compiled import inner
 from simulator.effects.effect import Function
 from simulator.kernel.composition import Composition
-from simulator.kernel.control.emulator import make_advance
-from simulator.kernel.events.contact import make_creep_on, make_note_saturation
-from simulator.kernel.events.effect_events import make_effects_happen
-from simulator.kernel.events.standstill import GOES_ON
+from simulator.kernel.control.controller import make_advance
+from simulator.kernel.events.contact import GOES_ON, make_creep_on, make_note_saturation
+from simulator.kernel.events.guards import make_effects_happen
 from simulator.kernel.layout import (
     ABOVE_PRINT,
     AIRBORNE,
@@ -44,7 +43,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
-from simulator.kernel.mechanics.massless_foot import make_try_to_follow
+from simulator.kernel.mechanics.motion import make_try_to_follow
 from simulator.kernel.report import make_note_liftoff
 from simulator.kernel.rows import COLUMN
 from simulator.kernel.steps.stride import TIMED, UNEVENTFUL

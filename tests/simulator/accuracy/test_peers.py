@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from simulator.accuracy import peers
-from simulator.accuracy.hybrid import system_for
-from simulator.accuracy.methods import stops_after
-from simulator.accuracy.outputs import outputs_of
-from simulator.accuracy.peers import METHODS, PeerGaveUp, PeerRun, peer_run
+from simulator.accuracy.methods import outputs_of, stops_after
+from simulator.accuracy.peers import METHODS, PeerGaveUp, PeerRun, peer_run, system_for
 from simulator.jump import simulate
 from simulator.kernel.limits import STOP_AFTER_APEX, STOP_AFTER_LIFTOFF
 from simulator.scene import Scene

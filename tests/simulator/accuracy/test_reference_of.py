@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from simulator.accuracy.labbook_runs import KernelRun
-from simulator.accuracy.methods import stops_after
-from simulator.accuracy.outputs import NAMES, outputs_of, relative_errors
+from simulator.accuracy.methods import NAMES, KernelRun, outputs_of, relative_errors, stops_after
 from simulator.accuracy.reference_of import FINEST, reference_of, stored_reference
 from simulator.scene_file import load_scene
 from tests.helpers.wording import says

@@ -6,11 +6,9 @@ import dataclasses
 
 import pytest
 
-from simulator.accuracy.methods import EULER, LABBOOK, METHODS
-from simulator.accuracy.outputs import NAMES
+from simulator.accuracy.methods import EULER, LABBOOK, METHODS, NAMES
 from simulator.accuracy.reference_of import Reference
-from simulator.accuracy.study import AccuracyStudy, Misses, Point, Series, misses, n_points, needs
-from simulator.error_bars import simulate_with_errors
+from simulator.accuracy.study import AccuracyStudy, Point, Series, n_points, needs
 from simulator.scene_file import load_scene
 from tests.helpers.accuracy_studies import quick_study
 from tests.helpers.wording import says
@@ -51,29 +49,6 @@ def test_labbook_keeps_its_goal_and_nothing_is_claimed_under_the_floor(study: Ac
                 assert error is not None
                 assert floor is not None
                 assert error >= floor
-
-
-def test_beside_labbook_s_errors_stand_those_of_its_error_bars(study: AccuracyStudy) -> None:
-    for point in points(study, LABBOOK):
-        jump = simulate_with_errors(SCENE, point.setting).jump
-        assert point.estimated is not None
-        for name in NAMES:
-            assert jump.errors is not None
-            assert point.estimated[name] == pytest.approx(jump.errors[name] / getattr(jump, name), rel=1e-3, abs=1e-15)
-    assert all(point.estimated is None for series in study.series[:-1] for point in series.points)
-    assert misses(study) == Misses(numbers=4 * len(points(study, LABBOOK)), missed=0, covered=0)
-
-
-def test_misses_are_counted_and_those_that_the_estimate_shows() -> None:
-    def point(setting: float, error: float, estimate: float | None) -> Point:
-        return Point(setting, "apex", {NAMES[0]: error}, estimated={NAMES[0]: estimate})
-
-    found = (point(1e-3, 2e-3, 3e-3), point(1e-4, 2e-4, 9e-5), point(1e-5, 9e-6, 2e-5), point(1e-6, 2e-6, None),
-             point(1e-9, 5e-9, 5e-9))  # fmt: skip
-    levels = dict.fromkeys(NAMES, 5e-9)
-    reference = Reference("made up", True, "apex", dict.fromkeys(NAMES, 1.0), levels, levels)
-    counted = misses(AccuracyStudy(SCENE, reference, (Series(LABBOOK, "accuracy", "", found),)))
-    assert counted == Misses(numbers=5, missed=3, covered=2)
 
 
 def test_a_run_that_fails_is_kept_with_its_reason(study: AccuracyStudy) -> None:

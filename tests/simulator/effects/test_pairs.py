@@ -68,7 +68,7 @@ def faults(effects: frozenset[str], jump: JumpResult) -> list[str]:
     """What is wrong with a jump."""
     numbers = {one.name: getattr(jump, one.name) for one in fields(jump)}
     found = [name for name, value in numbers.items() if isinstance(value, float) and not math.isfinite(value)]
-    if jump.outcome in ("step_limit", "timeout", "too_stiff"):
+    if jump.outcome in ("step_limit", "timeout"):
         found.append(jump.outcome)
     if abs(jump.energy_residual_J) > MOST_RESIDUAL_J:
         found.append(f"energy residual {jump.energy_residual_J}")

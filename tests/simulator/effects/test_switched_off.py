@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simulator.basics import GRAVITY_M_S2
 from simulator.compiled import inner
 from simulator.effects.cone import cone_volume_m3, flat_area_m2, formed_depth_m
 from simulator.effects.effect import Function
@@ -30,6 +29,7 @@ from simulator.kernel.layout import (
     X_FOOT,
 )
 from simulator.kernel.mechanics.motion import make_rates
+from simulator.parameter import GRAVITY_M_S2
 
 Row = NDArray[np.float64]
 LEAST = ("hydrostatic_stiffness",)

@@ -35,7 +35,7 @@ from simulator.kernel.composition import compose
 from simulator.kernel.layout import K1, K4, MECHANICAL, NOW, PARAMETERS, V_BODY, X_BODY
 from simulator.kernel.mechanics.leg import make_set_gains
 from simulator.kernel.mechanics.motion import make_rates
-from simulator.kernel.steps.runge_kutta import make_runge_kutta
+from simulator.kernel.steps.attempt import make_runge_kutta
 
 def kernel_of(effects):
     composition = compose(effects)

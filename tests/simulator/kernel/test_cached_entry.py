@@ -21,7 +21,7 @@ WANTED = """
 import json, math, sys, time
 from pathlib import Path
 import numba
-from simulator.kernel.cached_entry import cached_entry
+from simulator.kernel.cache import cached_entry
 sys.path.insert(0, sys.argv[1])
 from kept_entry import entry
 (here := Path(sys.argv[1]) / f"ready{sys.argv[2]}").touch()

@@ -8,7 +8,7 @@ import pytest
 
 from labbook.presenting.simulation.work_precision import as_data, as_lines, plain_number, processor, work_precision_of
 from reports.display import time_text
-from simulator.accuracy.outputs import NAMES
+from simulator.accuracy.methods import NAMES
 from simulator.accuracy.reference_of import Reference
 from simulator.accuracy.study import AccuracyStudy, Point, Series
 from simulator.changes import changed_by_words
