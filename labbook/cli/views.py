@@ -190,15 +190,6 @@ def compare(
             "--check", help="Exit with 1 also where a condition is not as simulated, or none can be compared."
         ),
     ] = False,
-    shares: Annotated[
-        int,
-        typer.Option(
-            "--shares",
-            metavar="N",
-            min=0,
-            help="Say which share of the variance each assumed input bears: N draws, 256 will do.",
-        ),
-    ] = 0,
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -211,8 +202,7 @@ def compare(
     the report, with ids that `labbook why` traces. The first call compiles the simulator, up to half a minute.
 
     Hypotheses of labbook.toml come first, without a scene alone: whether each holds, fails or cannot be told, as in the
-    report (docs/hypotheses.md). With
-    --shares, Sobol's indices say which assumed input a prediction's error comes from.
+    report (docs/hypotheses.md).
 
     The exit code is 1 where a hypothesis fails; with --check also where a prediction is not
     met, or none can be compared.
@@ -228,7 +218,7 @@ def compare(
     with opened(book) as opened_book:
         text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("compare", None, shown=not as_json) as step:
-            compared = compare_predictions(opened_book, text, step, shares)
+            compared = compare_predictions(opened_book, text, step)
     emit(as_data(compared), [] if as_json else as_lines(compared), as_json)
     if compared.fails or (check and not compared.met):
         raise typer.Exit(NOT_MET)

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
-import numpy as np
 import pytest
 
 from simulator.jump import simulate, with_other_contact
-from simulator.kernel.layout import MODES
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
@@ -53,16 +50,6 @@ def with_the_other_rule(scene: Scene) -> SceneResult:
     return with_other_contact(simulate(scene, 1e-7), simulate)
 
 
-def largest_dip_m(scene: Scene, accuracy: float) -> float:
-    """How far below the deepest point that it has stood at a flying foot ever lies, by its sampled motion."""
-    result = simulate(scene, accuracy, trajectory=True)
-    assert result.trajectory is not None
-    motion: Any = result.trajectory
-    flies, height_m = motion["mode"].values == MODES.index("flight"), motion["foot_height"].values
-    print_m = np.minimum.accumulate(np.where(flies, 0.0, height_m))
-    return float(np.max((print_m - height_m)[flies]))
-
-
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-7, 1e-9])
 def test_once_risen_a_pressed_foot_gives_the_same_at_every_accuracy(accuracy: float) -> None:
     jump = simulate(PRESSED, accuracy).jump
@@ -91,39 +78,6 @@ def test_at_the_print_the_second_set_with_soft_gains_in_flight() -> None:
     assert relative_error(jump.apex_height_m, 0.303625277) < 1e-8
 
 
-@pytest.mark.parametrize(
-    "name", [name if name == "pressed" else pytest.param(name, marks=pytest.mark.soak) for name in SCENES]
-)
-def test_a_result_says_how_far_the_foot_sank_unresisted(name: str) -> None:
-    scene = SCENES[name]
-    assert simulate(scene, 1e-7).jump.unresisted_sink_m == pytest.approx(max(0.0, largest_dip_m(scene, 1e-7)), abs=1e-6)
-    assert interpreted(largest_dip_m, at_the_print(scene), 1e-7) < 1e-9
-
-
-@pytest.mark.parametrize(
-    "values",
-    [
-        pytest.param({}, id="shipped"),
-        pytest.param({"k_extension": 1091.0, "b_ad": 1000.0}, id="strong damping", marks=pytest.mark.soak),
-    ],
-)
-def test_at_the_print_a_held_force_gives_way_to_that_of_flight(values: dict[str, float]) -> None:
-    """A leg on the ground whose controller sleeps has the force of flight, not the one that was held."""
-    changed = at_the_print(SOFT).changed(values, effects_on=("held_force",))
-    jump, fine = (interpreted(simulate, changed, accuracy).jump for accuracy in (1e-6, 1e-10))
-    assert jump.counters["cancelled_liftoff"] == fine.counters["cancelled_liftoff"] == 1
-    assert jump.unresisted_sink_m == 0.0
-    assert abs(jump.energy_residual_J) < 1e-6 * jump.energy_at_play_J
-    assert relative_error(jump.liftoff_time_s, fine.liftoff_time_s) < 1e-5
-
-
-def test_gains_that_do_not_change_at_lift_off_cancel_none() -> None:
-    """The held gains lift the foot by themselves, and both rules are one."""
-    one, other = (interpreted(simulate, scene, 1e-9).jump for scene in (SIM2, at_the_print(SIM2)))
-    assert other.counters["cancelled_liftoff"] == 0
-    assert one.apex_height_m == other.apex_height_m
-
-
 def test_a_jump_that_sank_unresisted_has_the_other_rule_beside_it() -> None:
     """The numbers of set 1 rest on a dip of 0.9 mm."""
     beside = interpreted(with_the_other_rule, SCENES["sim1, none"])
@@ -131,31 +85,6 @@ def test_a_jump_that_sank_unresisted_has_the_other_rule_beside_it() -> None:
     assert beside.other_contact is not None
     assert beside.other_contact.counters["cancelled_liftoff"] == 1
     assert interpreted(with_the_other_rule, SIM2).other_contact is None
-
-
-def test_a_foot_that_dips_as_it_lifts_off_has_not_cleared_its_print() -> None:
-    """At lift-off it stands in its print to the last digit: rounding must not say that it is out of it."""
-    scene = SIM1.changed(
-        {
-            "k_compression": 279.75637865530973,
-            "k_extension": 1222.352369169063,
-            "b_compression": 6.013399016973324,
-            "b_extension": 19.772970675141707,
-            "b_ad": 23.732707491427973,
-            "foot_radius": 0.03656603196486795,
-            "kg_scale": 8.527944046988168,
-            "bg_scale": 2.4841587626966017,
-            "body_mass": 1.0511917919460596,
-            "foot_mass": 0.22552978236616894,
-            "initial_velocity": -0.24921551486047622,
-        }
-    )
-    fine = simulate(scene, 1e-12).jump
-    for accuracy in (1e-4, 1e-6, 1e-8):
-        jump = simulate(scene, accuracy).jump
-        assert len(lifts(jump)) == 1
-        assert jump.cost_J == pytest.approx(fine.cost_J, rel=accuracy)
-        assert jump.apex_height_m == pytest.approx(fine.apex_height_m, rel=accuracy)
 
 
 @pytest.mark.parametrize("initial_velocity", [-0.6, -1.4, -2.0])

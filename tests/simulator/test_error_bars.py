@@ -98,17 +98,6 @@ def test_where_the_finer_simulation_hangs_on_a_decision_still_finer_ones_tell() 
     assert found.jump.ill_conditioned
 
 
-@pytest.mark.parametrize("accuracy", [1e-3, 1e-4, 1e-5, 1e-6, 1e-8])
-def test_a_lift_off_between_nodes_is_met_and_its_margin_says_how_nearly_it_was_missed(accuracy: float) -> None:
-    """The force that lifts the foot rises over zero for some milliseconds, by 1e-4 of what it is before."""
-    jump = interpreted(simulate, SOFT.changed({"k_compression": 628.3333}), accuracy).jump
-    truth_s, flagged = 0.2950635131, accuracy >= 1e-5
-    assert jump.outcome == "touchdown"
-    assert close_decision(jump) == jump.ill_conditioned == flagged
-    assert flagged or jump.liftoff_time_s == pytest.approx(truth_s, rel=accuracy)
-    assert (jump.decision_tick is None) == flagged
-
-
 @pytest.mark.parametrize("accuracy", [1e-3, 1e-4])
 def test_which_of_two_events_comes_first_is_told_where_they_lie_closer_than_their_errors(accuracy: float) -> None:
     """A heavy foot sinks back to its print, 0.2 um deep, within 1 us of the apex of a light body on stiff ground."""
@@ -118,91 +107,6 @@ def test_which_of_two_events_comes_first_is_told_where_they_lie_closer_than_thei
     assert found.liftoff_time_s == pytest.approx(0.004379323, rel=1e-6)  # as from 1e-7 on
     assert close_decision(simulate(scene, accuracy / 100.0).jump)
     assert found.ill_conditioned
-
-
-TOUCHING_M = 0.13844136086911463
-"""Largest compression of the bed's leg without a clock, at 1 m/s: it ends as the leg begins to lengthen."""
-SHARES = (1.0 - 1e-12, 1.0, 1.0 + 1e-12)
-
-
-def of_conjunction(share: float) -> Scene:
-    """A jump whose leg extends from this share of the largest compression on."""
-    values = {"initial_velocity": -1.0, "switch_compression": TOUCHING_M * share}
-    return load_scene("bed").changed(values, effects_off=("sampled_control",))
-
-
-def true_outcome(share: float) -> str:
-    return "touchdown" if share < 1.0 else "no_liftoff"
-
-
-@pytest.mark.parametrize(
-    ("accuracy", "share"),
-    [
-        pytest.param(accuracy, share, marks=[pytest.mark.soak] if (accuracy, share) != (1e-6, 1.0) else [])
-        for accuracy in (1e-4, 1e-6, 1e-9)
-        for share in SHARES
-    ],
-)
-def test_a_conjunction_that_holds_for_no_time_is_told(accuracy: float, share: float) -> None:
-    """Compression and lengthening must hold together: here one ends at the instant at which the other begins."""
-    found = interpreted(simulate_with_errors, of_conjunction(share), accuracy).jump
-    assert found.outcome == true_outcome(share) or found.ill_conditioned
-
-
-@pytest.mark.soak
-def test_a_conjunction_ends_as_it_should_at_the_finest_accuracy() -> None:
-    for share in SHARES:
-        assert interpreted(simulate, of_conjunction(share), 1e-13).jump.outcome == true_outcome(share)
-
-
-HOLDS_AT_TOUCHDOWN_S = 0.21539993802082688
-"""Time that the pawl takes to fall, at which the platform yields from the second touchdown on, at 1e-12."""
-
-
-@pytest.mark.parametrize("later_s", [-1e-9, -1e-11, 0.0, 1e-11])
-def test_a_touchdown_as_the_platform_begins_to_yield_is_told(later_s: float) -> None:
-    """A moment before it the foot stops at once, and its energy is lost."""
-    scene = load_scene("emulator").changed(
-        {"k_extension": 579.36, "engage_time": HOLDS_AT_TOUCHDOWN_S + later_s}, jumps=3
-    )
-    truth = simulate(scene, 1e-13).jumps
-    assert close_decision(simulate(scene, 1e-6).jumps[1])
-    assert not close_decision(simulate(scene, 1e-6).jumps[0])
-    for accuracy in (1e-4, 1e-6, 1e-9):
-        for jump, wanted in zip(simulate_with_errors(scene, accuracy).jumps, truth, strict=True):
-            assert jump.ill_conditioned or relative_error(jump.cost_J, wanted.cost_J) < accuracy
-            assert jump.ill_conditioned or relative_error(jump.apex_height_m, wanted.apex_height_m) < accuracy
-
-
-HELD_S = 0.5621346418888018
-"""Shortest hold that ends as the leg turns soft in the third flight, at 1e-13."""
-
-
-@pytest.mark.parametrize("later_s", [-1e-9, -1e-11, 0.0, 1e-11, 1e-9])
-def test_a_hold_that_ends_as_the_leg_turns_soft_is_told(later_s: float) -> None:
-    """A moment later the platform is not released, and the next jump starts from below."""
-    scene = load_scene("emulator").changed({"shortest_hold": HELD_S + later_s}, jumps=4)
-    truth = simulate(scene, 1e-13).jumps
-    assert [close_decision(jump) for jump in simulate(scene, 1e-6).jumps] == [False, False, True, False]
-    for accuracy in (1e-4, 1e-6, 1e-9):
-        for jump, wanted in zip(simulate_with_errors(scene, accuracy).jumps, truth, strict=True):
-            assert jump.ill_conditioned or relative_error(jump.cost_J, wanted.cost_J) < accuracy
-            assert jump.ill_conditioned or relative_error(jump.apex_height_m, wanted.apex_height_m) < accuracy
-
-
-@pytest.mark.parametrize("values", [{"shortest_hold": HELD_S + 1e-5}, {"release_tolerance": 0.005}])
-def test_a_release_that_hangs_on_nothing_is_not_flagged(values: dict[str, float]) -> None:
-    """The hold ends 10 us later than the leg turns soft, or long before it and the release at one length."""
-    assert not any(map(close_decision, simulate(load_scene("emulator").changed(values, jumps=4), 1e-6).jumps))
-
-
-def test_two_runs_that_take_the_same_steps_are_known_to_what_rounding_grows_to() -> None:
-    """Sampled damping of set 1 multiplies rounding by 1e11; both simulations are repeated to the same finest steps."""
-    jump = simulate_with_errors(load_scene("sim1"), 1e-6).jump
-    nearby = simulate(load_scene("sim1").changed({"initial_velocity": -1.0 + 1e-15}), 1e-6).jump
-    assert jump.errors is not None
-    assert abs(nearby.cost_J - jump.cost_J) < jump.errors["cost_J"]
-    assert jump.ill_conditioned
 
 
 def test_what_follows_a_jump_that_is_not_known_is_not_known() -> None:

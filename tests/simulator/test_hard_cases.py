@@ -34,30 +34,6 @@ def test_ground_from_soft_to_a_hundred_million_times_as_stiff(kg_scale: float) -
     _closes(jump)
 
 
-@pytest.mark.parametrize("kg_scale", [1e2, 1e4, 1e6, 1e8])
-def test_the_depth_in_stiff_ground_is_that_of_all_accuracies(kg_scale: float) -> None:
-    coarse, fine = (_jump(accuracy=accuracy, kg_scale=kg_scale) for accuracy in (1e-4, 1e-9))
-    assert coarse.max_depth_m == pytest.approx(fine.max_depth_m, rel=1e-4)
-
-
-@pytest.mark.parametrize("kg_scale", [1e4, 1e6, 1e8])
-def test_an_intrusion_that_begins_and_ends_inside_one_step(kg_scale: float) -> None:
-    """On stiff ground the foot is stopped by a linear spring, in a quarter of its period; steps before and after are a
-    hundred times as long.
-    """
-    scene, jump = load_scene("sim2"), _jump(accuracy=1e-9, kg_scale=kg_scale)
-    first, second = jump.mode_changes[:2]
-    area_m2, cone = math.pi * scene["foot_radius"] ** 2, math.cos(scene["cone_angle"])
-    stiffness_n_m = kg_scale * (scene["k_sh"] + scene["sigma"] * area_m2 / cone)
-    omega = math.sqrt(stiffness_n_m / scene["foot_mass"])
-    assert (first.after, second.after) == ("intruding", "jammed")
-    assert second.time_s == pytest.approx(0.5 * math.pi / omega, rel=0.05)
-    assert jump.max_depth_m == pytest.approx(-scene["initial_velocity"] / omega, rel=0.1)
-    assert second.time_s < 2e-4
-    assert jump.next_touchdown_time_s is not None
-    assert jump.next_touchdown_time_s / jump.steps > 5.0 * second.time_s
-
-
 def test_ground_that_grows_stiffer_tends_to_a_limit() -> None:
     times = [_jump(kg_scale=10.0**power).liftoff_time_s or 0.0 for power in (4, 5, 6, 7, 8)]
     changes = np.abs(np.diff(times))
@@ -75,42 +51,6 @@ def test_a_foot_down_to_a_milligram(foot_mass: float) -> None:
 def test_a_lighter_foot_tends_to_a_limit() -> None:
     apexes = [_jump(foot_mass=10.0**power).apex_height_m or 0.0 for power in (-3, -4, -5, -6)]
     assert all(abs(later) < 0.2 * abs(earlier) for earlier, later in pairwise(np.diff(apexes)))
-
-
-def test_micro_intrusions_on_stiff_ground_under_a_rising_force() -> None:
-    resolved = _jump(kg_scale=1e5, initial_velocity=0.0)
-    assert len(resolved.mode_changes) > 100
-    assert resolved.outcome == "touchdown"
-    _closes(resolved)
-
-
-def test_creeping_takes_the_place_of_ringing_that_the_accuracy_does_not_see() -> None:
-    """The finer the accuracy, the longer the foot is followed through micro-intrusions, each ending where its speed
-    but touches 0.
-    """
-    crept = _jump(accuracy=1e-4, kg_scale=1e8, initial_velocity=0.0)
-    rung = _jump(accuracy=1e-6, kg_scale=1e8, initial_velocity=0.0)
-
-    def creeps_from_s(jump: JumpResult) -> float:
-        return next(change.time_s for change in jump.mode_changes if change.after == "creeping")
-
-    assert creeps_from_s(crept) < 0.25 * creeps_from_s(rung)
-    assert len(crept.mode_changes) < 30
-    assert rung.steps > 100_000
-    assert crept.steps * 1000 < rung.steps
-    assert crept.max_depth_m == pytest.approx(rung.max_depth_m, rel=1e-5)
-    assert crept.cost_J == pytest.approx(rung.cost_J, rel=4e-5)
-
-
-@pytest.mark.soak
-def test_a_creeping_foot_settles_where_the_body_held_back_by_its_rail_lets_the_force_rise_no_more() -> None:
-    scene = load_scene("sim2").changed(
-        {"kg_scale": 1e8, "initial_velocity": 0.0, "rail_friction_force": 9.0}, ("rail_friction",)
-    )
-    crept, rung = (simulate(scene, accuracy).jump for accuracy in (1e-4, 1e-6))
-    assert "jammed" in [change.after for change in crept.mode_changes if change.before == "creeping"]
-    assert crept.steps * 1000 < rung.steps
-    assert crept.max_depth_m == pytest.approx(rung.max_depth_m, rel=2e-5)
 
 
 def test_start_at_rest_on_the_surface() -> None:

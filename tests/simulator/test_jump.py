@@ -10,7 +10,6 @@ import pytest
 from data_schema.errors import UsageError
 from simulator.accuracy.methods import KernelRun
 from simulator.jump import (
-    COARSEST_ACCURACY,
     FINEST_ACCURACY,
     ILL_CONDITIONED_BELOW,
     limits_for,
@@ -23,7 +22,7 @@ from simulator.kernel.limits import STOP_AFTER_LIFTOFF
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene, shipped_scenes
-from tests.helpers.kernels import interpreted, relative_error
+from tests.helpers.kernels import interpreted
 from tests.helpers.wording import refuses
 
 
@@ -31,12 +30,6 @@ from tests.helpers.wording import refuses
 def test_an_accuracy_that_cannot_be_had_is_refused(accuracy: float) -> None:
     with refuses(UsageError, "accuracy of", "cannot be had", "1e-13", "0.1"):
         simulate(load_scene("sim2"), accuracy)
-
-
-@pytest.mark.parametrize("accuracy", [FINEST_ACCURACY, COARSEST_ACCURACY])
-def test_the_finest_and_the_coarsest_accuracy_are_to_be_had(accuracy: float) -> None:
-    jump = simulate(load_scene("sim2"), accuracy).jump
-    assert relative_error(jump.apex_height_m, 0.303334225) < max(accuracy, 1e-8)
 
 
 @pytest.mark.parametrize("name", shipped_scenes())
@@ -142,14 +135,6 @@ def test_where_one_decision_hangs_on_an_edge_both_branches_are_shown(halvings: i
         assert jump.apex_height_m == pytest.approx(own_m, abs=2e-3 * between_m)
         assert jump.other_branch.apex_height_m == pytest.approx(other_m, abs=2e-3 * between_m)
     assert min(margins) < nearest
-
-
-def test_far_from_an_edge_there_is_one_branch() -> None:
-    jump = simulate(load_scene("sim2"), 1e-9).jump
-    assert jump.decision_margin is not None
-    assert jump.decision_margin > ILL_CONDITIONED_BELOW
-    assert not jump.ill_conditioned
-    assert jump.other_branch is None
 
 
 SUNK = {"foot_radius": 0.0073, "kg_scale": 1.0, "k_extension": 5254.0}

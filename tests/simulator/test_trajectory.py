@@ -9,8 +9,6 @@ import pint
 import pytest
 import xarray as xr
 
-from simulator.effects.effect import MOTION
-from simulator.effects.registry import ENERGIES
 from simulator.jump import simulate
 from simulator.kernel.layout import MODES
 from simulator.parameter import GRAVITY_M_S2
@@ -48,10 +46,6 @@ def test_every_variable_has_a_unit_and_a_meaning(motion: xr.Dataset) -> None:
             assert np.all(np.isfinite(variable.values))
     assert motion["mode"].attrs["flag_meanings"].split() == list(MODES)
     assert set(np.unique(motion["mode"])) <= set(motion["mode"].attrs["flag_values"])
-
-
-def test_no_state_of_an_effect_may_have_a_name_of_the_motion(motion: xr.Dataset) -> None:
-    assert set(MOTION) == set(motion.variables) - {energy.name for energy in ENERGIES}
 
 
 def test_time_never_turns_back_nor_leaps(result: SceneResult, motion: xr.Dataset) -> None:

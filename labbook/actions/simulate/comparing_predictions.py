@@ -6,23 +6,19 @@ Hypotheses of what was measured need no scene.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from statistics import median
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from data_schema.errors import UsageError
-from data_schema.outcomes import Outcome
 from data_schema.queries.runs import refuse_empty_selection
-from data_schema.vocabulary import Undefined
 from labbook.book.opening import Book
 from labbook.book.write_session import now_utc
 from labbook.presenting.numbers import number_data, published_data, value_data
 from labbook.presenting.report.content import make_report
 from labbook.terminal import columns
 from reports.content import ReportContent
-from reports.display import DASH, sentence_start
-from reports.numbers import Value
+from reports.display import sentence_start
 from reports.predicted import Hypothesis, PredictedQuantity, Verdict
 from reports.remarks import numerical_text, scene_sentences
 from reports.tables.hypotheses import verdict_sentence
@@ -30,9 +26,6 @@ from reports.tables.prediction_bias import verdict_text
 from reports.tables.predictions import LEGEND, PREDICTED, level_text_of, title_text
 from reports.tables.registry import TABLES
 from reports.tables.table import Cell, Table
-
-if TYPE_CHECKING:
-    from labbook.analysis.prediction.shares import Shares
 
 _MOST = {
     PredictedQuantity.JOULES: "most_joules",
@@ -53,10 +46,9 @@ _TABLES = {
 
 @dataclass(frozen=True, slots=True)
 class ComparedPredictions:
-    """The content of the tables, and the shares of inputs where they were asked for."""
+    """The content of the tables."""
 
     content: ReportContent
-    shares: Sequence[Shares] = ()
 
     @property
     def fails(self) -> bool:
@@ -71,11 +63,8 @@ class ComparedPredictions:
         return not self.fails and (not items or bool(agreements)) and all(agreements)
 
 
-def compare_predictions(book: Book, where: str | None, step: Callable[[str], None], sample: int) -> ComparedPredictions:
-    """Predict and compare; with a sample, also estimate which share of the variance each assumed input bears.
-
-    Raises `UsageError` where there is nothing to predict or nothing to compare with, and as `shares_of_inputs` does.
-    """
+def compare_predictions(book: Book, where: str | None, step: Callable[[str], None]) -> ComparedPredictions:
+    """Predict and compare; raises `UsageError` where there is nothing to predict or nothing to compare with."""
     configuration = book.configuration
     if configuration.simulation is None and not configuration.hypotheses:
         raise UsageError(
@@ -91,14 +80,7 @@ def compare_predictions(book: Book, where: str | None, step: Callable[[str], Non
             f"no run of this selection ({where or 'all runs'}) has joules or an apex height to compare with: select "
             "others, or ingest their logs and charges."
         )
-    shares: Sequence[Shares] = ()
-    if sample:
-        from labbook.analysis.prediction.shares import shares_of_inputs
-
-        step("drawing the assumed inputs")
-        analysis = made.analysis
-        shares = shares_of_inputs(analysis.predicted, analysis.conditions[Outcome.JOULES], analysis.swept, sample)
-    return ComparedPredictions(made.content, shares)
+    return ComparedPredictions(made.content)
 
 
 def as_lines(compared: ComparedPredictions) -> list[str]:
@@ -109,7 +91,6 @@ def as_lines(compared: ComparedPredictions) -> list[str]:
         return [_plain(line).rstrip() for line in (*lines, *_tables(compared.content))]
     lines += [line for notes in scene_sentences(compared.content) for line in (notes, "")]
     lines += _tables(compared.content)
-    lines += _shares_lines(compared.shares)
     notes = (
         sentence_start(LEGEND),
         *filter(None, [numerical_text(compared.content)]),
@@ -126,45 +107,6 @@ def _tables(content: ReportContent) -> list[str]:
         if table.rows:
             lines += [f"{title}:" if title else table.caption, "", *_table_lines(table), ""]
     return lines
-
-
-def _shares_lines(shares: Sequence[Shares]) -> list[str]:
-    """Return a line for each assumed input: its total indices, the middle and the ends over conditions."""
-    if not shares:
-        return []
-    quantities = [quantity for quantity in PredictedQuantity if any(one.quantity is quantity for one in shares)]
-    rows = [
-        [
-            name,
-            *(
-                _range_text([one.total for one in shares if (one.input, one.quantity) == (name, quantity)])
-                for quantity in quantities
-            ),
-        ]
-        for name in dict.fromkeys(one.input for one in shares)
-    ]
-    errors = [100.0 * one.total_se for one in shares if not isinstance(one.total_se, Undefined)]
-    by_sample = ""
-    if errors:
-        by_sample = (
-            f"Std. error of an index by its sample: up to {max(errors):.0f} percentage points, half as much by four "
-            "times the sample."
-        )
-    return [
-        "Share of a prediction's variance that stays if this input alone is not known (Sobol's total index, %; median",
-        "over conditions, and range):",
-        "",
-        *columns(("input", *map(str, quantities)), rows),
-        "",
-        *([by_sample, ""] if by_sample else []),
-    ]
-
-
-def _range_text(values: Sequence[Value]) -> str:
-    known = [100.0 * value for value in values if not isinstance(value, Undefined)]
-    if len(known) < len(values) or not known:
-        return DASH
-    return f"{median(known):.0f} ({min(known):.0f} to {max(known):.0f})"
 
 
 def as_data(compared: ComparedPredictions) -> dict[str, Any]:
@@ -227,17 +169,6 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
             }
             for one in about.judged
             if one.limits is not None
-        ],
-        "shares": [
-            {
-                "input": one.input,
-                "quantity": str(one.quantity),
-                "condition": one.condition,
-                "first_order": value_data(one.first_order),
-                "total": value_data(one.total),
-                "total_se": value_data(one.total_se),
-            }
-            for one in compared.shares
         ],
         "assumed": [
             {

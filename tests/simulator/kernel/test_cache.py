@@ -295,17 +295,3 @@ def first_jump(name: str) -> JumpResult:
     scene = load_scene(name).changed(jumps=1)
     kernel_for(scene.effects)
     return simulate(scene, 1e-9).jump
-
-
-@pytest.mark.soak
-def test_whole_kernels_of_different_processes_are_not_mixed_up_in_a_third(tmp_path: Path) -> None:
-    words = ("force_plate", "force_plate,drag")
-    with ThreadPoolExecutor(2) as pool:
-        apart = list(pool.map(lambda word: whole(tmp_path, word), words))
-    assert not any(loaded for _, (loaded,) in apart)
-    wanted = [numbers for (numbers,), _ in apart]
-    assert wanted[0] != wanted[1]
-    before = stamps(tmp_path)
-    assert whole(tmp_path, *words) == (wanted, [True, True])
-    assert whole(tmp_path, *reversed(words)) == (wanted[::-1], [True, True])
-    assert stamps(tmp_path) == before

@@ -45,20 +45,3 @@ def test_a_milligram_ends_in_bounded_work(accuracy: float) -> None:
     assert follows(jump)
     assert jump.steps < 20_000
     assert abs(jump.energy_residual_J) < accuracy * jump.cost_J
-
-
-def test_a_heavy_foot_does_not_follow_however_damped_its_leg() -> None:
-    assert not follows(last_of_three(0.175, 1e-4))
-    scene = load_scene("emulator").changed({"body_mass": 9.14, "b_extension": 6360.0}, jumps=1)
-    jump = simulate(scene, 1e-6).jump
-    assert not follows(jump)
-    assert abs(jump.energy_residual_J) < 1e-6 * (abs(jump.leg_work_J) + jump.ground_loss_J)
-
-
-@pytest.mark.soak
-def test_the_friction_of_the_rail_counts_in_how_a_following_foot_slows_down() -> None:
-    values = {"foot_mass": 2e-6, "k_extension": 12900.0, "b_compression": 5060.0, "initial_velocity": -1.382}
-    values |= {"platform_travel": 0.01263, "rail_friction_force": 747.1}
-    jump = simulate(load_scene("emulator").changed(values, ("rail_friction",), jumps=1), 1e-6).jump
-    assert follows(jump)
-    assert abs(jump.energy_residual_J) < 1e-8 * jump.energy_at_play_J
