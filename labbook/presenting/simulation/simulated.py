@@ -41,12 +41,7 @@ def mode_name(scene: Scene, mode: str) -> str:
 
 def warnings(result: SceneResult) -> list[str]:
     """Return the warnings about a scene's last jump, which stand before its numbers."""
-    return [*_under_surface(result), *_ill_conditioned(result), *_repeats(result)]
-
-
-def times(count: int) -> str:
-    """Say how often: "once", "3 times"."""
-    return "once" if count == 1 else f"{count} times"
+    return [f"warning: {said}" for said in (*_under_surface(result), *_ill_conditioned(result), *_open_book(result))]
 
 
 def _under_surface(result: SceneResult) -> list[str]:
@@ -57,7 +52,7 @@ def _under_surface(result: SceneResult) -> list[str]:
     reach_m = scene["upper_link"] + scene["lower_link"]
     deeper = f", deeper than the longest leg ({reach_m:.4g} m)" if jump.max_depth_m > reach_m else ""
     return [
-        f"warning: no robot jumps like this. The foot sinks {jump.max_depth_m:.4g} m{deeper}, and the body gets "
+        f"no robot jumps like this. The foot sinks {jump.max_depth_m:.4g} m{deeper}, and the body gets "
         f"{-jump.min_body_height_m:.4g} m under the surface of the grains, which act on the foot alone: "
         "give a larger foot or firmer grains."
     ]
@@ -65,30 +60,26 @@ def _under_surface(result: SceneResult) -> list[str]:
 
 def _ill_conditioned(result: SceneResult) -> list[str]:
     """Say why the last jump is ill-conditioned: for itself, or because it follows one that is."""
-    jump, messages = result.jump, _large_error(result)
-    if jump.errors is not None and not jump.ill_conditioned:
-        return []
+    jump, said = result.jump, _large_error(result)
+    if not jump.ill_conditioned:
+        return said
     if close_decision(jump):
-        tick = jump.decision_tick
-        where = "An event of its motion" if tick is None else f"A decision of the controller at tick {tick}"
-        shown = "only the branch taken was simulated" if jump.other_branch is None else "both branches are shown"
-        messages.append(
-            f"warning: this jump hangs on a knife's edge. {where} is only "
-            f"{jump.decision_margin:.2g} local errors away from falling otherwise (under {ILL_CONDITIONED_BELOW:g} is "
-            f"ill-conditioned); {shown}."
+        where = "an event of its motion" if jump.decision_tick is None else f"the decision at tick {jump.decision_tick}"
+        said.append(
+            f"this jump hangs on a knife's edge: {where} is only {jump.decision_margin:.2g} local errors away from "
+            f"falling otherwise (under {ILL_CONDITIONED_BELOW:g} is ill-conditioned)."
         )
     rounding = grown_rounding(jump, result.accuracy)
     if rounding:
-        messages.append(
-            "warning: errors grow in this jump. Sampled active damping, or a slow foot at touchdown, multiplies them "
-            f"by up to {jump.error_growth:.2g}, so that rounding alone leaves an error of about "
-            f"{100.0 * rounding:.2g} %, however fine the accuracy asked for."
+        said.append(
+            "errors grow in this jump. Sampled active damping, or a slow foot at touchdown, multiplies them by up to "
+            f"{jump.error_growth:.2g}, so that rounding alone leaves an error of about {100.0 * rounding:.2g} %, "
+            "however fine the accuracy asked for."
         )
-    if jump.ill_conditioned and not messages:
+    if not said:
         first = next(number for number, item in enumerate(result.jumps, 1) if item.ill_conditioned)
-        known = "is known no better" if jump.errors is None else "may be known less well than its own errors say"
-        messages.append(f"warning: this jump follows jump {first}, which is ill-conditioned, and {known}.")
-    return messages
+        said.append(f"this jump follows jump {first}, which is ill-conditioned, and is known no better.")
+    return said
 
 
 def _large_error(result: SceneResult) -> list[str]:
@@ -98,35 +89,28 @@ def _large_error(result: SceneResult) -> list[str]:
         return []
     if jump.coarser is not None:
         return [
-            f"warning: at an accuracy of {result.accuracy:g} this jump ends otherwise ({jump.coarser.outcome}) than at "
+            f"at an accuracy of {result.accuracy:g} this jump ends otherwise ({jump.coarser.outcome}) than at "
             f"{result.finer_accuracy:g} ({jump.outcome}); both are shown."
         ]
     if not jump.errors:
-        return [f"warning: at an accuracy of {result.accuracy:g} the robot does not make this jump."]
+        return [f"at an accuracy of {result.accuracy:g} the robot does not make this jump."]
     share = largest_share(jump, jump.errors)
     if share <= result.accuracy:
         return []
     known = f"only to {100.0 * share:.2g} %" if math.isfinite(share) else "not in all its numbers"
-    return [f"warning: this jump is known {known}, where {result.accuracy:g} was asked for."]
+    return [f"this jump is known {known}, where {result.accuracy:g} was asked for."]
 
 
-def _repeats(result: SceneResult) -> list[str]:
-    """Say what simulating again with finer steps has not mended, and what it came to where it took too many."""
-    jump, messages = result.jump, []
-    if jump.open_book:
-        share = abs(jump.energy_residual_J) / jump.energy_at_play_J
-        again = f", though it was simulated again {times(jump.repeats)} with finer steps" if jump.repeats else ""
-        messages.append(
-            f"warning: the energy book of this jump does not close within the accuracy{again}. It is off by "
-            f"{share:.1e} of what it turns over, where {result.accuracy:g} was asked for, and so may be the other "
-            "numbers."
-        )
-    if jump.outcome == "step_limit" and jump.repeats:
-        messages.append(
-            f"warning: the scene was simulated again {times(jump.repeats)} with finer steps, since errors grow in it "
-            "or an energy book did not close within the accuracy, and they are too many: ask for a coarser --accuracy."
-        )
-    return messages
+def _open_book(result: SceneResult) -> list[str]:
+    """Say that simulating again with finer steps has not closed the energy book."""
+    jump = result.jump
+    if not jump.open_book:
+        return []
+    share = abs(jump.energy_residual_J) / jump.energy_at_play_J
+    return [
+        f"the energy book of this jump does not close within the accuracy. It is off by {share:.1e} of what it turns "
+        f"over, where {result.accuracy:g} was asked for, and so may be the other numbers."
+    ]
 
 
 OUTCOMES = {
@@ -351,7 +335,7 @@ def _notes(result: SceneResult) -> list[str]:
     if any(counted.values()):
         notes.append(
             "note: "
-            + ", ".join(f"{name.replace('_', ' ')} {times(count)}" for name, count in counted.items() if count)
+            + ", ".join(f"{name.replace('_', ' ')} {count} times" for name, count in counted.items() if count)
             + (f" in {_jumps_text(result)}." if scene.jumps > 1 else ".")
         )
     return notes

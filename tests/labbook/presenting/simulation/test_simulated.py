@@ -114,4 +114,3 @@ def test_a_body_under_the_surface() -> None:
 def test_a_book_that_stays_open() -> None:
     unclosed = replace(JUMP, energy_residual_J=-2e-5, energy_at_play_J=4.0, open_book=True)
     says(warned(unclosed), "not close within", "5.0e-06", "1e-06")
-    says(warned(replace(unclosed, repeats=5)), "5 times")
