@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
 from data_schema.outcomes import Outcome
-from reports.content import Comparison, ReportContent, Sensitivity, Variant
+from reports.content import Comparison, ReportContent
 from reports.display import (
     NO_BREAK,
+    SAVINGS,
     as_shown,
-    common_places,
     count_text,
     decimal_text,
     general_text,
@@ -21,7 +20,6 @@ from reports.display import (
     list_text,
     p_text,
     places_of,
-    sentence_start,
     shown_unit,
     value_text,
     with_unit,
@@ -236,153 +234,43 @@ def _of_runs(comparison: Comparison) -> float | None:
 
 
 def _one_day_less(content: ReportContent) -> str:
-    """Say how far leaving out one day moves a group's headline, by the first unit that there is; "" without one."""
-    known = _known_headlines(content)
-    of_unit = [each for each in known if each.as_reported.unit == known[0].as_reported.unit]
-    measured, without = _days_measured(content), [(each, one) for each in of_unit for one in _days(content, each)]
-    shifts = [abs(shift) for each, one in without if (shift := _shift(each, one.label)) is not None]
-    if not shifts:
-        return _none_left_out(content)
-    unclaimed = measured - {one.day for _each, one in without}
-    unclaimed |= {one.day for each, one in without if _loses_its_interval(each, one.label)}
-    lost = (
-        f"; without {count_text(len(unclaimed), 'other day')} a group has no test, or a run no joules"
-        if unclaimed
-        else ""
+    """Say how far leaving out one day moves a group's headline, by the first unit that there is; "" without one.
+
+    Other days may have idle runs for the drain lines of a headline, but nothing of the selection is left out there.
+    """
+    known = sorted(
+        (each for each in content.sensitivity if isinstance(each.as_reported.value, float)),
+        key=lambda each: each.as_reported.unit != "%",  # savings first
     )
-    moved = _moved(max(shifts), of_unit[0], 1)
-    return f"Leaving out any one day moves the {_what(of_unit[0])} of a group by at most {moved}{lost}."
-
-
-def _none_left_out(content: ReportContent) -> str:
-    """Say that no headline is known without a day of the selection; "" where one is, or there is no headline."""
-    known = _known_headlines(content)
     measured = _days_measured(content)
-    if not known or not measured or any(_days(content, each) for each in known):
+    if not known or not measured:
         return ""
-    if len(measured) == 1:
-        return "The one day measured cannot be left out."
-    return "No day measured can be left out: nothing would be left to compare."
-
-
-def robustness_sentences(content: ReportContent) -> tuple[str, ...]:
-    """Say, unit by unit, how far headlines move without one day at a time, and computed in other ways.
-
-    Headlines of the first unit stand with their ranges, of the others how far any of them moves.
-    """
-    known = _known_headlines(content)
-    found = [text for text in (_none_left_out(content),) if text]
-    for rank, unit in enumerate(dict.fromkeys(each.as_reported.unit for each in known)):
-        of_unit = [each for each in known if each.as_reported.unit == unit]
-        places = common_places([each.as_reported for each in of_unit])
-        moves: list[str] = []
-        unmoved: list[str] = []
-        ranges = [text for each in of_unit if (text := _range(content, each, places))]
-        if ranges and rank == 0:
-            found.append(f"{sentence_start(_what(of_unit[0]))} without one day at a time: {'; '.join(ranges)}.")
-        elif ranges:
-            without = [(each, one.label) for each in of_unit for one in _days(content, each)]
-            days = [abs(shift) for each, label in without if (shift := _shift(each, label))]
-            moves.append(f"{_moved(max(days, default=0.0), of_unit[0], places)} without one day at a time")
-        others = [one for each in of_unit for one in each.variants if not one.day and not one.by_rules]
-        labels = dict.fromkeys(one.label for one in others)
-        for label in labels:
-            moved = [abs(shift) for each in of_unit if (shift := _shift(each, label)) is not None]
-            if moved:
-                still = decimal_text(max(moved), places).strip("0.") == ""
-                if still:
-                    unmoved.append(label)
-                else:
-                    moves.append(f"{_moved(max(moved), of_unit[0], places)} {label}")
-        if unmoved:
-            found.append(f"{sentence_start(_what(of_unit[0]))} do not move {list_text(unmoved)}.")
-        if moves:
-            found.append(f"{sentence_start(_what(of_unit[0]))} move by at most {', '.join(moves)}.")
-        found += [text for each in of_unit if (text := _by_rules(each, places))]
-    return tuple(found)
-
-
-def _by_rules(item: Sensitivity, places: int) -> str:
-    """Say under how many rules of onset and take-off a headline's verdict holds; "" where it has none of either."""
-    verdict = _verdict(item.as_reported)
-    tried = [one for one in item.variants if one.by_rules and isinstance(one.number.value, float)]
-    if verdict is None or not tried:
-        return ""
-    others = [one.label for one in tried if _verdict(one.number) != verdict]
-    values, unit = _known(one.number for one in tried), as_shown(item.as_reported).unit
-    span = with_unit(f"{decimal_text(min(values), places)} to {decimal_text(max(values), places)}", unit)
-    rules = f"{count_text(len(tried), 'rule')} of onset and take-off ({span})"
-    holds = (
-        f"under all {rules}" if not others else f"under {len(tried) - len(others)} of {rules}, not {list_text(others)}"
-    )
-    return f"{sentence_start(item.headline)}: the verdict holds {holds}."
-
-
-def _verdict(number: Number) -> int | None:
-    """Return the sign of a number whose interval excludes 0, else 0; None where it has no interval."""
-    low, high = number.ci_low, number.ci_high
-    if not isinstance(low, float) or not isinstance(high, float):
-        return None
-    return (low > 0.0) - (high < 0.0)
-
-
-def _known_headlines(content: ReportContent) -> list[Sensitivity]:
-    """Return the headlines that have a value, savings first; so that these lead where a group has none."""
-    known = [each for each in content.sensitivity if isinstance(each.as_reported.value, float)]
-    return sorted(known, key=lambda each: each.as_reported.unit != "%")
-
-
-def _what(item: Sensitivity) -> str:
-    unit = as_shown(item.as_reported).unit
-    return "savings" if unit == "%" else f"differences in {unit}"
-
-
-def _moved(shift: float, item: Sensitivity, places: int) -> str:
-    unit = as_shown(item.as_reported).unit
-    return with_unit(decimal_text(shift, places), "points" if unit == "%" else unit)
-
-
-def _days(content: ReportContent, item: Sensitivity) -> list[Variant]:
-    """Return a headline without one day of the selection at a time.
-
-    Other days have idle runs for its drain lines: the table has a headline without these, but nothing of the selection
-    is left out there.
-    """
+    unit = known[0].as_reported.unit
     selected = {day.date for day in content.days}
-    return [variant for variant in item.variants if variant.day in selected]
+    without = [
+        (as_shown(each.as_reported).value, as_shown(one.number).value, one.day)
+        for each in known
+        if each.as_reported.unit == unit
+        for one in each.variants
+        if one.day in selected
+    ]
+    shifts = [
+        abs(value - reported)
+        for reported, value, _ in without
+        if isinstance(value, float) and isinstance(reported, float)
+    ]
+    if not shifts:
+        one = "The one day measured cannot be left out."
+        return one if len(measured) == 1 else "No day measured can be left out: nothing would be left to compare."
+    unclaimed = measured - {day for _, value, day in without if isinstance(value, float)}
+    lost = f"; without {count_text(len(unclaimed), 'other day')} a group has no value" if unclaimed else ""
+    shown = shown_unit(unit)[0]
+    what = SAVINGS if unit == "%" else f"differences in {shown}"
+    moved = with_unit(decimal_text(max(shifts), 1), "points" if unit == "%" else shown)
+    return f"Leaving out any one day moves the {what} of a group by at most {moved}{lost}."
 
 
 def _days_measured(content: ReportContent) -> set[str]:
     """Return the days with a run that a number is computed from."""
     runs = {one.run for condition in content.conditions for each in condition.summaries.values() for one in each.runs}
     return {day.date for day in content.days if not runs.isdisjoint(day.runs)}
-
-
-def _loses_its_interval(item: Sensitivity, label: str) -> bool:
-    """Whether a headline with an interval has none where it is computed another way."""
-    ends = [variant.number.ci_low for variant in item.variants if variant.label == label]
-    return isinstance(item.as_reported.ci_low, float) and any(not isinstance(end, float) for end in ends)
-
-
-def _range(content: ReportContent, item: Sensitivity, places: int) -> str:
-    """Write a headline with its range without one day at a time; "" where there is none."""
-    without = _known(variant.number for variant in _days(content, item))
-    reported = as_shown(item.as_reported)
-    if not without or not isinstance(reported.value, float):
-        return ""
-    span = f"{decimal_text(min(without), places)} to {decimal_text(max(without), places)}"
-    return f"{item.group or 'all runs'} {decimal_text(reported.value, places)} ({with_unit(span, reported.unit)})"
-
-
-def _shift(item: Sensitivity, label: str) -> float | None:
-    """Return by how much a headline moves when it is computed another way."""
-    reported = as_shown(item.as_reported).value
-    for variant in item.variants:
-        value = as_shown(variant.number).value
-        if variant.label == label and isinstance(value, float) and isinstance(reported, float):
-            return value - reported
-    return None
-
-
-def _known(numbers: Iterable[Number]) -> list[float]:
-    return [shown.value for number in numbers if isinstance((shown := as_shown(number)).value, float)]

