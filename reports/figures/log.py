@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import textwrap
-from dataclasses import dataclass
 
 import numpy as np
 from matplotlib.artist import Artist
@@ -30,42 +28,29 @@ from reports.figures.style import (
 )
 
 _GAP_COLOURS = {"dropped": GREY}
-_EXCLUDED_MARKERS = "Xv^Ds"
-_LEGEND_LETTERS = 46
-_REASON_IN = 0.2
 _SLASH = [(-0.5, -1.0), (0.5, 1.0)]
 """The marker of a broken axis."""
 _COLUMNS = 2000
 """Pairs of lowest and highest sample that a long log is drawn with: finer than any printed line."""
 
 
-@dataclass(frozen=True, slots=True)
-class _Look:
-    """A marker, its colour, and its size beside that of a jump that is used."""
-
-    marker: str
-    colour: str
-    scale: float
-
-
 def draw_log(log: RunLog) -> Figure:
     """Draw a run's log: overview above, one jump below; gaps are shaded and no line crosses them."""
     chosen = _panel_jump(log)
     with publication_style():
-        looks = _looks(log)
         ratios = [2.0] if chosen is None else [2.0, 2.0] if log.leg_length_m is None else [2.0, 2.0, 1.0]
-        height_in = 0.6 + sum(ratios) + _REASON_IN * sum(map(bool, looks))
-        figure = new_figure(TWO_COLUMNS_IN, height_in)
+        figure = new_figure(TWO_COLUMNS_IN, 0.7 + sum(ratios))
         panels = figure.subplots(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0]
         overview = panels[0]
         overview.set_title(f"Run {log.run}" + (f": {log.title}" if log.title else ""), loc="left")
         _draw_trace(overview, log, log.body_height_m, np.ones(log.time_s.size, dtype=bool))
-        _draw_jumps(overview, log, log.jumps, looks, events=False, size=3.8)
+        _draw_jumps(overview, log, log.jumps, events=False, size=3.8)
         if chosen is not None:
             overview.axvspan(*_window(chosen), color=BLUE, alpha=0.12, linewidth=0)
-            _draw_panel(panels[1], log, chosen, looks, int(12 * TWO_COLUMNS_IN))
+            _draw_panel(panels[1], log, chosen)
         if len(panels) == 3 and chosen is not None and log.leg_length_m is not None:
-            _draw_leg(panels[2], panels[1], log, log.leg_length_m, chosen)
+            panels[2].sharex(panels[1])
+            _draw_window(panels[2], log, log.leg_length_m, chosen)
         for axes in panels:
             axes.set_ylabel("Leg length (m)" if axes in panels[2:] else "Body height (m)")
             light_grid(axes)
@@ -141,29 +126,20 @@ def clock_text(time_s: float, places: int = 0) -> str:
     return f"{MINUS if time_s < 0 and total else ''}{minutes}:{rest / scale:0{width}.{places}f}"
 
 
-def _draw_panel(axes: Axes, log: RunLog, jump: LogJump, looks: dict[str, _Look], letters: int) -> None:
+def _draw_panel(axes: Axes, log: RunLog, jump: LogJump) -> None:
+    """Draw one jump with those beside it, under a title that says whether it is used."""
+    _draw_window(axes, log, log.body_height_m, jump)
     start, end = _window(jump)
-    inside = (log.time_s >= start) & (log.time_s <= end)
-    _draw_trace(axes, log, log.body_height_m, inside, samples=True)
-    _draw_jumps(axes, log, tuple(j for j in log.jumps if start <= j.at_s <= end), looks, events=True, size=5.0)
-    axes.set_xlim(start, end)
-    verdict = f", {_why(jump)}" if jump.excluded else ""
-    title = f"Jump {jump.number} at {clock_text(_since_start(log, jump.at_s), 1)}{verdict}"
-    axes.set_title(textwrap.fill(title, letters), loc="left")
+    _draw_jumps(axes, log, tuple(j for j in log.jumps if start <= j.at_s <= end), events=True, size=5.0)
+    why = "misfire" if jump.misfire else f"not used: {jump.excluded}" if jump.excluded else ""
+    title = ", ".join(filter(None, (f"Jump {jump.number} at {clock_text(_since_start(log, jump.at_s), 1)}", why)))
+    axes.set_title(textwrap.fill(title, int(12 * TWO_COLUMNS_IN)), loc="left")
 
 
-def _why(jump: LogJump) -> str:
-    """Say in what way a jump is not used."""
-    if jump.misfire:
-        return "misfire"
-    return f"{'no apex' if jump.apex_height_m is None else 'excluded'}: {jump.excluded}" if jump.excluded else ""
-
-
-def _draw_leg(axes: Axes, above: Axes, log: RunLog, length_m: NDArray[np.float64], jump: LogJump) -> None:
-    """Draw the leg length of the jump under its height, on the same times."""
+def _draw_window(axes: Axes, log: RunLog, values_m: NDArray[np.float64], jump: LogJump) -> None:
+    """Draw the samples round a jump."""
     start, end = _window(jump)
-    axes.sharex(above)
-    _draw_trace(axes, log, length_m, (log.time_s >= start) & (log.time_s <= end), samples=True)
+    _draw_trace(axes, log, values_m, (log.time_s >= start) & (log.time_s <= end), samples=True)
     axes.set_xlim(start, end)
 
 
@@ -197,26 +173,17 @@ def envelope(
     return time_s[order], height_m[order]
 
 
-def _looks(log: RunLog) -> dict[str, _Look]:
-    """Return how the jumps are marked by why they are left out, "" where they are used: a marker a reason."""
-    reasons = sorted({_why(jump) for jump in log.jumps if jump.excluded})
-    markers = zip(reasons, itertools.cycle(_EXCLUDED_MARKERS), strict=False)
-    return {"": _Look("o", BLUE, 1.0), **{reason: _Look(marker, VERMILLION, 1.6) for reason, marker in markers}}
-
-
-def _draw_jumps(
-    axes: Axes, log: RunLog, jumps: tuple[LogJump, ...], looks: dict[str, _Look], *, events: bool, size: float
-) -> None:
-    for reason, look in looks.items():
-        chosen = [jump for jump in jumps if _why(jump) == reason]
+def _draw_jumps(axes: Axes, log: RunLog, jumps: tuple[LogJump, ...], *, events: bool, size: float) -> None:
+    for label, marker, colour, scale in (("apex", "o", BLUE, 1.0), ("not used", "X", VERMILLION, 1.6)):
+        chosen = [jump for jump in jumps if bool(jump.excluded) is (label == "not used")]
         if chosen:
             axes.plot(
                 [jump.at_s for jump in chosen],
                 [_height_m(log, jump) for jump in chosen],
-                look.marker,
-                color=look.colour,
-                markersize=look.scale * size,
-                label=textwrap.fill(reason, _LEGEND_LETTERS) if reason else "apex",
+                marker,
+                color=colour,
+                markersize=scale * size,
+                label=label,
                 zorder=4,
                 markeredgewidth=0,
             )

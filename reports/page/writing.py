@@ -6,7 +6,7 @@ import contextlib
 import importlib.resources
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
 from typing import Any, TypeVar
@@ -205,14 +205,14 @@ def render_page(
     With `first_only` it is the first section alone, whose numbers keep their ids without a table to link to, and whose
     references to other sections say where these are.
     """
-    numbering = {"figure": 0, "table": 0}
     anchors = {} if first_only else run_anchors(content)
     if first_only:
         content = replace(content, first_only=True)
         tables = {**tables, HEADLINES.name: HEADLINES.make(content)}
     planned = sections_of(content)[:1] if first_only else sections_of(content)
     traced = {**tables, "provenance": _of_this_page(tables["provenance"], _ids_of(planned, tables))}
-    sections = [_shown_section(content, section, drawings, traced, numbering, anchors) for section in planned]
+    page = _Page(content, drawings, traced, anchors)
+    sections = list(map(page.section, planned))
     return (
         environment()
         .get_template("report.html.j2")
@@ -291,66 +291,49 @@ def _facts(content: ReportContent) -> list[tuple[str, str]]:
     return facts
 
 
-def _shown_section(
-    content: ReportContent,
-    section: Section,
-    drawings: Mapping[str, bytes],
-    tables: Mapping[str, Table],
-    numbering: dict[str, int],
-    anchors: Mapping[str, str],
-) -> dict[str, Any]:
-    parts = (_shown_part(content, part, drawings, tables, numbering, anchors) for part in section.parts)
-    return {
-        "anchor": section.anchor,
-        "title": section.title,
-        "folded": section.folded,
-        "parts": [part for part in parts if part is not None],
-    }
+@dataclass
+class _Page:
+    """What the parts of a page are made of, and how many figures and tables it has so far."""
 
+    content: ReportContent
+    drawings: Mapping[str, bytes]
+    tables: Mapping[str, Table]
+    anchors: Mapping[str, str]
+    n_figures: int = 0
+    n_tables: int = 0
 
-def _shown_part(
-    content: ReportContent,
-    part: Part,
-    drawings: Mapping[str, bytes],
-    tables: Mapping[str, Table],
-    numbering: dict[str, int],
-    anchors: Mapping[str, str],
-) -> dict[str, Any] | None:
-    """Turn a part into what the template shows: figures and tables get their number, empty tables are left out."""
-    match part:
-        case FigureHere(name):
-            return _shown_figure(content, name, drawings, name, numbering, anchors)
-        case FiguresBeside(names):
-            drawn = {name: f"{name}_one_column" for name in names}
-            narrow = [_shown_figure(content, name, drawings, drawn[name], numbering, anchors) for name in names]
-            return {"kind": "FiguresBeside", "figures": narrow}
-        case TableHere(name):
-            if not tables[name].rows:
-                return None
-            numbering["table"] += 1
-            return {"kind": "TableHere", "number": numbering["table"], "table": tables[name]}
-        case _:
-            return {"kind": type(part).__name__, "part": part}
+    def section(self, section: Section) -> dict[str, Any]:
+        """Turn a section into what the template shows; empty tables are left out."""
+        parts = [part for part in map(self.part, section.parts) if part is not None]
+        return {"anchor": section.anchor, "title": section.title, "folded": section.folded, "parts": parts}
 
+    def part(self, part: Part) -> dict[str, Any] | None:
+        """Turn a part into what the template shows; figures and tables get their number."""
+        match part:
+            case FigureHere(name):
+                return self.figure(name, name)
+            case FiguresBeside(names):
+                narrow = [self.figure(name, f"{name}_one_column") for name in names]
+                return {"kind": "FiguresBeside", "figures": narrow}
+            case TableHere(name):
+                if not self.tables[name].rows:
+                    return None
+                self.n_tables += 1
+                return {"kind": "TableHere", "number": self.n_tables, "table": self.tables[name]}
+            case _:
+                return {"kind": type(part).__name__, "part": part}
 
-def _shown_figure(
-    content: ReportContent,
-    name: str,
-    drawings: Mapping[str, bytes],
-    drawn: str,
-    numbering: dict[str, int],
-    anchors: Mapping[str, str],
-) -> dict[str, Any]:
-    """Show a drawing under the next number, or say why there is none."""
-    kind = FIGURES[name]
-    if (reason := kind.absent(content)) is not None:
-        return {"kind": "Paragraph", "part": Paragraph(reason)}
-    numbering["figure"] += 1
-    drawing = inline_svg(drawings[drawn], name, kind.title, kind.alternative(content))
-    return {
-        "kind": "FigureHere",
-        "number": numbering["figure"],
-        "name": name,
-        "caption": kind.caption(content),
-        "drawing": name_points(drawing, name, content, anchors),
-    }
+    def figure(self, name: str, drawn: str) -> dict[str, Any]:
+        """Show a drawing under the next number, or say why there is none."""
+        kind = FIGURES[name]
+        if (reason := kind.absent(self.content)) is not None:
+            return {"kind": "Paragraph", "part": Paragraph(reason)}
+        self.n_figures += 1
+        drawing = inline_svg(self.drawings[drawn], name, kind.title, kind.alternative(self.content))
+        return {
+            "kind": "FigureHere",
+            "number": self.n_figures,
+            "name": name,
+            "caption": kind.caption(self.content),
+            "drawing": name_points(drawing, name, self.content, self.anchors),
+        }
