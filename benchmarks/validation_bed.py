@@ -17,13 +17,13 @@ from labbook.analysis.comparison.pairing import group_label, pairs_each, pairs_p
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber, conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_energy import joules_per_mah
-from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import opened
 from labbook.demo.campaign import Campaign, make_campaign
 from labbook.demo.running import Stopwatch, make_demo_book
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
+from reports.numbers import StoredResult
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.days.overall import overall_savings
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain

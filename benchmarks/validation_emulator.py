@@ -14,7 +14,6 @@ from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState, Undefined
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah
-from labbook.analysis.results.codec import StoredResult
 from labbook.demo.studies.emulator import (
     CONSTANT,
     JUMPS,
@@ -29,7 +28,7 @@ from labbook.demo.studies.emulator import (
 )
 from labbook.studies.emulator import SAME_PERCENT, Controller, EmulatorStudy, ask, emulator_study
 from labbook.studies.study import Asked
-from reports.numbers import Number
+from reports.numbers import Number, StoredResult
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 

@@ -67,6 +67,14 @@ class StudyKind(StrEnum):
     FIELD = "field"
 
 
+class Rule(StrEnum):
+    """How a control and a treatment are compared, by the days that both share."""
+
+    PAIRED = "paired on day means"
+    WITHIN = "within days"
+    NONE = "no claim"
+
+
 class FactorKind(StrEnum):
     """Whether the levels of a factor are numbers or labels."""
 

@@ -223,12 +223,9 @@ class Source(StrEnum):
     """What a report cites for a method: keys of `templates/references.bib`."""
 
     THESIS = "roberts2021"
-    BROWN_FORSYTHE = "brown1974"
     FIELLER = "fieller1954"
     HOLM = "holm1979"
     PAIRED_ON_DAY_MEANS = "ibragimov2010"
-    MIXED_MODEL = "kuznetsova2017"
-    SATTERTHWAITE = "satterthwaite1946"
     TOST = "schuirmann1987"
     WELCH = "welch1938"
 
@@ -240,14 +237,11 @@ class ReportContent:
     `drains` has one line a robot; `robots` counts the analysed runs of each. `planned` tells whether the analysis
     was decided on in time, `decided` says what was decided about the analysis before the first measurement,
     `run_before` is the day of the first run where that lies before the decision, `departures` says what departs from
-    it, of which there are `departed`, `void` which runs are void and why, `not_planned` what was not decided at all;
-    `no_equivalence` why heights were not tested for equality, "" where they were or there are none. `counted` is the
-    unit of analysis that comparisons count: "run", or "day" where they use the means of days; `different_days` says
-    that runs of days without the other side are compared, "" where none are; `without_charges` has the groups that no
+    it, of which there are `departed`, `void` which runs are void and why; `no_equivalence` why heights were not tested
+    for equality, "" where they were or there are none; `without_charges` has the groups that no
     claim is of for want of charges, with the runs that lack theirs; `favoured` has the headlines that the
     order within days favours; `coarse_charger` is there where charges scatter by less than half a step of the charger,
-    so that no interval of joules can be trusted. `tests_beside` says what the tests in full are where others decide.
-    `known_errors` has what is on record against the methods, an introduction first.
+    so that no interval of joules can be trusted.
     `look` is which look at the data this report is, None where none was before and one was planned.
     `overall` is the effect over all groups, where there are several. `sources` are those of the methods used;
     `outside_limits` names the runs whose joules are out of control limits, `exchanged_charges` pairs of them that are
@@ -273,7 +267,6 @@ class ReportContent:
     claims: tuple[Claim, ...]
     comparisons: tuple[Comparison, ...] = ()
     anovas: tuple[Anova, ...] = ()
-    jump_comparisons: tuple[Comparison, ...] = ()
     drains: tuple[DrainFit, ...] = ()
     budget: tuple[BudgetItem, ...] = ()
     budget_note: str = ""
@@ -283,8 +276,6 @@ class ReportContent:
     overall: tuple[OverallSavings, ...] = ()
     overall_equivalence: OverallEquivalence | None = None
     methods: tuple[str, ...] = ()
-    tests_beside: str = ""
-    known_errors: tuple[str, ...] = ()
     limitations: tuple[str, ...] = ()
     outside_limits: tuple[str, ...] = ()
     exchanged_charges: tuple[tuple[str, str], ...] = ()
@@ -299,10 +290,7 @@ class ReportContent:
     departures: tuple[str, ...] = ()
     departed: int = 0
     void: str = ""
-    not_planned: tuple[str, ...] = ()
     no_equivalence: str = ""
-    counted: str = "run"
-    different_days: str = ""
     without_charges: tuple[tuple[Mapping[str, str], tuple[str, ...]], ...] = ()
     look: Look | None = None
     favoured: tuple[Favoured, ...] = ()

@@ -25,7 +25,7 @@ from reports.display import (
     value_text,
     with_unit,
 )
-from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups
+from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings
 from reports.naming import levels_name, treatment_name
 from reports.numbers import Number
 from reports.sentences import bounds_text, exploratory_text, holm_clause, sides_text, where_text
@@ -38,7 +38,7 @@ ELSEWHERE = "That it holds on other days is not shown."
 
 def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
     """Say what the treatment did to one outcome in one group, as far as the days measured show it."""
-    lead = comparison.lead
+    lead = comparison.decision
     sentences = [decided_text(lead, _words(content, comparison), exploratory_text(comparison.exploratory))]
     sentences.append(_charge_missing(content, comparison))
     if isinstance(lead.test.p, float):
@@ -49,13 +49,16 @@ def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
 
 def _charge_missing(content: ReportContent, comparison: Comparison) -> str:
     """Name the runs whose missing charge costs a group its claim; "" where it costs none."""
-    names = comparison.lead.charge_missing
+    names = comparison.decision.charge_missing
     if not names:
         return ""
     none, it = ("has no charge", "it") if len(names) == 1 else ("have no charge", "one of them")
     more = [f"{len(names) - _MOST_NAMED} more"] if len(names) > _MOST_NAMED else []
     listed, where = list_text([*names[:_MOST_NAMED], *more]), where_text(content, comparison)
     return f"{listed} {none}: with {it} there would be a claim{where}."
+
+
+OverGroups = OverallSavings | OverallEquivalence
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,14 +101,14 @@ def groups_in_one_sentence(content: ReportContent, outcome: Outcome) -> str:
     "" where a group must speak for itself: planned, within days only, without a test, or not shown to be equivalent.
     """
     leads = [
-        (each.lead, each.lead.equivalence)
+        (each.decision, each.decision.equivalence)
         for each in content.pooled
-        if each.quantity is outcome and each.decision is not None and each.exploratory
+        if each.quantity is outcome and each.exploratory
     ]
     heights = content.overall_equivalence
     if any(lead.adjusted is None for lead, _ in leads):
         return ""
-    if heights is None or len(leads) < len(heights.scope.groups) or len(leads) < 2 or heights.scope.left_out:
+    if heights is None or len(leads) < len(heights.groups) or len(leads) < 2 or heights.left_out:
         return ""
     numbers = [as_shown(lead.difference) for lead, _ in leads]
     values = [number.value for number in numbers if isinstance(number.value, float)]
@@ -124,9 +127,9 @@ def groups_in_one_sentence(content: ReportContent, outcome: Outcome) -> str:
 
 def overall_claims(content: ReportContent) -> list[tuple[Outcome, Claim]]:
     """Say what was saved over all groups, and whether apex height was lost, each where not one group alone claims."""
-    found = [(each.quantity, _savings_claim(content, each)) for each in content.overall if len(each.scope.groups) != 1]
+    found = [(each.quantity, _savings_claim(content, each)) for each in content.overall if len(each.groups) != 1]
     heights = content.overall_equivalence
-    if heights is not None and len(heights.scope.groups) != 1:
+    if heights is not None and len(heights.groups) != 1:
         found.append((Outcome.APEX, _equivalence_claim(content, heights)))
     return found
 
@@ -139,7 +142,7 @@ def _words(content: ReportContent, comparison: Comparison) -> Words:
 def _asked(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
     """Return the question that a comparison answers, and what is not shown where it shows nothing."""
     where, treatment = where_text(content, comparison), treatment_name(content, comparison.group)
-    if comparison.lead.savings is not None:
+    if comparison.decision.savings is not None:
         against, _between = sides_text(content, comparison)
         return f"{treatment} saves energy{where}", f"a saving{against}{where}"
     what = _outcome(comparison.quantity)
@@ -148,7 +151,7 @@ def _asked(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
 
 def _effect(content: ReportContent, comparison: Comparison, value: float, size: str) -> str:
     where, treatment = where_text(content, comparison), treatment_name(content, comparison.group)
-    if comparison.lead.savings is None:
+    if comparison.decision.savings is None:
         comparative = comparison.quantity.comparative[0 if value >= 0 else 1]
         return f"{_outcome(comparison.quantity)} was {size} {comparative} under {treatment}{where}"
     against, _between = sides_text(content, comparison)
@@ -194,35 +197,35 @@ def _opened(clause: str, measured: str) -> str:
 
 def _within(item: Equivalence | None) -> str:
     """Say whether a difference lies within the bounds; "" where that is not tested."""
-    return "" if item is None or isinstance(item.p, Undefined) else within_text(item, "It is")
+    return "" if item is None or isinstance(item.p.value, Undefined) else within_text(item, "It is")
 
 
 def within_text(item: Equivalence, lead: str, control: str = "the control") -> str:
     """Say after the lead whether what was tested lies within the bounds."""
     verdict = "" if item.shown else "not shown to be "
     of_mean = f" of {control}'s mean" if item.estimate.unit == "%" else ""
-    evidence = "; ".join([*_interval(item.estimate), f"TOST, {p_text(item.p)}"])
+    evidence = "; ".join([*_interval(item.estimate), f"TOST, {p_text(item.p.value)}"])
     exploratory = exploratory_text(item.exploratory, "test")
     return f"{lead} {verdict}within {bounds_text(item)}{of_mean} ({evidence}){exploratory}."
 
 
 def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
-    savings, scope = overall.savings, overall.scope
+    savings = overall.savings
     treatment = treatment_name(content, {})
     if isinstance(savings.value, Undefined):
         text = f"Whether {treatment} saves energy cannot be told from these days: {savings.value.reason}."
         return Claim(" ".join((text, *_charges_missing(content, overall))), _id(savings))
     size, signed = _sizes(savings.value, savings)
     unlike = f" that differ ({p_text(overall.heterogeneity_p.value)})" if overall.differ else ""
-    over = f"{_over(scope)}{unlike}, each counted once"
+    over = f"{_over(overall)}{unlike}, each counted once"
     clause = f"a saving is not shown{over}: {signed}"
     if overall.rejected:
         clause = saving_text(treatment, savings.value, size, over)
     test = significance_text(overall.test, name=False)
     alike = ["the groups agree within their errors"] if overall.differ is False else []
-    evidence = "; ".join([*_interval(savings), test, count_text(len(scope.days), "day"), *alike])
+    evidence = "; ".join([*_interval(savings), test, count_text(len(overall.days), "day"), *alike])
     exploratory = exploratory_text(overall.exploratory, "effect")
-    claim = _claim_over_groups(content, scope, f"{clause} ({evidence}){exploratory}", savings)
+    claim = _claim_over_groups(content, overall, f"{clause} ({evidence}){exploratory}", savings)
     beside = (
         claim.text,
         *_charges_missing(content, overall),
@@ -234,9 +237,7 @@ def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
 
 def _charges_missing(content: ReportContent, overall: OverallSavings) -> list[str]:
     """Name the runs whose missing charge leaves a group out, group by group."""
-    left_out = [
-        each for each in content.pooled if each.quantity is overall.quantity and each.group in overall.scope.left_out
-    ]
+    left_out = [each for each in content.pooled if each.quantity is overall.quantity and each.group in overall.left_out]
     return [text for each in left_out if (text := _charge_missing(content, each))]
 
 
@@ -246,7 +247,7 @@ def _group_by_group(content: ReportContent, overall: OverallSavings) -> str:
         return ""
     saved = [
         f"{with_unit(value_text(lead.savings.value, places_of(lead.savings)), '%')} ({name})"
-        for name, lead in _leads(content, overall.quantity, overall.scope).items()
+        for name, lead in _leads(content, overall.quantity, overall).items()
         if lead.savings is not None
     ]
     return f"Group by group: {'; '.join(saved)}."
@@ -254,7 +255,7 @@ def _group_by_group(content: ReportContent, overall: OverallSavings) -> str:
 
 def _significant_alone(content: ReportContent, overall: OverallSavings) -> str:
     """Name the groups whose own savings are significant, after Holm; "" where none is, or all are in one direction."""
-    leads = _leads(content, overall.quantity, overall.scope)
+    leads = _leads(content, overall.quantity, overall)
     significant = {name: lead for name, lead in leads.items() if lead.rejected and not holm_clause(lead)}
     saved = [name for name, lead in significant.items() if not _cost(lead)]
     cost = [name for name in significant if name not in saved]
@@ -269,7 +270,7 @@ def _significant_alone(content: ReportContent, overall: OverallSavings) -> str:
 def _leads(content: ReportContent, quantity: Outcome, scope: OverGroups) -> dict[str, Decision]:
     """Return what decides each group of an effect over groups, by the group's name."""
     pooled = [each for each in content.pooled if each.quantity is quantity and each.group in scope.groups]
-    return {levels_name(content, each.group): each.lead for each in pooled}
+    return {levels_name(content, each.group): each.decision for each in pooled}
 
 
 def _cost(lead: Decision) -> bool:
@@ -280,9 +281,8 @@ def _cost(lead: Decision) -> bool:
 
 def _equivalence_claim(content: ReportContent, heights: OverallEquivalence) -> Claim:
     """Say whether apex height stayed within the bounds over all groups."""
-    item, scope = heights.tested, heights.scope
-    change = item.estimate
-    for undefined in (change.value, item.p):
+    item, change = heights, heights.estimate
+    for undefined in (change.value, item.p.value):
         if isinstance(undefined, Undefined):
             return Claim(f"Whether apex height was lost cannot be told: {undefined.reason}.", _id(change))
     assert isinstance(change.value, float)  # noqa: S101 - it is defined
@@ -295,14 +295,14 @@ def _equivalence_claim(content: ReportContent, heights: OverallEquivalence) -> C
         clause = f"apex height changed by less than {with_unit(given_text(item.high), change.unit)}"
     else:
         clause = f"apex height stayed within {bounds_text(item)}"
-    tost = f"TOST within {bounds_text(item)}, {p_text(item.p)}"
-    evidence = "; ".join([*_interval(change), tost, count_text(len(scope.days), "day")])
+    tost = f"TOST within {bounds_text(item)}, {p_text(item.p.value)}"
+    evidence = "; ".join([*_interval(change), tost, count_text(len(heights.days), "day")])
     sign = "+" if change.value > 0.0 else ""
     exploratory = exploratory_text(item.exploratory, "test")
     claim = _claim_over_groups(
-        content, scope, f"{clause}{_over(scope)}: {sign}{signed} ({evidence}){exploratory}", change
+        content, heights, f"{clause}{_over(heights)}: {sign}{signed} ({evidence}){exploratory}", change
     )
-    return replace(claim, text=" ".join(filter(None, (claim.text, _not_shown_alone(content, scope)))))
+    return replace(claim, text=" ".join(filter(None, (claim.text, _not_shown_alone(content, heights)))))
 
 
 def _not_shown_alone(content: ReportContent, scope: OverGroups) -> str:

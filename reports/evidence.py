@@ -7,126 +7,141 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from data_schema.outcomes import Outcome
-from data_schema.vocabulary import ContrastKind
-from reports.numbers import Number, SignificanceTest, Value
+from data_schema.vocabulary import ContrastKind, Rule
+from reports.numbers import Number, SignificanceTest, StoredResult, Value, t_test
+
+UNITS = {Rule.PAIRED: "day", Rule.WITHIN: "run", Rule.NONE: ""}
+"""What each rule counts."""
 
 
 @dataclass(frozen=True, slots=True)
-class Side:
-    """Mean and standard deviation of the runs of one side of a comparison."""
+class Equivalence(StoredResult):
+    """Two one-sided tests of apex heights against bounds in m, or in % of the control's mean (`percent`).
 
-    mean: Value
-    sd: Value
-
-
-@dataclass(frozen=True, slots=True)
-class ByDay:
-    """Treatment less control by y ~ condition + (1 | day).
-
-    `method` names the test: "mixed model" (REML, degrees of freedom after Satterthwaite), or "exact test on ..." where
-    the design is balanced. `day_sd` and `run_sd` are the standard deviations between days and between runs of a day, by
-    REML. `confounding` says which conditions are confounded with days, "" where they do not; `notes`
-    what the model left out.
-    """
-
-    difference: Number
-    test: SignificanceTest
-    days: int
-    day_sd: Number
-    run_sd: Number
-    method: str
-    confounding: str = ""
-    notes: tuple[str, ...] = ()
-
-    @property
-    def kind(self) -> str:
-        """The test in two words: "mixed model" or "exact test"."""
-        return self.method.partition(" on ")[0]
-
-
-@dataclass(frozen=True, slots=True)
-class Equivalence:
-    """Two one-sided tests of apex heights against bounds in m, or in % of the control's mean.
-
-    `estimate` is treatment less control in the unit of the bounds, with an interval of level 1 - 2 alpha; `shown` is
-    None where there is no test. `exploratory` says why the test was not planned, "" where it was.
+    `estimate` is treatment less control in the unit of the bounds, with an interval of level 1 - 2 alpha; `p` is the
+    larger of both, `shown` is None where there is no test. `exploratory` says why the test was not planned, "" where it
+    was; it is not stored.
     """
 
     estimate: Number
+    t_low: Number
+    p_low: Number
+    t_high: Number
+    p_high: Number
+    p: Number
+    shown: bool | None
     low: float
     high: float
-    at_low: SignificanceTest
-    at_high: SignificanceTest
-    p: Value
-    shown: bool | None
+    percent: bool
     exploratory: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Decision:
-    """The test that decides a comparison, by the days that hold both of its sides.
+class Decision(StoredResult):
+    """The test that decides a comparison, by the days that hold both of its sides (`stats.days.decision`).
 
-    `unit` says what it counts: "day" (paired on day means), "run" (within days: it holds for these days), "" where
-    nothing is claimed; `test` then has the reason. `n_control` and `n_treatment` are the runs that the means are of;
-    `other` runs, on days without the other side, enter nothing. `charge_missing` names runs without a charge, with any
-    of which something would be claimed. `adjusted` is p by Holm's method over the `n` tests of
-    the family.
+    `difference` is treatment less control; `t` and `p` are those of no difference, t positive for a saving where there
+    are savings, p of no saving where it is `one_sided`. `control_mean` is that over the shared days, `run_sd` the
+    standard deviation of runs within them. `n_control` and `n_treatment` are the runs that the means are of, all where
+    no day is shared; `other` runs, on days without the other side, enter nothing. `rejected` is None where nothing is
+    tested.
+
+    Not stored, but added where they are known: `adjusted`, p by Holm's method over the `n` tests of the family;
+    `equivalence` by the same days; `charge_missing`, runs without a charge, with any of which something would be
+    claimed.
     """
 
-    unit: str
+    rule: Rule
     days: tuple[str, ...]
+    difference: Number
+    t: Number
+    p: Number
+    control_mean: Number
+    run_sd: Number
     n_control: int
     n_treatment: int
     other: int
-    difference: Number
-    savings: Number | None
-    test: SignificanceTest
     rejected: bool | None
+    savings: Number | None = None
+    one_sided: bool = False
     adjusted: Number | None = None
     adjusted_rejected: bool | None = None
     equivalence: Equivalence | None = None
     charge_missing: tuple[str, ...] = ()
 
+    @property
+    def unit(self) -> str:
+        """What the test counts: "day" (paired on day means), "run" (within days, for these days alone), or ""."""
+        return UNITS[self.rule]
+
+    @property
+    def test(self) -> SignificanceTest:
+        """The test of no difference, or of no saving."""
+        return t_test("by shared days", self.t, self.p, one_sided=self.one_sided)
+
+    @property
+    def shown(self) -> bool | None:
+        """Whether a difference is shown, Holm's p included; None where that cannot be told."""
+        if self.rejected is None or self.adjusted_rejected is None:
+            return self.rejected
+        return self.rejected and self.adjusted_rejected
+
 
 @dataclass(frozen=True, slots=True)
-class OverGroups:
-    """What an effect over groups is of; `left_out` are groups without a claim.
+class OverallSavings(StoredResult):
+    """The mean of the savings of several groups, each counted once; `left_out` are groups without a claim.
 
-    `days_measured_only`: a group was compared within days, so that the claim holds for these days.
-    """
-
-    groups: tuple[Mapping[str, str], ...]
-    left_out: tuple[Mapping[str, str], ...]
-    days: tuple[str, ...]
-    days_measured_only: bool
-
-
-@dataclass(frozen=True, slots=True)
-class OverallSavings:
-    """The mean of the savings of several groups, each counted once.
-
-    `spread` is the standard deviation of the groups' savings, `heterogeneity_p` the p of the test that all saved the
-    same; `differ` is None where that is not tested.
-    `exploratory` says why the effect was not planned, "" where it was.
+    `days_measured_only`: a group was compared within days, so that the claim holds for these days. `spread` is the
+    standard deviation of the groups' savings, `heterogeneity_p` the p of the test that all saved the same; `differ` is
+    None where that is not tested. `exploratory` says why the effect was not planned, "" where it was; it is not stored.
     """
 
     quantity: Outcome
     savings: Number
-    test: SignificanceTest
+    t: Number
+    p: Number
     spread: Number
     heterogeneity_p: Number
-    differ: bool | None
+    groups: tuple[Mapping[str, str], ...]
+    left_out: tuple[Mapping[str, str], ...]
+    days: tuple[str, ...]
+    days_measured_only: bool
     rejected: bool | None
-    scope: OverGroups
+    differ: bool | None
+    one_sided: bool = False
     exploratory: str = ""
+
+    @property
+    def test(self) -> SignificanceTest:
+        """The test of no saving."""
+        return t_test("overall", self.t, self.p, one_sided=self.one_sided)
 
 
 @dataclass(frozen=True, slots=True)
-class OverallEquivalence:
-    """Whether the mean change of apex height of several groups lies within the bounds."""
+class OverallEquivalence(Equivalence):
+    """Whether the mean change of apex height of several groups, in percent of each control, lies within the bounds."""
 
-    tested: Equivalence
-    scope: OverGroups
+    groups: tuple[Mapping[str, str], ...] = ()
+    left_out: tuple[Mapping[str, str], ...] = ()
+    days: tuple[str, ...] = ()
+    days_measured_only: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ThesisRoute(StoredResult):
+    """The test of thesis 5.2.1 over all values, whatever their days: an F-test, then the t-test that it chooses.
+
+    `test` is that one's name, "Student" or "Welch"; `difference` is treatment less control with its interval.
+    """
+
+    f: Number
+    f_p: Number
+    test: str
+    t: Number
+    p: Number
+    difference: Number
+    n_control: int
+    n_treatment: int
 
 
 POOLED = "pooled"
@@ -135,67 +150,23 @@ POOLED = "pooled"
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """Control against treatment on run means; `difference` = treatment - control, `savings` in percent.
+    """A treatment against its control: what decides, and the thesis's route beside it.
 
     `family` heads a block of the table ("each AD coefficient", "pooled over AD"); `group` holds the levels in
-    common (foot, k_gain); `level` is the AD level as text or "pooled" (`POOLED`). `test` is what the F-test
-    chose (Student or Welch), `welch` stands beside it always.
-    `sides` are those of the control and of the treatment. `adjusted` is Welch's p by Holm's method over the `n` tests
-    of the family; `exploratory` says why the comparison is not a planned one, "" where it is; `one_day_each` that p and
-    intervals are confounded with days, where each side had one day, and not the same, "" elsewhere. `decision` leads
-    where the plan leaves the unit of analysis to the days.
-
-    Verdicts: `rejected` says whether Welch's p is at most alpha, `adjusted_rejected` whether `adjusted` is,
-    `savings_shown` whether the savings differ from zero; None where there is no such p or interval.
+    common (foot, k_gain); `level` is the AD level as text or "pooled" (`POOLED`). `over_jumps` is the thesis's route
+    over single jumps, in a study that repeats it. `exploratory` says why the comparison is not a planned one, "" where
+    it is.
     """
 
     label: str
     quantity: Outcome
     group: Mapping[str, str]
     level: str
-    n_control: int
-    n_treatment: int
-    variance_test: SignificanceTest
-    test: SignificanceTest
-    difference: Number
-    welch: SignificanceTest
-    welch_difference: Number
-    savings: Number | None = None
-    brown_forsythe: SignificanceTest | None = None
-    family: str = ""
-    sides: tuple[Side, Side] | None = None
-    by_day: ByDay | None = None
-    adjusted: Number | None = None
-    rejected: bool | None = None
-    adjusted_rejected: bool | None = None
-    savings_shown: bool | None = None
-    equivalence: Equivalence | None = None
+    family: str
+    decision: Decision
+    over_runs: ThesisRoute
+    over_jumps: ThesisRoute | None = None
     exploratory: str = ""
-    one_day_each: str = ""
-    decision: Decision | None = None
-
-    @property
-    def lead(self) -> Decision:
-        """The test that decides: by shared days, or Welch's where the plan counts runs or days."""
-        return self.decision or Decision(
-            unit="run",
-            days=(),
-            n_control=self.n_control,
-            n_treatment=self.n_treatment,
-            other=0,
-            difference=self.welch_difference,
-            savings=self.savings,
-            test=self.welch,
-            rejected=self.rejected,
-            adjusted=self.adjusted,
-            adjusted_rejected=self.adjusted_rejected,
-            equivalence=self.equivalence,
-        )
-
-    @property
-    def unsure(self) -> str:
-        """That p and intervals of the lead are confounded with days; "" where days that hold both sides decide."""
-        return self.one_day_each if self.decision is None else ""
 
     @property
     def opens(self) -> bool:
@@ -204,14 +175,15 @@ class Comparison:
 
 
 @dataclass(frozen=True, slots=True)
-class MeansContrast:
+class MeansContrast(StoredResult):
     """A contrast of condition means by the days that they share, in percentage points of savings or the outcome's unit.
 
     `levels` of the `factor` are those compared, the second with the first, or those that a line goes through, which
     levels off `at` one of them; a trend's estimate is for each `per` of the factor. `side` says of which runs a
-    difference is: "control" or "treated". `unit` and `days` are as in `Decision`; `adjusted` is p by Holm's method over
-    all contrasts, and `rejected` whether it is at most alpha. `exploratory` says why it was not planned; `left_out`
-    counts the combinations of other levels that one side lacks.
+    difference is: "control" or "treated". `left_out` counts the combinations of other levels that one side lacks.
+
+    Not stored: `adjusted`, p by Holm's method over all contrasts, by which `rejected` then goes; `exploratory`, why it
+    was not planned.
     """
 
     kind: ContrastKind
@@ -221,31 +193,46 @@ class MeansContrast:
     side: str
     per: float
     at: float | None
+    left_out: int
     estimate: Number
-    test: SignificanceTest
-    adjusted: Number | None
-    rejected: bool | None
-    unit: str
+    t: Number
+    p: Number
+    rule: Rule
     days: tuple[str, ...]
+    rejected: bool | None
+    adjusted: Number | None = None
     exploratory: str = ""
-    left_out: int = 0
+
+    @property
+    def unit(self) -> str:
+        """What the test counts, as in `Decision`."""
+        return UNITS[self.rule]
+
+    @property
+    def test(self) -> SignificanceTest:
+        """The test that it is 0."""
+        return t_test("contrast", self.t, self.p)
 
 
 @dataclass(frozen=True, slots=True)
-class Anova:
-    """One-way analysis of variance over the swept factor's levels, control left out, within one group.
-
-    `exploratory` says why it was not planned, "" where it was; `one_day_each` is as in a comparison.
-    """
+class Anova(StoredResult):
+    """One-way analysis of variance over the swept factor's levels, control left out, within one group, by `n` runs."""
 
     label: str
     quantity: Outcome
     group: Mapping[str, str]
-    test: SignificanceTest
+    f: Number
+    p: Number
+    df_between: int
+    df_within: int
     n: int
-    provenance: str = ""
-    exploratory: str = ""
-    one_day_each: str = ""
+
+    @property
+    def test(self) -> SignificanceTest:
+        """The F-test."""
+        return SignificanceTest(
+            "one-way ANOVA", self.f.value, (float(self.df_between), float(self.df_within)), self.p.value
+        )
 
 
 @dataclass(frozen=True, slots=True)

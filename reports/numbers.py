@@ -1,10 +1,12 @@
-"""A number as a report carries it: value or reason, unit, uncertainty, n, provenance."""
+"""Numbers as reports carry them: value or reason, unit, uncertainty, n, provenance; and the base of stored results."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TypeAlias
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, TypeAlias
 
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 
 Value: TypeAlias = float | Undefined
@@ -42,3 +44,34 @@ class SignificanceTest:
     df: tuple[Value, ...]
     p: Value
     one_sided: bool = False
+
+
+_NO_DF = Undefined(Reason.NORMAL)
+"""Degrees of freedom that are not stored: of a test against the normal distribution."""
+
+
+def t_test(name: str, t: Number, p: Number, *, one_sided: bool = False) -> SignificanceTest:
+    """Return a test of its statistic, with degrees of freedom, and its p."""
+    none = t.value if isinstance(t.value, Undefined) else _NO_DF
+    return SignificanceTest(name, t.value, (none if t.df is None else t.df,), p.value, one_sided)
+
+
+@dataclass(frozen=True, slots=True)
+class Origin:
+    """Which stored result something is: its key, what it is about (`scope`), and what it came from."""
+
+    key: str = ""
+    scope: Mapping[str, Any] = field(default_factory=dict)
+    inputs: tuple[Any, ...] = ()
+
+    @property
+    def uid(self) -> str:
+        """The name of the result as an input of others."""
+        return self.key[:16]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StoredResult:
+    """Base of all results that are stored; `origin` is empty until the result is."""
+
+    origin: Origin = field(default_factory=Origin)

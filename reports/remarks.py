@@ -1,72 +1,12 @@
-"""Sentences beside the claims: confounding with days, what gains stand for, what predictions depend on."""
+"""Sentences beside the claims: what gains stand for, what predictions depend on."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from data_schema.outcomes import Outcome
-from data_schema.vocabulary import Undefined
-from reports.content import Claim, Comparison, Level, ReportContent
+from reports.content import Level, ReportContent
 from reports.display import count_text, given_text, in_sentence, list_text, sentence_start, with_unit
-from reports.naming import formula_text, is_number, level_of, level_value, levels_name, physical_text, title_of
-
-NOT_FROM_DAYS = "cannot be told from a difference between days"
-"""The mark in claims and other sentences."""
-FOOTNOTE = f"groups of one day each, whose difference {NOT_FROM_DAYS}"
-"""The mark in tables; their files say in full what the row's groups are."""
-
-
-def all_on_one_day_each(comparisons: Sequence[Comparison]) -> bool:
-    """Tell whether there are tests, and the groups of each had one day, and not the same."""
-    tested = [item for item in comparisons if not isinstance(item.test.statistic, Undefined)]
-    return bool(tested) and all(item.one_day_each for item in tested)
-
-
-def days_claim(content: ReportContent) -> Claim | None:
-    """Say how many tests over runs are confounded with days, and what would help; None where none is."""
-    tested = (
-        ("comparison", "", content.comparisons),
-        ("test over single jumps", "tests over single jumps", content.jump_comparisons),
-        ("analysis of variance", "analyses of variance", content.anovas),
-    )
-    counted = [
-        count_text(count, one, several)
-        for one, several, items in tested
-        if (count := sum(bool(item.one_day_each) for item in items))
-    ]
-    if not counted:
-        return None
-    return Claim(
-        f"In {list_text(counted)} the groups were measured on one day each, and not all on the same one, so that a p "
-        "or an interval that counts runs or jumps cannot tell a difference between them from a difference between "
-        "their days: measure the conditions on shared days. The tables mark each of them."
-    )
-
-
-_LISTED = 4
-"""Comparisons that a sentence names before it only counts them."""
-
-
-def by_day_sentences(content: ReportContent, quantity: Outcome) -> list[str]:
-    """Return what is confounded with days, or left out of the model, and in which comparisons."""
-    blocked = [c for c in content.comparisons if c.quantity is quantity and c.by_day is not None]
-    concerned: dict[str, list[Comparison]] = {}
-    for comparison in blocked:
-        if comparison.by_day is not None:
-            # Sides of one day each are confounded with their days: a single sentence among the claims says so.
-            confounding = "" if comparison.one_day_each else comparison.by_day.confounding
-            for text in filter(None, (confounding, *comparison.by_day.notes)):
-                concerned.setdefault(text, []).append(comparison)
-    return [f"{text} This holds for{_which(content, found, len(blocked))}." for text, found in concerned.items()]
-
-
-def _which(content: ReportContent, found: list[Comparison], total: int) -> str:
-    if len(found) == total:
-        return " the only comparison by day" if total == 1 else f" all {count_text(total, 'comparison')} by day"
-    if len(found) > _LISTED:
-        return f" {len(found)} of {count_text(total, 'comparison')} by day"
-    names = dict.fromkeys(f"{levels_name(content, c.group) or 'all runs'}, {level_of(content, c)}" for c in found)
-    return f": {'; '.join(names)}"
+from reports.naming import formula_text, is_number, level_value, physical_text, title_of
 
 
 def gains_text(content: ReportContent) -> str:

@@ -76,7 +76,6 @@ def trust_sentences(content: ReportContent) -> tuple[str, ...]:
         filter(
             None,
             (
-                content.different_days,
                 *_without_charges(content),
                 _looks(content),
                 _order_in_days(content),
@@ -187,12 +186,10 @@ def _uncertainty(content: ReportContent) -> str:
     several = [each for each in content.pooled if each.quantity is (overall.quantity if overall else of_pooled)]
     number: Number | None = None
     if overall is not None:
-        several = [each for each in several if each.group in overall.scope.groups]
+        several = [each for each in several if each.group in overall.groups]
         number = overall.savings
     elif len(several) == 1:  # of several groups without an effect over all, none is the answer
-        number = several[0].lead.savings or several[0].lead.difference
-    if content.counted != "run" or content.different_days or any(each.unsure for each in several):
-        return ""  # n counts days, or the error leaves out what two days differ by
+        number = several[0].decision.savings or several[0].decision.difference
     squares = [square for each in several if (square := _of_runs(each)) is not None]
     if (
         number is None
@@ -220,9 +217,8 @@ def _uncertainty(content: ReportContent) -> str:
 
 def _of_runs(comparison: Comparison) -> float | None:
     """Return the variance that runs' scatter within days gives a headline number; None where it is not known."""
-    lead, by_day = comparison.lead, comparison.by_day
-    sd = None if by_day is None else by_day.run_sd.value
-    mean = None if comparison.sides is None else comparison.sides[0].mean
+    lead = comparison.decision
+    sd, mean = lead.run_sd.value, lead.control_mean.value
     if not isinstance(sd, float) or not lead.n_control or not lead.n_treatment:
         return None
     if lead.savings is None:

@@ -13,12 +13,10 @@ if TYPE_CHECKING:
     from stats.apexes.detectors import find_jumps
     from stats.compare.effect_size import bayes_factor
     from stats.compare.equivalence import equivalence
-    from stats.compare.resampling import bootstrap_difference, permutation_test
     from stats.compare.savings import percent_savings
     from stats.compare.shared_error import SharedError, describe_shared, difference_with_shared
     from stats.compare.summary import autocorrelation, describe
     from stats.compare.two_sample import compare_two
-    from stats.days.blocked import blocked_by_day
     from stats.groups.anova import one_way_anova, welch_anova
     from stats.groups.dunnett import dunnett
     from stats.groups.multiple import holm
@@ -46,8 +44,6 @@ __all__ = [
     "autocorrelation",
     "bartlett",
     "bayes_factor",
-    "blocked_by_day",
-    "bootstrap_difference",
     "brown_forsythe",
     "compare_all_pairs",
     "compare_two",
@@ -72,7 +68,6 @@ __all__ = [
     "normal_quantiles",
     "one_way_anova",
     "percent_savings",
-    "permutation_test",
     "power_anova",
     "power_by_day",
     "power_equivalence",
@@ -91,8 +86,6 @@ _MODULE_OF = {
     "find_jumps": "apexes.detectors",
     "bayes_factor": "compare.effect_size",
     "equivalence": "compare.equivalence",
-    "bootstrap_difference": "compare.resampling",
-    "permutation_test": "compare.resampling",
     "percent_savings": "compare.savings",
     "SharedError": "compare.shared_error",
     "describe_shared": "compare.shared_error",
@@ -100,7 +93,6 @@ _MODULE_OF = {
     "describe": "compare.summary",
     "compare_two": "compare.two_sample",
     "autocorrelation": "compare.summary",
-    "blocked_by_day": "days.blocked",
     "one_way_anova": "groups.anova",
     "dunnett": "groups.dunnett",
     "holm": "groups.multiple",

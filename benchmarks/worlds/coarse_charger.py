@@ -15,8 +15,9 @@ from data_schema.vocabulary import ChargeMode, RunKind, RunState, Undefined
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.charger_step import with_display_step
-from labbook.analysis.outcomes.conditions import ConditionValues, DayMeans, coarse_scatter, run_numbers
+from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, coarse_scatter, run_numbers
 from labbook.analysis.outcomes.run_energy import energies_with_drains
+from reports.numbers import Number
 from stats.lines.passive_drain import fit_passive_drain
 
 _SAVED = 0.05
@@ -85,7 +86,7 @@ def _simulate(generator: np.random.Generator, step_mah: float, run_sd: float, da
             level == _CONTROL,
             {"b_ad": level},
             tuple(one for one in numbers if one.run.condition_key == level),
-            DayMeans({}),
+            ConditionSummary(Number(0.0, "J"), Number(0.0, "J"), ()),
         )
         for level in (_CONTROL, _TREATED)
     )

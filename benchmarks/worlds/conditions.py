@@ -7,8 +7,7 @@ from collections.abc import Mapping, Sequence
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
-from labbook.analysis.results.codec import StoredResult
-from reports.numbers import Number
+from reports.numbers import Number, StoredResult
 from stats.compare.shared_error import SharedError
 
 _NONE = Number(0.0, "1")

@@ -57,7 +57,7 @@ def draw(
 def campaign(conditions: list[ConditionValues], asked: ContrastSettings, truth: float) -> Campaign:
     """Put a campaign through the contrast that was asked for, as a report does."""
     one, *_flat = contrasts_of(asked, conditions, "b_ad_gain", VALUES)
-    found = contrast_result(one, 0.05)
+    found = contrast_result(one, "b_ad_gain", 0.05)
     low, high = found.estimate.ci_low, found.estimate.ci_high
     covers = low <= truth <= high if isinstance(low, float) and isinstance(high, float) else None
     return Campaign(covers, found.rejected is True, warns=False)

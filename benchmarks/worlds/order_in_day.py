@@ -16,9 +16,8 @@ from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.comparison.order import OVER_GROUPS, adjusted_for_position, favoured_by_order
 from labbook.analysis.comparison.pairing import POOLED, Pair, group_label, pairs_pooled
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
-from labbook.analysis.results.codec import StoredResult
 from labbook.plan.drawing import PlanFactor, draw_plan
-from reports.numbers import Number
+from reports.numbers import Number, StoredResult
 from stats.compare.shared_error import SharedError
 from stats.days.decision import Estimate
 from stats.days.overall import overall_savings

@@ -16,11 +16,11 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import StudySheet
 from labbook.analysis.outcomes.conditions import RunNumber
-from labbook.analysis.results.codec import StoredResult
 from labbook.demo.studies.sheets import POSITION_SD_M, STIFFNESS, VELOCITY_SD_M_S, oscillations
 from labbook.studies.characterisation import TOGETHER, characterisation
 from labbook.studies.compaction import CURVED_P, compaction
 from labbook.studies.emulator import SAME_POINTS, Controller, emulator_study
+from reports.numbers import StoredResult
 from stats.compare.shared_error import SharedError
 from stats.lines.regression import slope_through_origin
 

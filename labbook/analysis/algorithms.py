@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from labbook.analysis.comparison import by_day, comparing, comparisons, deciding
+from labbook.analysis.comparison import comparisons, contrasts, deciding, thesis_route
 from labbook.analysis.outcomes import budget, conditions, run_apexes, run_energy, run_force
 from labbook.analysis.prediction import bias, checking, hypotheses, predicting
 from labbook.analysis.results.codec import Algorithm
@@ -15,20 +15,17 @@ ALGORITHMS: tuple[Algorithm[Any], ...] = (
     run_apexes.ALGORITHM,
     run_force.ALGORITHM,
     conditions.SUMMARY,
-    conditions.DAY_MEANS,
     budget.PACKS,
     budget.BUDGET,
-    comparing.COMPARISON,
-    comparing.ANOVA,
-    comparing.OVER_JUMPS,
-    by_day.ALGORITHM,
-    comparisons.FAMILY,
-    comparing.EQUIVALENCE,
     deciding.DECISION,
-    comparisons.DECISION_FAMILY,
-    deciding.DECISION_EQUIVALENCE,
+    comparisons.FAMILY,
+    deciding.EQUIVALENCE,
     deciding.OVERALL,
     deciding.OVERALL_EQUIVALENCE,
+    contrasts.ALGORITHM,
+    thesis_route.ROUTE,
+    thesis_route.OVER_JUMPS,
+    thesis_route.ANOVA,
     predicting.ALGORITHM,
     checking.ALGORITHM,
     bias.BIAS,

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import AnovaResult, JumpComparison, analyse_variance, compare_jumps
 from labbook.analysis.comparison.comparisons import Compared, compare_all, unselected_conditions
-from labbook.analysis.comparison.contrasts import Contrasted, contrast_means
+from labbook.analysis.comparison.contrasts import contrast_means
 from labbook.analysis.comparison.deciding import Overall, overall_effects
 from labbook.analysis.comparison.order import (
     ADJUSTED,
@@ -20,17 +19,10 @@ from labbook.analysis.comparison.order import (
     favoured_by_order,
     fingerprints_of_positions,
 )
-from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.comparison.robustness import Variations, vary
+from labbook.analysis.comparison.thesis_route import analyses_of_variance
 from labbook.analysis.outcomes.budget import JouleBudget, PackDeviation, budget, pack_deviations
-from labbook.analysis.outcomes.conditions import (
-    ConditionValues,
-    condition_values,
-    in_units,
-    measure,
-    number_of,
-    unit_scope,
-)
+from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure, number_of
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import Judgement, RunApexes, as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_energies
@@ -40,29 +32,11 @@ from labbook.analysis.prediction.hypotheses import Tested, judge_hypotheses
 from labbook.analysis.prediction.predicting import PredictionResult, predictions, predictions_in_background
 from labbook.analysis.prediction.simulating import ALWAYS, SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
-from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import ResultCache, RunResults
 from labbook.analysis.study_data import StudyData
-from labbook.config.model import UnitOfAnalysis
+from reports.evidence import Anova, MeansContrast
+from reports.numbers import StoredResult
 from stats.days.order import PositionsCompared
-
-
-@dataclass(frozen=True, slots=True)
-class VarianceAnalysed:
-    """An analysis of variance over the swept factor within one group."""
-
-    label: str
-    group: dict[str, str]
-    quantity: Outcome
-    result: AnovaResult
-
-
-@dataclass(frozen=True, slots=True)
-class JumpsCompared:
-    """A pair with its runs, and the comparison of their jumps."""
-
-    pair: Pair
-    result: JumpComparison
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,11 +58,10 @@ class StudyAnalysis:
     conditions: dict[Outcome, list[ConditionValues]]
     swept: str | None
     compared: list[Compared]
-    anovas: list[VarianceAnalysed]
+    anovas: list[Anova]
     variations: Variations
-    jump_tests: list[JumpsCompared]
     overall: Overall
-    contrasts: list[Contrasted]
+    contrasts: list[MeansContrast]
     favoured: Mapping[str, PositionsCompared]
     overall_adjusted: Overall
     packs: dict[str, PackDeviation]
@@ -97,15 +70,6 @@ class StudyAnalysis:
     checked: list[Checked]
     biases: list[Biases]
     hypotheses: list[Tested]
-
-    def levels_of(self, item: VarianceAnalysed) -> list[ConditionValues]:
-        """Return the treated conditions of an analysis of variance with their runs."""
-        return [
-            treated
-            for group, items in pairing.groups(self.conditions[item.quantity], self.swept or "")
-            if pairing.group_label(group) == item.label
-            for treated in pairing.treated_and_control(items)[0]
-        ]
 
 
 def _results(
@@ -119,10 +83,6 @@ def _results(
         if outcome.of_every_run
         or any(isinstance(number_of(one, outcome).value, float) for one in found.results.values())
     }
-
-
-def _by_group(pairs: Mapping[Outcome, Sequence[Pair]]) -> dict[Outcome, dict[str, Pair]]:
-    return {outcome: {pairing.group_label(pair.group): pair for pair in several} for outcome, several in pairs.items()}
 
 
 def analyse(
@@ -178,7 +138,6 @@ def analyse(
         compared=[],
         anovas=[],
         variations=Variations(),
-        jump_tests=[],
         overall=Overall(),
         contrasts=[],
         favoured={},
@@ -197,65 +156,45 @@ def analyse(
         judged = judge_hypotheses(cache, hypotheses, conditions, [], predicted, "", settings, scope)
         return replace(analysis, hypotheses=judged)
     beside = unselected_conditions(cache, detections, evidence, conditions, scope) if planned.stated else {}
-    compared = compare_all(cache, conditions, swept, settings, scope, beside)
-    of_unit = unit_scope(scope, settings.unit_of_analysis)
+    compared = compare_all(cache, conditions, swept, planned, evidence.configuration.study.kind, scope, beside)
     anovas = [
-        VarianceAnalysed(label, group, quantity, analyse_variance(cache, label, levels, swept, quantity, of_unit))
+        anova
         for quantity, several in conditions.items()
-        for group, items in pairing.groups(several, swept)
-        for treated, _control in [pairing.treated_and_control(items)]
-        for label in [pairing.group_label(group)]
-        if len(treated) > 1
-        for levels in [in_units(cache, treated, quantity, settings.unit_of_analysis, scope)]
+        for anova in analyses_of_variance(cache, several, swept, quantity, scope)
     ]
-    pooled = pairing.pairs_pooled(conditions[Outcome.APEX], swept)
-    jump_tests = [
-        JumpsCompared(pair, result)
-        for pair, result in zip(pooled, compare_jumps(cache, pooled, scope, settings.alpha), strict=True)
-    ]
-    of_outcomes = {outcome: pairing.pairs_pooled(several, swept) for outcome, several in conditions.items()}
-    effects, adjusted_effects = Overall(), Overall()
-    if settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS:
-        bounds, one_sided = settings.apex_bounds, settings.one_sided
-        effects = overall_effects(cache, _by_group(of_outcomes), bounds, settings.alpha, scope, one_sided=one_sided)
+    pooled = {outcome: pairing.pairs_pooled(several, swept) for outcome, several in conditions.items()}
+    effects, adjusted_effects = overall_effects(cache, pooled, settings, scope), Overall()
     values = {
         level.label: level.value
         for level in evidence.configuration.factors[swept].levels
         if level.value is not None and level.label != evidence.configuration.factors[swept].control
     }
-    contrasts = contrast_means(cache, conditions, swept, values, settings, scope)
+    contrasts = contrast_means(cache, conditions, swept, values, planned, evidence.selection)
     favoured = favoured_by_order(
-        (pair for pairs in of_outcomes.values() for pair in pairs),
+        (pair for pairs in pooled.values() for pair in pairs),
         over_groups=bool(effects.savings) or effects.equivalent is not None,
     )
     if OVER_GROUPS in favoured:
-        adjusted = {outcome: adjusted_for_position(pairs) for outcome, pairs in of_outcomes.items()}
+        adjusted = {outcome: adjusted_for_position(pairs) for outcome, pairs in pooled.items()}
         adjusted_effects = overall_effects(
             cache,
-            _by_group({outcome: pairs for outcome, pairs in adjusted.items() if not isinstance(pairs, Undefined)}),
-            settings.apex_bounds,
-            settings.alpha,
+            {outcome: pairs for outcome, pairs in adjusted.items() if not isinstance(pairs, Undefined)},
+            settings,
             {**scope, "variant": ADJUSTED},
             fingerprints_of_positions,
-            one_sided=settings.one_sided,
         )
     progress("what the headlines depend on")
     variations = vary(cache, detections, evidence, drains, results, conditions, swept, settings)
-    of_savings = [
-        (item.pair, item.result if item.decided is None else item.decided.result)
-        for item in compared
-        if item.quantity is Outcome.JOULES
-    ]
+    of_savings = [(item.pair, item.shown.decision) for item in compared if item.shown.quantity is Outcome.JOULES]
     return replace(
         analysis,
         compared=compared,
         anovas=anovas,
         variations=variations,
-        jump_tests=jump_tests,
         overall=effects,
         contrasts=contrasts,
         hypotheses=judge_hypotheses(cache, hypotheses, conditions, compared, predicted, swept, settings, scope),
         favoured=favoured,
         overall_adjusted=adjusted_effects,
-        checked=[*checked, *check_savings(cache, of_savings, predicted, of_unit)],
+        checked=[*checked, *check_savings(cache, of_savings, predicted, scope)],
     )

@@ -3,51 +3,34 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterable
+from dataclasses import dataclass, field
 from typing import Any
 
 from data_schema.queries.results import ResultRow
-from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.content import Number, Provenance, SignificanceTest, Value
+from reports.content import Number, Provenance, Value
 from reports.predicted import Prediction
 
 
 @dataclass(frozen=True)
 class ShownNumbers:
-    """Collects the ids of stored numbers that a report shows, for its list of sources; `reword` rewords reasons."""
+    """Collects the ids of stored numbers that a report shows, for its list of sources."""
 
     ids: dict[str, None] = field(default_factory=dict)
-    reword: Callable[[Undefined], Undefined] = lambda undefined: undefined
-
-    def of_sides(self, sides: tuple[str, str], unit: str) -> ShownNumbers:
-        """Return the same with both sides of a comparison, the treatment first, and its values called as given."""
-        return replace(self, reword=lambda undefined: _of_sides(undefined, sides, unit))
 
     def number(self, number: Number) -> Number:
         """Return a number as it is shown."""
         self.ids[number.provenance] = None
-        value, low, high = number.value, number.ci_low, number.ci_high
-        if not isinstance(value, Undefined):
-            return number
-        return replace(number, value=self.reword(value), ci_low=self._end(low), ci_high=self._end(high))
+        return number
 
     def value(self, number: Number) -> Value:
         """Return the bare value of a number."""
         return self.number(number).value
 
-    def test(self, name: str, statistic: Number, p: Number, df: tuple[Value, ...] | None = None) -> SignificanceTest:
-        """Return a test as statistic, degrees of freedom and p."""
-        value = self._worded(statistic.value)
-        own = statistic.df if statistic.df is not None else value if isinstance(value, Undefined) else _NO_DF
-        return SignificanceTest(name, value, df or (own,), self._worded(p.value))
-
-    def _worded(self, value: Value) -> Value:
-        return self.reword(value) if isinstance(value, Undefined) else value
-
-    def _end(self, end: Value | None) -> Value | None:
-        return self.reword(end) if isinstance(end, Undefined) else end
+    def all(self, numbers: Iterable[Number | None]) -> None:
+        """Take numbers, those that there are, for shown."""
+        self.ids.update({number.provenance: None for number in numbers if number is not None})
 
 
 def provenance(shown: Iterable[str], results: Iterable[ResultRow]) -> tuple[Provenance, ...]:
@@ -82,18 +65,6 @@ def published_data(item: Prediction | None) -> dict[str, Any] | None:
     if found is None:
         return None
     return {name: getattr(found, name) for name in ("id", "where", "published", "unit", "relation")}
-
-
-_NO_DF = Undefined(Reason.NORMAL)
-"""Degrees of freedom that are not stored: of a test against the normal distribution."""
-
-
-def _of_sides(undefined: Undefined, sides: tuple[str, str], unit: str) -> Undefined:
-    """Name both sides of a comparison, which sets its second group against its first, and the values compared."""
-    first, second = sides
-    names = {"group a": first, "group 'a'": first, "group b": second, "group 'b'": second}
-    names |= {"group treated": first, "group control": second}  # of the savings
-    return undefined.called(names, unit)
 
 
 def _scope(row: ResultRow) -> str:

@@ -62,7 +62,7 @@ class BedStudy(Study):
         content, lines = self.content, list(self.claims)
         if content.overall:
             found = groups(content).items()
-            savings = {name: joules.lead.savings for name, (joules, _apex) in found if joules is not None}
+            savings = {name: joules.decision.savings for name, (joules, _apex) in found if joules is not None}
             places = common_places(savings.values())
             lines.append(
                 f"Saved by group: {list_text([f'{_text(one, places)} with {name}' for name, one in savings.items()])}."

@@ -25,7 +25,7 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.reasons import Reason
 from data_schema.rounding import level_text
-from data_schema.vocabulary import FactorKind, Undefined
+from data_schema.vocabulary import FactorKind, Rule, Undefined
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues, conditions_by_outcome
@@ -42,7 +42,7 @@ from reports.display import list_text
 from reports.page.study import Study
 from simulator.steady.published_results import published_numbers
 from stats.days.contrasts import Effect, linear_contrast
-from stats.days.decision import Bounded, Contrast, Estimate, Rule, bounds_tests, undefined_bounds
+from stats.days.decision import Bounded, Contrast, Estimate, bounds_tests, undefined_bounds
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

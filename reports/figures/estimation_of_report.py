@@ -41,7 +41,7 @@ def _estimation(content: ReportContent, comparison: Comparison) -> Estimation:
     names = swept_words(swept_factor(content)).control, treatment_label(content)
     bounds: tuple[float, ...] = ()
     tested = None
-    item, control = comparison.lead.equivalence, values[0]
+    item, control = comparison.decision.equivalence, values[0]
     if item is not None and control:
         of_mean = 0.01 * statistics.fmean(control) if item.estimate.unit == "%" else 1.0
         bounds = of_mean * item.low, of_mean * item.high
@@ -52,7 +52,7 @@ def _estimation(content: ReportContent, comparison: Comparison) -> Estimation:
         unit=comparison.quantity.unit,
         groups=tuple(EstimationGroup(name, tuple(own)) for name, own in zip(names, values, strict=True)),
         reference=0,
-        differences=(None, comparison.lead.difference),
+        differences=(None, comparison.decision.difference),
         bounds=bounds,
         title=levels_name(content, comparison.group).replace(", ", "\n") or "all runs",
         tested=tested,
@@ -62,8 +62,8 @@ def _estimation(content: ReportContent, comparison: Comparison) -> Estimation:
 def _caption(content: ReportContent, quantity: Outcome) -> str:
     chosen = _drawn(content, quantity)
     called = swept_words(swept_factor(content))
-    level = level_text(chosen[0].lead.difference) if chosen else "confidence interval"
-    tested = next((item.estimate for c in chosen if (item := c.lead.equivalence) is not None), None)
+    level = level_text(chosen[0].decision.difference) if chosen else "confidence interval"
+    tested = next((item.estimate for c in chosen if (item := c.decision.equivalence) is not None), None)
     dashed = (
         ""
         if tested is None
@@ -75,25 +75,23 @@ def _caption(content: ReportContent, quantity: Outcome) -> str:
         if quantity.has_savings
         else "the lower panels share their vertical axis, each upper one has its own"
     )
-    by = "by the days that hold both" if any(c.decision is not None for c in chosen) else "by Welch"
-    of_days = " Differences are those of day means." if content.counted == "day" else ""
     together = f" (all levels of the {called.coefficient} together)" if len(treated_levels(content, {})) > 1 else ""
     sides = f"{called.the_control} and of {treatment_name(content, {})}{together}"
     return (
         f"{quantity.heading}, every run of {sides}, group by group. "
         "Beside the points: mean (gap) and standard deviation (line). "
-        f"Below: treatment less control (stroke) with its {level} {by} (line); {axes}.{dashed}{of_days}"
+        f"Below: treatment less control (stroke) with its {level} by the days that hold both (line); {axes}.{dashed}"
     )
 
 
 def _alternative(content: ReportContent, quantity: Outcome) -> str:
     parts = []
     for comparison in _drawn(content, quantity):
-        number = as_shown(comparison.lead.difference)
-        size = with_unit(value_text(number.value, common_places([comparison.lead.difference])), number.unit)
-        interval = interval_text(comparison.lead.difference)
+        number = as_shown(comparison.decision.difference)
+        size = with_unit(value_text(number.value, common_places([comparison.decision.difference])), number.unit)
+        interval = interval_text(comparison.decision.difference)
         name = levels_name(content, comparison.group) or "all runs"
-        runs = f"{comparison.lead.n_control} and {comparison.lead.n_treatment} {content.counted}s"
+        runs = f"{comparison.decision.n_control} and {comparison.decision.n_treatment} runs"
         parts.append(f"{name}: {size}{f' ({interval})' if interval else ''}, {runs}")
     return f"Single runs and the difference of {quantity}, treatment less control. {'; '.join(parts)}."
 
@@ -109,7 +107,6 @@ def _shows(content: ReportContent, quantity: Outcome) -> dict[str, object]:
         "factors": content.factors,
         "conditions": levels_alone(content, quantity),
         "comparisons": tuple(_drawn(content, quantity)),
-        "counted": content.counted,
     }
 
 

@@ -26,7 +26,7 @@ def _formula(content: ReportContent) -> str:
 
 
 def _with_savings(content: ReportContent) -> list[tuple[Comparison, Number]]:
-    return [(each, each.lead.savings) for each in content.by_group if each.lead.savings is not None]
+    return [(each, each.decision.savings) for each in content.by_group if each.decision.savings is not None]
 
 
 def _rows(content: ReportContent) -> list[ForestRow]:
@@ -34,7 +34,7 @@ def _rows(content: ReportContent) -> list[ForestRow]:
 
     Rows pooled across some groups stand together at the end, those over all runs where there is no mean.
     """
-    means = [each for each in content.overall if len(each.scope.groups) > 1]
+    means = [each for each in content.overall if len(each.groups) > 1]
     found = [
         (each, savings)
         for each, savings in _with_savings(content)
@@ -42,7 +42,7 @@ def _rows(content: ReportContent) -> list[ForestRow]:
     ]
     places = common_places([each.savings for each in means] + [savings for _, savings in found])
     rows = [
-        ForestRow(f"mean of {len(each.scope.groups)} groups", (each.savings,), True, _number_text(each.savings, places))
+        ForestRow(f"mean of {len(each.groups)} groups", (each.savings,), True, _number_text(each.savings, places))
         for each in means
     ]
     factors = max((len(each.group) for each, _ in found), default=0)
@@ -54,7 +54,7 @@ def _rows(content: ReportContent) -> list[ForestRow]:
         several = len(block) > 1 or len(block[0][0].group) < factors
         rows += [ForestRow(heading)] if several else []
         for each, savings in sorted(block, key=lambda row: not row[0].opens):
-            level, lead = level_of(content, each), each.lead
+            level, lead = level_of(content, each), each.decision
             label = level if several and len(each.group) == factors else f"{_group(content, each)}, {level}"
             runs = f"n{EQUALS}{lead.n_control}, {lead.n_treatment}"
             rows.append(ForestRow(label, (savings,), each.opens, f"{_number_text(savings, places)}  {runs}"))
@@ -96,7 +96,7 @@ def caption(content: ReportContent) -> str:
     marks = "diamonds, all levels pooled; circles, each; " if several else ""
     return (
         f"{sentence_start(display.SAVINGS)}, {_formula(content)}, with {level} (Fieller): {marks}right, percent "
-        f"(interval) and {content.counted}s."
+        f"(interval) and runs."
     )
 
 
@@ -118,9 +118,9 @@ def absent(content: ReportContent) -> str | None:
 
 def shows(content: ReportContent) -> dict[str, object]:
     """Return what is drawn of a report."""
-    with_savings = tuple(each for each in content.comparisons if each.lead.savings is not None)
+    with_savings = tuple(each for each in content.comparisons if each.decision.savings is not None)
     shown = {"factors": content.factors, "conditions": levels_alone(content), "comparisons": with_savings}
-    return {**shown, "overall": content.overall, "counted": content.counted}
+    return {**shown, "overall": content.overall}
 
 
 SAVINGS = FigureKind("savings", sentence_start(display.SAVINGS), draw, caption, alternative, absent, shows)

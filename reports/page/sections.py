@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from data_schema.outcomes import Outcome
-from reports.content import Anova, ReportContent
+from reports.content import ReportContent
 from reports.decided_sentences import group_claim, groups_in_one_sentence
 from reports.display import count_text, in_sentence, list_text, significance_text
 from reports.naming import (
@@ -17,7 +17,7 @@ from reports.naming import (
     title_of,
 )
 from reports.page.references import software_sentence
-from reports.remarks import NOT_FROM_DAYS, by_day_sentences, days_claim, gains_text, prediction_sentences
+from reports.remarks import gains_text, prediction_sentences
 from reports.tables.each_run import run_anchors
 from reports.tables.prediction_bias import verdict_text
 from reports.tables.predictions import PREDICTED
@@ -157,7 +157,7 @@ def _contrasts_planned(content: ReportContent) -> bool:
 
 def _each_group(content: ReportContent, outcome: Outcome) -> list[Part]:
     """Return the claims of the groups that page one does not open with."""
-    decided = [each for each in content.pooled if each.quantity is outcome and each.decision is not None]
+    decided = [each for each in content.pooled if each.quantity is outcome]
     claims = [claim for claim in (group_claim(content, each) for each in decided) if claim not in content.claims]
     return [Bullets(tuple(Paragraph(claim.text, claim.provenance) for claim in claims))] if claims else []
 
@@ -168,6 +168,7 @@ def _outcome_in_full(content: ReportContent, outcome: Outcome) -> Section:
         TableHere(f"{outcome.key}_by_condition"),
         FigureHere(f"estimation_{outcome.key}"),
         TableHere(f"comparisons_{outcome.key}"),
+        *([TableHere("equivalence")] if outcome.has_equivalence else []),
     ]
     if content.contrasts and outcome is content.contrasts[0].quantity and not _contrasts_planned(content):
         parts.append(TableHere("contrasts"))
@@ -175,43 +176,34 @@ def _outcome_in_full(content: ReportContent, outcome: Outcome) -> Section:
 
 
 def _tests(content: ReportContent) -> Section:
-    """What the thesis and others would have tested: routes over runs, days as a random effect, single jumps."""
-    parts: list[Part] = [Paragraph(content.tests_beside)] if content.tests_beside else []
-    if (confounding := days_claim(content)) is not None and confounding not in content.claims:
-        parts.append(Paragraph(confounding.text))
-    if content.not_planned:
-        parts.append(Bullets(tuple(map(Paragraph, content.not_planned))))
+    """What the thesis tested: F, then t, over runs; analysis of variance; in the study that repeats it, over jumps."""
+    parts: list[Part] = []
+    if content.comparisons:
+        parts.append(
+            Paragraph(
+                "Beside the tests that decide stand the thesis's own (5.2.1), as published. They take runs for "
+                "independent, whatever their days, and nothing is claimed from them."
+            )
+        )
     for outcome in content.outcomes:
-        parts += [
-            *_anova_paragraph(content, outcome),
-            TableHere(f"tests_{outcome.key}"),
-            *map(Paragraph, by_day_sentences(content, outcome)),
-            TableHere(f"by_day_{outcome.key}"),
-        ]
-    parts += [TableHere("equivalence"), TableHere("tests_jumps"), TableHere("anovas")]
-    if content.known_errors:
-        introduction, *designs = content.known_errors
-        parts += [Paragraph(introduction), Bullets(tuple(map(Paragraph, designs)))]
-    return Section("tests", "Tests in full", tuple(parts), folded=True)
+        parts += [*_anova_paragraph(content, outcome), TableHere(f"tests_{outcome.key}")]
+    parts += [TableHere("tests_jumps"), TableHere("anovas")]
+    return Section("tests", "The thesis's tests", tuple(parts), folded=True)
 
 
 def _anova_paragraph(content: ReportContent, quantity: Outcome) -> tuple[Paragraph, ...]:
     anovas = [anova for anova in content.anovas if anova.quantity is quantity]
     if not anovas:
         return ()
-    results = [f"{significance_text(anova.test, name=False)} ({_anova_words(content, anova)})" for anova in anovas]
+    results = [
+        f"{significance_text(anova.test, name=False)} ({levels_name(content, anova.group) or anova.label})"
+        for anova in anovas
+    ]
     text = (
         "Whether the level of the treatment matters is tested by a one-way analysis of variance over the levels "
         f"of the {swept_words(swept_factor(content)).coefficient}, control left out: {list_text(results)}."
     )
-    if reasons := dict.fromkeys(anova.exploratory for anova in anovas if anova.exploratory):
-        text += f" That is exploratory, because {list_text(list(reasons))}."
-    return (Paragraph(text, tuple(anova.provenance for anova in anovas if anova.provenance)),)
-
-
-def _anova_words(content: ReportContent, anova: Anova) -> str:
-    name = levels_name(content, anova.group) or anova.label
-    return f"{name}; {NOT_FROM_DAYS}" if anova.one_day_each else name
+    return (Paragraph(text, tuple(anova.p.provenance for anova in anovas if anova.p.provenance)),)
 
 
 def _predicted(content: ReportContent) -> Section:

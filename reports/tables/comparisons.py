@@ -1,4 +1,4 @@
-"""Effects of treatments against their control: differences and savings, and the same with days as a random effect.
+"""Effects of treatments against their control: differences, savings, and equivalence within bounds (TOST).
 
 A comparison stands in the block of its family, under its label, with a word for what was not planned.
 """
@@ -12,13 +12,14 @@ from dataclasses import replace
 from typing import Generic, NamedTuple, TypeVar
 
 from data_schema.outcomes import Outcome
+from data_schema.vocabulary import Undefined
 from reports import fields
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, SAVINGS, common_places, level_text
-from reports.evidence import ByDay, Decision
+from reports.evidence import Decision, Equivalence
 from reports.naming import level_of, levels_name
-from reports.numbers import Number, SignificanceTest
-from reports.remarks import FOOTNOTE
+from reports.numbers import Number, SignificanceTest, t_test
+from reports.sentences import bounds_text
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -26,6 +27,7 @@ from reports.tables.table import (
     Columns,
     Row,
     Table,
+    TableKind,
     count,
     in_unit,
     interval_cell,
@@ -44,10 +46,6 @@ from reports.tables.table import (
 COMPARISON = text_column("comparison", fields.COMPARISON)
 EXPLORATORY = text_column("exploratory", fields.EXPLORATORY, shown=False)
 """Why a comparison is exploratory; the page says so in the heading of its block and in the caption."""
-ONE_DAY_EACH = text_column("one day each", fields.ONE_DAY_EACH, shown=False)
-"""Why the row's p and intervals are confounded with days; the page marks them in a footnote."""
-
-
 T = TypeVar("T")
 
 
@@ -90,20 +88,6 @@ def table_of_comparisons(
     return replace(table, columns=(COMPARISON, *table.columns), rows=tuple(rows))
 
 
-def mark_confounded(cell: Cell, why: str, *, dash: bool = False) -> Cell:
-    """Mark a p or an interval whose groups are confounded with days, as `why` says; a dash is not marked.
-
-    With `dash` only a dash is marked; the file has its own reason.
-    """
-    return replace(cell, note=FOOTNOTE) if why and (cell.text == DASH) is dash else cell
-
-
-def over_runs(test: SignificanceTest, one_day_each: str, degrees: int = 1) -> tuple[Cell, Cell]:
-    """Make the cells of a test that knows no days: its p is marked where each group had one day."""
-    statistic, p = statistic_cells(test, degrees)
-    return statistic, mark_confounded(p, one_day_each)
-
-
 def difference_columns(numbers: Sequence[Number], unit: str) -> tuple[Column, Column]:
     """Make the columns of differences in a stored unit and of their intervals."""
     return in_unit("difference", fields.DIFFERENCE, unit), interval_column(numbers, unit)
@@ -118,10 +102,6 @@ def reasons_note(given: Iterable[str]) -> str:
     return f" Rows called exploratory are so because {reasons[0]}." if reasons else ""
 
 
-_WELCH = (
-    "Difference: treatment less control, with interval and p by Welch's t-test (the F-test's choice stands under "
-    "Tests in full); n: {counted}s of the control, of the treatment."
-)
 _DECIDED = (
     "Difference: treatment less control, with interval and p by the days that hold both: paired on day means "
     "from four days on, within days where there are fewer. n: runs of the control and of the treatment on these days."
@@ -130,34 +110,26 @@ _DECIDED = (
 
 def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
     comparisons = [comparison for comparison in content.comparisons if comparison.quantity is quantity]
-    leads = [comparison.lead for comparison in comparisons]
-    differences, savings = [lead.difference for lead in leads], [lead.savings for lead in leads]
-    decided = any(comparison.decision is not None for comparison in comparisons)
+    decisions = [comparison.decision for comparison in comparisons]
+    differences, savings = [one.difference for one in decisions], [one.savings for one in decisions]
     with_savings = any(saved is not None for saved in savings)
-    legend = (_DECIDED if decided else _WELCH).format(counted=content.counted)
-    caption = f"Every comparison of {quantity}. {legend}"
-    adjusted = next((lead.adjusted for lead in leads if lead.adjusted is not None), None)
+    caption = f"Every comparison of {quantity}. {_DECIDED}"
+    adjusted = next((one.adjusted for one in decisions if one.adjusted is not None), None)
     if adjusted is not None:
         caption += f" Holm: p adjusted over the {adjusted.n} tests of the family."
-    caption += one_sided_note(leads)
+    caption += one_sided_note(decisions)
     places, savings_places = common_places(differences), common_places(savings, 1)
     columns: Columns[ComparisonRow[Decision]] = (
-        (
-            Column("days", fields.DAYS, shown=decided),
-            lambda row: words("") if row.comparison.decision is None else count(len(row.shown.days)),
-        ),
+        (Column("days", fields.DAYS), lambda row: count(len(row.shown.days))),
         (Column("n", fields.N_OF_SIDES), lambda row: count(row.shown.n_control, row.shown.n_treatment)),
         (
             difference_columns(differences, quantity.unit),
-            lambda row: (
-                number_cell(row.shown.difference, places),
-                mark_confounded(interval_cell(row.shown.difference, places), row.comparison.unsure),
-            ),
+            lambda row: (number_cell(row.shown.difference, places), interval_cell(row.shown.difference, places)),
         ),
-        (statistic_columns("t", "t"), lambda row: over_runs(_of_difference(row.shown), row.comparison.unsure)),
+        (statistic_columns("t", "t"), lambda row: statistic_cells(_of_difference(row.shown))),
         (
             Column("Holm", fields.HOLM, shown=adjusted is not None),
-            lambda row: mark_confounded(_adjusted_cell(row.shown.adjusted), row.comparison.unsure),
+            lambda row: _adjusted_cell(row.shown.adjusted),
         ),
         (
             Column(SAVINGS, fields.SAVINGS, "%", shown=with_savings),
@@ -165,21 +137,20 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
         ),
         (
             interval_column(savings, "%", of="savings_", shown=with_savings),
-            lambda row: mark_confounded(interval_cell(row.shown.savings, savings_places), row.comparison.unsure),
+            lambda row: interval_cell(row.shown.savings, savings_places),
         ),
         (text_column("unit", fields.UNIT, shown=False), lambda row: words(row.shown.unit)),
         (PROVENANCE, lambda row: provenance_cell((row.shown.savings or row.shown.difference).provenance)),
         (EXPLORATORY, lambda row: words(row.comparison.exploratory)),
-        (ONE_DAY_EACH, lambda row: words(row.comparison.one_day_each)),
     )
     caption += reasons_note(comparison.exploratory for comparison in comparisons)
-    found = [ComparisonRow(comparison, comparison.lead) for comparison in comparisons]
+    found = [ComparisonRow(comparison, comparison.decision) for comparison in comparisons]
     return table_of_comparisons(name, caption, content, found, columns)
 
 
 def one_sided_note(leads: Sequence[Decision]) -> str:
     """Say which p and intervals of a table are one-sided; "" where none are."""
-    of = next((lead.savings for lead in leads if lead.test.one_sided and lead.savings is not None), None)
+    of = next((lead.savings for lead in leads if lead.one_sided and lead.savings is not None), None)
     return "" if of is None else f" p of savings is one-sided, as decided, with {level_text(of)}s."
 
 
@@ -201,53 +172,61 @@ COMPARISONS = tables_of_outcomes("comparisons_{}", _of_outcome)
 """A table an outcome."""
 
 
-def _by_day(content: ReportContent, quantity: Outcome, name: str) -> Table:
+_VERDICTS = {True: "shown", False: "not shown", None: DASH}
+
+
+def _equivalence(content: ReportContent) -> Table:
     found = [
-        ComparisonRow(comparison, comparison.by_day)
-        for comparison in content.comparisons
-        if comparison.quantity is quantity and comparison.by_day is not None
+        ComparisonRow(each, tested) for each in content.comparisons if (tested := each.decision.equivalence) is not None
     ]
-    differences = [by_day.difference for _, by_day in found]
-    places = common_places(differences)
+    if not found:
+        return Table("equivalence", "Apex heights are not tested for equivalence.", (COMPARISON,), ())
+    estimates = [item.estimate for _, item in found]
+    unit = estimates[0].unit
+    places = common_places(estimates)
 
-    def of_days(cell: Cell, row: ComparisonRow[ByDay]) -> Cell:
-        return mark_confounded(cell, row.comparison.one_day_each, dash=True)
+    def one_sided(side: str) -> tuple[Column, ...]:
+        of_side = statistic_columns(f"t, {side}", "t_low" if side == "lower" else "t_high")
+        return tuple(replace(column, shown=False) for column in of_side)
 
-    columns: Columns[ComparisonRow[ByDay]] = (
-        (Column("days", fields.DAYS), lambda row: count(row.shown.days)),
+    columns: Columns[ComparisonRow[Equivalence]] = (
         (
-            difference_columns(differences, quantity.unit),
-            lambda row: (
-                number_cell(row.shown.difference, places),
-                of_days(interval_cell(row.shown.difference, places), row),
-            ),
+            Column("n", fields.N_OF_SIDES),
+            lambda row: count(row.comparison.decision.n_control, row.comparison.decision.n_treatment),
         ),
         (
-            statistic_columns("t", "t"),
-            lambda row: tuple(of_days(cell, row) for cell in statistic_cells(row.shown.test)),
+            difference_columns(estimates, unit),
+            lambda row: (number_cell(row.shown.estimate, places), interval_cell(row.shown.estimate, places)),
         ),
         (
-            in_unit("day SD", fields.DAY_SD, quantity.unit),
-            lambda row: of_days(number_cell(row.shown.day_sd, places), row),
+            one_sided("lower"),
+            lambda row: statistic_cells(t_test("lower bound", row.shown.t_low, row.shown.p_low)),
         ),
         (
-            in_unit("run SD", fields.RUN_SD, quantity.unit, shown=False),
-            lambda row: number_cell(row.shown.run_sd, places),
+            one_sided("upper"),
+            lambda row: statistic_cells(t_test("upper bound", row.shown.t_high, row.shown.p_high)),
         ),
-        (text_column("test", fields.METHOD), lambda row: Cell(row.shown.kind, (row.shown.method,))),
-        (PROVENANCE, lambda row: provenance_cell(row.shown.difference.provenance)),
-        (EXPLORATORY, lambda row: words(row.comparison.exploratory)),
-        (text_column("confounding", fields.CONFOUNDING, shown=False), lambda row: words(row.shown.confounding)),
+        (Column("p", fields.TOST_P), lambda row: p_cell(row.shown.p.value)),
+        (text_column("equivalence", fields.EQUIVALENT), lambda row: _verdict(row.shown)),
+        (
+            Column("bounds", fields.named(fields.BOUNDS, unit=unit), shown=False),
+            lambda row: Cell(bounds_text(row.shown), (row.shown.low, row.shown.high)),
+        ),
+        (PROVENANCE, lambda row: provenance_cell(row.shown.estimate.provenance)),
+        (EXPLORATORY, lambda row: words(row.shown.exploratory)),
     )
+    of_mean = " of the control's mean" if unit == "%" else ""
     caption = (
-        f"The comparisons of {quantity} with the control by day: runs of one day have the day in common (day as a "
-        "random effect; the exact test where the design is balanced, else a mixed model, REML, degrees of freedom "
-        "after Satterthwaite; either takes both sides to scatter alike). Day SD: how days differ, as a standard "
-        "deviation by the mixed model."
-        f"{reasons_note(comparison.exploratory for comparison, _ in found)}"
+        f"Apex heights against the bounds {bounds_text(found[0].shown)}{of_mean}: two one-sided tests by the days that "
+        f"hold both (TOST), p the larger of both. Equivalence is shown where both reject, that is where the "
+        f"{level_text(estimates[0])} lies within the bounds.{reasons_note(item.exploratory for _, item in found)}"
     )
-    return table_of_comparisons(name, caption, content, found, columns)
+    return table_of_comparisons("equivalence", caption, content, found, columns, lambda row: row.shown.exploratory)
 
 
-BY_DAY = tables_of_outcomes("by_day_{}", _by_day)
-"""A table an outcome."""
+def _verdict(item: Equivalence) -> Cell:
+    note = item.p.value.reason if isinstance(item.p.value, Undefined) else ""
+    return Cell(_VERDICTS[item.shown], (None if item.shown is None else str(item.shown).lower(),), note=note)
+
+
+EQUIVALENCE = TableKind("equivalence", _equivalence)

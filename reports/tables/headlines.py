@@ -8,10 +8,10 @@ from data_schema.outcomes import Outcome
 from reports import fields
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, SAVINGS, common_places
-from reports.evidence import OverallSavings
+from reports.evidence import Decision, OverallSavings
 from reports.naming import control_name, levels_name, treated_levels, treatment_name
 from reports.numbers import Number
-from reports.tables.comparisons import ONE_DAY_EACH, mark_confounded, one_sided_note
+from reports.tables.comparisons import one_sided_note
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -34,38 +34,36 @@ from reports.tables.table import (
 def headlines(content: ReportContent) -> Table:
     """Make the table of the groups: all levels of the treatment together against the control."""
     found = groups(content)
-    saved: list[Number | None] = [None if joules is None else joules.lead.savings for joules, _ in found.values()]
-    heights: list[Number | None] = [None if apex is None else apex.lead.difference for _, apex in found.values()]
+    saved: list[Number | None] = [None if joules is None else joules.decision.savings for joules, _ in found.values()]
+    heights: list[Number | None] = [None if apex is None else apex.decision.difference for _, apex in found.values()]
     comparisons = [each for pair in found.values() for each in pair if each is not None]
     alone = not any(saved)  # the page has what fits a narrow one, the file both outcomes
-    by_days = any(each.decision is not None for each in comparisons)
     columns = (
         text_column("group", fields.GROUP),
-        Column("days", fields.DAYS, shown=by_days),
+        Column("days", fields.DAYS),
         Column("n", fields.N_OF_SIDES),
         *_columns(SAVINGS, fields.SAVINGS, saved, "%", of="savings", shown=not alone),
         *_columns("apex", fields.APEX_DIFFERENCE, heights, "m", of="apex", shown=alone),
         Column("apex n", fields.APEX_COUNTS, shown=False),
         PROVENANCE,
-        ONE_DAY_EACH,
     )
     places = common_places(saved, 1), common_places(heights)
     rows = [_row(group, pair, places) for group, pair in found.items()]
     rows += _all_groups(content, places[0])
-    test = f"by the days that hold both ({content.section('Methods')})" if by_days else "by Welch's t-test"
+    test = f"by the days that hold both ({content.section('Methods')})"
     what = "Apex height" if alone else "Energy"
     control, treatment = control_name(content), treatment_name(content, {})
     levels = ", all levels" if len(treated_levels(content, {})) > 1 else ""
     beside_plan = content.planned and all(each.exploratory for each in comparisons)
-    adjusted = next((each.lead.adjusted for each in comparisons if each.lead.adjusted is not None), None)
+    adjusted = next((each.decision.adjusted for each in comparisons if each.decision.adjusted is not None), None)
     holm = "" if adjusted is None else f", p of a group by Holm over {adjusted.n} tests"
-    nowhere = any(each.decision is not None and not each.decision.days for each in comparisons)
+    nowhere = any(not each.decision.days for each in comparisons)
     caption = (
         f"{what} of a jump with {treatment} against {control}; intervals and p {test}{holm}. "
-        f"n: {content.counted}s of {control} and of {treatment}{levels}{', on these days' if by_days else ''}"
+        f"n: runs of {control} and of {treatment}{levels}, on these days"
         f"{', all where there is none' if nowhere else ''}.{' All rows are exploratory.' if beside_plan else ''}"
     )
-    caption += one_sided_note([each.lead for each in comparisons])
+    caption += one_sided_note([each.decision for each in comparisons])
     return Table("headlines", caption, columns, tuple(rows))
 
 
@@ -99,31 +97,34 @@ _NONE = Cell("", (None, None, None))
 
 def _row(group: str, pair: tuple[Comparison | None, Comparison | None], places: tuple[int, int]) -> Row:
     joules, apex = pair
-    lead = next(each.lead for each in pair if each is not None)
+    lead = next(each.decision for each in pair if each is not None)
     return Row(
         (
             words(group),
             count(len(lead.days)),
             count(lead.n_control, lead.n_treatment),
-            *_effect(joules, None if joules is None else joules.lead.savings, places[0]),
-            *_effect(apex, None if apex is None else apex.lead.difference, places[1]),
-            _NONE if apex is None else Cell("", (len(apex.lead.days), apex.lead.n_control, apex.lead.n_treatment)),
+            *_effect(joules, None if joules is None else joules.decision.savings, places[0]),
+            *_effect(apex, None if apex is None else apex.decision.difference, places[1]),
+            _NONE if apex is None else _counts(apex.decision),
             provenance_cell((lead.savings or lead.difference).provenance),
-            words(next((each.one_day_each for each in pair if each is not None), "")),
         )
     )
+
+
+def _counts(decision: Decision) -> Cell:
+    return Cell("", (len(decision.days), decision.n_control, decision.n_treatment))
 
 
 def _effect(comparison: Comparison | None, number: Number | None, places: int) -> tuple[Cell, Cell, Cell]:
     """Make the cells of an effect, its interval and its p."""
     if comparison is None:
         return Cell(DASH, (None,)), Cell(DASH, (None, None, None)), Cell(DASH, (None,))
-    lead = comparison.lead
+    lead = comparison.decision
     interval, p = interval_cell(number, places), p_cell(lead.test.p if lead.adjusted is None else lead.adjusted.value)
     return (
         number_cell(number, places),
-        mark_confounded(interval, comparison.unsure),
-        mark_confounded(p, comparison.unsure),
+        interval,
+        p,
     )
 
 
@@ -132,8 +133,8 @@ def _all_groups(content: ReportContent, places: int) -> list[Row]:
     return [
         Row(
             (
-                words(f"mean of {len(overall.scope.groups)} groups"),
-                count(len(overall.scope.days)),
+                words(f"mean of {len(overall.groups)} groups"),
+                count(len(overall.days)),
                 _runs_of_groups(content, overall),
                 number_cell(overall.savings, places),
                 interval_cell(overall.savings, places),
@@ -143,21 +144,18 @@ def _all_groups(content: ReportContent, places: int) -> list[Row]:
                 none,
                 _NONE,
                 provenance_cell(overall.savings.provenance),
-                words(""),
             ),
             strong=True,
         )
         for overall in content.overall
-        if overall.quantity is Outcome.JOULES and len(overall.scope.groups) > 1
+        if overall.quantity is Outcome.JOULES and len(overall.groups) > 1
     ]
 
 
 def _runs_of_groups(content: ReportContent, overall: OverallSavings) -> Cell:
     """Count the runs of both sides over the groups, which have none in common; of days, groups share some."""
-    if content.counted != "run":
-        return Cell(DASH, (None, None), note="days that groups share count once")
     leads = [
-        each.lead for each in content.pooled if each.quantity is overall.quantity and each.group in overall.scope.groups
+        each.decision for each in content.pooled if each.quantity is overall.quantity and each.group in overall.groups
     ]
     return count(sum(lead.n_control for lead in leads), sum(lead.n_treatment for lead in leads))
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from reports.content import ReportContent
-from reports.tables.comparisons import BY_DAY, COMPARISONS
+from reports.tables.comparisons import COMPARISONS, EQUIVALENCE
 from reports.tables.conditions import BY_CONDITION
 from reports.tables.contrasts import CONTRASTS
 from reports.tables.each_run import EACH_RUN
@@ -23,14 +23,14 @@ from reports.tables.measured import (
 from reports.tables.prediction_bias import LIMITS_OF_AGREEMENT, PREDICTION_BIAS
 from reports.tables.predictions import PREDICTED, PREDICTED_INPUTS
 from reports.tables.table import TableKind
-from reports.tables.tests_in_full import ANOVAS, EQUIVALENCE, TESTS, TESTS_JUMPS
+from reports.tables.thesis_route import ANOVAS, TESTS, TESTS_JUMPS
 
 TABLES: dict[str, TableKind] = {
     kind.name: kind
     for kind in (
         HEADLINES,
         *BY_CONDITION,
-        *(kind for of_outcome in zip(COMPARISONS, BY_DAY, TESTS, strict=True) for kind in of_outcome),
+        *(kind for of_outcome in zip(COMPARISONS, TESTS, strict=True) for kind in of_outcome),
         CONTRASTS,
         EQUIVALENCE,
         TESTS_JUMPS,

@@ -25,21 +25,20 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Rule, Undefined
 from stats.checks import as_level, as_number
 from stats.compare.shared_error import CANCELLED, SharedError, joined_variance
-from stats.days.decision import Contrast, Estimate, Rule, contrast_of_runs, undefined_estimate
-from stats.days.two_by_day import Block, Runs, RunsByDay, SharedDay, weights_of
+from stats.days.decision import Contrast, Estimate, contrast_of_runs, undefined_estimate
+from stats.days.runs_by_day import Means, RunsByDay, RunsOfCondition, SharedDay, scale_of_runs, weights_of
 from stats.exact.tails import df_of_doubles, t_quantile, t_two_sided
+from stats.scatter import Scale
 
 _ROUNDING = 16.0 * sys.float_info.epsilon
 """Of the means compared: what a day departs by less is rounding."""
-RunsOfCondition = Mapping[Block, Runs]
-"""The runs of a condition by day, as `stats.days.two_by_day.blocks_of_runs` gathers them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,9 +88,10 @@ def linear_contrast(
         if name not in conditions:
             raise InputRefused(f"{name!r} is no condition: there are {', '.join(conditions)}.")
     pairs = [RunsByDay(conditions[each.control], conditions[each.treated]) for each in effects]
-    found = [contrast_of_runs(pair) for pair in pairs]
+    scale = scale_of_runs(side for pair in pairs for side in (pair.control, pair.treated))
+    found = [contrast_of_runs(pair, scale=scale) for pair in pairs]
     if _shares_conditions(effects, [one.rule for one in found]):
-        found = [contrast_of_runs(pair, paired=False) for pair in pairs]
+        found = [contrast_of_runs(pair, scale=scale, paired=False) for pair in pairs]
     rule = min((one.rule for one in found), key=[Rule.NONE, Rule.WITHIN, Rule.PAIRED].index)
     days = tuple(sorted({day for one in found for day in one.days}))
     terms = [_term(effect, one, percent) for effect, one in zip(effects, found, strict=True)]
@@ -103,13 +103,12 @@ def linear_contrast(
     value = math.fsum(each.effect.weight * each.value for each in known)
     if reasons:
         estimate = undefined_estimate(reasons[0], level, undefined[0] if undefined else value)
-        return LinearContrast(Rule.NONE, days, _runs(known), estimate)
+        return LinearContrast(Rule.NONE, days, _runs(known), estimate if percent else _in_unit(estimate, scale))
     by_days = _by_days([each for each in known if each.found.rule is Rule.PAIRED])
     by_runs = _by_runs([each for each in known if each.found.rule is Rule.WITHIN])
     df = df_of_doubles([each for each in (by_days, by_runs) if each[0] > 0.0])
-    return LinearContrast(
-        rule, days, _runs(known), _estimate(value, by_days[0] + by_runs[0], _shared(known), df, level)
-    )
+    estimate = _estimate(value, by_days[0] + by_runs[0], _shared(known), df, level)
+    return LinearContrast(rule, days, _runs(known), estimate if percent else _in_unit(estimate, scale))
 
 
 def _shares_conditions(effects: Sequence[Effect], rules: Sequence[Rule]) -> bool:
@@ -129,27 +128,31 @@ def _unbounded(one: Contrast, level: float) -> bool:
 
 
 def _term(effect: Effect, found: Contrast, percent: bool) -> _Term | Undefined:
-    control, treated, a = found.control_mean, found.treated_mean, effect.weight
+    control, treated, a = found.control, found.treated, effect.weight
     for mean in (control, treated):
         if isinstance(mean, Undefined):
             return mean
     assert isinstance(control, float) and isinstance(treated, float)  # noqa: S101, PT018 - seen above
     if not percent:
         return _Term(effect, found, treated - control, -a, a)
-    if control <= 0.0:
+    level = found.scale.offset + control
+    if level <= 0.0:
         return Undefined(Reason.NOTHING_TO_SAVE)
-    ratio = treated / control
-    return _Term(effect, found, 100.0 * (1.0 - ratio), 100.0 * a * ratio / control, -100.0 * a / control)
+    return _Term(
+        effect, found, 100.0 * (control - treated) / level, 100.0 * a * found.ratio / level, -100.0 * a / level
+    )
 
 
 def _days_of(term: _Term) -> list[tuple[SharedDay, float]]:
     """Return what L gains from each shared day of a paired effect, less the mean of these, over k."""
-    days, (control, treated) = term.found.shared_days, (term.found.control_mean, term.found.treated_mean)
+    found = term.found
+    control, treated = found.control, found.treated
     assert isinstance(control, float) and isinstance(treated, float)  # noqa: S101, PT018
-    rounding = _ROUNDING * (abs(term.of_control * control) + abs(term.of_treated * treated))
+    levels = found.scale.offset + control, found.scale.offset + treated
+    rounding = _ROUNDING * (abs(term.of_control * levels[0]) + abs(term.of_treated * levels[1]))
     departures = [
         (day, term.of_control * (day.control.mean - control) + term.of_treated * (day.treated.mean - treated))
-        for day in days
+        for day in found.shared_days
     ]
     return [(day, departs if abs(departs) > rounding else 0.0) for day, departs in departures]
 
@@ -175,7 +178,7 @@ def _by_days(terms: Sequence[_Term]) -> tuple[float, float]:
 def _by_runs(terms: Sequence[_Term]) -> tuple[float, float]:
     """Return the variance of what effects within days give L, with its degrees of freedom; 0 as `_by_days`."""
     gains: dict[str, dict[str, list[float]]] = {}
-    runs: dict[str, dict[str, Runs]] = {}
+    runs: dict[str, dict[str, Means]] = {}
     for term in terms:
         weights = weights_of(term.found.shared_days)
         for day, weight in zip(term.found.shared_days, weights, strict=True):
@@ -224,3 +227,13 @@ def _estimate(value: float, variance: float, shared: SharedError, df: float, lev
         value, math.sqrt(variance), shared.se, (value - half, value + half), level, value / error, df, tail.p,
         tail.log10_p,
     )  # fmt: skip
+
+
+def _in_unit(estimate: Estimate, scale: Scale) -> Estimate:
+    """Return an estimate of a scale in the unit of the values."""
+    value, se, shared_se = (
+        each if isinstance(each, Undefined) else scale.length(each)
+        for each in (estimate.value, estimate.se, estimate.shared_se)
+    )
+    ci = estimate.ci if isinstance(estimate.ci, Undefined) else scale.interval(*estimate.ci)
+    return replace(estimate, value=value, se=se, shared_se=shared_se, ci=ci)

@@ -28,18 +28,29 @@ import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Rule, Undefined
 from stats.checks import Labels, as_level, as_number
 from stats.compare.shared_error import SharedError, joined_variance, weighted_sum
-from stats.days.two_by_day import Counts, Runs, RunsByDay, SharedDay, blocks_of_runs, mean_of_runs, one_day, weights_of
+from stats.days.runs_by_day import (
+    Counts,
+    Means,
+    Runs,
+    RunsByDay,
+    SharedDay,
+    blocks_of_runs,
+    means_of,
+    one_day,
+    scale_of_runs,
+    weights_of,
+)
 from stats.exact.tails import t_quantile, t_two_sided, t_upper
+from stats.scatter import Scale, times_power
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,22 +118,14 @@ def undefined_bounds(why: Undefined, bounds: tuple[float, float], alpha: float, 
 
 LEAST_DAYS = 4
 """Shared days from which the day is the unit."""
-CONTROL, TREATED = "group control", "group treated"
+CONTROL, TREATED = "the control", "the treatment"
 """What reasons call both sides."""
 _ROUNDING = 8.0 * sys.float_info.epsilon
 
 
-class Rule(StrEnum):
-    """How a control and a treatment are compared."""
-
-    PAIRED = "paired on day means"
-    WITHIN = "within days"
-    NONE = "no claim"
-
-
 @dataclass(frozen=True, slots=True)
 class Contrast:
-    """Means over the shared days with the variances of their errors, in the unit of the values.
+    """Means over the shared days with the variances of their errors, in the scale.
 
     Under `Rule.NONE` there are no variances; the means are weighted as within days, of all runs where no day is shared.
     """
@@ -130,9 +133,10 @@ class Contrast:
     rule: Rule
     why: Undefined | None
     """Why nothing is claimed."""
+    scale: Scale
     shared_days: tuple[SharedDay, ...]
-    control_mean: float | Undefined
-    treated_mean: float | Undefined
+    control: float | Undefined
+    treated: float | Undefined
     control_variance: float
     covariance: float
     treated_variance: float
@@ -151,32 +155,55 @@ class Contrast:
         """The shared days."""
         return tuple(dict.fromkeys(each.day for each in self.shared_days))
 
+    @property
+    def control_mean(self) -> float | Undefined:
+        """C in the unit of the values."""
+        return self.control if isinstance(self.control, Undefined) else self.scale.place(self.control)
+
+    @property
+    def treated_mean(self) -> float | Undefined:
+        """T in the unit of the values."""
+        return self.treated if isinstance(self.treated, Undefined) else self.scale.place(self.treated)
+
+    @property
+    def run_sd(self) -> float | Undefined:
+        """The standard deviation of runs within shared days, of both conditions together, in the unit of the values."""
+        sides = [side for day in self.shared_days for side in (day.control, day.treated)]
+        df = sum(side.n - 1 for side in sides)
+        if not df:
+            return Undefined(Reason.ONE_VALUE_A_DAY)
+        return self.scale.length(math.sqrt(math.fsum(side.squares for side in sides) / df), "the standard deviation")
+
     def difference(self, level: float = 0.95) -> Estimate:
         """Return treatment less control and the test that it is 0."""
+        value = self._difference()
+        if isinstance(value, Undefined):
+            return undefined_estimate(value, level, value)
         if self.why is not None:
-            return undefined_estimate(self.why, level, self._difference_of_means())
-        value, test = self._treated - self._control, self._test(1.0, level)
+            return undefined_estimate(self.why, level, self._sized(value))
+        test = self._test(1.0, level)
         half = t_quantile(level, self.df) * test.error
-        ci = (value - half, value + half) if test.error > 0.0 else self._no_scatter
-        return Estimate(value, test.se, test.shared_se, ci, level, *self._tested(value, test))
+        ci = self.scale.interval(value - half, value + half) if test.error > 0.0 else self._no_scatter
+        se, shared_se = (self.scale.length(each, "the standard error") for each in (test.se, test.shared_se))
+        return Estimate(self._sized(value), se, shared_se, ci, level, *self._tested(value, test))
 
     def savings(self, level: float = 0.95) -> Estimate:
         """Return 100 (1 - T / C) with Fieller's interval; its test is that of no difference, positive for a saving."""
+        value = self._percent()
+        if isinstance(value, Undefined):
+            return undefined_estimate(value if self.why is None else self.why, level, value)
         if self.why is not None:
-            return undefined_estimate(self.why, level, self._percent_of_means())
-        control, treated = self._control, self._treated
-        if control <= 0.0:
-            return undefined_estimate(Undefined(Reason.NOTHING_TO_SAVE), level, Undefined(Reason.NOTHING_TO_SAVE))
-        saved = control - treated
-        at_ratio, test = self._test(treated / control, level), self._test(1.0, level)
+            return undefined_estimate(self.why, level, -value)
+        control, test = self._level, self._test(1.0, level)
+        at_ratio = self._test(self.ratio, level)
         ci = self._fieller(level) if test.error > 0.0 else self._no_scatter
         return Estimate(
-            100.0 * saved / control,
+            -value,
             100.0 * at_ratio.se / control,
             100.0 * at_ratio.shared_se / control,
             ci,
             level,
-            *self._tested(saved, test),
+            *self._tested(self._control - self._treated, test),
         )
 
     def equivalence(self, low: float, high: float, alpha: float = 0.05, *, percent: bool = True) -> Bounded:
@@ -185,71 +212,95 @@ class Contrast:
         if low >= high:
             raise InputRefused(f"the bounds are {low!r} to {high!r}: give the lower one first.")
         level = 1.0 - 2.0 * as_level("alpha", alpha)
-        value = self._percent_of_means() if percent else self._difference_of_means()
-        value = value if isinstance(value, Undefined) or not percent else -value
-        why = self.why
-        if why is None and percent and self._control <= 0.0:
-            why = Undefined(Reason.CONTROL_MEAN_NOT_POSITIVE)
-        if why is not None:
+        value = self._percent() if percent else self._sized(self._difference())
+        if self.why is not None:
+            return undefined_bounds(self.why, (low, high), alpha, value)
+        if isinstance(value, Undefined):
+            why = Undefined(Reason.CONTROL_MEAN_NOT_POSITIVE) if percent else value
             return undefined_bounds(why, (low, high), alpha, value)
         ratios = [1.0 + bound / 100.0 if percent else 1.0 for bound in (low, high)]
-        shifts = [0.0, 0.0] if percent else [low, high]
+        shifts = [0.0, 0.0] if percent else [times_power(bound, -self.scale.exponent) for bound in (low, high)]
         errors = [self._test(ratio, level).error for ratio in ratios]
         if min(errors) == 0.0:
             return undefined_bounds(Undefined(Reason.NO_SCATTER_AT_BOUND), (low, high), alpha, value)
         below, above = (
-            (self._treated - ratio * self._control - shift) / error
+            ((self._treated - self._control) + (1.0 - ratio) * self._level - shift) / error
             for ratio, shift, error in zip(ratios, shifts, errors, strict=True)
         )
         ci = _negative(self._fieller(level)) if percent else self.difference(level).ci
         return bounds_tests(value, (low, high), ci, alpha, (below, above), float(self.df))
 
     def variance(self, ratio: float) -> float:
-        """Return the variance of T - ratio C without errors in common."""
-        if self.rule is Rule.PAIRED:  # what days do to both sides is taken out first, or its digits would be lost
-            return self._paired_variance(ratio)
-        return self.treated_variance - 2.0 * ratio * self.covariance + ratio * ratio * self.control_variance
-
-    def _paired_variance(self, ratio: float) -> float:
-        pairs = [(day.control.mean, day.treated.mean) for day in self.shared_days]
-        left = [(treated - self._treated) - ratio * (control - self._control) for control, treated in pairs]
-        rounding = _ROUNDING * max(abs(mean) for pair in pairs for mean in pair)
-        if max(map(abs, left)) <= rounding * (1.0 + abs(ratio)):
-            return 0.0
+        """Return the variance of T - ratio C without errors in common, in the scale, squared."""
+        if self.rule is not Rule.PAIRED:
+            return self.treated_variance - 2.0 * ratio * self.covariance + ratio * ratio * self.control_variance
+        # what days do to both sides is taken out first, or its digits would be lost
+        left = [departs for _day, departs in self.departures(ratio)]
         return math.fsum(each * each for each in left) / (len(left) - 1) / len(left)
 
+    def departures(self, ratio: float) -> list[tuple[str, float]]:
+        """Return by how much T - ratio C of each shared day departs from its mean; 0 where all are rounding."""
+        pairs = [(day.day, day.control.mean, day.treated.mean) for day in self.shared_days]
+        left = [(day, (treated - self._treated) - ratio * (control - self._control)) for day, control, treated in pairs]
+        largest = max(abs(self.scale.offset + mean) for _day, *means in pairs for mean in means)
+        if max(abs(departs) for _day, departs in left) <= _ROUNDING * largest * (1.0 + abs(ratio)):
+            return [(day, 0.0) for day, _departs in left]
+        return left
+
     def shared(self, ratio: float) -> SharedError:
-        """Return what T - ratio C takes from errors in common."""
+        """Return what T - ratio C takes from errors in common, in the scale."""
         return self.treated_shared.minus(self.control_shared.times(ratio))
+
+    @property
+    def relative_variance(self) -> float:
+        """The variance of the saving as a share, without errors in common."""
+        return self.variance(self.ratio) / self._level**2
+
+    @property
+    def relative_shared(self) -> SharedError:
+        """What the saving, as a share, takes from errors in common, with the sign of T."""
+        return self.shared(self.ratio).times(1.0 / self._level)
+
+    @property
+    def relative_departures(self) -> list[tuple[str, float]]:
+        """By day what a paired saving, as a share, departs from its mean by, with the sign of T."""
+        return [(day, departs / self._level) for day, departs in self.departures(self.ratio)]
 
     @property
     def ratio(self) -> float:
         """T / C, where something is claimed and C is positive."""
-        return self._treated / self._control
+        return 1.0 + (self._treated - self._control) / self._level
 
     @property
     def _control(self) -> float:
-        assert isinstance(self.control_mean, float)  # noqa: S101 - where something is claimed there are runs
-        return self.control_mean
+        assert isinstance(self.control, float)  # noqa: S101 - where something is claimed there are runs
+        return self.control
 
     @property
     def _treated(self) -> float:
-        assert isinstance(self.treated_mean, float)  # noqa: S101
-        return self.treated_mean
+        assert isinstance(self.treated, float)  # noqa: S101
+        return self.treated
 
-    def _difference_of_means(self) -> float | Undefined:
-        for mean in (self.control_mean, self.treated_mean):
+    @property
+    def _level(self) -> float:
+        """C, counted from 0."""
+        return self.scale.offset + self._control
+
+    def _difference(self) -> float | Undefined:
+        for mean in (self.control, self.treated):
             if isinstance(mean, Undefined):
                 return mean
         return self._treated - self._control
 
-    def _percent_of_means(self) -> float | Undefined:
-        difference = self._difference_of_means()
+    def _percent(self) -> float | Undefined:
+        """Return what T is more than C, in percent of C."""
+        difference = self._difference()
         if isinstance(difference, Undefined):
             return difference
-        if self._control <= 0.0:
-            return Undefined(Reason.NOTHING_TO_SAVE)
-        return -100.0 * difference / self._control
+        return 100.0 * difference / self._level if self._level > 0.0 else Undefined(Reason.NOTHING_TO_SAVE)
+
+    def _sized(self, scaled: float | Undefined) -> float | Undefined:
+        return scaled if isinstance(scaled, Undefined) else self.scale.length(scaled)
 
     @property
     def n(self) -> tuple[int, int]:
@@ -282,12 +333,10 @@ class Contrast:
 
     def _fieller(self, level: float) -> tuple[float, float] | Undefined:
         squared = t_quantile(level, self.df) ** 2
-        # Fourth powers of the values stay doubles in the power of two next to the control, which changes no digit
-        unit = math.ldexp(1.0, math.frexp(self._control)[1])
-        control, treated = self._control / unit, self._treated / unit
+        control, difference = self._level, self._treated - self._control
         of_control, of_treated = self.control_shared, self.treated_shared
         v_cc, v_ct, v_tt = (
-            (own + joined_variance(one, other, level, self.df)) / unit / unit
+            own + joined_variance(one, other, level, self.df)
             for own, one, other in (
                 (self.control_variance, of_control, of_control),
                 (self.covariance, of_control, of_treated),
@@ -298,9 +347,9 @@ class Contrast:
         if a <= 0.0:
             return Undefined(Reason.CONTROL_NEAR_ZERO)
         # b^2 - a g and a - b, written so that nothing cancels where the errors are small
-        error = self._test(treated / control, level).error / unit
+        error = self._test(self.ratio, level).error
         root = math.sqrt(max(0.0, squared * (control * error) ** 2 - squared * squared * (v_cc * v_tt - v_ct * v_ct)))
-        middle = control * (control - treated) - squared * (v_cc - v_ct)
+        middle = -control * difference - squared * (v_cc - v_ct)
         return 100.0 * (middle - root) / a, 100.0 * (middle + root) / a
 
 
@@ -346,33 +395,45 @@ def contrast_by_day(
     )
 
 
-def contrast_of_runs(runs: RunsByDay, *, paired: bool = True) -> Contrast:
-    """Return the contrast of runs by the rule that fits them; without `paired` within days, however many there are."""
-    shared_days, counts = runs.shared_days, runs.counts()
+def contrast_of_runs(runs: RunsByDay, *, scale: Scale | None = None, paired: bool = True) -> Contrast:
+    """Return the contrast of runs by the rule that fits them; without `paired` within days, however many there are.
+
+    Contrasts that are added up have one `scale`.
+    """
+    scale = scale_of_runs((runs.control, runs.treated)) if scale is None else scale
+    shared_days, counts = runs.shared_days(scale), runs.counts()
     df_control, df_treated = (total - len(shared_days) for total in (counts.control, counts.treated))
     by_day: dict[str, list[SharedDay]] = {}
     for each in shared_days:
         by_day.setdefault(each.day, []).append(each)
     if paired and len(by_day) >= LEAST_DAYS:
-        return _paired(tuple(map(one_day, by_day.values())), counts, runs)
+        return _paired(tuple(map(one_day, by_day.values())), scale, counts, runs)
     if shared_days and min(df_control, df_treated) >= 1:
-        return _within(shared_days, (df_control, df_treated), counts, runs)
+        return _within(shared_days, (df_control, df_treated), scale, counts, runs)
     if not runs.control or not runs.treated:
         why = Undefined(Reason.GROUP_EMPTY, group=TREATED if runs.control else CONTROL)
     elif not shared_days:
         why = runs.why_no_day_is_shared(CONTROL, TREATED)
     else:
-        of = CONTROL if df_control < 1 else TREATED
-        why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(by_day), of=of)
-    control, treated = mean_of_runs(runs.control, CONTROL), mean_of_runs(runs.treated, TREATED)
+        why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(by_day), of=CONTROL if df_control < 1 else TREATED)
+    control: float | Undefined
+    treated: float | Undefined
     if shared_days:
         together = one_day(shared_days)
         control, treated = together.control.mean, together.treated.mean
+    else:
+        control, treated = (
+            means_of(Runs(tuple(value for each in side.values() for value in each.values), none), scale).mean
+            if side
+            else Undefined(Reason.GROUP_EMPTY, group=name)
+            for side, name in ((runs.control, CONTROL), (runs.treated, TREATED))
+            for none in [SharedError()]
+        )
     none = SharedError()
-    return Contrast(Rule.NONE, why, shared_days, control, treated, 0.0, 0.0, 0.0, 0, none, none, counts, runs)
+    return Contrast(Rule.NONE, why, scale, shared_days, control, treated, 0.0, 0.0, 0.0, 0, none, none, counts, runs)
 
 
-def _paired(days: tuple[SharedDay, ...], counts: Counts, runs: RunsByDay) -> Contrast:
+def _paired(days: tuple[SharedDay, ...], scale: Scale, counts: Counts, runs: RunsByDay) -> Contrast:
     k = len(days)
     means = np.array([(day.control.mean, day.treated.mean) for day in days])
     control, treated = (math.fsum(column) / k for column in means.T)
@@ -382,14 +443,16 @@ def _paired(days: tuple[SharedDay, ...], counts: Counts, runs: RunsByDay) -> Con
     of_control = weighted_sum([day.control.shared for day in days], weights)
     of_treated = weighted_sum([day.treated.shared for day in days], weights)
     return Contrast(
-        Rule.PAIRED, None, days, control, treated, v_cc, v_ct, v_tt, k - 1, of_control, of_treated, counts, runs
+        Rule.PAIRED, None, scale, days, control, treated, v_cc, v_ct, v_tt, k - 1, of_control, of_treated, counts, runs
     )
 
 
-def _within(days: tuple[SharedDay, ...], dfs: tuple[int, int], counts: Counts, runs: RunsByDay) -> Contrast:
+def _within(
+    days: tuple[SharedDay, ...], dfs: tuple[int, int], scale: Scale, counts: Counts, runs: RunsByDay
+) -> Contrast:
     weights = weights_of(days)
 
-    def side(found: list[Runs], df: int) -> tuple[float, float, SharedError]:
+    def side(found: list[Means], df: int) -> tuple[float, float, SharedError]:
         """Return the weighed mean of a side, the variance of its error, and its error in common with others."""
         mean = math.fsum(weight * one.mean for weight, one in zip(weights, found, strict=True))
         of_a_run = math.fsum(one.squares for one in found) / df
@@ -398,6 +461,7 @@ def _within(days: tuple[SharedDay, ...], dfs: tuple[int, int], counts: Counts, r
 
     control, v_cc, of_control = side([day.control for day in days], dfs[0])
     treated, v_tt, of_treated = side([day.treated for day in days], dfs[1])
+    df = min(dfs)
     return Contrast(
-        Rule.WITHIN, None, days, control, treated, v_cc, 0.0, v_tt, min(dfs), of_control, of_treated, counts, runs
+        Rule.WITHIN, None, scale, days, control, treated, v_cc, 0.0, v_tt, df, of_control, of_treated, counts, runs
     )

@@ -26,10 +26,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Rule, Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import CANCELLED, SharedError, joined_variance, shared_of_mean
-from stats.days.decision import Bounded, Contrast, Estimate, Rule, bounds_tests, undefined_bounds, undefined_estimate
+from stats.days.decision import Bounded, Contrast, Estimate, bounds_tests, undefined_bounds, undefined_estimate
 from stats.exact.tails import f_upper, t_quantile, t_two_sided
 
 
@@ -175,14 +175,8 @@ def _scatters(one: Contrast) -> bool:
         one.rule is not Rule.NONE
         and isinstance(one.control_mean, float)
         and one.control_mean > 0.0
-        and one.variance(one.ratio) > 0.0
+        and one.relative_variance > 0.0
     )
-
-
-def _squared_se(one: Contrast) -> float:
-    """Return the variance of a group's saving, as a share, without errors in common."""
-    assert isinstance(one.control_mean, float)  # noqa: S101 - `_claimed` has seen to it
-    return one.variance(one.ratio) / one.control_mean**2
 
 
 def _overall(groups: Mapping[str, Contrast]) -> _Overall | Undefined:
@@ -190,8 +184,8 @@ def _overall(groups: Mapping[str, Contrast]) -> _Overall | Undefined:
         return Undefined(Reason.NO_GROUP_WITH_CLAIM)
     count = len(groups)
     by_day, df = _by_day(groups), _satterthwaite(groups)
-    within = math.fsum(_squared_se(one) / count**2 for one in groups.values() if one.rule is Rule.WITHIN)
-    shared = shared_of_mean([one.shared(one.ratio).times(1.0 / _positive(one.control_mean)) for one in groups.values()])
+    within = math.fsum(one.relative_variance / count**2 for one in groups.values() if one.rule is Rule.WITHIN)
+    shared = shared_of_mean([one.relative_shared for one in groups.values()])
     variance = math.fsum((math.fsum(each) / count) ** 2 for each in by_day.values()) + within
     if variance == 0.0 and shared.se == 0.0:  # what days do to groups cancels
         return Undefined(Reason.GROUPS_WITHOUT_SCATTER)
@@ -208,14 +202,13 @@ def _by_day(groups: Mapping[str, Contrast]) -> dict[str, list[float]]:
     found: dict[str, list[float]] = {}
     for place, one in enumerate(groups.values()):
         k = len(one.shared_days)
-        for day in one.shared_days if one.rule is Rule.PAIRED else ():
-            departs = (day.treated.mean - one.ratio * day.control.mean) / _positive(one.control_mean)
-            found.setdefault(day.day, [0.0] * len(groups))[place] = departs / math.sqrt(k * (k - 1))
+        for day, departs in one.relative_departures if one.rule is Rule.PAIRED else ():
+            found.setdefault(day, [0.0] * len(groups))[place] = departs / math.sqrt(k * (k - 1))
     return found
 
 
 def _satterthwaite(groups: Mapping[str, Contrast]) -> float:
-    parts = [(_squared_se(one), one.df) for one in groups.values()]
+    parts = [(one.relative_variance, one.df) for one in groups.values()]
     return math.fsum(square for square, _df in parts) ** 2 / math.fsum(square**2 / df for square, df in parts)
 
 
@@ -224,9 +217,9 @@ def _heterogeneity(groups: Mapping[str, Contrast], level: float) -> Heterogeneit
     if len(groups) < 2:
         return Undefined(Reason.ONE_GROUP)
     by_day, df = _by_day(groups), _satterthwaite(groups)
-    own = [math.sqrt(_squared_se(one)) if one.rule is Rule.WITHIN else 0.0 for one in groups.values()]
+    own = [math.sqrt(one.relative_variance) if one.rule is Rule.WITHIN else 0.0 for one in groups.values()]
     errors = np.column_stack([*by_day.values(), np.diag(own)])
-    shared = [one.shared(one.ratio).times(1.0 / _positive(one.control_mean)) for one in groups.values()]
+    shared = [one.relative_shared for one in groups.values()]
     common = np.array([[joined_variance(one, other, level, df) for other in shared] for one in shared])
     covariance = _centred(_centred(errors @ errors.T + common).T)
     total = float(np.trace(covariance))
@@ -240,8 +233,3 @@ def _heterogeneity(groups: Mapping[str, Contrast], level: float) -> Heterogeneit
 
 def _centred(columns: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(columns - columns.mean(axis=0))
-
-
-def _positive(mean: float | Undefined) -> float:
-    assert isinstance(mean, float)  # noqa: S101
-    return mean

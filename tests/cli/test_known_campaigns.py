@@ -80,7 +80,7 @@ def reported(folder: Path) -> ReportContent:
 
 
 def said_of(world: str, campaign: KnownCampaign, content: ReportContent) -> Said:
-    leads = [each.lead for each in content.pooled if each.quantity is Outcome.JOULES]
+    leads = [each.decision for each in content.pooled if each.quantity is Outcome.JOULES]
     savings, rejected = (
         (content.overall[0].savings, content.overall[0].rejected)
         if content.overall
@@ -99,11 +99,11 @@ def said_of(world: str, campaign: KnownCampaign, content: ReportContent) -> Said
     assert ("below" in content.claims[0].text) == (warned["order"] or warned["charger"])
     claims = " ".join([*(claim.text for claim in content.claims), *trust_sentences(content)])
     shown = [
-        each.lead.equivalence.shown
+        each.decision.equivalence.shown
         for each in content.pooled
-        if each.quantity is Outcome.APEX and each.lead.equivalence is not None
+        if each.quantity is Outcome.APEX and each.decision.equivalence is not None
     ]
-    within = content.overall_equivalence.tested.shown if content.overall_equivalence else all(shown) if shown else None
+    within = content.overall_equivalence.shown if content.overall_equivalence else all(shown) if shown else None
     heights = None
     if within:
         heights = abs(campaign.apex_percent) < 3.0 and (

@@ -10,7 +10,10 @@ from scipy import stats as scipy_stats
 
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
-from data_schema.vocabulary import ContrastKind, Undefined
+from data_schema.vocabulary import ContrastKind, Rule, Undefined
+from labbook.analysis.comparison.deciding import decide_by_contrast, equivalence_by_contrast
+from labbook.analysis.comparison.thesis_route import thesis_route
+from labbook.config.model import Bounds
 from reports.content import (
     Anova,
     Assumed,
@@ -32,12 +35,12 @@ from reports.content import (
     RunPoint,
     RunValue,
     Sensitivity,
-    SignificanceTest,
     Summary,
     Variant,
 )
+from reports.decided_sentences import group_claim
 from reports.drawn import LogGap, LogJump, RunLog
-from reports.evidence import ByDay, Equivalence, MeansContrast, Side
+from reports.evidence import MeansContrast
 from reports.page.writing import report_files, write_report
 from reports.predicted import (
     AssumedInput,
@@ -48,9 +51,7 @@ from reports.predicted import (
     Predictions,
     Verdict,
 )
-from reports.sentences import difference_claim, savings_claim
-from stats.compare.equivalence import equivalence
-from stats.days.blocked import blocked_by_day
+from stats.days.decision import contrast_by_day
 from tests.helpers.judged import judged
 from tests.helpers.once import made_once
 
@@ -129,72 +130,35 @@ def _values(condition, quantity):
 
 
 def _comparison(maker, quantity, group, level, control, treated, family, headline=False):
-    difference, sums = np.mean(treated) - np.mean(control), (len(control), len(treated))
-    unit = "J" if quantity is Outcome.JOULES else "m"
-    f = np.var(control, ddof=1) / np.var(treated, ddof=1)
-    f_p = 2 * min(scipy_stats.f.sf(f, sums[0] - 1, sums[1] - 1), scipy_stats.f.cdf(f, sums[0] - 1, sums[1] - 1))
-    results = [scipy_stats.ttest_ind(treated, control, equal_var=equal) for equal in (True, False)]
-    tests, differences = [], []
-    label = " ".join([*group.values(), level])
-    provenance = maker.id(f"difference in {quantity}, {label}", sum(sums))
-    for name, result in zip(("Student t", "Welch t"), results, strict=True):
-        interval = result.confidence_interval()
-        tests.append(SignificanceTest(name, float(result.statistic), (float(result.df),), float(result.pvalue)))
-        differences.append(
-            Number(float(difference), unit, se=float(difference / result.statistic), ci_low=float(interval.low),
-                   ci_high=float(interval.high), df=float(result.df), n=sum(sums), provenance=provenance)
-        )  # fmt: skip
-    chosen = 1 if f_p < 0.05 else 0
-    savings = None
-    if quantity is Outcome.JOULES:
-        scale = -100 / np.mean(control)
-        savings = Number(
-            float(difference * scale), "%", se=float(abs(differences[1].se * scale)),
-            ci_low=float(differences[1].ci_high * scale), ci_high=float(differences[1].ci_low * scale),
-            n=sum(sums), provenance=maker.id(f"savings, {label}", sum(sums)),
-        )  # fmt: skip
-    rejected = tests[1].p <= 0.05
-    beside = {
-        "sides": tuple(Side(float(np.mean(side)), float(np.std(side, ddof=1))) for side in (control, treated)),
-        "by_day": _by_day(maker, unit, label, control, treated),
-        "equivalence": None if unit == "J" else _equivalence(maker, label, control, treated),
-    }
-    if headline:
-        key = maker.id(f"adjusted p, {label}", 4)
-        beside["adjusted"] = Number(min(1.0, 4 * tests[1].p), "1", n=4, provenance=key)
-        beside["adjusted_rejected"] = beside["adjusted"].value <= 0.05
-    return Comparison(
-        label=label, quantity=quantity, group=group, level=level, n_control=sums[0], n_treatment=sums[1],
-        variance_test=SignificanceTest("F", float(f), (sums[0] - 1.0, sums[1] - 1.0), float(f_p)),
-        test=tests[chosen], difference=differences[chosen], welch=tests[1], welch_difference=differences[1],
-        savings=savings, brown_forsythe=SignificanceTest("Brown-Forsythe F", 1.1, (1.0, sum(sums) - 2.0), 0.3),
-        family=family, rejected=rejected, savings_shown=rejected if savings else None, **beside,
-    )  # fmt: skip
+    """Decide by five days, each with runs of both sides; the thesis's route stands beside."""
+    label, n = " ".join([*group.values(), level]), len(control) + len(treated)
+    found = contrast_by_day(treated, control, days_treated=[place % 5 for place in range(len(treated))],
+                            days_control=[place % 5 for place in range(len(control))])  # fmt: skip
+    saves = quantity is Outcome.JOULES
+    decision = decide_by_contrast(found, quantity.unit, 0.05, with_savings=saves, shares_error=False)
 
+    def named(number, what):
+        return None if number is None else dataclasses.replace(number, provenance=maker.id(f"{what}, {label}", n))
 
-def _by_day(maker, unit, label, control, treated):
-    """Five days, each with runs of both sides."""
-    side = ["control"] * len(control) + ["treatment"] * len(treated)
-    found = blocked_by_day([*control, *treated], side, [place % 5 for place in range(len(side))], control="control")
-    (contrast,) = found.contrasts
-    low, high = contrast.interval
-    difference = Number(contrast.difference, unit, se=contrast.se, ci_low=low, ci_high=high, df=contrast.df, n=found.n,
-                        provenance=maker.id(f"difference by day, {label}", found.n))  # fmt: skip
-    test = SignificanceTest("by day (mixed model)", contrast.t, (contrast.df,), contrast.p)
-    sds = (Number(math.sqrt(variance), unit) for variance in (found.day_variance, found.residual_variance))
-    return ByDay(difference, test, found.n_days, *sds, method="mixed model")
-
-
-def _equivalence(maker, label, control, treated):
-    found = equivalence(treated, control, low=-0.005, high=0.005)
-    low, high = found.estimate_ci
-    estimate = Number(found.estimate, "m", ci_low=low, ci_high=high, ci_level=0.9, n=found.n_a + found.n_b,
-                      provenance=maker.id(f"equivalence, {label}", found.n_a + found.n_b))  # fmt: skip
-    tests = (
-        SignificanceTest("lower bound", found.welch.t_low, (found.welch.df_low,), found.welch.p_low),
-        SignificanceTest("upper bound", found.welch.t_high, (found.welch.df_high,), found.welch.p_high),
+    decision = dataclasses.replace(
+        decision,
+        difference=named(decision.difference, f"difference in {quantity}"),
+        savings=named(decision.savings, "savings"),
+        equivalence=None if saves else _equivalence(maker, label, found),
     )
-    return Equivalence(estimate, -0.005, 0.005, *tests, found.p, found.equivalent)
+    if headline:
+        adjusted = Number(min(1.0, 4 * decision.p.value), "1", n=4, provenance=maker.id(f"adjusted p, {label}", 4))
+        decision = dataclasses.replace(decision, adjusted=adjusted, adjusted_rejected=adjusted.value <= 0.05)
+    route = thesis_route(control, treated, quantity.unit, 0.05)
+    route = dataclasses.replace(route, difference=named(route.difference, "difference over runs"))
+    over_jumps = route if not saves and level == "pooled" else None
+    return Comparison(label, quantity, group, level, family, decision, route, over_jumps)
+
+
+def _equivalence(maker, label, found):
+    tested = equivalence_by_contrast(found, Bounds(-0.005, 0.005, percent=False), 0.05)
+    estimate = dataclasses.replace(tested.estimate, provenance=maker.id(f"equivalence, {label}", sum(found.n)))
+    return dataclasses.replace(tested, estimate=estimate)
 
 
 def _comparisons(maker, conditions):
@@ -211,8 +175,10 @@ def _comparisons(maker, conditions):
                 values = _values(condition, quantity)
                 made.append(_comparison(maker, quantity, group, level, control, values, "each AD gain"))
             result = scipy_stats.f_oneway(*(_values(c, quantity) for c in of_group[1:]))
-            test = SignificanceTest("F", float(result.statistic), (4.0, 45.0), float(result.pvalue))
-            anovas.append(Anova(f"{foot} {k_gain}", quantity, group, test, 50, maker.id(f"ANOVA {foot} {k_gain}", 50)))
+            p = Number(float(result.pvalue), "1", provenance=maker.id(f"ANOVA {foot} {k_gain}", 50))
+            anovas.append(
+                Anova(f"{foot} {k_gain}", quantity, group, Number(float(result.statistic), "1"), p, 4, 45, 50)
+            )
     made.sort(key=lambda c: c.family != "pooled over the AD gain")
     return tuple(made), tuple(anovas)
 
@@ -288,9 +254,9 @@ def _days(points):
 def _sensitivity(comparisons, days):
     sets = []
     for comparison in comparisons:
-        if not comparison.opens or comparison.savings is None:
+        base = comparison.decision.savings
+        if not comparison.opens or base is None:
             continue
-        base = comparison.savings
         labels = {"without exclusions": "", "with the published detector": ""}
         labels |= {f"without {day.date}": day.date for day in days}
         variants = tuple(
@@ -324,10 +290,10 @@ def _predictions(maker, conditions, comparisons):
             items.append(_prediction(maker, quantity, levels, level, condition.control, mean.n, mean,
                                      mean.value * scale, 0.002 * mean.value))  # fmt: skip
     items += [
-        _prediction(maker, PredictedQuantity.SAVINGS, c.group, c.level, False, c.n_control + c.n_treatment, c.savings,
-                    c.savings.value - 2.0, 0.7)
+        _prediction(maker, PredictedQuantity.SAVINGS, c.group, c.level, False, saved.n, saved, saved.value - 2.0, 0.7)
         for c in comparisons
-        if c.savings is not None
+        for saved in [c.decision.savings]
+        if saved is not None
     ]  # fmt: skip
     return Predictions(
         "bed", 1e-6, ("active_damping", "motor_heat"), ("surface",), {"b_ad_gain": "kg/m"}, tuple(items),
@@ -346,12 +312,12 @@ def _predictions(maker, conditions, comparisons):
 def _hypotheses(maker, comparisons):
     def part(c, low, high, value, **other):
         key = maker.id(f"hypothesis, {c.group}", 30)
-        saved = c.savings
+        saved = c.decision.savings
         measured = Number(-saved.value, "%", saved.se, None, -saved.ci_high, -saved.ci_low, 0.9, 12.0, 26, key)
         return HypothesisPart(c.group, {}, measured, Number(value, "%", se=0.8), Verdict.HOLDS, Verdict.CANNOT_TELL,
                               low, high, **other)  # fmt: skip
 
-    pooled = [c for c in comparisons if c.savings is not None and c.level == "pooled"]
+    pooled = [c for c in comparisons if c.decision.savings is not None and c.level == "pooled"]
     untold = Undefined(Reason.NO_DAY_HOLDS_BOTH, a="group control", b="group treated")
     feet = HypothesisPart(
         {"k_gain": "400", "foot": "small"}, {"foot": "large"}, Number(2.4, "%", n=20, provenance=maker.id("feet", 30)),
@@ -369,8 +335,8 @@ def _contrasts(maker):
     def contrast(kind, levels, side="", estimate=None, **more):
         found = {
             "kind": kind, "quantity": Outcome.JOULES, "factor": "foot", "levels": levels, "side": side, "per": 1.0,
-            "at": None, "estimate": estimate, "test": SignificanceTest("contrast", 2.9, (4.0,), 0.044),
-            "adjusted": Number(0.088, "1", n=5), "rejected": False, "unit": "day",
+            "at": None, "left_out": 0, "estimate": estimate, "t": Number(2.9, "1", df=4.0), "p": Number(0.044, "1"),
+            "adjusted": Number(0.088, "1", n=5), "rejected": False, "rule": Rule.PAIRED,
             "days": ("2021-06-01", "2021-06-02", "2021-06-03", "2021-06-04", "2021-06-05"),
         }  # fmt: skip
         return MeansContrast(**(found | more))
@@ -405,7 +371,6 @@ def make_content(seed=5):
                    Outcome.APEX: {"no log with a body_height channel": 1}}, 6375, 6361,
                   {"first jumps of a run": 506, "touches a dropped packet": 83, "rejected on review": 21}, 5751),
         factors=FACTORS, conditions=conditions, claims=(), comparisons=comparisons, anovas=anovas,
-        jump_comparisons=tuple(c for c in comparisons if c.quantity is Outcome.APEX and c.level == "pooled"),
         drains=(_drain(maker),),
         budget=(
             BudgetItem("scatter between runs", 1.3, 0.41, False),
@@ -422,10 +387,8 @@ def make_content(seed=5):
         assumed=(Assumed("uncertainty of the reference voltage", "0.1 V", "no source", "0 to 0.3 V"),),
         provenance=tuple(maker.provenance), predictions=predictions, hypotheses=hypotheses,
     )  # fmt: skip
-    heads = sorted((c for c in comparisons if c.opens and c.savings), key=lambda c: -c.savings.value)
-    claims = [savings_claim(content, c) for c in heads]
-    claims += [difference_claim(content, c) for c in comparisons if c.opens and not c.savings]
-    return dataclasses.replace(content, claims=tuple(claims))
+    claims = tuple(group_claim(content, c) for c in comparisons if c.opens)
+    return dataclasses.replace(content, claims=claims)
 
 
 def make_minimal():

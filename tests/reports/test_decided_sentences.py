@@ -6,15 +6,15 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Rule, Undefined
 from reports.decided_sentences import group_claim, groups_in_one_sentence, overall_claims
-from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings, OverGroups
+from reports.evidence import Decision
 from reports.naming import levels_name
-from reports.numbers import Number, SignificanceTest
+from reports.numbers import Number
 from tests.helpers.wording import says
+from tests.reports.made import DAYS, equivalence, overall_equivalence, overall_savings, t_and_p
 
 ELSEWHERE = "That it holds on other days is not shown."
-DAYS = ("2021-06-01", "2021-06-02", "2021-06-03", "2021-06-04", "2021-06-07")
 
 
 def decided(content, outcome, **changes):
@@ -22,9 +22,9 @@ def decided(content, outcome, **changes):
     comparison = next(c for c in content.pooled if c.quantity is outcome and c.group["foot"] == "small")
     savings = Number(12.1, "%", 2.0, None, 6.8, 17.2, provenance="abc") if outcome is Outcome.JOULES else None
     decision = Decision(
-        unit="day", days=DAYS, n_control=16, n_treatment=50, other=0, savings=savings, rejected=True,
-        difference=Number(0.0013, "m", 0.0003, None, 0.0003, 0.0023, provenance="abd"),
-        test=SignificanceTest("by shared days", 6.32, (4.0,), 0.003),
+        rule=Rule.PAIRED, days=DAYS, n_control=16, n_treatment=50, other=0, savings=savings, rejected=True,
+        difference=Number(0.0013, "m", 0.0003, None, 0.0003, 0.0023, provenance="abd"), control_mean=Number(40.0, "J"),
+        run_sd=Number(3.0, "J"), **t_and_p(6.32, 4.0, 0.003),
     )  # fmt: skip
     return dataclasses.replace(comparison, exploratory="", decision=dataclasses.replace(decision, **changes))
 
@@ -45,14 +45,13 @@ def test_runs_of_other_days_are_counted(content):
 
 def test_within_days_the_claim_and_its_test_of_equivalence_hold_for_these_days(content):
     estimate = Number(0.4, "%", ci_low=0.1, ci_high=0.7, ci_level=0.9)
-    test = SignificanceTest("lower bound", 9.0, (3.0,), 0.001)
-    within = Equivalence(estimate, -3.0, 3.0, test, test, 0.001, True)
-    text = said(content, decided(content, Outcome.APEX, unit="run", days=DAYS[:3], equivalence=within))
+    within = equivalence(estimate)
+    text = said(content, decided(content, Outcome.APEX, rule=Rule.WITHIN, days=DAYS[:3], equivalence=within))
     says(text, "3 days", "1.30 mm", "−3", "3 %", "90 %", "0.10")
     assert text.endswith(ELSEWHERE)
     unshown = dataclasses.replace(within, shown=False)
     nothing = said(
-        content, decided(content, Outcome.APEX, unit="run", days=DAYS[:3], equivalence=unshown, rejected=False)
+        content, decided(content, Outcome.APEX, rule=Rule.WITHIN, days=DAYS[:3], equivalence=unshown, rejected=False)
     )
     says(nothing, "3 days", "not significant")
     assert ELSEWHERE not in nothing
@@ -61,8 +60,8 @@ def test_within_days_the_claim_and_its_test_of_equivalence_hold_for_these_days(c
 def test_where_days_tell_nothing_there_is_no_p_and_no_interval(content):
     why = Undefined(Reason.NO_DAY_HOLDS_BOTH, a="the control", b="the treatment")
     saved = Number(12.1, "%", ci_low=why, ci_high=why)
-    nothing = SignificanceTest("by shared days", why, (why,), why)
-    comparison = decided(content, Outcome.JOULES, unit="", days=(), savings=saved, test=nothing, rejected=None)
+    nothing = t_and_p(why, why, why)
+    comparison = decided(content, Outcome.JOULES, rule=Rule.NONE, days=(), savings=saved, rejected=None, **nothing)
     text = said(content, comparison)
     says(text, "cannot be told", "12.1 %")
     assert "CI" not in text
@@ -91,20 +90,10 @@ def test_a_saving_that_cannot_be_bounded_is_not_sized(content):
 @pytest.mark.parametrize("measured_only", [True, False])
 def test_an_effect_over_groups_says_what_it_is_of(content, measured_only):
     groups = [c.group for c in content.pooled if c.quantity is Outcome.JOULES]
-    scope = OverGroups(tuple(groups[:3]), tuple(groups[3:]), DAYS, measured_only)
-    test = SignificanceTest("overall", 7.7, (13.9,), 1e-5)
-    savings = OverallSavings(
-        Outcome.JOULES,
-        Number(11.2, "%", 1.5, None, 8.1, 14.3),
-        test,
-        Number(4.0, "%"),
-        Number(0.2, "1"),
-        False,
-        True,
-        scope,
-    )
+    of = {"left_out": tuple(groups[3:]), "days_measured_only": measured_only}
+    savings = overall_savings(Number(11.2, "%", 1.5, None, 8.1, 14.3), tuple(groups[:3]), **of)
     change = Number(-0.4, "%", ci_low=-0.7, ci_high=-0.1, ci_level=0.9)
-    heights = OverallEquivalence(Equivalence(change, -3.0, 3.0, test, test, 1e-4, True), scope)
+    heights = overall_equivalence(equivalence(change), tuple(groups[:3]), **of)
     whole = dataclasses.replace(content, overall=(savings,), overall_equivalence=heights)
     (of_joules, saved), (of_apex, kept) = overall_claims(whole)
     assert (of_joules, of_apex) == (Outcome.JOULES, Outcome.APEX)
@@ -127,10 +116,9 @@ def test_an_effect_over_groups_says_what_it_is_of(content, measured_only):
     ],
 )
 def test_no_loss_of_height_is_said_where_the_interval_excludes_one(content, low, lower_bound, said):
-    test = SignificanceTest("overall", 7.7, (13.9,), 1e-5)
-    scope = OverGroups(tuple(c.group for c in content.pooled if c.quantity is Outcome.APEX)[:2], (), DAYS, False)
+    groups = tuple(c.group for c in content.pooled if c.quantity is Outcome.APEX)[:2]
     change = Number(0.4, "%", ci_low=low, ci_high=0.9, ci_level=0.9)
-    heights = OverallEquivalence(Equivalence(change, lower_bound, 3.0, test, test, 1e-4, True), scope)
+    heights = overall_equivalence(equivalence(change, low=lower_bound), groups)
     ((_outcome, claim),) = overall_claims(dataclasses.replace(content, overall=(), overall_equivalence=heights))
     opening = claim.text.replace("\u00a0", " ").partition(" over ")[0].lower()
     assert said in opening
@@ -140,14 +128,13 @@ def test_no_loss_of_height_is_said_where_the_interval_excludes_one(content, low,
 def test_groups_that_differ_are_given_each(content, differ):
     pooled = [c for c in content.pooled if c.quantity is Outcome.JOULES][:2]
     comparisons = tuple(
-        dataclasses.replace(one, decision=dataclasses.replace(one.lead, savings=Number(value, "%", 1.0)))
+        dataclasses.replace(one, decision=dataclasses.replace(one.decision, savings=Number(value, "%", 1.0)))
         for one, value in zip(pooled, (5.4, -1.2), strict=True)
     )
-    test = SignificanceTest("overall", 3.1, (13.9,), 0.02)
-    savings = OverallSavings(
-        Outcome.JOULES, Number(2.1, "%", 0.7, None, 0.6, 3.6), test, Number(4.7, "%"), Number(0.0123, "1"), differ,
-        True, OverGroups(tuple(one.group for one in pooled), (), DAYS, False),
-    )  # fmt: skip
+    groups = tuple(one.group for one in pooled)
+    savings = overall_savings(
+        Number(2.1, "%", 0.7, None, 0.6, 3.6), groups, heterogeneity_p=Number(0.0123, "1"), differ=differ
+    )
     ((_outcome, claim),) = overall_claims(dataclasses.replace(content, comparisons=comparisons, overall=(savings,)))
     assert "agree" not in claim.text  # nothing is said where it is not tested
     assert ("differ" in claim.text) is bool(differ)
@@ -162,23 +149,12 @@ def saved_over(content, rejected, costs=(False, False)):
         dataclasses.replace(
             one,
             decision=dataclasses.replace(
-                one.lead, rejected=each, adjusted=None, difference=Number(2.0 if cost else -2.0, "J")
+                one.decision, rejected=each, adjusted=None, difference=Number(2.0 if cost else -2.0, "J")
             ),
         )
         for one, each, cost in zip(pooled, rejected, costs, strict=True)
     )
-    scope = OverGroups(tuple(one.group for one in pooled), (), DAYS, False)
-    test = SignificanceTest("overall", 7.7, (4.0,), 0.01)
-    savings = OverallSavings(
-        Outcome.JOULES,
-        Number(11.2, "%", 1.5, None, 8.1, 14.3),
-        test,
-        Number(4.0, "%"),
-        Number(0.2, "1"),
-        False,
-        True,
-        scope,
-    )
+    savings = overall_savings(Number(11.2, "%", 1.5, None, 8.1, 14.3), tuple(one.group for one in pooled))
     ((_outcome, claim),) = overall_claims(dataclasses.replace(content, comparisons=comparisons, overall=(savings,)))
     return claim.text
 
@@ -208,18 +184,16 @@ def test_a_group_that_alone_cost_more_is_not_named_as_a_saving(content, rejected
 
 @pytest.mark.parametrize("shown", [(True, False), (True, True), (False, False)])
 def test_groups_whose_own_height_is_not_shown_to_be_kept_are_named_where_others_are(content, shown):
-    test = SignificanceTest("lower bound", 9.0, (3.0,), 0.001)
     change = Number(-0.4, "%", ci_low=-0.7, ci_high=-0.1, ci_level=0.9)
     pooled = [c for c in content.pooled if c.quantity is Outcome.APEX][:2]
     comparisons = tuple(
         dataclasses.replace(
             one,
-            decision=dataclasses.replace(one.lead, equivalence=Equivalence(change, -3.0, 3.0, test, test, 0.1, each)),
+            decision=dataclasses.replace(one.decision, equivalence=equivalence(change, p=0.1, shown=each)),
         )
         for one, each in zip(pooled, shown, strict=True)
     )
-    scope = OverGroups(tuple(one.group for one in pooled), (), DAYS, False)
-    heights = OverallEquivalence(Equivalence(change, -3.0, 3.0, test, test, 1e-4, True), scope)
+    heights = overall_equivalence(equivalence(change), tuple(one.group for one in pooled))
     whole = dataclasses.replace(content, comparisons=comparisons, overall=(), overall_equivalence=heights)
     ((_outcome, claim),) = overall_claims(whole)
     assert ("Not shown alone: " in claim.text) is (shown == (True, False))
@@ -228,22 +202,19 @@ def test_groups_whose_own_height_is_not_shown_to_be_kept_are_named_where_others_
 
 
 def test_one_group_speaks_for_itself(content):
-    scope = OverGroups((content.pooled[0].group,), (), DAYS, False)
-    alone = OverallSavings(
-        Outcome.JOULES, Number(11.2, "%"), SignificanceTest("overall", 7.7, (4.0,), 0.01), Number(4.0, "%"),
-        Number(0.2, "1"), False, True, scope,
-    )  # fmt: skip
+    alone = overall_savings(Number(11.2, "%"), (content.pooled[0].group,))
     assert overall_claims(dataclasses.replace(content, overall=(alone,))) == []
 
 
-@pytest.mark.parametrize(("unit", "shown", "told"), [("day", True, True), ("run", True, False), ("day", False, False)])
-def test_exploratory_groups_are_told_together_where_all_are_equivalent_by_day(content, unit, shown, told):
-    estimate = Number(0.4, "%", ci_low=0.1, ci_high=0.7, ci_level=0.9)
-    test = SignificanceTest("lower bound", 9.0, (3.0,), 0.001)
-    within = Equivalence(estimate, -3.0, 3.0, test, test, 0.001, shown)
-    changes = {"unit": unit, "equivalence": within, "adjusted": Number(0.01, "1", n=2), "adjusted_rejected": True}
+@pytest.mark.parametrize(
+    ("rule", "shown", "told"),
+    [(Rule.PAIRED, True, True), (Rule.WITHIN, True, False), (Rule.PAIRED, False, False)],
+)
+def test_exploratory_groups_are_told_together_where_all_are_equivalent_by_day(content, rule, shown, told):
+    within = equivalence(Number(0.4, "%", ci_low=0.1, ci_high=0.7, ci_level=0.9), shown=shown)
+    changes = {"rule": rule, "equivalence": within, "adjusted": Number(0.01, "1", n=2), "adjusted_rejected": True}
     one = dataclasses.replace(decided(content, Outcome.APEX, **changes), exploratory="not the primary outcome")
-    heights = OverallEquivalence(within, OverGroups((one.group, one.group), (), DAYS, False))
+    heights = overall_equivalence(within, (one.group, one.group))
     text = groups_in_one_sentence(
         dataclasses.replace(content, comparisons=(one, one), overall_equivalence=heights), Outcome.APEX
     )

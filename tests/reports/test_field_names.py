@@ -3,26 +3,24 @@
 import dataclasses
 from pathlib import Path
 
-from data_schema.outcomes import Outcome
-from reports.content import Number, SignificanceTest
-from reports.evidence import OverallEquivalence, OverallSavings, OverGroups
+from reports.content import Number
 from reports.tables.formats.as_macros import macros_of
 from reports.tables.registry import TABLES
+from tests.reports.made import overall_equivalence, overall_savings
 
 NAMES = Path(__file__).with_name("field_names.txt")
 
 
 def test_fields_of_tables_and_names_of_macros_are_those_on_record(plated):
     pooled = [each for each in plated.pooled if each.group == {"foot": "small", "k_gain": "300"}]
-    number, test = Number(11.0, "%", ci_low=8.0, ci_high=14.0), SignificanceTest("t", 7.0, (13.9,), 2e-6)
-    scope = OverGroups((pooled[0].group,), (), ("2021-05-03",), False)
+    number, groups = Number(11.0, "%", ci_low=8.0, ci_high=14.0), (pooled[0].group,)
     content = dataclasses.replace(
         plated,
         comparisons=tuple(
-            dataclasses.replace(each, decision=dataclasses.replace(each.lead, adjusted=number)) for each in pooled
+            dataclasses.replace(each, decision=dataclasses.replace(each.decision, adjusted=number)) for each in pooled
         ),
-        overall=(OverallSavings(Outcome.JOULES, number, test, number, number, False, True, scope),),
-        overall_equivalence=OverallEquivalence(pooled[1].equivalence, scope),
+        overall=(overall_savings(number, groups),),
+        overall_equivalence=overall_equivalence(pooled[1].decision.equivalence, groups),
     )
     tables = {f"{name}.csv": kind.make(content).columns for name, kind in TABLES.items()}
     found = [

@@ -6,9 +6,12 @@ import re
 
 import pytest
 
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
 from reports.numbers import Number
 from reports.trust import flow_sentence, trust_sentences
 from tests.helpers.wording import says
+from tests.reports.made import changed as changed_decisions
 
 MOVED = re.compile(r"[0-9.]+ points[.;]")
 """How far a headline moves."""
@@ -21,17 +24,16 @@ def plain(sentences):
 def of_one_group(content, se, shared_se=0.1):
     """Keep the first group, whose savings have this error, and whose runs scatter by 3 J within days."""
     first = content.pooled[0]
-    savings = dataclasses.replace(first.savings, se=se, shared_se=shared_se)
-    by_day = dataclasses.replace(first.by_day, run_sd=Number(3.0, "J"))
-    return dataclasses.replace(
-        content, comparisons=(dataclasses.replace(first, savings=savings, by_day=by_day),), overall=()
-    )
+    savings = dataclasses.replace(first.decision.savings, se=se, shared_se=shared_se)
+    one = dataclasses.replace(content, comparisons=(first,), overall=())
+    return changed_decisions(one, savings=savings, run_sd=Number(3.0, "J"))
 
 
 def by_runs(comparison):
     """The standard error that independent runs with a standard deviation of 3 J give savings."""
-    ratio, mean = 1.0 - comparison.savings.value / 100.0, comparison.sides[0].mean
-    return 300.0 / mean * math.sqrt(1.0 / comparison.n_treatment + ratio**2 / comparison.n_control)
+    decision = comparison.decision
+    ratio, mean = 1.0 - decision.savings.value / 100.0, decision.control_mean.value
+    return 300.0 / mean * math.sqrt(1.0 / decision.n_treatment + ratio**2 / decision.n_control)
 
 
 @pytest.mark.parametrize(
@@ -53,11 +55,9 @@ def test_without_an_error_or_scatter_within_days_there_are_two_lines(content):
     changed = of_one_group(content, 2.0)
     assert len(trust_sentences(changed)) == 3
     (only,) = changed.comparisons
-    for other in (
-        dataclasses.replace(only, by_day=None),
-        dataclasses.replace(only, savings=dataclasses.replace(only.savings, se=None)),
-    ):
-        assert len(trust_sentences(dataclasses.replace(changed, comparisons=(other,)))) == 2
+    none = Number(Undefined(Reason.ONE_VALUE_A_DAY), "J")
+    for other in ({"run_sd": none}, {"savings": dataclasses.replace(only.decision.savings, se=None)}):
+        assert len(trust_sentences(changed_decisions(changed, **other))) == 2
 
 
 def test_the_flow_line_says_how_many_runs_were_withdrawn_from_the_plan(content):
@@ -101,17 +101,8 @@ def test_the_first_line_says_when_the_analysis_was_decided_on_and_how_often_it_w
     says(plain(trust_sentences(changed))[0], *filter(None, (run_before, departed)))
 
 
-def test_of_days_counted_or_days_compared_nothing_says_that_more_runs_help(content):
-    """n counts days where the plan does; and of sides with a day each the error knows nothing of days."""
-    changed = of_one_group(content, 2.0)
-    (only,) = changed.comparisons
-    apart = dataclasses.replace(only, one_day_each="of one day each")
-    for other in (
-        dataclasses.replace(changed, counted="day"),
-        dataclasses.replace(changed, comparisons=(apart,)),
-        dataclasses.replace(content, overall=()),  # several groups, and none of them is the answer
-    ):
-        assert not any("standard error" in each for each in trust_sentences(other))
+def test_of_several_groups_none_is_the_answer(content):
+    assert not any("standard error" in each for each in trust_sentences(dataclasses.replace(content, overall=())))
 
 
 def test_savings_lead_where_the_first_group_has_none(content):

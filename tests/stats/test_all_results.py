@@ -17,18 +17,18 @@ from typing import Any, get_args, get_type_hints
 import numpy as np
 import pandas as pd
 import pytest
+from stats.compare.resampling import bootstrap_difference, permutation_test
+from stats.days.blocked import blocked_by_day
 
 import stats
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.compare.effect_size import bayes_factor
 from stats.compare.equivalence import equivalence
-from stats.compare.resampling import bootstrap_difference, permutation_test
 from stats.compare.savings import percent_savings
 from stats.compare.shared_error import SharedError, describe_shared, difference_with_shared
 from stats.compare.summary import autocorrelation, describe
 from stats.compare.two_sample import compare_two
-from stats.days.blocked import blocked_by_day
 from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.multiple import holm

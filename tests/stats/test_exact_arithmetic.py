@@ -13,12 +13,12 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 from scipy import special
+from stats.compare.resampling import permutation_test
+from stats.days.blocked import blocked_by_day
 
 from stats.compare.equivalence import equivalence
-from stats.compare.resampling import permutation_test
 from stats.compare.savings import percent_savings
 from stats.compare.summary import autocorrelation, describe
-from stats.days.blocked import blocked_by_day
 from stats.groups.anova import welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.residuals import rmse_over_iqr

@@ -8,11 +8,11 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from stats.days.blocked import blocked_by_day
 
 from stats.compare.equivalence import equivalence
 from stats.compare.shared_error import SharedError, difference_with_shared
 from stats.compare.two_sample import compare_two
-from stats.days.blocked import blocked_by_day
 from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.multiple import holm

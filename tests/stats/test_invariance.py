@@ -15,14 +15,14 @@ import numpy as np
 import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
+from stats.compare.resampling import bootstrap_difference, permutation_test
+from stats.days.blocked import blocked_by_day
 
 from data_schema.vocabulary import Undefined
 from stats.compare.equivalence import equivalence
-from stats.compare.resampling import bootstrap_difference, permutation_test
 from stats.compare.savings import percent_savings
 from stats.compare.summary import autocorrelation
 from stats.compare.two_sample import compare_two
-from stats.days.blocked import blocked_by_day
 from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.residuals import rmse_over_iqr

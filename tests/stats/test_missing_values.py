@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
+from stats.compare.resampling import bootstrap_difference, permutation_test
+from stats.days.blocked import blocked_by_day
 
 from data_schema.errors import InputRefused, UnknownName
 from stats.compare.equivalence import equivalence
-from stats.compare.resampling import bootstrap_difference, permutation_test
 from stats.compare.savings import percent_savings
 from stats.compare.shared_error import SharedError, describe_shared
 from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
-from stats.days.blocked import blocked_by_day
 from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.dunnett import dunnett
 from stats.groups.residuals import additive_residuals, residuals_of_groups, rmse_over_iqr

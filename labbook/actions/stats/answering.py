@@ -13,7 +13,7 @@ from typing import Any, cast
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Rule, Undefined
 from labbook.actions.stats.data import DataSource, observe
 from labbook.actions.stats.figures import (
     as_shown_to_people,
@@ -30,7 +30,7 @@ from stats.compare.equivalence import equivalence
 from stats.compare.savings import percent_savings
 from stats.compare.shared_error import difference_with_shared
 from stats.compare.two_sample import ROUTES, Route, TwoSample, compare_two
-from stats.days.decision import Bounded, Contrast, Estimate, Rule, contrast_by_day
+from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day
 from stats.exact.numbers import as_interval
 from stats.exact.tails import t_upper
 from stats.groups.anova import one_way_anova, welch_anova

@@ -26,7 +26,6 @@ from labbook.actions.upkeep.report_causes import (
     Thing,
     causes_between,
 )
-from labbook.analysis.comparison.comparing import COMPARISON
 from labbook.analysis.comparison.deciding import DECISION, OVERALL
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.results.result_cache import equals_printed
@@ -142,9 +141,7 @@ def _rank(moved: MovedNumber) -> int:
         return 3
     if number.kind == OVERALL.kind:
         return 0
-    kinds = (DECISION.kind, COMPARISON.kind)
-    pooled = number.kind in kinds and number.scope.get("family") == POOLED
-    return 1 + kinds.index(number.kind) if pooled else 3
+    return 1 if number.kind == DECISION.kind and number.scope.get("family") == POOLED else 3
 
 
 def _identity(row: ShownRow) -> tuple[str | None, ...]:

@@ -1,4 +1,4 @@
-"""Every comparison of a study: the test that decides, the thesis's route and what stands beside (Holm, equivalence).
+"""Every comparison of a study: the test that decides, with equivalence and Holm's p, and the thesis's route beside it.
 
 Holm's p counts comparisons of the planned family that a report does not show: without them a report on one foot would
 have smaller adjusted p-values than the report on both from the same data.
@@ -12,101 +12,67 @@ from typing import Annotated, Any
 
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import StudyKind, Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.by_day import DayComparison, compare_by_day
-from labbook.analysis.comparison.comparing import (
-    ComparisonResult,
-    EquivalenceResult,
-    compare,
-    pairs_in_units,
-    welch_one_sided,
-    within_bounds,
-)
-from labbook.analysis.comparison.deciding import DecisionResult, decide, decide_equivalence
+from labbook.analysis.comparison.deciding import decide, decide_equivalence
 from labbook.analysis.comparison.pairing import Pair
-from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure, unit_scope
+from labbook.analysis.comparison.thesis_route import routes_over_jumps, routes_over_runs
+from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.preregistration.planned import FAMILY_OF
-from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
+from labbook.analysis.preregistration.planned import FAMILY_OF, Planned
+from labbook.analysis.results.codec import Algorithm, StoredAs
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
 from labbook.analysis.study_data import StudyData
-from labbook.config.model import AnalysisSettings, Family, UnitOfAnalysis
-from reports.numbers import Number
+from labbook.config.model import Family
+from reports.evidence import Comparison, Decision, MeansContrast
+from reports.numbers import Number, StoredResult
 from stats.exact.tails import t_two_sided
 from stats.groups.multiple import holm
 
 
 @dataclass(frozen=True, slots=True)
 class FamilyResult(StoredResult):
-    """Holm's p of the test of every pair of a family by its label, and whether it is at most alpha.
+    """Holm's p of every test of a family by its label, and whether it is at most alpha.
 
-    `rejected` is None where a pair has no p.
+    `rejected` is None where a test has no p.
     """
 
     adjusted_p: Annotated[Mapping[str, Number], StoredAs("adjusted_p, {}")]
     rejected: Mapping[str, bool | None]
 
 
-FAMILY = Algorithm("family", 7, FamilyResult)
-"""Of Welch's tests."""
-DECISION_FAMILY = Algorithm("decision_family", 2, FamilyResult)
-
-
-@dataclass(frozen=True, slots=True)
-class Member:
-    """A result of a family by its label, with the test in it that counts."""
-
-    label: str
-    result: StoredResult
-    t: Number
-    p: Number
+FAMILY = Algorithm("decision_family", 2, FamilyResult)
 
 
 def adjust(
     cache: ResultCache,
-    tested: Sequence[tuple[Pair, ComparisonResult]],
-    family: str,
-    quantity: Outcome,
-    scope: Mapping[str, Any],
-    alpha: float = 0.05,
-) -> FamilyResult:
-    """Ensure the adjusted p of the Welch tests of a family."""
-    members = [Member(pair.label, result, result.welch_t, result.welch_p) for pair, result in tested]
-    return adjust_members(cache, members, family, {"quantity": str(quantity), **scope}, alpha, FAMILY)
-
-
-def adjust_members(
-    cache: ResultCache,
-    members: Sequence[Member],
+    tested: Mapping[str, Decision | MeansContrast],
     family: str,
     scope: Mapping[str, Any],
     alpha: float,
-    algorithm: Algorithm[FamilyResult] = DECISION_FAMILY,
-) -> FamilyResult:
-    """Ensure the adjusted p of the tests of a family."""
+) -> FamilyResult | None:
+    """Ensure the adjusted p of the tests of a family by their labels; None of a single one."""
+    if len(tested) < 2:
+        return None
     return cache.ensure_one(
         Request(
-            algorithm,
+            FAMILY,
             {"family": family, **scope},
-            tuple(result_fingerprint(one.label, one.result) for one in members),
+            tuple(result_fingerprint(label, one) for label, one in tested.items()),
             {"alpha": alpha},
-            lambda: _adjusted(members, family, alpha),
+            lambda: _adjusted(tested, family, alpha),
         )
     )
 
 
-def _adjusted(tested: Sequence[Member], family: str, alpha: float) -> FamilyResult:
-    found = {one.label: one.p.value for one in tested}
-    logs = {one.label: _log10_p(one.t) for one in tested if found[one.label] == 0.0}
-    result = holm(found, family, log10_p=logs, alpha=alpha)
+def _adjusted(tested: Mapping[str, Decision | MeansContrast], family: str, alpha: float) -> FamilyResult:
+    p = {label: one.p.value for label, one in tested.items()}
+    logs = {label: _log10_p(one.t) for label, one in tested.items() if p[label] == 0.0}
+    result = holm(p, family, log10_p=logs, alpha=alpha)
     return FamilyResult(
-        adjusted_p={
-            label: Number(p, "1", n=len(found)) for label, p in zip(result.names, result.adjusted_p, strict=True)
-        },
+        adjusted_p={label: Number(one, "1", n=len(p)) for label, one in zip(p, result.adjusted_p, strict=True)},
         rejected={
-            label: None if isinstance(verdict, Undefined) else verdict
-            for label, verdict in zip(result.names, result.rejected, strict=True)
+            label: None if isinstance(one, Undefined) else one for label, one in zip(p, result.rejected, strict=True)
         },
     )
 
@@ -138,96 +104,21 @@ def unselected_conditions(
     }
 
 
-def _unselected_pairs(
-    pairs: Sequence[Pair], conditions: Sequence[ConditionValues], beside: Sequence[ConditionValues], swept: str
-) -> list[Pair]:
-    """Return the comparisons with the control that the conditions of all make, and those of the selection do not."""
-    shown = {pair.label for pair in pairs}
-    every = pairing.pairs_with_control([*conditions, *beside], swept) if beside else []
-    return [pair for pair in every if pair.label not in shown]
-
-
-@dataclass(frozen=True, slots=True)
-class Decided:
-    """What decides a comparison: the test by shared days, and by the same contrast equivalence and Holm's p."""
-
-    result: DecisionResult
-    equivalent: EquivalenceResult | None = None
-    adjusted: FamilyResult | None = None
-
-
 @dataclass(frozen=True, slots=True)
 class Compared:
-    """A pair with its runs, the quantity compared, the stored comparison, and the results beside it.
-
-    `by_day` and `equivalent` are there for comparisons with the control, the second for heights where bounds were
-    given; `adjusted` holds the p-values of the whole family that the pair belongs to, shown here or not. `decided` is
-    there where the unit of analysis is decided by shared days.
-    """
+    """A pair with its runs, what a report shows of it, and the family of tests that its p is adjusted in."""
 
     pair: Pair
-    quantity: Outcome
-    result: ComparisonResult
-    by_day: DayComparison | None = None
-    adjusted: FamilyResult | None = None
-    equivalent: EquivalenceResult | None = None
-    decided: Decided | None = None
-
-    @property
-    def conditions(self) -> tuple[str, ...]:
-        """The keys of the conditions compared."""
-        return tuple(item.key for item in (*self.pair.a, *self.pair.b))
-
-    @property
-    def saving(self) -> Number | None:
-        """The saving that the first page claims, with the interval that it gives; None where there are no savings."""
-        return (self.result if self.decided is None else self.decided.result).savings
-
-    @property
-    def test(self) -> tuple[Number, Number]:
-        """The t and the p of the claim."""
-        if self.decided is not None:
-            return self.decided.result.t, self.decided.result.p
-        return self.result.welch_t, self.result.welch_p
-
-    @property
-    def one_sided(self) -> bool:
-        """Whether the claim is tested against a saving alone."""
-        return (self.result if self.decided is None else self.decided.result).one_sided
-
-    @property
-    def deciding(self) -> dict[str, StoredResult]:
-        """The results that decide, by their role: the test, and where there is a family of tests Holm's p."""
-        found = (self.result, self.adjusted) if self.decided is None else (self.decided.result, self.decided.adjusted)
-        return {role: one for role, one in zip(("test", "family"), found, strict=True) if one is not None}
-
-    @property
-    def shown(self) -> bool | None:
-        """Whether the first page says that the treatment saved or cost, Holm's p included; None where it cannot tell.
-
-        Welch's test over runs tells nothing from what days differ by where each side had a day of its own.
-        """
-        adjusted = self.adjusted if self.decided is None else self.decided.adjusted
-        by_holm = None if adjusted is None else adjusted.rejected[self.pair.label]
-        if self.decided is not None:
-            shown = self.decided.result.rejected
-        else:
-            days = [{item.run.day for one in side for item in one.runs} for side in (self.pair.a, self.pair.b)]
-            shown = None if days[0] != days[1] and all(len(each) == 1 for each in days) else self.result.savings_shown
-        return shown if by_holm is None or shown is None else shown and by_holm
-
-
-def as_each(compared: Sequence[Compared], settings: AnalysisSettings) -> bool:
-    """Whether comparisons of all levels are those planned level by level, as each group has one treated level."""
-    pooled = [item.pair for item in compared if item.pair.family == pairing.POOLED]
-    return settings.family is Family.EACH and bool(pooled) and all(len(pair.b) == 1 for pair in pooled)
+    shown: Comparison
+    family: FamilyResult | None
 
 
 def compare_all(
     cache: ResultCache,
     conditions: Mapping[Outcome, Sequence[ConditionValues]],
     swept: str,
-    settings: AnalysisSettings,
+    planned: Planned,
+    kind: StudyKind,
     scope: Mapping[str, Any],
     beside: Mapping[Outcome, Sequence[ConditionValues]],
 ) -> list[Compared]:
@@ -237,90 +128,93 @@ def compare_all(
     """
     found: list[Compared] = []
     for outcome, several in conditions.items():
-        found += _with_control(cache, several, beside.get(outcome, ()), outcome, swept, settings, scope)
+        pairs = pairing.pairs_with_control(several, swept)
+        further = pairing.pairs_with_control([*several, *beside[outcome]], swept) if beside.get(outcome) else []
+        found += _compared(cache, pairs, further, outcome, planned, kind, scope)
     return found
 
 
-def _with_control(
+def _compared(
     cache: ResultCache,
-    conditions: Sequence[ConditionValues],
-    beside: Sequence[ConditionValues],
+    pairs: Sequence[Pair],
+    every: Sequence[Pair],
     quantity: Outcome,
-    swept: str,
-    settings: AnalysisSettings,
+    planned: Planned,
+    kind: StudyKind,
     scope: Mapping[str, Any],
 ) -> list[Compared]:
-    """Compare treatments with controls, by day too, and adjust the p of the family that was decided on.
-
-    A family of one test is left as it is.
-    """
-    pairs = pairing.pairs_with_control(conditions, swept)
-    found = _tested(cache, pairs, quantity, settings, scope)
-    by_day = compare_by_day(cache, pairs, quantity, scope, settings.alpha)
-    family, unit = FAMILY_OF[settings.family], settings.unit_of_analysis
-    of_unit = unit_scope(scope, unit)
-    further = [pair for pair in _unselected_pairs(pairs, conditions, beside, swept) if pair.family == family]
-    units, one_sided = pairs_in_units(cache, further, quantity, unit, scope), welch_one_sided(settings)
-    tested = compare(cache, units, quantity, of_unit, settings.alpha, one_sided=one_sided)
-    members = [
-        *((item.pair, item.result) for item in found if item.pair.family == family),
-        *zip(further, tested, strict=True),
-    ]
-    adjusted = adjust(cache, members, family, quantity, of_unit, settings.alpha) if len(members) > 1 else None
+    """Compare treatments with controls, and adjust the p of the family that was decided on, with those not shown."""
+    settings, labels = planned.settings, {pair.label for pair in pairs}
+    family = FAMILY_OF[settings.family]
+    further = [pair for pair in every if pair.label not in labels and pair.family == family]
+    decisions = dict(zip(labels_of(pairs), decide(cache, pairs, quantity, scope, settings), strict=True))
+    of_family = {pair.label: decisions[pair.label] for pair in pairs if pair.family == family}
+    beside = zip(labels_of(further), decide(cache, further, quantity, scope, settings), strict=True)
+    adjusted = None
+    if of_family:
+        about = {"quantity": str(quantity), **scope}
+        adjusted = adjust(cache, {**of_family, **dict(beside)}, family, about, settings.alpha)
+    if adjusted is not None:
+        for label in of_family:
+            p, rejected = adjusted.adjusted_p[label], adjusted.rejected[label]
+            decisions[label] = replace(decisions[label], adjusted=p, adjusted_rejected=rejected)
+    if quantity.has_equivalence and settings.apex_bounds is not None:
+        tests = decide_equivalence(cache, pairs, settings.apex_bounds, settings.alpha, scope)
+        for pair, test in zip(pairs, tests, strict=True):
+            why = planned.exploratory_equivalence(pair.family, conditions_of(pair)) or ""
+            decisions[pair.label] = replace(decisions[pair.label], equivalence=replace(test, exploratory=why))
+    over_runs = routes_over_runs(cache, pairs, quantity, scope, settings.alpha)
+    over_jumps = {}
+    if quantity is Outcome.APEX and kind is StudyKind.BED:  # the study of thesis 5.2
+        pooled = [pair for pair in pairs if pair.family == pairing.POOLED]
+        routes = routes_over_jumps(cache, pooled, scope, settings.alpha)
+        over_jumps = dict(zip(labels_of(pooled), routes, strict=True))
     found = [
-        replace(item, by_day=beside, adjusted=adjusted if item.pair.family == family else None)
-        for item, beside in zip(found, by_day, strict=True)
+        Compared(
+            pair,
+            Comparison(
+                label=pair.label,
+                quantity=quantity,
+                group=pair.group,
+                level=pair.level,
+                family=pair.family,
+                decision=decisions[pair.label],
+                over_runs=route,
+                over_jumps=over_jumps.get(pair.label),
+                exploratory=planned.exploratory(quantity, pair.family, conditions_of(pair)) or "",
+            ),
+            adjusted if pair.family == family else None,
+        )
+        for pair, route in zip(pairs, over_runs, strict=True)
     ]
-    return _with_decided_family(cache, found, further, quantity, family, settings, scope)
+    return _as_each(found) if settings.family is Family.EACH and one_level_each(pairs) else found
 
 
-def _with_decided_family(
-    cache: ResultCache,
-    found: list[Compared],
-    further: Sequence[Pair],
-    quantity: Outcome,
-    family: str,
-    settings: AnalysisSettings,
-    scope: Mapping[str, Any],
-) -> list[Compared]:
-    """Adjust the p of the deciding tests of a family; those of `further` pairs, which are not shown, count too."""
-    own = [(item.pair, item.decided.result) for item in found if item.decided and item.pair.family == family]
-    if not own:
-        return found
-    decisions = decide(cache, further, quantity, scope, settings.alpha, one_sided=settings.one_sided)
-    members = [*own, *zip(further, decisions, strict=True)]
-    if len(members) == 1:
-        return found
-    tested = [Member(pair.label, result, result.t, result.p) for pair, result in members]
-    adjusted = adjust_members(cache, tested, family, {"quantity": str(quantity), **scope}, settings.alpha)
+def labels_of(pairs: Sequence[Pair]) -> list[str]:
+    """Return the labels of pairs."""
+    return [pair.label for pair in pairs]
+
+
+def conditions_of(pair: Pair) -> tuple[str, ...]:
+    """Return the keys of the conditions compared."""
+    return tuple(item.key for item in (*pair.a, *pair.b))
+
+
+def one_level_each(pairs: Sequence[Pair]) -> bool:
+    """Whether each group has one treated level, so that its comparison and that of all levels are the same."""
+    pooled = [pair for pair in pairs if pair.family == pairing.POOLED]
+    return bool(pooled) and all(len(pair.b) == 1 for pair in pooled)
+
+
+def _as_each(found: Sequence[Compared]) -> list[Compared]:
+    """Return comparisons of all levels as those planned level by level, where each group has one treated level."""
+    each = {pairing.group_label(one.pair.group): one for one in found if one.pair.family == pairing.EACH}
     return [
-        replace(item, decided=replace(item.decided, adjusted=adjusted))
-        if item.decided and item.pair.family == family
-        else item
-        for item in found
-    ]
-
-
-def _tested(
-    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings, scope: Mapping[str, Any]
-) -> list[Compared]:
-    """Test pairs on units of analysis; heights for equality too, where bounds were given."""
-    unit, alpha, bounds = settings.unit_of_analysis, settings.alpha, settings.apex_bounds
-    units, of_unit = pairs_in_units(cache, pairs, quantity, unit, scope), unit_scope(scope, unit)
-    results = compare(cache, units, quantity, of_unit, alpha, one_sided=welch_one_sided(settings))
-    found = [Compared(pair, quantity, result) for pair, result in zip(pairs, results, strict=True)]
-    if unit is UnitOfAnalysis.SHARED_DAYS:
-        decisions = decide(cache, pairs, quantity, scope, alpha, one_sided=settings.one_sided)
-        found = [replace(item, decided=Decided(result)) for item, result in zip(found, decisions, strict=True)]
-    if not quantity.has_equivalence or bounds is None:
-        return found
-    tests = within_bounds(cache, units, bounds, alpha, of_unit)
-    found = [replace(item, equivalent=test) for item, test in zip(found, tests, strict=True)]
-    if unit is UnitOfAnalysis.SHARED_DAYS:
-        tests = decide_equivalence(cache, pairs, bounds, alpha, scope)
-        found = [
-            replace(item, decided=replace(item.decided, equivalent=test))
-            for item, test in zip(found, tests, strict=True)
-            if item.decided
-        ]
-    return found
+        replace(one, shown=replace(own.shown, label=pair.label, level=pair.level, family=pair.family,
+                                   over_jumps=one.shown.over_jumps), family=own.family)
+        if pair.family == pairing.POOLED
+        else one
+        for one in found
+        for pair in [one.pair]
+        for own in [each[pairing.group_label(pair.group)]]
+    ]  # fmt: skip

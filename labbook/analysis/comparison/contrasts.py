@@ -13,44 +13,33 @@ from typing import Any
 
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
-from data_schema.vocabulary import ContrastKind, Undefined
+from data_schema.vocabulary import ContrastKind, Rule, Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparisons import FamilyResult, Member, adjust_members
-from labbook.analysis.comparison.deciding import fingerprints_of_contrast
+from labbook.analysis.comparison.comparisons import adjust
+from labbook.analysis.comparison.deciding import estimate_number, fingerprints_of_contrast, runs_of
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.results.codec import Algorithm, StoredResult
-from labbook.analysis.results.result_cache import Request, ResultCache, interval_ends
-from labbook.config.model import AnalysisSettings, ContrastSettings, Side, UnitOfAnalysis
+from labbook.analysis.preregistration.planned import Planned
+from labbook.analysis.results.codec import Algorithm
+from labbook.analysis.results.result_cache import Request, ResultCache
+from labbook.config.model import ContrastSettings, Side
+from reports.evidence import MeansContrast
 from reports.numbers import Number
-from stats.days.contrasts import Effect, RunsOfCondition, linear_contrast
-from stats.days.decision import Rule
-from stats.days.two_by_day import blocks_of_runs
+from stats.days.contrasts import Effect, linear_contrast
+from stats.days.decision import CONTROL, TREATED
+from stats.days.runs_by_day import blocks_of_runs
+
+ALGORITHM = Algorithm("contrast", 2, MeansContrast)
 
 
 @dataclass(frozen=True, slots=True)
-class ContrastResult(StoredResult):
-    """A contrast by `stats.days.contrasts`; `rejected` is before Holm's method, None where nothing is tested."""
-
-    estimate: Number
-    t: Number
-    p: Number
-    rule: Rule
-    days: tuple[str, ...]
-    rejected: bool | None
-
-
-ALGORITHM = Algorithm("contrast", 1, ContrastResult)
-
-
-@dataclass(frozen=True, slots=True)
-class MeansContrast:
+class AskedContrast:
     """What is asked, of which pairs of conditions with which weights.
 
     `levels` are those that are compared, the second with the first, or that a line goes through, none where the runs
-    have fewer than two; without `terms` runs
-    of it are missing, and `left_out` counts combinations of other levels that one side lacks. The estimate is in
-    percentage points of savings (`percent`) or in the outcome's unit; a trend's is for each `per` of the factor.
+    have fewer than two; without `terms` runs of it are missing, and `left_out` counts combinations of other levels that
+    one side lacks. The estimate is in percentage points of savings (`percent`) or in the outcome's unit; a trend's is
+    for each `per` of the factor.
     """
 
     settings: ContrastSettings
@@ -73,35 +62,39 @@ class MeansContrast:
         return tuple(dict.fromkeys(keys))
 
 
-@dataclass(frozen=True, slots=True)
-class Contrasted:
-    """A contrast, its result, and p by Holm's method over all contrasts where there are several."""
-
-    asked: MeansContrast
-    result: ContrastResult
-    adjusted: FamilyResult | None
-
-
 def contrast_means(
     cache: ResultCache,
     conditions: Mapping[Outcome, Sequence[ConditionValues]],
     swept: str,
     values: Mapping[str, float],
-    settings: AnalysisSettings,
-    scope: Mapping[str, Any],
-) -> list[Contrasted]:
-    """Ensure the contrasts of the plan, or those that the factors suggest; `values` are those of the swept levels."""
+    planned: Planned,
+    selection: str,
+) -> list[MeansContrast]:
+    """Ensure the contrasts of the plan, or those that the factors suggest; `values` are those of the swept levels.
+
+    Several are a family, whose p is adjusted by Holm's method.
+    """
+    settings, scope = planned.settings, {"selection": selection}
     every = (
         one
         for each in settings.contrasts or _suggested(conditions, swept, values)
         for one in contrasts_of(each, conditions.get(each.outcome, ()), swept, values)
         if one.terms or settings.contrasts
     )
-    asked = list({one.label: one for one in every}.values())
-    results = cache.ensure([_request(one, settings, scope) for one in asked])
-    members = [Member(one.label, result, result.t, result.p) for one, result in zip(asked, results, strict=True)]
-    family = adjust_members(cache, members, "contrasts", scope, settings.alpha) if len(members) > 1 else None
-    return [Contrasted(one, result, family) for one, result in zip(asked, results, strict=True)]
+    asked = {one.label: one for one in every}
+    results = cache.ensure([_request(one, swept, settings.alpha, scope) for one in asked.values()])
+    tested = dict(zip(asked, results, strict=True))
+    family = adjust(cache, tested, "contrasts", scope, settings.alpha)
+    found = []
+    for label, result in tested.items():
+        one = asked[label]
+        why = planned.exploratory_contrast(one.settings.outcome, one.conditions, selected=bool(selection)) or ""
+        if family is None:
+            found.append(replace(result, exploratory=why))
+        else:
+            adjusted, rejected = family.adjusted_p[label], family.rejected[label]
+            found.append(replace(result, exploratory=why, adjusted=adjusted, rejected=rejected))
+    return found
 
 
 def _suggested(
@@ -120,7 +113,7 @@ def _suggested(
 
 def contrasts_of(
     settings: ContrastSettings, conditions: Sequence[ConditionValues], swept: str, values: Mapping[str, float]
-) -> list[MeansContrast]:
+) -> list[AskedContrast]:
     """Return the contrasts that were asked for; without terms where their runs are missing.
 
     They are one for each further level, one of a trend, and beside a trend that may level off that from there on.
@@ -154,7 +147,7 @@ _Compare = Callable[[Pair, Pair, float], _Terms]
 
 def _between_levels(
     settings: ContrastSettings, pairs: Sequence[Pair], compare: _Compare, percent: bool
-) -> Iterator[MeansContrast]:
+) -> Iterator[AskedContrast]:
     """Set every level of a factor against the first, as the mean over all levels of the others that hold both."""
     factor = settings.factor
     by_level: dict[str, dict[tuple[tuple[str, str], ...], Pair]] = {}
@@ -163,13 +156,13 @@ def _between_levels(
         by_level.setdefault(pair.group.get(factor, ""), {})[(*others, ("", pair.level))] = pair
     first, *further = settings.levels or sorted(by_level, key=pairing.sort_key) or [""]
     if not further:
-        yield MeansContrast(settings, (), (), percent)
+        yield AskedContrast(settings, (), (), percent)
     of_first = by_level.get(first, {})
     for level in further:
         both = [(of_first[others], pair) for others, pair in by_level.get(level, {}).items() if others in of_first]
         terms = tuple(term for pair in both for term in compare(*pair, 1.0 / len(both)))
         left_out = len(of_first.keys() ^ by_level.get(level, {}).keys())
-        yield MeansContrast(settings, (first, level), terms, percent, left_out=left_out)
+        yield AskedContrast(settings, (first, level), terms, percent, left_out=left_out)
 
 
 def _difference(first: Pair, level: Pair, weight: float) -> _Terms:
@@ -186,7 +179,7 @@ def _trend(
     stretches: Sequence[Sequence[str]],
     values: Mapping[str, float],
     percent: bool,
-) -> MeansContrast:
+) -> AskedContrast:
     """Return the slope over one stretch of levels, or that over the first less that over the second.
 
     It is the mean over the groups that have two levels in every stretch, for each power of ten within the longest.
@@ -209,7 +202,7 @@ def _trend(
         for weight, pair in _slope(own, values)
     ]
     levels = tuple(dict.fromkeys(level for each in stretches for level in each))
-    return MeansContrast(settings, levels, tuple(terms), percent, per)
+    return AskedContrast(settings, levels, tuple(terms), percent, per)
 
 
 def _slope(pairs: Sequence[Pair], values: Mapping[str, float]) -> _Terms:
@@ -219,8 +212,7 @@ def _slope(pairs: Sequence[Pair], values: Mapping[str, float]) -> _Terms:
     return [((values[pair.level] - middle) / squares, pair) for pair in pairs]
 
 
-def _request(asked: MeansContrast, settings: AnalysisSettings, scope: Mapping[str, Any]) -> Request[ContrastResult]:
-    by_day = settings.unit_of_analysis is not UnitOfAnalysis.RUN
+def _request(asked: AskedContrast, swept: str, alpha: float, scope: Mapping[str, Any]) -> Request[MeansContrast]:
     return Request(
         ALGORITHM,
         {"quantity": str(asked.settings.outcome), "label": asked.label, **scope},
@@ -228,57 +220,60 @@ def _request(asked: MeansContrast, settings: AnalysisSettings, scope: Mapping[st
         {
             "terms": [[weight, _name(pair.b), _name(pair.a)] for weight, pair in asked.terms],
             "percent": asked.percent,
-            "alpha": settings.alpha,
-            "by_day": by_day,
+            "alpha": alpha,
         },
-        lambda: contrast_result(asked, settings.alpha, by_day=by_day),
+        lambda: contrast_result(asked, swept, alpha),
     )
 
 
-def contrast_result(asked: MeansContrast, alpha: float, *, by_day: bool = True) -> ContrastResult:
-    """Compute a contrast, with an interval of level 1 - alpha; without `by_day` as if all runs were of one day."""
-    outcome = asked.settings.outcome
-    if not asked.terms:
-        none = Undefined(Reason.CONTRAST_WITHOUT_RUNS)
-        missing = Number(none, "%" if asked.percent else outcome.unit)
-        return ContrastResult(missing, Number(none, "1"), Number(none, "1"), Rule.NONE, (), None)
-    sides = {_name(side): side for _weight, pair in asked.terms for side in (pair.a, pair.b)}
-    runs = {name: _runs(name, side, by_day) for name, side in sides.items()}
-    effects = [Effect(weight, _name(pair.b), _name(pair.a)) for weight, pair in asked.terms]
-    found = linear_contrast(runs, effects, percent=asked.percent, level=1.0 - alpha)
-    estimate = found.estimate
-    low, high = interval_ends(estimate.ci)
-    shared = estimate.shared_se if outcome.shares_error or estimate.shared_se else None
-    return ContrastResult(
-        estimate=Number(
-            estimate.value,
-            "%" if asked.percent else outcome.unit,
-            estimate.se,
-            shared,
-            low,
-            high,
-            estimate.level,
-            df=estimate.df,
-            n=found.n,
-        ),
-        t=Number(estimate.t, "1", df=estimate.df, n=found.n),
-        p=Number(estimate.p, "1", df=estimate.df, n=found.n),
-        rule=found.rule,
-        days=found.days if by_day else (),
-        rejected=None if isinstance(estimate.p, Undefined) else estimate.p <= alpha,
+def contrast_result(asked: AskedContrast, swept: str, alpha: float) -> MeansContrast:
+    """Compute a contrast, with an interval of level 1 - alpha."""
+    settings, unit = asked.settings, "%" if asked.percent else asked.settings.outcome.unit
+    none = Undefined(Reason.CONTRAST_WITHOUT_RUNS)
+    estimate, t, p = Number(none, unit), Number(none, "1"), Number(none, "1")
+    rule, days = Rule.NONE, tuple[str, ...]()
+    if asked.terms:
+        sides = {_name(side): runs_of(side) for _weight, pair in asked.terms for side in (pair.a, pair.b)}
+        runs = {
+            name: blocks_of_runs(
+                name,
+                [item.value for item in items],
+                [item.run.day for item in items],
+                None,
+                [item.shared for item in items],
+            )
+            for name, items in sides.items()
+        }
+        effects = [Effect(weight, _name(pair.b), _name(pair.a)) for weight, pair in asked.terms]
+        found = linear_contrast(runs, effects, percent=asked.percent, level=1.0 - alpha)
+        rule, days, one = found.rule, found.days, found.estimate
+        estimate = _called(estimate_number(one, unit, found.n, shares_error=settings.outcome.shares_error), settings)
+        t, p = (_called(Number(each, "1", df=one.df, n=found.n), settings) for each in (one.t, one.p))
+    return MeansContrast(
+        kind=settings.kind,
+        quantity=settings.outcome,
+        factor=settings.factor or swept,
+        levels=asked.levels,
+        side=str(settings.side or ""),
+        per=asked.per,
+        at=settings.at,
+        left_out=asked.left_out,
+        estimate=estimate,
+        t=t,
+        p=p,
+        rule=rule,
+        days=days,
+        rejected=None if isinstance(p.value, Undefined) else p.value <= alpha,
     )
+
+
+def _called(number: Number, settings: ContrastSettings) -> Number:
+    """Call the sides of a difference between levels what they are, where it does not exist."""
+    value = number.value
+    if settings.kind is not ContrastKind.DIFFERENCE or not isinstance(value, Undefined):
+        return number
+    return replace(number, value=value.called({TREATED: "the level", CONTROL: "the reference"}, "run"))
 
 
 def _name(side: Sequence[ConditionValues]) -> str:
     return "; ".join(item.key for item in side)
-
-
-def _runs(name: str, side: Sequence[ConditionValues], by_day: bool) -> RunsOfCondition:
-    items = [item for condition in side for item in condition.runs]
-    return blocks_of_runs(
-        name,
-        [item.value for item in items],
-        [item.run.day for item in items] if by_day else None,
-        None,
-        [item.shared for item in items],
-    )

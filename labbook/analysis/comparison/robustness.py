@@ -18,28 +18,18 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.results import InputRow
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import COMPARISON, ComparisonResult, compare, compare_pair, pairs_in_units
 from labbook.analysis.comparison.deciding import (
     DECISION,
-    DecisionResult,
     contrast_of,
     decide,
     decide_pair,
+    ensure_for_pairs,
     fingerprints_of_contrast,
 )
 from labbook.analysis.comparison.order import ADJUSTED, adjusted_for_position, fingerprints_of_positions
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.charger_step import with_rounding_of
-from labbook.analysis.outcomes.conditions import (
-    ConditionValues,
-    RunNumber,
-    condition_values,
-    days_of,
-    mean_of,
-    measure,
-    number_of,
-    unit_scope,
-)
+from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure, number_of
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import as_protocol, without_exclusions
 from labbook.analysis.outcomes.run_energy import (
@@ -52,12 +42,12 @@ from labbook.analysis.outcomes.run_energy import (
     run_energies,
 )
 from labbook.analysis.outcomes.run_force import RunForce, run_forces_by_rules
-from labbook.analysis.results.codec import StoredResult
 from labbook.analysis.results.result_cache import Request, ResultCache, RunResults, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
-from labbook.config.model import AnalysisSettings, UnitOfAnalysis
+from labbook.config.model import AnalysisSettings
+from reports.evidence import Decision
+from reports.numbers import StoredResult
 from stats.apexes.detectors import DETECTORS
-from stats.compare.shared_error import shared_of_mean
 from stats.days.decision import Contrast
 from stats.lines.passive_drain import why_no_line
 
@@ -158,17 +148,11 @@ def _estimates_without(
     quantity: Outcome,
     swept: str,
     settings: AnalysisSettings,
-    selection: str,
-) -> dict[str, list[tuple[Pair, ComparisonResult | DecisionResult]]]:
+    scope: Mapping[str, Any],
+) -> dict[str, list[tuple[Pair, Decision]]]:
     """Ensure the pooled comparisons without each of these days: pair and result, by day."""
-    scope, unit, alpha = {"selection": selection}, settings.unit_of_analysis, settings.alpha
     pairs = pairing.pairs_pooled(conditions, swept)
-    whole: list[ComparisonResult | DecisionResult] = []
-    if unit is UnitOfAnalysis.SHARED_DAYS:
-        whole += decide(cache, pairs, quantity, scope, alpha, one_sided=settings.one_sided)
-    else:
-        units = pairs_in_units(cache, pairs, quantity, unit, scope)
-        whole += compare(cache, units, quantity, unit_scope(scope, unit), alpha, one_sided=settings.one_sided)
+    whole = decide(cache, pairs, quantity, scope, settings)
     contrasts = [once(partial(contrast_of, pair)) for pair in pairs]
     wanted = [
         (day, pair, result, contrast)
@@ -177,7 +161,7 @@ def _estimates_without(
         if day.remains(pair.a, quantity) and day.remains(pair.b, quantity)
     ]
     found = cache.ensure([_request(*one, quantity, settings, scope) for one in wanted])
-    by_day: dict[str, list[tuple[Pair, ComparisonResult | DecisionResult]]] = {}
+    by_day: dict[str, list[tuple[Pair, Decision]]] = {}
     for (day, pair, _whole, _contrast), result in zip(wanted, found, strict=True):
         by_day.setdefault(day.day, []).append((pair, result))
     return by_day
@@ -186,76 +170,50 @@ def _estimates_without(
 def _request(
     day: LeftOut,
     pair: Pair,
-    whole: ComparisonResult | DecisionResult,
+    whole: Decision,
     contrast: Callable[[], Contrast],
     quantity: Outcome,
     settings: AnalysisSettings,
     scope: Mapping[str, Any],
-) -> Request[Any]:
+) -> Request[Decision]:
     """Ask for an estimate without a day; `contrast` gives that of all days."""
-    unit, alpha, one_sided = settings.unit_of_analysis, settings.alpha, settings.one_sided
-    decides = unit is UnitOfAnalysis.SHARED_DAYS
 
-    def estimate() -> ComparisonResult | DecisionResult:
-        if decides and not day.changes(quantity):
-            return decide_pair(pair, quantity, alpha, contrast().without(day.day), one_sided=one_sided)
-        rest = replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity))
-        return _tested(rest, quantity, settings)
+    def estimate() -> Decision:
+        if not day.changes(quantity):
+            return decide_pair(pair, quantity, settings, contrast().without(day.day))
+        return decide_pair(
+            replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity)), quantity, settings
+        )
 
-    of_unit = scope if decides else unit_scope(scope, unit)
-    about = {"quantity": str(quantity), "family": pair.family, "label": pair.label, **of_unit}
+    about = {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope}
     return Request(
-        DECISION if decides else COMPARISON,
+        DECISION,
         {**about, "variant": f"without {day.day}"},
         (result_fingerprint("all days", whole), *day.inputs),
-        {"alpha": alpha, "one_sided": one_sided},
+        {"alpha": settings.alpha, "one_sided": settings.one_sided},
         estimate,
     )
 
 
-def _tested(pair: Pair, quantity: Outcome, settings: AnalysisSettings) -> ComparisonResult | DecisionResult:
-    """Return the test of a pair by the unit of analysis."""
-    if settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS:
-        return decide_pair(pair, quantity, settings.alpha, one_sided=settings.one_sided)
-    if settings.unit_of_analysis is UnitOfAnalysis.DAY:
-        pair = replace(pair, a=(_day_means(pair.a),), b=(_day_means(pair.b),))
-    return compare_pair(pair, quantity, settings.alpha, one_sided=settings.one_sided)
-
-
 def _adjusted(
-    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings, selection: str
+    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings, scope: Mapping[str, Any]
 ) -> list[Varied]:
     """Ensure the pooled comparisons adjusted for position in the day; none where the runs leave no slope."""
     adjusted = adjusted_for_position(pairs)
     if isinstance(adjusted, Undefined):
         return []
-    unit = settings.unit_of_analysis
     inputs = (*(row for pair in pairs for row in fingerprints_of_contrast(pair)), *fingerprints_of_positions(pairs))
-    algorithm = DECISION if unit is UnitOfAnalysis.SHARED_DAYS else COMPARISON
-    scope = unit_scope({"selection": selection, "variant": ADJUSTED}, unit)
-    found = cache.ensure(
-        [
-            Request(
-                algorithm,
-                {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
-                inputs,
-                {"alpha": settings.alpha, "one_sided": settings.one_sided},
-                partial(_tested, pair, quantity, settings),
-            )
-            for pair in adjusted
-        ]
+    found = ensure_for_pairs(
+        cache,
+        DECISION,
+        adjusted,
+        quantity,
+        {**scope, "variant": ADJUSTED},
+        {"alpha": settings.alpha, "one_sided": settings.one_sided},
+        lambda pair: decide_pair(pair, quantity, settings),
+        lambda _pair: inputs,
     )
     return [Varied(pair.label, ADJUSTED, quantity, each) for pair, each in zip(pairs, found, strict=True)]
-
-
-def _day_means(side: Sequence[ConditionValues]) -> ConditionValues:
-    """Return the means of a side's runs by day under its first condition."""
-    days = days_of(item for condition in side for item in condition.runs)
-    means = tuple(
-        RunNumber(items[0].run, mean_of(items), shared_of_mean([one.shared for one in items]), items[0].result)
-        for items in days.values()
-    )
-    return replace(side[0], runs=means)
 
 
 WITHOUT_EXCLUSIONS = "without exclusions"
@@ -271,7 +229,7 @@ class Varied:
     headline: str
     variant: str
     quantity: Outcome
-    result: ComparisonResult | DecisionResult
+    result: Decision
     day: str = ""
     by_rules: bool = False
 
@@ -296,6 +254,7 @@ def vary(
 ) -> Variations:
     """Recompute the pooled comparisons; a day is left out with its jump runs and its idle runs."""
     found: list[Varied] = []
+    scope = {"selection": evidence.selection}
     everything = _with_void(evidence)
     known = {} if evidence.void else {outcome: of_runs.results for outcome, of_runs in results.items()}
     joules = known.get(Outcome.JOULES) or _joules_of(cache, everything, evidence, drains, WITHOUT_EXCLUSIONS)
@@ -318,9 +277,7 @@ def vary(
         found += _compared(cache, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)
     found += _by_rules(cache, detections, evidence, results, swept, settings)
     for outcome in (Outcome.JOULES, *of_jumps, *further):
-        found += _adjusted(
-            cache, pairing.pairs_pooled(conditions[outcome], swept), outcome, settings, evidence.selection
-        )
+        found += _adjusted(cache, pairing.pairs_pooled(conditions[outcome], swept), outcome, settings, scope)
     days = _days_to_leave_out(evidence, drains)
     with_runs = [day for day in days if day.has_runs]
     without = {
@@ -331,7 +288,7 @@ def vary(
             outcome,
             swept,
             settings,
-            evidence.selection,
+            scope,
         )
         for outcome in (Outcome.JOULES, *of_jumps, *further)
     }
@@ -402,14 +359,7 @@ def _compared(
 ) -> list[Varied]:
     """Compare the pooled conditions again with other runs, or other results of the same runs."""
     scope = {"selection": evidence.selection, "variant": label}
-    unit = settings.unit_of_analysis
     conditions = condition_values(cache, evidence.runs, results, quantity, scope)
     pairs = pairing.pairs_pooled(conditions, swept)
-    compared: list[ComparisonResult | DecisionResult] = []
-    if unit is UnitOfAnalysis.SHARED_DAYS:
-        compared += decide(cache, pairs, quantity, scope, settings.alpha, one_sided=settings.one_sided)
-    else:
-        units = pairs_in_units(cache, pairs, quantity, unit, scope)
-        of_unit = unit_scope(scope, unit)
-        compared += compare(cache, units, quantity, of_unit, settings.alpha, one_sided=settings.one_sided)
+    compared = decide(cache, pairs, quantity, scope, settings)
     return [Varied(pair.label, label, quantity, each) for pair, each in zip(pairs, compared, strict=True)]

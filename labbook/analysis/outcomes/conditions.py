@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Any
 
 from scipy import special
 
@@ -21,18 +21,17 @@ from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import ApexVariant, RunApexes, as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_energies
 from labbook.analysis.outcomes.run_force import run_forces
-from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
+from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import (
     Request,
     ResultCache,
     RunResults,
     condition_input,
-    fingerprint,
     result_fingerprint,
 )
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import UnitOfAnalysis
-from reports.numbers import Number
+from reports.numbers import Number, StoredResult
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.compare.summary import describe
 
@@ -72,15 +71,7 @@ class ConditionSummary(StoredResult):
     runs: tuple[tuple[str, float], ...]
 
 
-@dataclass(frozen=True, slots=True)
-class DayMeans(StoredResult):
-    """Means of a day's runs on one side of a comparison, by day."""
-
-    means: Annotated[Mapping[str, Number], StoredAs("mean of {}")]
-
-
 SUMMARY = Algorithm("condition_summary", 14, ConditionSummary)
-DAY_MEANS = Algorithm("day_means", 6, DayMeans)
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,24 +86,18 @@ class RunNumber:
 
 @dataclass(frozen=True, slots=True)
 class ConditionValues:
-    """The runs of one condition, or the means of its days, and what is stored about them."""
+    """The runs of one condition, and what is stored about them."""
 
     key: str
     is_control: bool
     levels: Mapping[str, str]
     runs: tuple[RunNumber, ...]
-    result: ConditionSummary | DayMeans
+    result: ConditionSummary
 
     @property
     def values(self) -> list[float]:
         """The runs' numbers."""
         return [item.value for item in self.runs]
-
-    @property
-    def summary(self) -> ConditionSummary:
-        """What is stored of a condition whose values are runs."""
-        assert isinstance(self.result, ConditionSummary)  # noqa: S101 - means of days have no summary
-        return self.result
 
 
 def run_numbers(runs: Sequence[RunRow], results: Mapping[str, StoredResult], quantity: Outcome) -> list[RunNumber]:
@@ -232,72 +217,6 @@ def _summary(items: Sequence[RunNumber], quantity: Outcome) -> ConditionSummary:
     )
 
 
-def in_units(
-    cache: ResultCache,
-    conditions: Sequence[ConditionValues],
-    quantity: Outcome,
-    unit: UnitOfAnalysis,
-    scope: Mapping[str, Any],
-) -> list[ConditionValues]:
-    """Return conditions with one number a unit of analysis."""
-    if unit is not UnitOfAnalysis.DAY:
-        return list(conditions)
-    return by_day(cache, [(condition,) for condition in conditions], quantity, scope)
-
-
-def by_day(
-    cache: ResultCache, sides: Sequence[Sequence[ConditionValues]], quantity: Outcome, scope: Mapping[str, Any]
-) -> list[ConditionValues]:
-    """Ensure the means of each side's runs by day, in order: one set of values a side, under its first condition."""
-    days = [days_of(item for condition in side for item in condition.runs) for side in sides]
-    results = cache.ensure(
-        [
-            Request(
-                DAY_MEANS,
-                {"quantity": str(quantity), "conditions": "; ".join(one.key for one in side), **scope},
-                (
-                    *(result_fingerprint(item.run.name, item.result) for one in side for item in one.runs),
-                    *(fingerprint("day", "run", item.run.uid, item.run.day) for one in side for item in one.runs),
-                ),
-                _rounded_alike([item for items in of_day.values() for item in items]),
-                lambda of_day=of_day: _means(of_day, quantity.unit),  # type: ignore[misc]
-            )
-            for side, of_day in zip(sides, days, strict=True)
-        ]
-    )
-    return [
-        replace(side[0], runs=tuple(_as_one(result, items) for items in of_day.values()), result=result)
-        for side, of_day, result in zip(sides, days, results, strict=True)
-    ]
-
-
-def unit_scope(scope: Mapping[str, Any], unit: UnitOfAnalysis) -> dict[str, Any]:
-    """Return the scope of results on units of analysis; runs go without saying."""
-    return dict(scope) if unit is not UnitOfAnalysis.DAY else {**scope, "unit": unit.noun}
-
-
-def days_of(items: Iterable[RunNumber]) -> dict[str, list[RunNumber]]:
-    """Return runs by their day, in order of first occurrence."""
-    found: dict[str, list[RunNumber]] = {}
-    for item in items:
-        found.setdefault(item.run.day, []).append(item)
-    return found
-
-
-def mean_of(items: Sequence[RunNumber]) -> float:
-    """Return the mean of runs' numbers."""
-    return math.fsum(item.value for item in items) / len(items)
-
-
-def _means(days: Mapping[str, Sequence[RunNumber]], unit: str) -> DayMeans:
-    return DayMeans({day: Number(mean_of(items), unit, n=len(items)) for day, items in days.items()})
-
-
-def _as_one(result: DayMeans, items: Sequence[RunNumber]) -> RunNumber:
-    """Return a day's runs as one; its run is the day's first, which knows the day."""
-    return RunNumber(items[0].run, mean_of(items), shared_of_mean([item.shared for item in items]), result)
-
-
 LEVEL = 0.95
 """Level of the standard deviation's interval."""
 
@@ -306,7 +225,7 @@ LEVEL = 0.95
 class Spread:
     """Standard deviation within conditions with its interval, in the quantity's unit, from `n` values of the book.
 
-    The values are runs, or means of a day's runs of one condition. `control_mean` is None without a control.
+    The values are runs. `control_mean` is None without a control.
     """
 
     n: int
@@ -354,7 +273,10 @@ def run_spread(
 def _values(items: Sequence[RunNumber], unit: UnitOfAnalysis) -> list[float]:
     if unit is not UnitOfAnalysis.DAY:
         return [item.value for item in items]
-    return [mean_of(of_day) for of_day in days_of(items).values()]
+    days: dict[str, list[float]] = {}
+    for item in items:
+        days.setdefault(item.run.day, []).append(item.value)
+    return [math.fsum(values) / len(values) for values in days.values()]
 
 
 def _squares(values: Sequence[float]) -> float:

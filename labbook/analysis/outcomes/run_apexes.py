@@ -23,7 +23,7 @@ from data_schema.queries.signals import CalibratedChannel, SignalRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined, Verdict
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found, rest_length_m
-from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import (
     Request,
     ResultCache,
@@ -34,7 +34,7 @@ from labbook.analysis.results.result_cache import (
     signal_input,
 )
 from labbook.analysis.study_data import StudyData
-from reports.numbers import Number
+from reports.numbers import Number, StoredResult
 from stats.apexes.jumps import ZERO_DOUBTFUL
 from stats.compare.shared_error import SharedError
 from stats.compare.summary import describe

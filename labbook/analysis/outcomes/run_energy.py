@@ -17,7 +17,7 @@ from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
 from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import ChargeMode, Undefined
-from labbook.analysis.results.codec import Algorithm, Origin, StoredResult
+from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import (
     Request,
     ResultCache,
@@ -31,7 +31,7 @@ from labbook.analysis.results.result_cache import (
 )
 from labbook.analysis.study_data import StudyData
 from labbook.config.parsing import Configuration
-from reports.numbers import Number
+from reports.numbers import Number, Origin, StoredResult
 from stats.checks import as_number
 from stats.compare.shared_error import SharedError
 from stats.exact.numbers import finite, refuse_beyond

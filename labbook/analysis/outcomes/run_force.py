@@ -20,10 +20,10 @@ from data_schema.vocabulary import Undefined
 from ingest.channels.names import channel_kind
 from ingest.store import Store
 from labbook.analysis.outcomes.detection import Detections, gaps_for_detector
-from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import Request, ResultCache, RunResults, run_input, signal_input
 from labbook.analysis.study_data import VERTICAL_FORCE, StudyData
-from reports.numbers import Number
+from reports.numbers import Number, StoredResult
 from stats.compare.summary import describe
 from stats.force_plate import Contact, find_contacts, jump_heights
 from stats.single_jump import ONSETS, TAKE_OFFS, SingleJump, find_jumps, measure_jump

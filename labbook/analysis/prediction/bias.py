@@ -14,9 +14,9 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import group_label
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.prediction.checking import Checked
-from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
-from reports.numbers import Number
+from reports.numbers import Number, StoredResult
 from reports.predicted import PredictedQuantity
 from stats.compare.agreement import (
     FEWEST_DIFFERENCES,

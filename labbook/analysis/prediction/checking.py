@@ -18,16 +18,14 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.results import InputRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparing import ComparisonResult
-from labbook.analysis.comparison.deciding import DecisionResult
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
 from labbook.analysis.prediction.predicting import ACCURACY, PredictionResult, error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
-from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
+from labbook.analysis.results.codec import Algorithm, StoredAs
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
-from reports.numbers import Number, Value
+from reports.evidence import Decision
+from reports.numbers import Number, StoredResult, Value
 from reports.predicted import COVERAGE_FACTOR, PredictedQuantity
 from stats.exact.tails import t_quantile
 
@@ -152,7 +150,7 @@ def check_conditions(
                 {"quantity": str(_PREDICTED[quantity]), "condition": condition.key, **scope},
                 (result_fingerprint("measured", condition.result), *inputs_of("predicted", side)),
                 {"runs": [runs for _one, runs in side]},
-                lambda condition=condition, side=side: _check_mean(condition.summary, side, quantity),  # type: ignore[misc]
+                lambda condition=condition, side=side: _check_mean(condition.result, side, quantity),  # type: ignore[misc]
             )
             for condition, side in zip(conditions, sides, strict=True)
         ]
@@ -164,7 +162,7 @@ def check_conditions(
             condition.levels.get(swept or "", ""),
             condition.is_control,
             len(condition.runs),
-            condition.summary.mean,
+            condition.result.mean,
             result,
         )
         for condition, result in zip(conditions, results, strict=True)
@@ -173,19 +171,16 @@ def check_conditions(
 
 def check_savings(
     cache: ResultCache,
-    compared: Sequence[tuple[Pair, ComparisonResult | DecisionResult]],
+    compared: Sequence[tuple[Pair, Decision]],
     predicted: AllPredicted,
     scope: Mapping[str, Any],
 ) -> list[Checked]:
     """Ensure the check of measured savings: each level's, and all levels' pooled; nothing without predictions.
 
-    `compared` has the savings that the report claims: those of the deciding contrast where days decide.
+    `compared` has the savings that the report claims.
     """
-    families = (pairing.EACH, pairing.POOLED)
     wanted = [
-        (pair, measured, measured.savings)
-        for pair, measured in compared
-        if predicted and measured.savings is not None and pair.family in families
+        (pair, measured, measured.savings) for pair, measured in compared if predicted and measured.savings is not None
     ]
     sides = [(side_of(pair.a, predicted), side_of(pair.b, predicted)) for pair, *_measured in wanted]
     results = cache.ensure(
@@ -210,19 +205,12 @@ def check_savings(
             pair.group,
             pair.level,
             False,
-            _runs_compared(pair, measured),
+            measured.n_control + measured.n_treatment,
             savings,
             result,
         )
         for (pair, measured, savings), result in zip(wanted, results, strict=True)
     ]
-
-
-def _runs_compared(pair: Pair, measured: ComparisonResult | DecisionResult) -> int:
-    """Count the runs that a measured saving is of: those on shared days where days decide, else all."""
-    if isinstance(measured, DecisionResult):
-        return measured.n_control + measured.n_treated
-    return sum(len(condition.runs) for condition in (*pair.a, *pair.b))
 
 
 def side_of(conditions: Sequence[ConditionValues], predicted: AllPredicted) -> Side:

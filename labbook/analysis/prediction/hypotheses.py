@@ -23,7 +23,7 @@ from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparisons import Compared, as_each
+from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.comparison.deciding import contrast_of, fingerprints_of_contrast
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
@@ -38,10 +38,11 @@ from labbook.analysis.prediction.checking import (
 )
 from labbook.analysis.prediction.predicting import error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
-from labbook.analysis.results.codec import Algorithm, StoredResult
+from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
-from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side, UnitOfAnalysis
-from reports.numbers import Number
+from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side
+from reports.evidence import Decision
+from reports.numbers import Number, StoredResult
 from reports.predicted import COVERAGE_FACTOR, Verdict
 from stats.days.contrasts import Effect, linear_contrast
 from stats.days.decision import Contrast, Estimate
@@ -65,7 +66,7 @@ class ComparisonVerdict(StoredResult):
     untold: Undefined | None
 
 
-ALGORITHM = Algorithm("hypothesis", 2, ComparisonVerdict)
+ALGORITHM = Algorithm("hypothesis", 3, ComparisonVerdict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -115,9 +116,10 @@ def judge_hypotheses(
 
     `compared` are the study's comparisons, of which the first page claims whether each group saves.
     """
-    family = pairing.EACH if as_each(compared, decided) else pairing.POOLED
     claimed = {
-        (item.quantity, pairing.group_label(item.pair.group)): item for item in compared if item.pair.family == family
+        (item.shown.quantity, pairing.group_label(item.pair.group)): item
+        for item in compared
+        if item.pair.family == pairing.POOLED
     }
     found = []
     for settings in hypotheses:
@@ -207,12 +209,12 @@ def _request(
     n_comparisons: int,
     scope: Mapping[str, Any],
 ) -> Request[ComparisonVerdict]:
-    by_day = decided.unit_of_analysis is not UnitOfAnalysis.RUN
     outside = decided.outside if len(one.sides) > 2 else 2.0 * decided.alpha
     simulated = predicted if settings.outcome in SIMULATED else {}
     inputs = [row for pair in one.pairs for row in fingerprints_of_contrast(pair)]
     if claimed is not None:
-        inputs += [result_fingerprint(role, result) for role, result in claimed.deciding.items()]
+        inputs.append(result_fingerprint("test", claimed.shown.decision))
+        inputs += [] if claimed.family is None else [result_fingerprint("family", claimed.family)]
     if simulated:
         inputs += [row for side in one.sides for row in inputs_of("predicted", side_of(side, simulated))]
     return Request(
@@ -224,9 +226,8 @@ def _request(
             "bounds": [None if math.isinf(end) else end for end in (one.low, one.high)],
             "outside": outside,
             "comparisons": n_comparisons,
-            "by_day": by_day,
         },
-        lambda: _tested(one, simulated, settings.outcome, by_day, outside, n_comparisons, claimed),
+        lambda: _tested(one, simulated, settings.outcome, outside, n_comparisons, claimed),
     )
 
 
@@ -234,19 +235,18 @@ def _tested(
     one: Comparison,
     predicted: AllPredicted,
     outcome: Outcome,
-    by_day: bool,
     outside: float,
     n_comparisons: int,
     claimed: Compared | None = None,
 ) -> ComparisonVerdict:
     """Test a comparison whose interval leaves out `outside`; where the first page claims it, as it does."""
     if claimed is None:
-        contrasts = [contrast_of(pair, by_day=by_day) for pair in one.pairs]
+        contrasts = [contrast_of(pair) for pair in one.pairs]
         (measured, no_interval), (strict, _) = (_measured(contrasts, 1.0 - outside / m) for m in (1, n_comparisons))
         verdict = _verdict(one, (measured.ci_low, measured.ci_high), (strict.ci_low, strict.ci_high))
     else:
-        measured, no_interval = _as_claimed(claimed)
-        verdict = _verdict_of_claim(claimed, 0.5 * outside / n_comparisons)
+        measured, no_interval = _as_claimed(claimed.shown.decision)
+        verdict = _verdict_of_claim(claimed.shown.decision, 0.5 * outside / n_comparisons)
     simulated = _simulated(one, predicted, outcome)
     ends = _ends(simulated)
     return ComparisonVerdict(
@@ -269,27 +269,27 @@ def _verdict(one: Comparison, holding: tuple[Any, Any], failing: tuple[Any, Any]
     return Verdict.CANNOT_TELL
 
 
-def _as_claimed(claimed: Compared) -> tuple[Number, Undefined | None]:
+def _as_claimed(claimed: Decision) -> tuple[Number, Undefined | None]:
     """Return the change in percent that is less the saving of a claim; beside it why it has no interval."""
-    saving = claimed.saving
+    saving = claimed.savings
     assert saving is not None  # noqa: S101 - only outcomes with savings are claimed to be saved
     value = saving.value if isinstance(saving.value, Undefined) else -saving.value
     low, high = saving.ci_low, saving.ci_high
     if not isinstance(low, float) or not isinstance(high, float):
-        reasons = [each for each in (value, claimed.test[0].value) if isinstance(each, Undefined)]
+        reasons = [each for each in (value, claimed.t.value) if isinstance(each, Undefined)]
         why = reasons[0] if reasons else Undefined(Reason.CONTROL_NEAR_ZERO)
         return Number(value, "%", ci_level=saving.ci_level, n=saving.n), why
     return replace(saving, value=value, ci_low=-high, ci_high=-low, provenance=""), None
 
 
-def _verdict_of_claim(claimed: Compared, alpha: float) -> Verdict:
+def _verdict_of_claim(claimed: Decision, alpha: float) -> Verdict:
     """Return what the claim of the first page says of "it saves"; where it was one-sided, a cost is one at alpha."""
-    saving = claimed.saving
+    saving = claimed.savings
     if claimed.shown is None or saving is None or not isinstance(saving.value, float):
         return Verdict.CANNOT_TELL
     if claimed.shown:
         return Verdict.HOLDS if saving.value > 0.0 else Verdict.FAILS
-    p = claimed.test[1].value
+    p = claimed.p.value
     cost = claimed.one_sided and isinstance(p, float) and 1.0 - p <= alpha
     return Verdict.FAILS if cost else Verdict.CANNOT_TELL
 

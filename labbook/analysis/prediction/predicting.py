@@ -33,11 +33,11 @@ from labbook.analysis.prediction.condition_scenes import (
     study_scene,
 )
 from labbook.analysis.prediction.simulating import ALWAYS, SIMULATING, mean_values, simulate_means, simulate_varied
-from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult, decode
+from labbook.analysis.results.codec import Algorithm, StoredAs, decode
 from labbook.analysis.results.result_cache import Request, ResultCache, condition_input, fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
-from reports.numbers import Number
+from reports.numbers import Number, StoredResult
 
 if TYPE_CHECKING:
     from simulator.scene import Scene

@@ -113,14 +113,6 @@ class DisallowedExclusion:
 
 
 @dataclass(frozen=True, slots=True)
-class Reason:
-    """Why something is exploratory, in words; `departures` are those of `Planned` that make it so, none elsewhere."""
-
-    text: str
-    departures: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
 class Planned:
     """The settings that apply to the analysis, whether they were recorded in time, and what departs from them.
 
@@ -154,66 +146,44 @@ class Planned:
 
         `conditions` are the keys of those compared; without them it may be any.
         """
-        reason = self.reason(quantity, family, conditions)
-        return None if reason is None else reason.text
-
-    def reason(self, quantity: Outcome, family: str, conditions: Collection[str] | None = None) -> Reason | None:
-        """Return why a comparison is exploratory, as `exploratory`."""
         planned = self.settings.primary_outcome
         if not self.stated:
-            return Reason(NOTHING_DECIDED)
+            return NOTHING_DECIDED
         if quantity is not planned:
-            return Reason(f"the primary outcome decided on is {planned}")
+            return f"the primary outcome decided on is {planned}"
         return self._beside_the_plan(quantity, family, conditions)
 
     def exploratory_equivalence(self, family: str, conditions: Collection[str] | None = None) -> str | None:
         """Say why a test of apexes against the bounds is exploratory; recorded bounds make it a planned one."""
-        reason = self.reason_of_equivalence(family, conditions)
-        return None if reason is None else reason.text
-
-    def reason_of_equivalence(self, family: str, conditions: Collection[str] | None = None) -> Reason | None:
-        """Return why a test of apexes against the bounds is exploratory."""
         if not self.stated:
-            return Reason(NOTHING_DECIDED)
+            return NOTHING_DECIDED
         if not self.bounds_stated:
-            return Reason("no bounds of apex height were stated before the first run was ingested")
+            return "no bounds of apex height were stated before the first run was ingested"
         return self._beside_the_plan(Outcome.APEX, family, conditions)
 
-    def reason_of_contrast(
+    def exploratory_contrast(
         self, quantity: Outcome, conditions: Collection[str], *, selected: bool = False
-    ) -> Reason | None:
-        """Return why a contrast of condition means is exploratory; `selected` where it is of some of the runs."""
+    ) -> str | None:
+        """Say why a contrast of condition means is exploratory; `selected` where it is of some of the runs."""
         if not self.stated:
-            return Reason(NOTHING_DECIDED)
+            return NOTHING_DECIDED
         if not self.settings.contrasts:
-            return Reason("no contrasts were decided on")
+            return "no contrasts were decided on"
         if selected:
-            return Reason("contrasts were decided on for all runs, not a selection")
+            return "contrasts were decided on for all runs, not a selection"
         return self._beside_the_plan(quantity, FAMILY_OF[self.settings.family], conditions)
 
-    def exploratory_anova(self) -> str:
-        """Say why an analysis of variance is exploratory: no family that can be decided on has one."""
-        return "the families that can be decided on have no analysis of variance" if self.stated else NOTHING_DECIDED
-
-    def exploratory_jumps(self) -> str:
-        """Say why a test over single jumps is exploratory: no unit of analysis is the jump."""
-        unit = self.settings.unit_of_analysis.noun
-        return f"the unit of analysis decided on is the {unit}, not the jump" if self.stated else NOTHING_DECIDED
-
-    def _beside_the_plan(self, quantity: Outcome, family: str, conditions: Collection[str] | None) -> Reason | None:
+    def _beside_the_plan(self, quantity: Outcome, family: str, conditions: Collection[str] | None) -> str | None:
         planned = FAMILY_OF[self.settings.family]
         if family != planned:
-            return Reason(f"the family decided on is {planned}")
+            return f"the family decided on is {planned}"
         touching = [
             item for item in self.disallowed_exclusions if item.jumps is None or quantity.source is FileRole.LOG
         ]
-        further = [item.sentence for item in self.further if item.touches(quantity, conditions)]
-        departures = (*map(not_allowed, touching), *further)
         if touching:
             exclusions = "; ".join(item.sentence for item in touching)
-            text = f"something was left out for a reason that was not allowed ({exclusions}), and {AS_A_WHOLE}"
-            return Reason(text, departures)
-        return Reason("; ".join(further), departures) if further else None
+            return f"something was left out for a reason that was not allowed ({exclusions}), and {AS_A_WHOLE}"
+        return "; ".join(item.sentence for item in self.further if item.touches(quantity, conditions)) or None
 
 
 def planned_analysis(

@@ -13,7 +13,7 @@ import json
 import math
 import typing
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import MISSING, Field, dataclass, field, fields, is_dataclass
+from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
 from enum import Enum
 from functools import cache
 from types import NoneType, UnionType
@@ -21,10 +21,10 @@ from typing import Any, Generic, TypeVar
 
 from data_schema.errors import BookDamaged
 from data_schema.journal import canonical
-from data_schema.queries.results import InputRow, NumberRow, ResultRow
+from data_schema.queries.results import NumberRow, ResultRow
 from data_schema.reasons import Code, Limit, Reason
 from data_schema.vocabulary import Remark, Undefined
-from reports.numbers import Number
+from reports.numbers import Number, Origin, StoredResult
 
 _UNDEFINED = "undefined"
 """Where the payload has, by the names of numbers that do not exist, the codes and parameters of their reasons."""
@@ -32,27 +32,6 @@ _UNDEFINED = "undefined"
 
 class UnreadablePayload(ValueError):
     """A stored payload is not that of the class it is read as."""
-
-
-@dataclass(frozen=True, slots=True)
-class Origin:
-    """Which stored result something is: its key, what it is about (`scope`), and what it came from."""
-
-    key: str = ""
-    scope: Mapping[str, Any] = field(default_factory=dict)
-    inputs: tuple[InputRow, ...] = ()
-
-    @property
-    def uid(self) -> str:
-        """The name of the result as an input of others."""
-        return self.key[:16]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StoredResult:
-    """Base of all results that are stored; `origin` is empty until the result is."""
-
-    origin: Origin = field(default_factory=Origin)
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,7 +29,8 @@ from data_schema.queries.results import (
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.results.codec import Algorithm, Origin, StoredResult, T, decode, encode
+from labbook.analysis.results.codec import Algorithm, T, decode, encode
+from reports.numbers import Origin, StoredResult
 
 
 @dataclass(frozen=True, slots=True)

@@ -113,8 +113,8 @@ def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, 
 def _summary(analysis: StudyAnalysis, values: ConditionValues, shown: ShownNumbers) -> Summary:
     jumps = [len(item.result.heights_m) for item in values.runs if isinstance(item.result, RunApexes)]
     return Summary(
-        mean=shown.number(values.summary.mean),
-        sd=shown.value(values.summary.sd),
+        mean=shown.number(values.result.mean),
+        sd=shown.value(values.result.sd),
         runs=tuple(_run_value(analysis, item) for item in values.runs),
         jumps=sum(jumps) or None,
         robots=dict(Counter(item.run.robot for item in values.runs)),
@@ -200,11 +200,8 @@ def _planned_count(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> in
     return sum((row.condition_key or "") in conditions for row in planned)
 
 
-def order(analysis: StudyAnalysis, shown: ShownNumbers, *, in_claims: bool) -> Order:
-    """Set every run's joules against its position in the day and its pack, as deviations from its condition.
-
-    `in_claims`: the claims say already that levels of the swept factor are confounded with their days.
-    """
+def order(analysis: StudyAnalysis, shown: ShownNumbers) -> Order:
+    """Set every run's joules against its position in the day and its pack, as deviations from its condition."""
     points = [
         _point(item, item.value - mean)
         for condition in analysis.conditions[Outcome.JOULES]
@@ -212,14 +209,13 @@ def order(analysis: StudyAnalysis, shown: ShownNumbers, *, in_claims: bool) -> O
         for item in condition.runs
     ]
     packs = tuple(PackMean(pack, shown.number(found.deviation)) for pack, found in analysis.packs.items())
-    return Order(tuple(points), packs, tuple(confounded_with_day(analysis, in_claims=in_claims)))
+    return Order(tuple(points), packs, tuple(confounded_with_day(analysis)))
 
 
-def confounded_with_day(analysis: StudyAnalysis, *, in_claims: bool = False) -> list[str]:
+def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
     """Say which factors are confounded with the day, because most days saw one level of them only.
 
-    A day with a single run shows nothing of the kind and does not count. The swept factor is left out where it was
-    `in_claims` that all of its comparisons are confounded with days.
+    A day with a single run shows nothing of the kind and does not count.
     """
     runs = [run for run in analysis.evidence.runs if run.levels]
     by_day: dict[str, list[RunRow]] = {}
@@ -232,8 +228,6 @@ def confounded_with_day(analysis: StudyAnalysis, *, in_claims: bool = False) -> 
         single = sum(len({run.levels.get(factor.name) for run in of_day}) == 1 for of_day in days_of)
         if len(levels) > 1 and 2 * single > len(days_of):
             named.add(factor.name)
-            if in_claims and factor.name == analysis.swept:
-                continue
             title = in_sentence(factor_title(analysis, factor.name))
             sentences.append(
                 f"{_days(single, len(days_of))} all runs had one level of the {title}: "

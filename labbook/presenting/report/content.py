@@ -19,47 +19,32 @@ from labbook.analysis.study import StudyAnalysis, analyse
 from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
 from labbook.presenting.numbers import ShownNumbers, provenance
-from labbook.presenting.report import campaign, comparisons, contrasts, drain, methods, predicted, preregistration
-from labbook.presenting.report.error_rates import known_error_rates, uses
-from labbook.presenting.report.tests_made import tests_beside
+from labbook.presenting.report import campaign, comparisons, drain, methods, predicted, preregistration
 from reports.content import Claim, Comparison, ReportContent
 from reports.decided_sentences import group_claim, overall_claims
-from reports.remarks import all_on_one_day_each, days_claim
-from reports.sentences import difference_claim, family_claim, savings_claim
+from reports.sentences import family_claim
 from reports.tables.contrasts import contrast_claims
 from stats.apexes.detectors import DETECTORS
 
 
 def _claims(content: ReportContent, compared: Sequence[Comparison], *, one_level: bool) -> tuple[Claim, ...]:
-    """One sentence over all groups, or one a pooled comparison: savings, then the other outcomes.
+    """One sentence over all groups, or one a pooled comparison, outcome by outcome.
 
     Where another family was decided on, what that shows comes before all of them, but for one group of one level, whose
-    claims are of that family. A sentence on what days confound follows the first claim that it concerns.
+    claims are of that family.
     """
-    planned = [item for item in compared if item.family != pairing.POOLED and item.adjusted is not None]
-    pooled = [item for item in compared if item.family == pairing.POOLED]
+    planned = [item for item in compared if item.family != pairing.POOLED and item.decision.adjusted is not None]
     if one_level and len(planned) == len({item.quantity for item in planned}):
         planned = []  # one group, whose claims are those of the family
-    if pooled and pooled[0].decision is not None:
-        over_groups = overall_claims(content)
-        claimed = {outcome for outcome, _claim in over_groups}
-        wanted = {Outcome.JOULES, Outcome.APEX} - claimed if over_groups else set(Outcome)
-        narrow = [(item.quantity, group_claim(content, item)) for item in pooled if item.quantity in wanted]
-        opening = [family_claim(content, planned, pooled=not one_level)] if planned else []
-        by_outcome = sorted((*over_groups, *narrow), key=lambda each: list(Outcome).index(each[0]))
-        return (*opening, *(claim for _outcome, claim in by_outcome), *contrast_claims(content))
-    saved = [item for item in pooled if item.quantity.has_savings]
-    others = [item for item in pooled if not item.quantity.has_savings]
-    found = [
-        *([(family_claim(content, planned, pooled=not one_level), planned)] if planned else []),
-        *((savings_claim(content, item), [item]) for item in saved),
-        *((difference_claim(content, item), [item]) for item in others),
+    over_groups = overall_claims(content)
+    claimed = {outcome for outcome, _claim in over_groups}
+    wanted = {Outcome.JOULES, Outcome.APEX} - claimed if over_groups else set(Outcome)
+    narrow = [
+        (item.quantity, group_claim(content, item)) for item in compared if item.opens and item.quantity in wanted
     ]
-    claims = [claim for claim, _about in found]
-    marked = [place for place, (_, about) in enumerate(found, start=1) if any(item.one_day_each for item in about)]
-    if (confounding := days_claim(content)) is not None:
-        claims.insert(min(marked, default=len(claims)), confounding)
-    return (*claims, *contrast_claims(content))
+    opening = [family_claim(content, planned, pooled=not one_level)] if planned else []
+    by_outcome = sorted((*over_groups, *narrow), key=lambda each: list(Outcome).index(each[0]))
+    return (*opening, *(claim for _outcome, claim in by_outcome), *contrast_claims(content))
 
 
 def _warned(content: ReportContent, claims: tuple[Claim, ...]) -> tuple[Claim, ...]:
@@ -118,17 +103,14 @@ def make_report(
         conditions=campaign.conditions(analysis, shown),
         claims=(),
         comparisons=compared,
-        contrasts=contrasts.contrasts(analysis, shown),
+        contrasts=comparisons.contrasts(analysis, shown),
         overall=comparisons.overall(analysis, shown),
         overall_equivalence=comparisons.overall_equivalence(analysis, shown),
         anovas=comparisons.anovas(analysis, shown),
-        jump_comparisons=comparisons.jump_comparisons(analysis, shown),
         drains=drain.drain_fits(analysis, shown),
-        order=campaign.order(analysis, shown, in_claims=all_on_one_day_each(compared)),
+        order=campaign.order(analysis, shown),
         methods=methods.methods(analysis),
-        tests_beside=tests_beside(analysis),
         sources=methods.sources(analysis),
-        known_errors=known_error_rates(uses(analysis)),
         limitations=methods.limitations(analysis),
         outside_limits=methods.outside_limits(analysis),
         exchanged_charges=methods.exchanged_charges(analysis),
@@ -139,13 +121,10 @@ def make_report(
         planned=analysis.planned.stated,
         decided=preregistration.decision_sentences(analysis.planned),
         run_before=analysis.planned.run_before or "",
-        departures=preregistration.departures(analysis, compared),
+        departures=preregistration.departures(analysis),
         departed=len(analysis.planned.departures),
         void=preregistration.void_sentence(analysis, void_reasons(connection)),
-        not_planned=preregistration.not_planned(analysis, compared),
-        counted=analysis.planned.settings.unit_of_analysis.noun,
         look=analysis.planned.look,
-        different_days=comparisons.runs_of_different_days(analysis),
         without_charges=comparisons.groups_without_charges(analysis),
         favoured=comparisons.favoured(analysis, shown),
         coarse_charger=drain.coarse_charger(analysis),

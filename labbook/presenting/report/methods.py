@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import shlex
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
-from data_schema.vocabulary import FileRole, Undefined
+from data_schema.rounding import level_text
+from data_schema.vocabulary import FileRole, Rule, Undefined
+from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.conditions import run_numbers
 from labbook.analysis.outcomes.control_limits import exchanged, runs_outside
 from labbook.analysis.outcomes.run_energy import (
@@ -21,15 +24,15 @@ from labbook.analysis.outcomes.run_energy import (
 )
 from labbook.analysis.outcomes.run_force import RunForce, push_off_rules
 from labbook.analysis.outdated_files import outdated_sentence
+from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
-from labbook.config.model import UnitOfAnalysis
-from labbook.presenting.report import campaign, tests_made
-from labbook.presenting.report.tests_made import by_shared_days, deciding_test_sentences, has_savings, tests_used
+from labbook.config.model import Bounds
+from labbook.presenting.report import campaign
 from reports.content import Assumed, Source
+from reports.display import count_text, given_text, list_text
 from reports.naming import swept_words
 from stats.apexes.detectors import DETECTORS
-from stats.compare.shared_error import ENOUGH_DEGREES
 from stats.single_jump import QUIET_S
 
 _LISTED = 8
@@ -48,14 +51,13 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     return (
         f"Joules a jump are 3.6 C/mAh times {evidence.study.reference_voltage_v:g} V times (charge minus passive "
         "charge) divided by the jumps made. The passive charge is read at each run's duration, power on to power off, "
-        "from the straight line fitted to its robot's idle runs; the line's error, common to the robot's runs, "
-        f"{_shared_error(analysis)}",
+        "from the straight line fitted to its robot's idle runs; the line's error, common to the robot's runs, counts "
+        "in intervals and p.",
         f"Apexes come from the {protocol.detector} detector, version {DETECTORS[protocol.detector].version}, applied "
         f"to the body height; {_rules(analysis)} A person's verdict comes first.",
         *_calibrations(analysis),
         *_single_jumps(analysis),
-        _unit(analysis),
-        tests_used(analysis, ratio) if not by_shared_days(analysis) else deciding_test_sentences(analysis, ratio),
+        f"A value is one run, never a jump. {_tests(analysis, ratio)}",
     )
 
 
@@ -76,48 +78,97 @@ def _calibrations(analysis: StudyAnalysis) -> list[str]:
     ]
 
 
-def sources(analysis: StudyAnalysis) -> tuple[Source, ...]:
-    """Return the sources of the methods that the paragraphs name."""
-    over_runs = not (has_savings(analysis) and by_shared_days(analysis))
-    return tests_made.sources(analysis, over_runs and sum(_dfs_of_lines(analysis)) >= ENOUGH_DEGREES)
+def _tests(analysis: StudyAnalysis, ratio: str) -> str:
+    """Return the test that decides, and how many comparisons each of its rules fits; or why nothing was compared."""
+    if not analysis.compared:
+        none = "no factor names a control level" if analysis.swept is None else "no group has a control and a treatment"
+        return f"Nothing is compared: {none}. Intervals are at 95 %."
+    rules = Counter(item.shown.decision.rule for item in analysis.compared)
+    texts = {
+        Rule.PAIRED: "paired t on day means from four such days on",
+        Rule.WITHIN: "a contrast within days on one to three, which holds for these days",
+        Rule.NONE: "no test otherwise",
+    }
+    made = [rule for rule in texts if rules[rule]]
+    numbers = [count_text(rules[rule], "comparison") if rule is made[0] else str(rules[rule]) for rule in made]
+    counts = list_text([f"{texts[rule]} ({number})" for rule, number in zip(made, numbers, strict=True)])
+    several = any(item.pair.family == pairing.POOLED and len(item.pair.b) > 1 for item in analysis.compared)
+    weighted = ", pooled levels weighted by their runs" if several else ""
+    sentences = [
+        f"Treatment and control are compared on the days that hold runs of both{weighted}: {counts}.",
+        f"Savings are {ratio} with Fieller's interval by the same contrast." if _has_savings(analysis) else "",
+        _holm(analysis),
+        _equivalence(analysis),
+        "The overall effect is the mean of the groups' savings (delta method), days' errors added before squaring. "
+        "An F by the same errors (Box) tests whether groups agree."
+        if analysis.overall.savings
+        else "",
+        _levels(analysis),
+    ]
+    return " ".join(filter(None, sentences))
 
 
-def _dfs_of_lines(analysis: StudyAnalysis) -> list[float]:
-    robots = dict.fromkeys(run.robot_uid for run in analysis.evidence.runs)
-    lines = [analysis.drains[robot].line for robot in robots if robot in analysis.drains]
-    return [line.df for line in lines if not isinstance(line, Undefined)]
+def _has_savings(analysis: StudyAnalysis) -> bool:
+    return any(item.shown.decision.savings is not None for item in analysis.compared)
 
 
-def _shared_error(analysis: StudyAnalysis) -> str:
-    """Say what becomes of the error of the drain lines."""
-    joined = _joined(analysis)
-    if not has_savings(analysis):
-        return f"is stated apart{' and counts in the interval of a mean' if joined else ''}{joined}."
-    if by_shared_days(analysis):
-        return "counts in intervals and p."
-    apart = "cancels in differences at equal durations and jumps and enters savings through the control."
-    return f"{apart} What is left of it in a mean or a difference counts in the interval{joined}." if joined else apart
-
-
-def _joined(analysis: StudyAnalysis) -> str:
-    """Say how intervals hold scatter and the lines' error (`compare.shared_error.joints`); nothing without a line.
-
-    The degrees of freedom of several lines' errors in one value lie between the least of theirs and their sum.
-    """
-    dfs = _dfs_of_lines(analysis)
-    if not dfs:
+def _holm(analysis: StudyAnalysis) -> str:
+    """Say which family p is adjusted over, and how many tests of it the report does not show."""
+    counts = []
+    for quantity in Outcome:
+        families = [item.family for item in analysis.compared if item.shown.quantity is quantity]
+        shown = [family for family in families if family is not None]
+        if shown:
+            tests = len(shown[0].adjusted_p)
+            not_shown = f" ({tests - len(shown)} not in this selection)" if tests > len(shown) else ""
+            counts.append(f"{tests} of {quantity}{not_shown}")
+    if not counts:
         return ""
-    few = "half widths in quadrature, each with the quantile of its own degrees of freedom"
-    enough = "one quantile for both, after Welch and Satterthwaite, and never narrower than the scatter alone"
-    if has_savings(analysis):
-        few += "; t shrinks in the same proportion"
-        enough += "; t and p follow it, and savings have the least interval that holds those with it and without it"
-    if sum(dfs) < ENOUGH_DEGREES:
-        return f" ({few})"
-    if min(dfs) >= ENOUGH_DEGREES:
-        return f" ({enough})"
-    behind = f"where the lines behind it have fewer than {ENOUGH_DEGREES:g} degrees of freedom"
-    return f" ({behind}, {few}; elsewhere, {enough})"
+    family = FAMILY_OF[analysis.planned.settings.family]
+    return f"P is adjusted by Holm's method over the family, {family}: {list_text(counts)}."
+
+
+def _equivalence(analysis: StudyAnalysis) -> str:
+    bounds = analysis.planned.settings.apex_bounds
+    every = [item.shown.decision.equivalence for item in analysis.compared]
+    tested = [test for test in every if test is not None and isinstance(test.p.value, float)]
+    if bounds is None or not tested:
+        return ""
+    return (
+        f"Equivalence of apex heights within {_bounds(bounds)} is tested by two one-sided tests by that contrast "
+        f"(TOST) in {count_text(len(tested), 'comparison')}{', unadjusted' if len(tested) > 1 else ''}."
+    )
+
+
+def _bounds(bounds: Bounds) -> str:
+    factor, unit = (1.0, "% of the control's mean") if bounds.percent else (1000.0, "mm")
+    return f"{given_text(factor * bounds.low)} to {given_text(factor * bounds.high)} {unit}"
+
+
+def _levels(analysis: StudyAnalysis) -> str:
+    settings = analysis.planned.settings
+    alpha, outside = settings.alpha, settings.outside if _has_savings(analysis) else settings.alpha
+    comparisons = "" if alpha == 0.05 else f", those of comparisons at {level_text(1.0 - alpha)}"
+    if outside != alpha:
+        comparisons += f", those of savings, tested one-sided, at {level_text(1.0 - outside)}"
+    equivalence = any(item.shown.decision.equivalence is not None for item in analysis.compared)
+    tost = f", those of tests of equivalence at {level_text(1.0 - 2.0 * alpha)}" if equivalence else ""
+    return f"Intervals are at 95 %{comparisons}{tost}."
+
+
+def sources(analysis: StudyAnalysis) -> tuple[Source, ...]:
+    """Return the sources of the methods that the report uses."""
+    routes = [item.shown.over_runs for item in analysis.compared]
+    routed = [route for route in routes if isinstance(route.t.value, float)]
+    used = {
+        Source.THESIS: bool(routed),
+        Source.FIELLER: _has_savings(analysis),
+        Source.HOLM: bool(_holm(analysis)),
+        Source.PAIRED_ON_DAY_MEANS: any(item.shown.decision.rule is Rule.PAIRED for item in analysis.compared),
+        Source.TOST: bool(_equivalence(analysis)),
+        Source.WELCH: any(route.test == "Welch" for route in routed),
+    }
+    return tuple(source for source, is_used in used.items() if is_used)
 
 
 def _single_jumps(analysis: StudyAnalysis) -> list[str]:
@@ -130,16 +181,6 @@ def _single_jumps(analysis: StudyAnalysis) -> list[str]:
         f"{push_off_rules(analysis.evidence)}: weight from the {QUIET_S:g} s before, height from the impulse since, "
         "and from the time of flight. Contact time is that from onset to take-off."
     ]
-
-
-def _unit(analysis: StudyAnalysis) -> str:
-    of_runs = "a run's joules, and the mean of a run's apex heights"
-    unit = analysis.planned.settings.unit_of_analysis
-    if unit is UnitOfAnalysis.SHARED_DAYS:
-        return "A value is one run, never a jump."
-    if unit is UnitOfAnalysis.RUN:
-        return f"Runs are the unit of analysis: {of_runs}."
-    return f"Days are the unit of analysis: comparisons rest on the mean of each day's runs ({of_runs})."
 
 
 def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:

@@ -2,24 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 
 from data_schema.vocabulary import ReasonCode, RunState
-from labbook.analysis.comparison import pairing
 from labbook.analysis.preregistration.departures import first_named
 from labbook.analysis.preregistration.planned import (
     AS_A_WHOLE,
     FAMILY_OF,
     NOTHING_DECIDED,
     Planned,
-    Reason,
-    not_allowed,
 )
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import HOW_TO_DECIDE, AnalysisSettings, UnitOfAnalysis
-from labbook.presenting.report.comparisons import planned_as_each
-from reports.content import Comparison
-from reports.display import sentence_start
+from reports.display import list_text, sentence_start
 
 NOT_WATCHED = (
     "Not watched: runs never made or never entered, whether a value was corrected to please (that it was is listed), "
@@ -107,22 +102,16 @@ def _exclusions(settings: AnalysisSettings) -> str:
     return f"a person may leave out jumps and runs for: {listed or 'no reason'}"
 
 
-def departures(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple[str, ...]:
-    """Return what departs from it, each with what is exploratory for it.
-
-    `compared` shows the analysis's comparisons in their order.
-    """
+def departures(analysis: StudyAnalysis) -> tuple[str, ...]:
+    """Return what departs from it, each with the outcomes that are exploratory for it."""
     planned = analysis.planned
-    if not planned.stated:
-        return _departures(planned)
-    departing: dict[str, dict[str, None]] = {}
-    for reason, name in _exploratory(analysis, compared):
-        for departure in reason.departures:
-            departing.setdefault(_departure_sentence(departure), {})[name] = None
-    concerning = departing.keys() & {_departure_sentence(not_allowed(item)) for item in planned.disallowed_exclusions}
-    as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if concerning else ()
-    for_it = {text: f" Exploratory for it: {', '.join(names)}." for text, names in departing.items()}
-    return (*(f"{text}{for_it.get(text, '')}" for text in _departures(planned)), *as_a_whole)
+    found = []
+    for text in planned.departures if planned.stated else ():
+        of = next((item.quantities for item in planned.further if item.sentence == text), ())
+        exploratory = f" Exploratory for it: {list_text([outcome.plural for outcome in of])}." if of else ""
+        found.append(f"{_departure_sentence(text)}{exploratory}")
+    as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if planned.disallowed_exclusions else ()
+    return (*(found if planned.stated else _departures(planned)), *as_a_whole)
 
 
 def void_sentence(analysis: StudyAnalysis, reasons: Mapping[str, str]) -> str:
@@ -135,43 +124,9 @@ def void_sentence(analysis: StudyAnalysis, reasons: Mapping[str, str]) -> str:
     return f"Void: {'; '.join(listed)}." if listed else ""
 
 
-def not_planned(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> tuple[str, ...]:
-    """Return what was not planned at all, and why."""
-    if not analysis.planned.stated:
-        return ()
-    found: dict[str, dict[str, None]] = {}
-    for reason, name in _exploratory(analysis, compared):
-        if not reason.departures:
-            found.setdefault(reason.text, {})[name] = None
-    return tuple(f"Exploratory, because {reason}: {', '.join(names)}." for reason, names in found.items())
-
-
-def _exploratory(analysis: StudyAnalysis, compared: Sequence[Comparison]) -> Iterator[tuple[Reason, str]]:
-    """Give a reason and what is exploratory for it, comparison by comparison, then what no plan can have."""
-    planned, as_each = analysis.planned, planned_as_each(analysis)
-    for item, shown in zip(analysis.compared, compared, strict=True):
-        if as_each and item.pair.family == pairing.POOLED:
-            continue
-        asked = (item.pair.family, item.conditions)
-        if reason := planned.reason(item.quantity, *asked):
-            yield reason, f"{shown.family} ({shown.quantity})"
-        if shown.equivalence is not None and (reason := planned.reason_of_equivalence(*asked)):
-            yield reason, f"{shown.family} (equivalence of {shown.quantity})"
-    for one in analysis.contrasts:
-        outcome = one.asked.settings.outcome
-        if reason := planned.reason_of_contrast(
-            outcome, one.asked.conditions, selected=bool(analysis.evidence.selection)
-        ):
-            yield reason, f"contrasts ({outcome})"
-    for tested in analysis.anovas:
-        yield Reason(planned.exploratory_anova()), f"one-way analysis of variance ({tested.quantity})"
-    for jumps in analysis.jump_tests:
-        yield Reason(planned.exploratory_jumps()), f"{jumps.pair.family}, over single jumps"
-
-
 def no_equivalence(analysis: StudyAnalysis) -> str:
     """Say why apex heights are not tested for equality, and how that is asked for; "" where they are."""
-    compared = any(item.quantity.has_equivalence for item in analysis.compared)
+    compared = any(item.shown.quantity.has_equivalence for item in analysis.compared)
     if not compared or analysis.planned.settings.apex_bounds is not None:
         return ""
     return (

@@ -16,7 +16,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent
 from reports.display import as_shown, interval_text, p_text, places_of, value_text, with_unit
-from reports.evidence import Decision, OverGroups
+from reports.evidence import Decision, OverallEquivalence, OverallSavings
 from reports.fields import MacroWords
 from reports.naming import swept_factor
 from reports.numbers import Number, Value
@@ -100,16 +100,16 @@ def _over_groups(content: ReportContent) -> Iterator[Macro]:
     for overall in content.overall:
         name = (MacroWords.OVERALL_SAVING, "" if overall.quantity is Outcome.JOULES else overall.quantity.key)
         yield from _number(name, overall.savings, overall.test.p)
-        yield from _scope(name, overall.scope, overall.savings)
+        yield from _scope(name, overall, overall.savings)
         yield from _value((*name, MacroWords.SPREAD), overall.spread, overall.savings)
     if content.overall_equivalence is not None:
-        tested = content.overall_equivalence.tested
+        tested = content.overall_equivalence
         heights = (MacroWords.OVERALL_APEX_EQUIVALENCE,)
-        yield from _number(heights, tested.estimate, tested.p)
-        yield from _scope(heights, content.overall_equivalence.scope, tested.estimate)
+        yield from _number(heights, tested.estimate, tested.p.value)
+        yield from _scope(heights, tested, tested.estimate)
 
 
-def _scope(name: Iterable[str], scope: OverGroups, number: Number) -> Iterator[Macro]:
+def _scope(name: Iterable[str], scope: OverallSavings | OverallEquivalence, number: Number) -> Iterator[Macro]:
     yield Macro(macro_name(*name, MacroWords.GROUPS), str(len(scope.groups)), number.provenance)
     yield Macro(macro_name(*name, MacroWords.DAYS), str(len(scope.days)), number.provenance)
 
@@ -118,13 +118,13 @@ def _by_group(content: ReportContent) -> Iterator[Macro]:
     for comparison in (*content.pooled, *_planned_levels(content)):
         group = [f"{factor} {level}" for factor, level in comparison.group.items()]
         name = (comparison.quantity.key, *group, *_level(content, comparison))
-        lead = comparison.lead
+        lead = comparison.decision
         if lead.savings is not None:
             yield from _number((*name, MacroWords.SAVING), lead.savings, lead.test.p)
         yield from _number((*name, MacroWords.DIFFERENCE), lead.difference, lead.test.p)
-        yield from _runs(name, comparison, lead)
+        yield from _runs(name, lead)
         if (tested := lead.equivalence) is not None:
-            yield from _number((*name, MacroWords.EQUIVALENCE), tested.estimate, tested.p)
+            yield from _number((*name, MacroWords.EQUIVALENCE), tested.estimate, tested.p.value)
 
 
 def _contrasts(content: ReportContent) -> Iterator[Macro]:
@@ -144,12 +144,11 @@ def _level(content: ReportContent, comparison: Comparison) -> list[str]:
     return [] if comparison.opens or swept is None else [f"{swept.name} {comparison.level}"]
 
 
-def _runs(name: tuple[str, ...], comparison: Comparison, lead: Decision) -> Iterator[Macro]:
+def _runs(name: tuple[str, ...], lead: Decision) -> Iterator[Macro]:
     identity = lead.difference.provenance
     yield Macro(macro_name(*name, MacroWords.RUNS_CONTROL), str(lead.n_control), identity)
     yield Macro(macro_name(*name, MacroWords.RUNS_TREATMENT), str(lead.n_treatment), identity)
-    if comparison.decision is not None:
-        yield Macro(macro_name(*name, MacroWords.DAYS), str(len(lead.days)), identity)
+    yield Macro(macro_name(*name, MacroWords.DAYS), str(len(lead.days)), identity)
     if lead.adjusted is not None:
         yield Macro(macro_name(*name, MacroWords.HOLM), p_text(lead.adjusted.value), lead.adjusted.provenance)
 

@@ -22,11 +22,11 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.jump_review import decide
-from labbook.analysis.results.codec import Algorithm, StoredAs, StoredResult
+from labbook.analysis.results.codec import Algorithm, StoredAs
 from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, keep
 from labbook.book.opening import Book
 from labbook.book.write_session import WriteSession
-from reports.numbers import Number
+from reports.numbers import Number, StoredResult
 from tests.helpers.books import ADA, SmallBook, reported_book, small_book
 from tests.helpers.wording import refuses
 
@@ -102,8 +102,8 @@ def test_rejecting_one_jump_computes_its_run_again_and_what_rests_on_it(book: Bo
     assert {scope(row)["run"] for row in of_runs} == {"r001"}
     assert len(of_runs) == 2  # by either detector; what heeds no decision stays
     assert {row.uid for row in computed} == {row.uid for row in rests_on_any(computed, of_runs)}
-    compared = {"condition_summary", "comparison", "comparison_by_day", "family", "decision", "decision_family"}
-    assert {row.kind for row in computed} == {"run_apexes", "jump_comparison", *compared}
+    compared = {"condition_summary", "decision", "decision_family", "thesis_route"}
+    assert {row.kind for row in computed} == {"run_apexes", "thesis_route_over_jumps", *compared}
     quantities = {scope(row)["quantity"] for row in computed if row.kind in compared}
     assert quantities == {Outcome.APEX}
     small_control = "foot=small k_gain=400 b_ad_gain=0"
@@ -160,7 +160,7 @@ def test_correcting_the_foot_names_both_conditions_and_their_comparisons(book: B
     for quantity in (Outcome.JOULES, Outcome.APEX):
         summaries = [about for kind, about in stale if kind == "condition_summary" and about["quantity"] == quantity]
         assert {about["condition"] for about in summaries} == {old, new}
-        labels = [about["label"] for kind, about in stale if kind == "comparison" and about["quantity"] == quantity]
+        labels = [about["label"] for kind, about in stale if kind == "decision" and about["quantity"] == quantity]
         assert any("small" in label for label in labels)
         assert any("large" in label for label in labels)
     kinds = {kind for kind, _about in stale}
@@ -186,7 +186,7 @@ def test_a_corrected_charge_touches_the_joules_of_its_run_only(book: Book) -> No
     computed, _reused = report(book)
     assert {scope(row)["run"] for row in computed if row.kind.startswith("run_")} == {"r001"}
     assert {row.kind for row in computed} <= {
-        "run_energy", "condition_summary", "comparison", "comparison_by_day", "family", "decision", "decision_family",
+        "run_energy", "condition_summary", "decision", "decision_family", "thesis_route",
         "contrast", "overall_savings", "pack_deviation", "energy_budget",
     }  # fmt: skip
     assert {scope(row).get("quantity", Outcome.JOULES) for row in computed} == {Outcome.JOULES}
@@ -201,7 +201,7 @@ def test_a_corrected_idle_charge_touches_the_drain_and_all_joules_but_no_apex(bo
     assert len([row for row in computed if row.kind == "run_energy"]) == 12
     assert {row.kind for row in computed} & {"run_apexes"} == set()
     assert {scope(row).get("quantity", Outcome.JOULES) for row in computed} == {Outcome.JOULES}
-    assert {row.kind for row in reused} >= {"run_apexes", "condition_summary", "comparison"}
+    assert {row.kind for row in reused} >= {"run_apexes", "condition_summary", "decision"}
 
 
 @pytest.mark.soak

@@ -3,12 +3,10 @@
 from __future__ import annotations
 
 import json
-import math
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
-from scipy import stats as scipy_stats
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.study import PlannedRow
@@ -16,11 +14,8 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import void
-from labbook.analysis.comparison.comparing import compare
-from labbook.analysis.comparison.deciding import DecisionResult
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, without_day
 from labbook.analysis.outcomes.budget import budget
-from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_energy import drain_lines, passive_drains, run_energies, unused_idle
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study import StudyAnalysis
@@ -28,8 +23,8 @@ from labbook.analysis.study_data import StudyData
 from labbook.presenting.report.campaign import flow
 from labbook.presenting.report.content import MadeReport
 from labbook.presenting.report.methods import limitations
+from reports.evidence import Decision
 from reports.numbers import Number
-from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain
 from tests.helpers.books import ADA, reported_book, small_book
 from tests.helpers.wording import says
@@ -49,58 +44,13 @@ def analysis(made: MadeReport) -> StudyAnalysis:
 
 def test_only_comparisons_of_joules_have_savings(analysis: StudyAnalysis) -> None:
     for item in analysis.compared:
-        assert (item.result.savings is not None) == (item.quantity is Outcome.JOULES)
+        assert (item.shown.decision.savings is not None) == (item.shown.quantity is Outcome.JOULES)
 
 
 def test_sensitivity_as_reported_is_the_number_claimed(made: MadeReport) -> None:
     claimed = {uid for claim in made.content.claims for uid in claim.provenance}
     assert made.content.sensitivity
     assert {item.as_reported.provenance for item in made.content.sensitivity} <= claimed
-
-
-def test_a_shared_error_that_differs_between_the_sides_widens_the_difference(analysis: StudyAnalysis) -> None:
-    for item in analysis.compared:
-        difference, p = item.result.welch_difference, item.result.welch_p.value
-        assert (difference.shared_se is None) == (item.quantity is Outcome.APEX)
-        assert item.result.difference.shared_se == difference.shared_se
-        if isinstance(p, float) and isinstance(difference.ci_low, float) and isinstance(difference.ci_high, float):
-            assert (p < 0.05) == (not difference.ci_low <= 0.0 <= difference.ci_high)
-
-
-def side(condition: ConditionValues, df: float, *errors_j: float) -> tuple[ConditionValues, ...]:
-    """The condition with a shared error of these sizes, a term each, known with `df` degrees of freedom."""
-    shared = SharedError({("drain", f"{place}"): size for place, size in enumerate(errors_j)}, {"drain": df})
-    return (replace(condition, runs=tuple(replace(item, shared=shared) for item in condition.runs)),)
-
-
-@pytest.mark.parametrize("fit_df", [2.0, 3.0, 4.0, 20.0])
-def test_what_remains_of_the_shared_error_joins_the_scatter_by_the_fits_degrees_of_freedom(
-    tmp_path: Path, analysis: StudyAnalysis, fit_df: float
-) -> None:
-    """Below four in quadrature, each with its own quantile; else one quantile after Welch and Satterthwaite."""
-    pair = next(item.pair for item in analysis.compared if item.quantity is Outcome.JOULES)
-    a, b = pair.a[0], pair.b[0]
-    pairs = [
-        replace(pair, label=f"{errors_j}", a=side(a, fit_df, 1.0, 1.0), b=side(b, fit_df, *errors_j))
-        for errors_j in ((1.0, 1.0), (1.0 + 1e-15, 1.0), (31.0, 1.0), (1.0, -29.0))
-    ]
-    with small_book(tmp_path).open() as book, book.reading() as connection:
-        rows = compare(ResultCache(connection), pairs, Outcome.JOULES, {})
-    equal, rounded, unequal, opposite = [row.welch_difference for row in rows]
-    assert equal.shared_se == rounded.shared_se == 0.0
-    assert (equal.ci_low, equal.ci_high) == (rounded.ci_low, rounded.ci_high)
-    assert unequal.shared_se == opposite.shared_se == 30.0
-    assert unequal.value == equal.value
-    assert isinstance(equal.df, float)
-    quantile = scipy_stats.t.ppf
-    variance = (half_width(equal) / quantile(0.975, equal.df)) ** 2
-    if fit_df < 4.0:
-        expected = math.hypot(half_width(equal), quantile(0.975, fit_df) * 30.0)
-    else:
-        total_df = (variance + 900.0) ** 2 / (variance**2 / equal.df + 900.0**2 / fit_df)
-        expected = quantile(0.975, total_df) * math.sqrt(variance + 900.0)
-    assert half_width(unequal) == pytest.approx(expected)
-    assert half_width(unequal) > half_width(equal)
 
 
 def test_each_robot_has_its_own_drain_line(analysis: StudyAnalysis) -> None:
@@ -135,28 +85,21 @@ def test_without_exclusions_void_runs_are_back(tmp_path: Path) -> None:
         with book.session(ADA) as session:
             void(session, "r002", "rail loose")
         after = state_report(book, None, ADA, lambda _step: None).analysis
-    as_first = {(item.pair.label, item.quantity): item.decided.result for item in before.compared if item.decided}
+    as_first = {(item.pair.label, item.shown.quantity): item.shown.decision for item in before.compared}
     without = [item for item in after.variations.varied if item.variant == WITHOUT_EXCLUSIONS]
     assert {item.quantity for item in without} == {Outcome.JOULES, Outcome.APEX}
     for item in without:
         first = as_first[item.headline, item.quantity]
-        assert isinstance(item.result, DecisionResult)
-        assert (item.result.n_control, item.result.n_treated) == (first.n_control, first.n_treated)
+        assert (item.result.n_control, item.result.n_treatment) == (first.n_control, first.n_treatment)
         if item.quantity is Outcome.JOULES:
             for number, before in zip(numbers_of(item.result), numbers_of(first), strict=True):
                 assert number.n == before.n
                 assert number.value == pytest.approx(before.value)
 
 
-def numbers_of(result: DecisionResult) -> list[Number]:
-    found = [getattr(result, one.name) for one in fields(result)]
-    return [number for number in found if isinstance(number, Number)]
-
-
-def half_width(item: Number) -> float:
-    assert isinstance(item.ci_low, float)
-    assert isinstance(item.ci_high, float)
-    return (item.ci_high - item.ci_low) / 2.0
+def numbers_of(result: Decision) -> list[Number]:
+    found = (result.difference, result.t, result.p, result.control_mean, result.run_sd, result.savings)
+    return [number for number in found if number is not None]
 
 
 def test_the_budget_takes_the_coarsest_resolution_of_the_charges(tmp_path: Path, analysis: StudyAnalysis) -> None:
@@ -291,17 +234,3 @@ def test_a_day_that_the_drain_line_cannot_do_without_is_said(analysis: StudyAnal
     assert {item.quantity for item in analysis.variations.varied if item.variant == f"without {days[0]}"} == {
         Outcome.APEX
     }
-
-
-def test_single_jumps_are_tested_as_the_thesis_did_and_over_all_jumps_that_count(analysis: StudyAnalysis) -> None:
-    assert len(analysis.jump_tests) == 2
-    for item in analysis.jump_tests:
-        sides = [
-            [height for one in side for run in one.runs for height in analysis.apexes[run.run.uid].heights_m]
-            for side in (item.pair.a, item.pair.b)
-        ]
-        assert [len(side) for side in sides] == [item.result.n_a, item.result.n_b]
-        assert len(sides[0]) > sum(len(one.runs) for one in item.pair.a)
-        expected = scipy_stats.ttest_ind(sides[1], sides[0], equal_var=False)
-        assert item.result.welch_t.value == pytest.approx(expected.statistic)
-        assert item.result.welch_p.value == pytest.approx(expected.pvalue)

@@ -34,10 +34,7 @@ def test_a_trend_over_groups_of_the_same_days_is_that_of_each_day() -> None:
     savings = [100.0 * (1.0 - one.ratio) for one in groups.values()]
     assert found.slope.value == pytest.approx(scipy_stats.linregress([*x.values()], savings).slope)
     assert found.middle == pytest.approx((41.0, np.mean(savings)))
-    departs = [
-        [100.0 * (day.treated.mean - one.ratio * day.control.mean) / float(one.control_mean) for day in one.shared_days]  # type: ignore[arg-type]
-        for one in groups.values()
-    ]
+    departs = [[100.0 * departs for _day, departs in one.relative_departures] for one in groups.values()]
     se = scipy_stats.sem([scipy_stats.linregress([*x.values()], of_day).slope for of_day in zip(*departs, strict=True)])
     assert found.slope.se == pytest.approx(se)
     half = scipy_stats.t.ppf(0.975, 4) * se

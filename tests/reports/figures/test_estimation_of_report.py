@@ -1,5 +1,4 @@
 import dataclasses
-import statistics
 
 import pytest
 
@@ -7,6 +6,7 @@ from data_schema.outcomes import Outcome
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from tests.reports.made import changed as with_decisions
 
 
 @pytest.fixture(scope="module")
@@ -55,7 +55,7 @@ def test_every_run_of_control_and_treatment_is_drawn(content, drawn, name, quant
         assert points(axes) == pytest.approx(sorted(values))
     pooled = [c for c in content.comparisons if c.opens and c.quantity is quantity]
     for axes, comparison in zip(lowers, pooled, strict=True):
-        difference = comparison.welch_difference
+        difference = comparison.decision.difference
         assert points(axes, "_") == pytest.approx([factor * difference.value])
         assert points(axes) == []
         assert intervals(axes)[0] == pytest.approx([factor * difference.ci_low, factor * difference.ci_high])
@@ -70,29 +70,12 @@ def test_bounds_are_drawn_in_the_unit_of_the_difference(content, drawn):
 
     assert dashed(drawn["estimation_apex"]) == [[-5.0, 5.0]] * 4
     assert dashed(drawn["estimation_joules"]) == [[]] * 4
-    percent = tuple(
-        c
-        if c.equivalence is None
-        else dataclasses.replace(
-            c,
-            equivalence=dataclasses.replace(
-                c.equivalence, low=-3.0, high=3.0, estimate=dataclasses.replace(c.equivalence.estimate, unit="%")
-            ),
-        )
-        for c in content.comparisons
+    item = next(c.decision.equivalence for c in content.comparisons if c.decision.equivalence is not None)
+    percent = dataclasses.replace(
+        item, low=-3.0, high=3.0, percent=True, estimate=dataclasses.replace(item.estimate, unit="%")
     )
-    changed = dataclasses.replace(content, comparisons=percent)
-    controls = [
-        [
-            run.value
-            for one in content.conditions
-            if one.control and c.group.items() <= {level.factor: level.label for level in one.levels}.items()
-            for run in one.summary(Outcome.APEX).runs
-        ]
-        for c in percent
-        if c.opens and c.quantity is Outcome.APEX
-    ]
-    means_m = [statistics.fmean(values) for values in controls]
+    changed = with_decisions(content, lambda c: c.quantity is Outcome.APEX, equivalence=percent)
+    means_m = [condition.summary(Outcome.APEX).mean.value for condition in content.conditions if condition.control]
     for found, mean_m in zip(
         dashed(draw_figure(FIGURES["estimation_apex"], changed, TWO_COLUMNS_IN)), means_m, strict=True
     ):
@@ -102,7 +85,7 @@ def test_bounds_are_drawn_in_the_unit_of_the_difference(content, drawn):
 def test_the_interval_of_the_test_lies_thick_behind_that_of_the_difference(content, drawn):
     pooled = [c for c in content.comparisons if c.opens and c.quantity is Outcome.APEX]
     for axes, comparison in zip(panels(drawn["estimation_apex"])[1], pooled, strict=True):
-        estimate = comparison.equivalence.estimate
+        estimate = comparison.decision.equivalence.estimate
         thin, thick = intervals(axes)
         assert thick == pytest.approx([1000.0 * estimate.ci_low, 1000.0 * estimate.ci_high])
         assert thin[0] < thick[0] < thick[1] < thin[1]

@@ -7,10 +7,9 @@ import subprocess
 
 import pytest
 
-from data_schema.outcomes import Outcome
-from reports.content import Number, SignificanceTest
-from reports.evidence import OverallSavings, OverGroups
+from reports.content import Number
 from reports.tables.formats.as_macros import macro_name, macros_bytes, macros_of
+from tests.reports.made import overall_savings
 
 PDFLATEX = shutil.which("pdflatex")
 LINE = re.compile(r"\\newcommand\{\\(\w+)\}\{(.*)\}(?: % (\w+))?")
@@ -18,11 +17,9 @@ LINE = re.compile(r"\\newcommand\{\\(\w+)\}\{(.*)\}(?: % (\w+))?")
 
 @pytest.fixture(scope="module")
 def with_overall(content):
-    scope = OverGroups(tuple(each.group for each in content.pooled[:4]), (), ("2021-05-03", "2021-05-04"), False)
-    test = SignificanceTest("t", 7.0, (13.9,), 2e-6)
     saved = Number(11.234, "%", se=1.41, ci_low=8.12, ci_high=14.31, provenance="0abc123")
-    spread = Number(4.02, "%", provenance="0abc124")
-    overall = OverallSavings(Outcome.JOULES, saved, test, spread, spread, False, True, scope)
+    groups = tuple(each.group for each in content.pooled[:4])
+    overall = overall_savings(saved, groups, days=("2021-05-03", "2021-05-04"))
     return dataclasses.replace(content, overall=(overall,))
 
 
@@ -42,7 +39,7 @@ def test_every_macro_is_the_number_of_the_report(with_overall):
     found = parsed(macros_bytes(with_overall))
     assert all(re.fullmatch(r"labbook[A-Za-z]+", name) for name in found)
     for comparison in with_overall.pooled:
-        lead = comparison.lead
+        lead = comparison.decision
         group = " ".join(f"{factor} {level}" for factor, level in comparison.group.items())
         number = lead.savings or lead.difference
         what = "saving" if lead.savings else "difference"
@@ -74,8 +71,8 @@ def test_each_level_that_the_plan_compares_has_its_numbers_and_an_exploratory_on
     group = " ".join(f"{factor} {level}" for factor, level in first.group.items())
     (swept,) = [factor.name for factor in with_overall.factors if factor.swept]
     name = macro_name(first.quantity.key, group, f"{swept} {first.level}")
-    assert found[f"{name}DifferenceP"][1] == first.lead.difference.provenance
-    assert found[f"{name}RunsControl"][0] == str(first.lead.n_control)
+    assert found[f"{name}DifferenceP"][1] == first.decision.difference.provenance
+    assert found[f"{name}RunsControl"][0] == str(first.decision.n_control)
     assert all(
         each.startswith((name, "labbookContrast", "labbookOverall", "labbookRuns", "labbookJumps", "labbookDays"))
         for each in found

@@ -8,13 +8,13 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.content import Number, SignificanceTest
-from reports.evidence import OverallSavings, OverGroups
+from reports.content import Number
 from reports.fields import unit_slug
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.pages import with_summary
 from tests.helpers.wording import says
+from tests.reports.made import overall_savings, t_and_p
 
 
 def csv_rows(name, content):
@@ -48,25 +48,25 @@ def test_csv_has_the_conditions_unrounded_in_stored_units(content, name, unit):
 
 def test_comparisons_carry_tests_and_savings(content):
     effects, tests = csv_rows("comparisons_joules", content), csv_rows("tests_joules", content)
-    chosen = [c for c in content.comparisons if c.savings is not None]
+    chosen = [c for c in content.comparisons if c.quantity is Outcome.JOULES]
     for comparison, effect, test in zip(chosen, effects, tests, strict=True):
-        assert float(effect["difference_j"]) == comparison.difference.value
-        assert float(effect["savings_percent"]) == comparison.savings.value
-        assert float(effect["savings_ci_high_percent"]) == comparison.savings.ci_high
-        assert (int(effect["n_control"]), int(effect["n_treatment"])) == (14, comparison.n_treatment)
-        assert test["test"] == comparison.test.name
-        assert float(test["welch_df"]) == comparison.welch.df[0]
-        assert float(test["f_df_2"]) == comparison.variance_test.df[1]
-        assert float(test["welch_ci_low_j"]) == comparison.welch_difference.ci_low
+        decision, route = comparison.decision, comparison.over_runs
+        assert float(effect["difference_j"]) == decision.difference.value
+        assert float(effect["savings_percent"]) == decision.savings.value
+        assert float(effect["savings_ci_high_percent"]) == decision.savings.ci_high
+        assert (int(effect["n_control"]), int(effect["n_treatment"])) == (14, decision.n_treatment)
+        assert test["test"] == route.test
+        assert (float(test["t_statistic"]), float(test["t_df"])) == (route.t.value, route.t.df)
+        assert (float(test["f_df_1"]), float(test["f_df_2"])) == (route.n_treatment - 1, route.n_control - 1)
+        assert float(test["ci_low_j"]) == route.difference.ci_low
 
 
 @pytest.mark.parametrize(("difference", "t"), [(-2.6, 2.75), (2.6, -2.75), (-2.6, -2.75)])
 def test_the_sign_of_t_is_that_of_the_difference_beside_it(content, difference, t):
     """The t of savings is stored as positive for a saving, which is a negative difference."""
-    first = next(c for c in content.comparisons if c.savings is not None)
-    test = SignificanceTest("by shared days", t, (4.0,), 0.051)
-    changed = dataclasses.replace(first.lead.difference, value=difference)
-    decision = dataclasses.replace(first.lead, difference=changed, test=test)
+    first = next(c for c in content.comparisons if c.quantity is Outcome.JOULES)
+    changed = dataclasses.replace(first.decision.difference, value=difference)
+    decision = dataclasses.replace(first.decision, difference=changed, **t_and_p(t, 4.0, 0.051))
     comparison = dataclasses.replace(first, decision=decision)
     (row,) = csv_rows("comparisons_joules", dataclasses.replace(content, comparisons=(comparison,)))
     assert float(row["t_statistic"]) == math.copysign(2.75, difference)
@@ -90,26 +90,22 @@ def test_a_groups_p_is_holms_where_its_family_is_adjusted(content):
     holms = [0.012, 0.024, 0.036, 0.048]
     decided = {"days": ("2021-05-03",)}
     adjusted = [
-        dataclasses.replace(each, decision=dataclasses.replace(each.lead, adjusted=Number(p, "1", n=4), **decided))
+        dataclasses.replace(each, decision=dataclasses.replace(each.decision, adjusted=Number(p, "1", n=4), **decided))
         for each, p in zip(joules, holms, strict=True)
     ]
     holm = dataclasses.replace(content, comparisons=tuple(adjusted))
     assert [float(row["savings_p"]) for row in csv_rows("headlines", holm)] == holms
     says(TABLES["headlines"].make(holm).caption, "Holm", "4 tests")
-    alone = [dataclasses.replace(each, decision=dataclasses.replace(each.lead, adjusted=None)) for each in adjusted]
+    alone = [dataclasses.replace(each, decision=dataclasses.replace(each.decision, adjusted=None)) for each in adjusted]
     assert "Holm" not in TABLES["headlines"].make(dataclasses.replace(content, comparisons=tuple(alone))).caption
 
 
 def test_the_row_of_all_groups_counts_their_runs_and_no_day_twice(content):
     of_joules = [each.group for each in content.pooled if each.quantity is Outcome.JOULES]
-    scope = OverGroups(tuple(of_joules[:2]), (), ("2021-05-03",), False)
-    saved, test = Number(11.2, "%", ci_low=8.1, ci_high=14.3), SignificanceTest("t", 7.0, (13.9,), 2e-6)
-    overall = (OverallSavings(Outcome.JOULES, saved, test, saved, saved, False, True, scope),)
+    overall = (overall_savings(Number(11.2, "%", ci_low=8.1, ci_high=14.3), tuple(of_joules[:2])),)
     *groups, together = csv_rows("headlines", dataclasses.replace(content, overall=overall))
     for side in ("n_control", "n_treatment"):
         assert int(together[side]) == sum(int(row[side]) for row in groups[:2])
-    of_days = TABLES["headlines"].make(dataclasses.replace(content, overall=overall, counted="day"))
-    says(" ".join(of_days.footnotes), "groups share", "once")
 
 
 def test_sensitivity_lists_each_headline_first(content):

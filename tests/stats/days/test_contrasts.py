@@ -11,11 +11,11 @@ import pytest
 from scipy import stats as scipy_stats
 
 from data_schema.errors import InputRefused
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Rule, Undefined
 from stats.compare.shared_error import SharedError
 from stats.days.contrasts import Effect, RunsOfCondition, linear_contrast
-from stats.days.decision import Rule, contrast_by_day
-from stats.days.two_by_day import blocks_of_runs
+from stats.days.decision import contrast_by_day
+from stats.days.runs_by_day import blocks_of_runs
 
 with (Path(__file__).parents[1] / "r" / "contrasts.csv").open() as rows:
     BY_R: dict[str, list[dict[str, str]]] = defaultdict(list)

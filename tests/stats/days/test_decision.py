@@ -13,9 +13,9 @@ from scipy import stats as scipy_stats
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import Rule, Undefined
 from stats.compare.shared_error import SharedError
-from stats.days.decision import Contrast, Rule, contrast_by_day
+from stats.days.decision import Contrast, contrast_by_day
 from stats.days.overall import overall_equivalence, overall_savings
 from tests.helpers.campaigns import DESIGNS, LAYOUTS, campaign
 from tests.helpers.wording import refuses
@@ -178,7 +178,8 @@ def test_fiellers_ends_are_where_the_test_reaches_its_quantile(seed: int) -> Non
         ratio = 1.0 - percent / 100.0
         assert isinstance(found.control_mean, float)
         assert isinstance(found.treated_mean, float)
-        variance = found.variance(ratio) + more * found.shared(ratio).se ** 2
+        unit = 4.0**found.scale.exponent
+        variance = unit * (found.variance(ratio) + more * found.shared(ratio).se ** 2)
         return (found.treated_mean - ratio * found.control_mean) ** 2 - quantile**2 * variance
 
     estimate = found.savings().value
@@ -301,13 +302,7 @@ def test_two_groups_are_told_apart_by_a_t_test_on_their_days(shared: bool, df: f
     groups = {"a": contrast(JOULES), "b": contrast(other if shared else [([], [])] * 4 + other)}
     found = overall_savings(groups).heterogeneity
     assert not isinstance(found, Undefined)
-    by_day = [
-        [
-            (day.treated.mean - one.ratio * day.control.mean) / one.control_mean / math.sqrt(12)
-            for day in one.shared_days
-        ]
-        for one in groups.values()
-    ]
+    by_day = [[departs / math.sqrt(12) for _day, departs in one.relative_departures] for one in groups.values()]
     apart = groups["a"].ratio - groups["b"].ratio
     if shared:
         variance = sum((a - b) ** 2 for a, b in zip(*by_day, strict=True))

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from scipy import stats as scipy_stats
 
-from data_schema.vocabulary import Undefined
-from stats.days.decision import LEAST_DAYS, Rule
+from data_schema.vocabulary import Rule, Undefined
+from stats.days.decision import LEAST_DAYS
 from stats.groups.multiple import holm
 from tests.helpers.campaigns import APEX_SD, DESIGNS, LAYOUTS, RUN_SD, campaign, drain
 

@@ -10,7 +10,7 @@ import pytest
 from benchmarks.worlds.conditions import condition
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ContrastKind, Undefined
-from labbook.analysis.comparison.contrasts import MeansContrast, contrast_result, contrasts_of
+from labbook.analysis.comparison.contrasts import AskedContrast, contrast_result, contrasts_of
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.config.model import ContrastSettings, Side
 
@@ -40,7 +40,7 @@ def conditions(without: tuple[tuple[str, str, str], ...] = ()) -> list[Condition
     ]
 
 
-def asked(settings: ContrastSettings, of: list[ConditionValues] | None = None) -> list[MeansContrast]:
+def asked(settings: ContrastSettings, of: list[ConditionValues] | None = None) -> list[AskedContrast]:
     return contrasts_of(settings, conditions() if of is None else of, "b_ad_gain", VALUES)
 
 
@@ -57,7 +57,7 @@ def asked(settings: ContrastSettings, of: list[ConditionValues] | None = None) -
 )
 def test_the_truth_is_found(settings: ContrastSettings, truth: float, unit: str) -> None:
     (one,) = asked(settings)
-    found = contrast_result(one, 0.05).estimate
+    found = contrast_result(one, "b_ad_gain", 0.05).estimate
     assert found.value == pytest.approx(truth, abs=1e-4)
     assert found.unit == unit
 
@@ -65,7 +65,7 @@ def test_the_truth_is_found(settings: ContrastSettings, truth: float, unit: str)
 def test_a_trend_is_for_a_power_of_ten_within_its_range() -> None:
     (one,) = asked(ContrastSettings(ContrastKind.TREND, Outcome.JOULES, levels=("50", "100")))
     assert one.per == 10.0
-    assert contrast_result(one, 0.05).estimate.value == pytest.approx(0.2, abs=1e-4)
+    assert contrast_result(one, "b_ad_gain", 0.05).estimate.value == pytest.approx(0.2, abs=1e-4)
 
 
 def test_only_groups_that_hold_both_levels_enter_and_none_enters_where_none_does() -> None:
@@ -77,7 +77,7 @@ def test_only_groups_that_hold_both_levels_enter_and_none_enters_where_none_does
     assert (none.levels, none.terms) == ((), ())
     named = ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot", levels=("large", "small"))
     (missing,) = asked(named, one_foot)
-    assert isinstance(contrast_result(missing, 0.05).p.value, Undefined)
+    assert isinstance(contrast_result(missing, "b_ad_gain", 0.05).p.value, Undefined)
     off, flat = asked(ContrastSettings(ContrastKind.LEVELS_OFF, Outcome.JOULES, at=50.0))
     assert (off.terms, len(flat.terms)) == ((), 12)
 
@@ -94,9 +94,9 @@ def test_an_interaction_is_that_of_the_levels_that_both_hold_however_many_runs_e
             found.append(condition(levels, values.tolist(), DAYS * times, is_control=gain == "0"))
     interaction = ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot")
     (one,) = asked(interaction, found)
-    assert contrast_result(one, 0.05).estimate.value == pytest.approx(0.0, abs=1e-4)
+    assert contrast_result(one, "b_ad_gain", 0.05).estimate.value == pytest.approx(0.0, abs=1e-4)
     (fewer,) = asked(interaction, found[:5])  # the small foot has no run at 200
-    assert contrast_result(fewer, 0.05).estimate.value == pytest.approx(0.0, abs=1e-4)
+    assert contrast_result(fewer, "b_ad_gain", 0.05).estimate.value == pytest.approx(0.0, abs=1e-4)
     assert {pair.level for _weight, pair in fewer.terms} == {"50"}
 
 
@@ -117,11 +117,11 @@ def test_a_saving_that_rises_straight_in_every_group_does_not_level_off() -> Non
     ]
     settings = ContrastSettings(ContrastKind.LEVELS_OFF, Outcome.JOULES, at=200.0)
     off, flat = contrasts_of(settings, found, "b_ad_gain", values)
-    assert contrast_result(off, 0.05).estimate.value == pytest.approx(0.0, abs=1e-3)
-    assert contrast_result(flat, 0.05).estimate.value == pytest.approx(5.0, abs=1e-3)
+    assert contrast_result(off, "b_ad_gain", 0.05).estimate.value == pytest.approx(0.0, abs=1e-3)
+    assert contrast_result(flat, "b_ad_gain", 0.05).estimate.value == pytest.approx(5.0, abs=1e-3)
     assert flat.levels == ("200", "300", "400")
 
 
 def test_of_heights_differences_stand_in_place_of_savings() -> None:
     (one,) = asked(ContrastSettings(ContrastKind.TREND, Outcome.APEX))
-    assert contrast_result(one, 0.05).estimate.unit == "m"
+    assert contrast_result(one, "b_ad_gain", 0.05).estimate.unit == "m"

@@ -25,9 +25,9 @@ def adjusted_p(made: MadeReport, quantity: Outcome) -> dict[str, tuple[Value, in
     """Holm's p of each comparison shown, with the number of tests that it counts."""
     found = {}
     for item in made.analysis.compared:
-        if item.quantity is quantity and item.adjusted is not None:
-            shown = item.adjusted.adjusted_p[item.pair.label]
-            found[item.pair.label] = shown.value, shown.n
+        adjusted = item.shown.decision.adjusted
+        if item.shown.quantity is quantity and item.family is not None and adjusted is not None:
+            found[item.pair.label] = adjusted.value, adjusted.n
     return found
 
 
@@ -42,15 +42,15 @@ def test_a_selection_has_the_adjusted_p_of_the_whole(tmp_path: Path, family: str
         assert of_part.items() <= of_whole.items()
     says(" ".join(part.content.methods), "1 not", "in this selection")
     assert "not in this" not in " ".join(whole.content.methods)
-    assert all(item.pair.family == named for item in part.analysis.compared if item.adjusted is not None)
+    assert all(item.pair.family == named for item in part.analysis.compared if item.family is not None)
     assert all("large" not in item.pair.label for item in part.analysis.compared)
 
 
 @pytest.mark.soak
 def test_levels_that_are_left_out_of_a_group_count_too(tmp_path: Path) -> None:
     made = decided_book(tmp_path, '\n[analysis]\nfamily = "each"\n')
-    found = [item for item in report(made, "foot=small or b_ad_gain=0").analysis.compared if item.adjusted is not None]
-    assert {len(item.adjusted.rejected) for item in found if item.adjusted is not None} == {2}
+    found = report(made, "foot=small or b_ad_gain=0").analysis.compared
+    assert {len(item.family.rejected) for item in found if item.family is not None} == {2}
 
 
 @pytest.mark.soak

@@ -110,7 +110,8 @@ def test_equal_readings_of_a_condition_have_one_error_of_rounding(coarse: MadeRe
                 for condition in side for run in condition.runs}  # fmt: skip
     shared = rounding_in(contrast.shared(1.0))
     assert set(shared.terms) == set(readings.values())
-    assert math.sqrt(2.0 / len(readings)) < shared.se / (step_j / math.sqrt(12.0)) <= math.sqrt(2.0)
+    se = math.ldexp(shared.se, contrast.scale.exponent)
+    assert math.sqrt(2.0 / len(readings)) < se / (step_j / math.sqrt(12.0)) <= math.sqrt(2.0)
     budget = coarse.analysis.budget
     assert budget is not None
     (term,) = [one for one in budget.terms if "charger" in one.name]
@@ -123,7 +124,9 @@ def test_a_fine_charger_changes_nothing(tmp_path: Path) -> None:
         made(changed(small_book(tmp_path / name), said)) for name, said in (("stated", STATED), ("found", ""))
     )
     assert stated.content.coarse_charger is found.content.coarse_charger is None
-    assert [one.savings for one in stated.content.comparisons] == [one.savings for one in found.content.comparisons]
+    assert [one.decision.savings for one in stated.content.comparisons] == [
+        one.decision.savings for one in found.content.comparisons
+    ]
 
 
 def test_the_step_that_labbook_toml_states_holds_for_sheets(tmp_path: Path) -> None:

@@ -10,14 +10,16 @@ import pytest
 from scipy import stats as scipy_stats
 
 from data_schema.outcomes import Outcome
-from labbook.analysis.comparison.comparing import compare_pair
-from labbook.analysis.comparison.comparisons import Compared, Decided
+from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.comparison.deciding import decide_pair
 from labbook.analysis.comparison.pairing import POOLED, Pair
+from labbook.analysis.comparison.thesis_route import thesis_route
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
 from labbook.analysis.prediction.hypotheses import Comparison, ComparisonVerdict, _tested
-from labbook.analysis.results.codec import StoredResult
-from reports.numbers import Number
+from labbook.config.model import Alternative, AnalysisSettings
+from reports.evidence import Comparison as Shown
+from reports.evidence import Decision
+from reports.numbers import Number, StoredResult
 from reports.predicted import Verdict
 from stats.compare.shared_error import SharedError
 from tests.cli.shell import labbook
@@ -39,14 +41,14 @@ def side(values: Any) -> tuple[ConditionValues, ...]:
     return (ConditionValues("", False, {}, runs, ConditionSummary(NONE, NONE, ())),)
 
 
-def answers(control: Any, treated: Any, *, one_sided: bool) -> tuple[Compared, ComparisonVerdict]:
+def answers(control: Any, treated: Any, *, one_sided: bool) -> tuple[Decision, ComparisonVerdict]:
     """The comparison as the first page has it, and what comes of the hypothesis that the treatment saves."""
     pair = Pair(POOLED, "g", {}, "pooled", side(control), side(treated))
-    decided = Decided(decide_pair(pair, Outcome.JOULES, ALPHA, one_sided=one_sided))
-    compared = Compared(pair, Outcome.JOULES, compare_pair(pair, Outcome.JOULES, ALPHA), decided=decided)
-    outside = 2.0 * ALPHA if one_sided else ALPHA
+    settings = AnalysisSettings(alternative=Alternative.ONE_SIDED if one_sided else Alternative.TWO_SIDED)
+    decision = decide_pair(pair, Outcome.JOULES, settings)
+    shown = Shown("g", Outcome.JOULES, {}, "pooled", POOLED, decision, thesis_route([], [], "J", ALPHA))
     asked = Comparison({}, {}, (pair.a, pair.b), high=0.0)
-    return compared, _tested(asked, {}, Outcome.JOULES, True, outside, 1, compared)
+    return decision, _tested(asked, {}, Outcome.JOULES, settings.outside, 1, Compared(pair, shown, None))
 
 
 CONTROL, TREATED = [100.0, 104.0, 97.0, 101.0, 99.0], [96.2, 100.2, 93.7, 96.2, 94.9]
@@ -54,7 +56,7 @@ CONTROL, TREATED = [100.0, 104.0, 97.0, 101.0, 99.0], [96.2, 100.2, 93.7, 96.2, 
 
 def test_a_saving_that_is_not_significant_does_not_hold_and_one_side_has_half_the_p() -> None:
     both, one = (answers(CONTROL, TREATED, one_sided=sided) for sided in (False, True))
-    p_both, p_one = (found[0].decided.result.p.value for found in (both, one) if found[0].decided)
+    p_both, p_one = (found[0].p.value for found in (both, one))
     t = scipy_stats.ttest_ind(TREATED, CONTROL, equal_var=True).statistic  # n equal: t is Welch's, df the smaller
     assert p_both == pytest.approx(2.0 * scipy_stats.t.sf(-t, 4), rel=1e-9)
     assert p_one == pytest.approx(0.5 * p_both, rel=1e-9)
@@ -68,9 +70,7 @@ def test_claim_interval_and_hypothesis_agree_whatever_was_measured(one_sided: bo
     rng, seen = np.random.default_rng(46), set()
     for _ in range(300):
         effect = rng.choice([-8.0, -3.0, 0.0, 3.0, 8.0])
-        compared, verdict = answers(rng.normal(100.0, 3.0, 5), rng.normal(100.0 - effect, 3.0, 6), one_sided=one_sided)
-        assert compared.decided is not None
-        found = compared.decided.result
+        found, verdict = answers(rng.normal(100.0, 3.0, 5), rng.normal(100.0 - effect, 3.0, 6), one_sided=one_sided)
         saving = found.savings
         assert saving is not None and isinstance(saving.value, float) and isinstance(saving.ci_low, float)  # noqa: PT018
         assert isinstance(saving.ci_high, float)

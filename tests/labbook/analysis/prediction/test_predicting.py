@@ -215,7 +215,7 @@ def test_the_ratio_is_the_difference_over_both_expanded_uncertainties(reported: 
 def test_at_another_alpha_the_ratio_still_rests_on_95_percent(reported: Reported, tmp_path: Path) -> None:
     shutil.copytree(reported.book.folder, tmp_path / "book")
     book = SmallBook(tmp_path / "book", reported.book.instruments)
-    analysis = "[analysis]\nalpha = 0.01\nunit_of_analysis = 'run'\n"
+    analysis = "[analysis]\nalpha = 0.01\n"
     book.toml.write_text(f"{book.toml.read_text(encoding='utf-8')}\n{analysis}", encoding="utf-8")
     with book.open() as standing:
         items = state_report(standing, None, ADA, lambda _step: None).content.predictions.of(PredictedQuantity.SAVINGS)

@@ -40,7 +40,7 @@ def report(book: SmallBook, where: str | None = None) -> ReportContent:
 
 def levels(content: ReportContent) -> list[float]:
     """The level of the interval of each group's difference that has one."""
-    found = [each.lead.difference for each in content.pooled if each.quantity is Outcome.APEX]
+    found = [each.decision.difference for each in content.pooled if each.quantity is Outcome.APEX]
     return [each.ci_level for each in found if isinstance(each.ci_low, float)]
 
 
@@ -79,7 +79,7 @@ def test_planned_looks_are_kept_to_by_tests_and_intervals(book: SmallBook) -> No
     assert (content.look.number, content.look.planned, content.look.runs, content.look.runs_planned) == (1, 2, 6, 12)
     assert content.look.level == pytest.approx(first)
     assert levels(content) == [pytest.approx(1.0 - first)]
-    heights = [each.lead.equivalence for each in content.pooled if each.lead.equivalence is not None]
+    heights = [each.decision.equivalence for each in content.pooled if each.decision.equivalence is not None]
     assert any(item.estimate.ci_level == pytest.approx(1.0 - 2.0 * first) for item in heights)
     says(" ".join(trust_sentences(content)), "look 1 of 2", "6 of 12", "5 %")
     says(" ".join(content.decided), "alpha 0.05", "2 looks")

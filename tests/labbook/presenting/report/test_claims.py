@@ -8,14 +8,14 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.actions.report_command import state_report
-from labbook.analysis.comparison.pairing import EACH, POOLED
+from labbook.analysis.comparison.pairing import EACH
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, ingest_all, small_book
 from tests.helpers.charged_book import Made, charged_book
 from tests.helpers.decided import decided_book
 from tests.helpers.wording import says
 
-DECIDED = '\n[analysis]\nunit_of_analysis = "shared_days"\napex_bounds_percent = [-3, 3]\n'
+DECIDED = "\n[analysis]\napex_bounds_percent = [-3, 3]\n"
 
 
 def test_joules_are_claimed_where_heights_alone_are_told_over_groups(tmp_path: Path) -> None:
@@ -29,31 +29,28 @@ def test_joules_are_claimed_where_heights_alone_are_told_over_groups(tmp_path: P
         content = state_report(book, None, ADA, lambda _step: None).content
     (overall,) = content.overall
     assert content.overall_equivalence is not None
-    assert (len(overall.scope.groups), len(content.overall_equivalence.scope.groups)) == (1, 0)
+    assert (len(overall.groups), len(content.overall_equivalence.groups)) == (1, 0)
     small, large, heights = (claim.text.replace("\u00a0", " ") for claim in content.claims)
     says(small, "small foot", "saved", "95 %")
     says(large, "large foot", "cannot be told")
     says(heights, "apex height", "cannot be told")
 
 
-@pytest.mark.parametrize("unit", ["shared_days", pytest.param("run", marks=pytest.mark.soak)])
-def test_one_level_is_not_pooled_and_its_planned_comparison_is_shown_as_planned(tmp_path: Path, unit: str) -> None:
+def test_one_level_is_not_pooled_and_its_planned_comparison_is_shown_as_planned(tmp_path: Path) -> None:
     """With one treated level all levels against the control are the comparisons that were planned level by level."""
-    analysis = f'\n[analysis]\nfamily = "each"\nunit_of_analysis = "{unit}"\n'
-    with decided_book(tmp_path, analysis).open() as book:
+    with decided_book(tmp_path, '\n[analysis]\nfamily = "each"\n').open() as book:
         both, small = (state_report(book, where, ADA, lambda _step: None).content for where in (None, "foot = small"))
     opening, *_others = both.claims
     says(opening.text, EACH, "2 comparisons")
     assert "pooled" not in opening.text
-    assert f"{POOLED} (joules" not in " ".join(both.not_planned)
     joules, _heights = small.claims
     assert "exploratory" not in joules.text
     says(joules.text, "small foot", "saved")
     (pooled,) = (item for item in small.pooled if item.quantity is Outcome.JOULES)
     (each,) = (item for item in small.comparisons if item.family == EACH and item.quantity is Outcome.JOULES)
-    assert pooled.lead == each.lead
-    assert pooled.lead.adjusted is not None
-    assert pooled.lead.adjusted.n == 2  # the other foot's, which the report does not show, counts
+    assert pooled.decision == each.decision
+    assert pooled.decision.adjusted is not None
+    assert pooled.decision.adjusted.n == 2  # the other foot's, which the report does not show, counts
     assert "all levels" not in TABLES["headlines"].make(small).caption
 
 

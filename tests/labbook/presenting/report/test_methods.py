@@ -13,7 +13,6 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.report.methods import limitations, methods
-from stats.lines.passive_drain import PassiveDrain
 from tests.helpers.books import ADA, small_book
 from tests.helpers.wording import says
 from tests.labbook.presenting.conftest import Told
@@ -27,56 +26,6 @@ def analysis(without_control: Told) -> StudyAnalysis:
 def made_jumps(analysis: StudyAnalysis, name: str, jumps: int) -> StudyAnalysis:
     runs = tuple(replace(run, jumps_made=jumps) if run.name == name else run for run in analysis.evidence.runs)
     return replace(analysis, evidence=replace(analysis.evidence, runs=runs))
-
-
-def with_lines(analysis: StudyAnalysis, *dfs: int | None) -> str:
-    """The first paragraph where the robots' lines have these degrees of freedom; None stands for no line."""
-    drains = {}
-    for (uid, drain), df in zip(analysis.drains.items(), dfs, strict=True):
-        assert isinstance(drain.line, PassiveDrain)
-        line = (
-            Undefined(Reason.AS_SAID, said="there are no idle runs")
-            if df is None
-            else replace(drain.line, df=df, n=df + 2)
-        )
-        drains[uid] = replace(drain, line=line)
-    by_runs = [replace(item, decided=None) for item in analysis.compared]
-    return methods(replace(analysis, drains=drains, compared=by_runs))[0]
-
-
-IN_QUADRATURE = "half widths in quadrature, each with the quantile of its own degrees of freedom"
-ONE_QUANTILE = "one quantile for both, after Welch and Satterthwaite, and never narrower than the scatter alone"
-
-
-@pytest.mark.parametrize(
-    ("dfs", "rules"),
-    [
-        ((1, 1), (IN_QUADRATURE,)),
-        ((1, 2), (IN_QUADRATURE,)),
-        ((4, 4), (ONE_QUANTILE,)),
-        ((4, 20), (ONE_QUANTILE,)),
-        ((3, 3), (IN_QUADRATURE, ONE_QUANTILE)),  # both lines' errors in one value: up to 6 degrees of freedom
-        ((2, 6), (IN_QUADRATURE, ONE_QUANTILE)),
-        ((None, 3), (IN_QUADRATURE,)),
-        ((6, None), (ONE_QUANTILE,)),
-        ((None, None), ()),
-    ],
-)
-def test_how_the_drain_lines_error_joins_the_scatter_is_what_their_degrees_of_freedom_decide(
-    surfaces: Told, dfs: tuple[int | None, int | None], rules: tuple[str, ...]
-) -> None:
-    text = with_lines(surfaces.made.analysis, *dfs)
-    assert tuple(rule for rule in (IN_QUADRATURE, ONE_QUANTILE) if rule in text) == rules
-    assert ("the same proportion" in text) == (IN_QUADRATURE in rules)
-    assert ("interval that holds" in text) == (ONE_QUANTILE in rules)
-    assert ("fewer than 4" in text) == (len(rules) == 2)
-    assert ("What is left" in text) == bool(rules)
-
-
-@pytest.mark.parametrize(("df", "rule"), [(2, IN_QUADRATURE), (3, IN_QUADRATURE), (4, ONE_QUANTILE)])
-def test_without_a_control_the_drain_lines_error_counts_in_means(analysis: StudyAnalysis, df: int, rule: str) -> None:
-    says(with_lines(analysis, df), "apart and counts", rule)
-    assert with_lines(analysis, None).endswith("is stated apart.")
 
 
 def test_runs_without_apexes_are_named(analysis: StudyAnalysis) -> None:

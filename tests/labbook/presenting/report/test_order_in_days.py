@@ -53,9 +53,8 @@ def report_on(
         return state_report(book, None, ADA, lambda _step: None).content
 
 
-@pytest.mark.parametrize("unit", ["shared_days", "run", "day"])
-def test_controls_first_are_said_on_page_one_with_the_adjusted_saving(tmp_path: Path, unit: str) -> None:
-    content = report_on(tmp_path, "cccttttt", analysis=f'unit_of_analysis = "{unit}"')
+def test_controls_first_are_said_on_page_one_with_the_adjusted_saving(tmp_path: Path) -> None:
+    content = report_on(tmp_path, "cccttttt")
     headline = content.sensitivity[0].as_reported
     (found,) = content.favoured
     adjusted = found.adjusted[Outcome.JOULES]

@@ -9,9 +9,8 @@ import pytest
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.jump_review import decide
-from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.planned import AS_A_WHOLE
-from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
+from tests.helpers.books import ADA, SmallBook
 from tests.helpers.decided import decided_book
 from tests.helpers.wording import says
 
@@ -38,8 +37,8 @@ def test_a_departure_that_comparisons_share_is_told_once(honest: SmallBook) -> N
     honest.toml.write_text(honest.toml.read_text().replace("exclude_gap_jumps = true", "exclude_gap_jumps = false"))
     rule, parted = departures(honest, "run!=r002")
     assert "exclude_gap_jumps" in rule
-    says(rule, "Exploratory for it", POOLED, "equivalence of apex")
-    says(parted, "leaves out run", "r002", "Exploratory for it", POOLED, "joules a jump", "equivalence of apex")
+    says(rule, "Exploratory for it: apex heights")
+    says(parted, "leaves out run", "r002", "Exploratory for it: joules and apex heights")
 
 
 def test_what_was_left_out_is_told_once_with_what_it_concerns(honest: SmallBook) -> None:
@@ -48,9 +47,7 @@ def test_what_was_left_out_is_told_once_with_what_it_concerns(honest: SmallBook)
         decide(book, session, "r004", [1], "reject", "touched_by_hand", None)
     run, jumps, whole, *_others = departures(honest, None)
     says(run, "r006", "foot came loose")
-    assert f"{POOLED} (joules a jump)" in run
-    says(run, POOLED, "equivalence of apex")
-    says(jumps, "was not allowed", POOLED, "equivalence of apex")
+    says(jumps, "was not allowed")
     assert whole[1:] == f"{AS_A_WHOLE}."[1:]
     with honest.open() as book:
         assert state_report(book, None, ADA, lambda _step: None).content.departed == 2
@@ -70,21 +67,6 @@ def test_a_selection_of_a_part_of_the_family_is_told_and_counts_the_rest_of_it(h
     said, *_others = departures(honest, "foot=small")
     says(said, "2 conditions")
     assert "Exploratory" not in said
-
-
-@pytest.mark.soak
-def test_a_family_is_said_to_count_as_a_whole_only_where_what_was_not_allowed_concerns_it(tmp_path: Path) -> None:
-    """Joules do not rest on a rejected jump, and no heights are tested against bounds; run r002 concerns joules."""
-    made = small_book(tmp_path, ingested=False)
-    made.toml.write_text(made.toml.read_text() + '\n[analysis]\nprimary_outcome = "joules"\nexclusions = ["misfire"]\n')
-    with made.open() as book:
-        ingest_all(book, made.instruments)
-        with book.session(ADA) as session:
-            decide(book, session, "r004", [1], "reject", "touched_by_hand", None)
-    said = departures(made, "run!=r002")
-    assert any("r004" in line and "Exploratory" not in line for line in said)
-    assert any(f"Exploratory for it: {POOLED} (joules a jump)." in line for line in said)
-    assert not any(AS_A_WHOLE[1:] in line for line in said)
 
 
 def test_that_runs_are_older_than_the_decision_is_told_once(honest: SmallBook) -> None:
