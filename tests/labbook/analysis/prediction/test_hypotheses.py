@@ -186,7 +186,8 @@ def conditions_of(*values: float) -> tuple[ConditionValues, ...]:
     """One condition whose runs have these values."""
     none = Number(0.0, "1")
     runs = tuple(
-        RunNumber(cast(RunRow, SimpleNamespace(day="")), value, SharedError(), StoredResult()) for value in values
+        RunNumber(cast(RunRow, SimpleNamespace(day="2021-06-14")), value, SharedError(), StoredResult())
+        for value in values
     )
     return (ConditionValues("", False, {}, runs, ConditionSummary(none, none, ())),)
 
