@@ -36,9 +36,9 @@ from labbook.demo.studies.force_plate import (
     VOLTAGE_V,
     PlateScatter,
     PlateStudyRun,
+    make_plate_book,
     plate_campaign,
 )
-from labbook.demo.studies.force_plate_files import make_plate_book
 from labbook.demo.truth import recharged_mah
 from labbook.studies.force_plate import MOTOR_PARAMETERS, Drive, ForcePlateStudy, PlateRun, ask, compare_joules
 from labbook.studies.study import Asked

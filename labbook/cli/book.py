@@ -89,14 +89,14 @@ def demo(
 
 def _study_demo(folder: Path, study: str, seed: int, full: bool, as_json: bool) -> None:
     from data_schema.errors import UsageError, unknown_name
-    from labbook.demo.studies.registry import STUDIES
+    from labbook.demo.studies.registry import STUDIES, make_study
 
     if study not in STUDIES:
         raise unknown_name("study with a demonstration", study, STUDIES)
     if full:
         raise UsageError("--full is about the logs of the demonstration without --study: leave one of the two out.")
     with progress("demonstration", None, shown=not as_json) as step:
-        command = STUDIES[study](folder, seed, step, lambda line: None if as_json else say(line))
+        command = make_study(study, folder, seed, step, lambda line: None if as_json else say(line))
     truth = str(folder / "truth.json")
     emit({"folder": str(folder), "truth": truth, "next": command}, [f"the truth: {truth}", f"Next: {command}"], as_json)
 

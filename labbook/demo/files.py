@@ -17,7 +17,7 @@ from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import RunKind
 from labbook.demo.campaign import BATTERIES, IDLE_MINUTES, JUMPS_PER_RUN, Campaign, DemoRun
 from labbook.demo.logger import DECIMALS, RunLog, run_log
-from labbook.demo.studies.force_plate import hopping_record
+from labbook.demo.plate import hopping_record
 from labbook.demo.truth import CONTROL_GAIN, FOOT_RADIUS_M, Truth
 from labbook.demo.writers import (
     Recharge,

@@ -64,46 +64,34 @@ def run_log(seed: int, truth: Truth, run: DemoRun, *, full: bool = False) -> Run
     if run.condition is None:
         raise UsageError(f"run {run.name} made no jumps: ask for the log of a run with a condition.")
     rng = np.random.default_rng(np.random.SeedSequence([seed, 1, int(run.name.lstrip("r"))]))
-    group = truth.group(run.condition.foot, run.condition.k_gain)
-    motion = _body_motion(
-        rng, group, run.condition.b_ad_gain, run.apex_heights_m, run.misfired, FULL if full else SHORT
-    )
+    track = _drawn_motion(rng, truth.group(run.condition.foot, run.condition.k_gain), run, FULL if full else SHORT)
+    height_m, leg_m, leg_rate_m_s, extending = np.concatenate(track.stretches, axis=1)
     # The clock counts from the boot of the controller and shows whole milliseconds: steps of 3, 3, 4.
-    boot_ms = int(rng.integers(15_000, 40_000))
-    time_ms = boot_ms + np.arange(motion.height_m.size) * 1000 // RATE_HZ
-    dropped, touched = _drop_packets(rng, motion)
-    recorded = np.ones(time_ms.shape, dtype=np.bool_)
+    boot_ms, n = int(rng.integers(15_000, 40_000)), height_m.size
+    time_ms = boot_ms + np.arange(n) * 1000 // RATE_HZ
+    dropped, touched = _drop_packets(rng, np.array(track.jumps_s).reshape(-1, 2), n)
+    recorded = np.ones(n, dtype=np.bool_)
     for first, number in dropped:
         recorded[first : first + number] = False
-    channels = _measure(rng, motion)
-    held = {
-        "k_gain": float(run.condition.k_gain),
-        "b_gain": _B_GAIN,
-        "b_ad_gain": float(run.condition.b_ad_gain),
+    pack_v = 15.45 - _PACK_DROOP_V_S * (np.arange(n) / RATE_HZ) - _PACK_SAG_V * extending
+    channels = {
+        "body_height [m]": _quantise(height_m + rng.normal(0, _HEIGHT_NOISE_M, n), _HEIGHT_STEP_M),
+        "leg_length [m]": leg_m + rng.normal(0, _LEG_NOISE_M, n),
+        "leg_velocity [m/s]": leg_rate_m_s + rng.normal(0, _LEG_RATE_NOISE_M_S, n),
+        "battery_voltage [V]": _quantise(pack_v + rng.normal(0, _PACK_NOISE_V, n), _PACK_STEP_V),
+        "k_gain": np.full(n, float(run.condition.k_gain)),
+        "b_gain": np.full(n, _B_GAIN),
+        "b_ad_gain": np.full(n, float(run.condition.b_ad_gain)),
+        "controller_state": extending,
     }
-    channels |= {name: np.full(time_ms.shape, value) for name, value in held.items()}
-    channels["controller_state"] = motion.extending.astype(np.float64)
     return RunLog(
         time_ms[recorded],
         {name: values[recorded] for name, values in channels.items()},
-        boot_ms + 1000 * motion.apex_s,
+        boot_ms + 1000 * np.array(track.apexes_s),
         run.reached_apexes_m,
         dropped,
         touched,
     )
-
-
-def _measure(rng: np.random.Generator, motion: BodyMotion) -> dict[str, FloatArray]:
-    """Sensor noise and quantisation."""
-    n = motion.height_m.size
-    time_s = np.arange(n) / RATE_HZ
-    pack_v = 15.45 - _PACK_DROOP_V_S * time_s - _PACK_SAG_V * motion.extending
-    return {
-        "body_height [m]": _quantise(motion.height_m + rng.normal(0, _HEIGHT_NOISE_M, n), _HEIGHT_STEP_M),
-        "leg_length [m]": motion.leg_length_m + rng.normal(0, _LEG_NOISE_M, n),
-        "leg_velocity [m/s]": motion.leg_velocity_m_s + rng.normal(0, _LEG_RATE_NOISE_M_S, n),
-        "battery_voltage [V]": _quantise(pack_v + rng.normal(0, _PACK_NOISE_V, n), _PACK_STEP_V),
-    }
 
 
 def _quantise(values: FloatArray, step: float) -> FloatArray:
@@ -111,24 +99,24 @@ def _quantise(values: FloatArray, step: float) -> FloatArray:
     return np.asarray(np.rint(values / step) * step)
 
 
-def _drop_packets(rng: np.random.Generator, motion: BodyMotion) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
-    """Draw the lost stretches of samples: (first, number) rows, and which jumps they touch."""
-    jumps = np.column_stack([motion.jump_start_s, motion.jump_end_s])
-    n = jumps.shape[0]
-    next_s = np.append(motion.jump_start_s[1:], motion.height_m.size / RATE_HZ)
-    windows = np.concatenate([jumps, np.column_stack([motion.jump_end_s, next_s])])
-    hit = rng.random(2 * n) < _DROP_CHANCE
-    at_s = windows[:, 0] + rng.random(2 * n) * (windows[:, 1] - windows[:, 0])
-    numbers = rng.integers(2, _LONGEST_DROP + 1, 2 * n)
+def _drop_packets(
+    rng: np.random.Generator, jumps_s: FloatArray, samples: int
+) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Draw the lost stretches of samples: (first, number) rows, and which jumps they touch.
+
+    `jumps_s` has the drop and the catch of each jump, shape (jumps, 2).
+    """
+    pauses_s = np.column_stack([jumps_s[:, 1], np.append(jumps_s[1:, 0], samples / RATE_HZ)])
+    windows_s = np.concatenate([jumps_s, pauses_s])
+    n = len(windows_s)
+    hit = rng.random(n) < _DROP_CHANCE
+    at_s = windows_s[:, 0] + rng.random(n) * (windows_s[:, 1] - windows_s[:, 0])
+    numbers = rng.integers(2, _LONGEST_DROP + 1, n)
     first = np.floor(at_s * RATE_HZ).astype(np.int64)
-    order = np.argsort(first[hit])
-    dropped = np.column_stack([first[hit], numbers[hit]])[order]
-    ends = dropped.sum(axis=1)
-    touched = np.array(
-        [bool(np.any((dropped[:, 0] <= stop * RATE_HZ) & (ends >= start * RATE_HZ))) for start, stop in jumps],
-        dtype=np.bool_,
-    )
-    return dropped, touched
+    dropped = np.stack([first[hit], numbers[hit]], axis=1)[np.argsort(first[hit])]
+    begins, ends = dropped[:, 0], dropped.sum(axis=1)
+    touched = [np.any((begins <= stop * RATE_HZ) & (ends >= start * RATE_HZ)) for start, stop in jumps_s]
+    return dropped, np.array(touched, dtype=np.bool_)
 
 
 def samples_not_dropped(
@@ -142,21 +130,14 @@ def samples_not_dropped(
     return recorded
 
 
-@dataclass(frozen=True, slots=True)
-class _Wobble:
-    """An unsteady hand: two sines that die away towards the end of a motion."""
-
-    amplitude_m: float
-    frequency_hz: float
-    phase_rad: float
-
-    def height_m(self, time_s: FloatArray, duration_s: float) -> FloatArray:
-        """Deviation from the intended height; zero, and at rest, at both ends."""
-        share = np.clip(time_s / duration_s, 0, 1)
-        # Squared at the end, so that the robot is still when it is let go.
-        envelope = 6.75 * share * (1 - share) ** 2 * self.amplitude_m
-        angle = 2 * np.pi * self.frequency_hz * time_s + self.phase_rad
-        return envelope * np.minimum(share * 8, 1) * (np.sin(angle) + 0.4 * np.sin(2.3 * angle))
+def _wobble_m(rng: np.random.Generator, time_s: FloatArray, duration_s: float) -> FloatArray:
+    """Draw how far an unsteady hand is off: two sines that are zero, and at rest, at both ends of its motion."""
+    amplitude_m, frequency_hz, phase_rad = rng.uniform(0.0015, 0.004), rng.uniform(2.5, 5.0), rng.uniform(0, 2 * np.pi)
+    share = np.clip(time_s / duration_s, 0, 1)
+    # Squared at the end, so that the robot is still when it is let go.
+    envelope = 6.75 * share * (1 - share) ** 2 * amplitude_m
+    angle = 2 * np.pi * frequency_hz * time_s + phase_rad
+    return np.asarray(envelope * np.minimum(share * 8, 1) * (np.sin(angle) + 0.4 * np.sin(2.3 * angle)))
 
 
 def _carry_m(time_s: FloatArray, duration_s: float, start_m: float, end_m: float) -> FloatArray:
@@ -213,119 +194,74 @@ FULL = Pace(lead_in_s=12.0, reset_s=26.0, total_s=720.0)
 """The whole 12 minutes."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class BodyMotion:
-    """True motion on the even grid of the logger, and the truth about its jumps.
-
-    Arrays of motion have one element a sample; `apex_s` one a jump that left the ground; `jump_start_s` and
-    `jump_end_s` (drop to catch) one a jump made.
-    """
-
-    height_m: FloatArray
-    leg_length_m: FloatArray
-    leg_velocity_m_s: FloatArray
-    extending: NDArray[np.bool_]
-    apex_s: FloatArray
-    jump_start_s: FloatArray
-    jump_end_s: FloatArray
-
-
 @dataclass(slots=True)
 class _Track:
-    """Motion being put together, one stretch after another, on the common grid of samples."""
+    """Motion being put together, one stretch after another, on the even grid of the logger.
+
+    A stretch is of shape (4, n): body height and leg length in m, the leg's velocity in m/s, and 1 where it extends.
+    `apexes_s` are the times of the apexes reached, `jumps_s` those of each drop and catch.
+    """
 
     clamp_m: float = _CLAMP_HEIGHT_M
     time_s: float = 0.0
     samples: int = 0
-    heights: list[FloatArray] = field(default_factory=list)
-    legs: list[FloatArray] = field(default_factory=list)
-    leg_rates: list[FloatArray] = field(default_factory=list)
-    extending: list[NDArray[np.bool_]] = field(default_factory=list)
+    stretches: list[FloatArray] = field(default_factory=list)
+    apexes_s: list[float] = field(default_factory=list)
+    jumps_s: list[tuple[float, float]] = field(default_factory=list)
 
-    def stretch(self, duration_s: float) -> FloatArray:
-        """Seconds since the stretch began, at the grid points inside it; moves the clock to its end."""
+    def since(self, duration_s: float) -> FloatArray:
+        """Return the seconds since a stretch began, at the grid points inside it; moves the clock to its end."""
         end_s = self.time_s + duration_s
         stop = math.ceil(end_s * RATE_HZ)
         since_s = np.arange(self.samples, stop) / RATE_HZ - self.time_s
         self.time_s, self.samples = end_s, stop
         return since_s
 
-    def add(
-        self,
-        height_m: FloatArray,
-        leg_m: FloatArray | None = None,
-        leg_rate: FloatArray | None = None,
-        extending: NDArray[np.bool_] | None = None,
-    ) -> None:
-        """Append a stretch; a leg that is not given hangs at its rest length."""
-        self.heights.append(height_m)
-        self.legs.append(np.full(height_m.shape, REST_LENGTH_M) if leg_m is None else leg_m)
-        self.leg_rates.append(np.zeros(height_m.shape) if leg_rate is None else leg_rate)
-        self.extending.append(np.zeros(height_m.shape, np.bool_) if extending is None else extending)
+    def hang(self, height_m: FloatArray) -> None:
+        """Append a stretch in which the leg hangs at its rest length."""
+        still = np.zeros(height_m.shape)
+        self.stretches.append(np.stack([height_m, still + REST_LENGTH_M, still, still]))
 
     def rest(self, duration_s: float) -> None:
         """Rest on the clamp."""
-        self.add(np.full(self.stretch(duration_s).shape, self.clamp_m))
+        self.hang(np.full(self.since(duration_s).shape, self.clamp_m))
 
 
-def _body_motion(
-    rng: np.random.Generator,
-    group: Group,
-    b_ad_gain: int,
-    apex_heights_m: FloatArray,
-    misfired: NDArray[np.bool_],
-    pace: Pace,
-) -> BodyMotion:
-    """Draw the motion of a run of a group, with an active-damping gain, from the true apexes of its jumps
-    (`apex_heights_m` and `misfired`, one a jump).
-    """
-    track = _Track()
-    apexes, starts, ends = [], [], []
+def _drawn_motion(rng: np.random.Generator, group: Group, run: DemoRun, pace: Pace) -> _Track:
+    """Draw the motion of a run of a group from the true apexes of its jumps."""
+    track, b_ad_gain = _Track(), 0 if run.condition is None else run.condition.b_ad_gain
     track.rest(pace.lead_in_s)
-    for apex_m, misfire in zip(apex_heights_m, misfired, strict=True):
+    for apex_m, misfire in zip(run.apex_heights_m, run.misfired, strict=True):
         start_m = _START_MARK_M - abs(rng.normal(0.001, 0.0015))
         _lower(rng, track, start_m)
-        starts.append(track.time_s)
+        dropped_s = track.time_s
         hop = group.hop(rng, b_ad_gain, start_m, float(apex_m))
-        leg_m = REST_LENGTH_M
-        if misfire:
-            low_m, leg_m = _misfire(rng, track, hop)
-        else:
-            apexes.append(track.time_s + hop.apex_s)
-            low_m = _fly_and_catch(rng, track, hop)
-        ends.append(track.time_s)
+        low_m, leg_m = _misfire(rng, track, hop) if misfire else (_fly_and_catch(rng, track, hop), REST_LENGTH_M)
+        track.jumps_s.append((dropped_s, track.time_s))
         _lift(rng, track, low_m, leg_m, pace.reset_s)
     if pace.total_s is not None and track.time_s < pace.total_s:
         track.rest(pace.total_s - track.time_s)
-    return BodyMotion(
-        np.concatenate(track.heights),
-        np.concatenate(track.legs),
-        np.concatenate(track.leg_rates),
-        np.concatenate(track.extending),
-        np.array(apexes),
-        np.array(starts),
-        np.array(ends),
-    )
+    return track
 
 
 def _lower(rng: np.random.Generator, track: _Track, start_m: float) -> None:
     """From the clamp to the start mark, holding still for a moment before letting go."""
-    lowering_s, holding_s = rng.uniform(0.35, 0.6), rng.uniform(0.15, 0.35)
-    wobble = _Wobble(rng.uniform(0.0015, 0.004), rng.uniform(2.5, 5.0), rng.uniform(0, 2 * np.pi))
-    since_s = track.stretch(lowering_s + holding_s)
-    track.add(_carry_m(since_s, lowering_s, track.clamp_m, start_m) + wobble.height_m(since_s, lowering_s + holding_s))
+    lowering_s = rng.uniform(0.35, 0.6)
+    duration_s = lowering_s + rng.uniform(0.15, 0.35)
+    since_s = track.since(duration_s)
+    track.hang(_carry_m(since_s, lowering_s, track.clamp_m, start_m) + _wobble_m(rng, since_s, duration_s))
 
 
 def _fly_and_catch(rng: np.random.Generator, track: _Track, hop: Hop) -> float:
     """Drop, stance, flight and catch; returns the height at which the hand has stopped the body."""
+    track.apexes_s.append(track.time_s + hop.apex_s)
     falling_s = rng.uniform(*_CATCH_SHARES) * (hop.landing_s - hop.apex_s)
-    motion = hop.motion(track.stretch(hop.apex_s + falling_s))
-    track.add(motion.body_height_m, motion.leg_length_m, motion.leg_velocity_m_s, motion.extending)
+    track.stretches.append(hop.motion(track.since(hop.apex_s + falling_s)))
     caught_m = hop.apex_height_m - STANDARD_GRAVITY_M_S2 * falling_s**2 / 2
     speed_m_s = STANDARD_GRAVITY_M_S2 * falling_s
-    distance_m = _STOPPING_SHARE * (caught_m - hop.rest_length_m)
-    since_s = track.stretch(_catch_duration_s(speed_m_s, distance_m))
-    track.add(_catch_m(since_s, caught_m, speed_m_s, distance_m))
+    distance_m = _STOPPING_SHARE * (caught_m - REST_LENGTH_M)
+    since_s = track.since(_catch_duration_s(speed_m_s, distance_m))
+    track.hang(_catch_m(since_s, caught_m, speed_m_s, distance_m))
     return caught_m - distance_m
 
 
@@ -334,19 +270,17 @@ def _misfire(rng: np.random.Generator, track: _Track, hop: Hop) -> tuple[float, 
 
     Returns the heights of the body and the length of the leg at the end.
     """
-    motion = hop.motion(track.stretch(hop.switch_s))
-    track.add(motion.body_height_m, motion.leg_length_m, motion.leg_velocity_m_s, motion.extending)
-    since_s = track.stretch(rng.uniform(0.5, 0.9))
+    track.stretches.append(hop.motion(track.since(hop.switch_s)))
+    since_s = track.since(rng.uniform(0.5, 0.9))
     damped_rad_s = _MISFIRE_RAD_S * math.sqrt(1 - _MISFIRE_DAMPING**2)
     decay_1_s = _MISFIRE_DAMPING * _MISFIRE_RAD_S
     swing = np.exp(-decay_1_s * since_s) * (
         np.cos(damped_rad_s * since_s) + decay_1_s / damped_rad_s * np.sin(damped_rad_s * since_s)
     )
-    depth_m = hop.rest_length_m - hop.lift_off_height_m
-    settled_m = _MISFIRE_LEG_M - depth_m
+    settled_m = _MISFIRE_LEG_M - (REST_LENGTH_M - hop.lift_off_height_m)
     height_m = settled_m - (settled_m - hop.switch_height_m) * swing
     leg_m = _MISFIRE_LEG_M - (_MISFIRE_LEG_M - hop.switch_leg_m) * swing
-    track.add(height_m, leg_m, np.gradient(leg_m, 1 / RATE_HZ), np.ones(since_s.shape, np.bool_))
+    track.stretches.append(np.stack([height_m, leg_m, np.gradient(leg_m, 1 / RATE_HZ), np.ones(leg_m.size)]))
     return float(height_m[-1]), float(leg_m[-1])
 
 
@@ -357,8 +291,11 @@ def _lift(rng: np.random.Generator, track: _Track, low_m: float, leg_m: float, r
     lifting_s = _carry_duration_s(over_m - low_m, rng.uniform(*_LIFTING_M_S2))
     settling_s = rng.uniform(0.2, 0.4)
     resting_s = reset_s * rng.uniform(0.93, 1.07) - lifting_s - settling_s
-    since_s = track.stretch(lifting_s)
+    since_s = track.since(lifting_s)
     bent_m = (REST_LENGTH_M - leg_m) * np.exp(-_LEG_RELEASE_1_S * since_s)
-    track.add(_carry_m(since_s, lifting_s, low_m, over_m), REST_LENGTH_M - bent_m, _LEG_RELEASE_1_S * bent_m)
-    track.add(_carry_m(track.stretch(settling_s), settling_s, over_m, track.clamp_m))
+    height_m = _carry_m(since_s, lifting_s, low_m, over_m)
+    track.stretches.append(
+        np.stack([height_m, REST_LENGTH_M - bent_m, _LEG_RELEASE_1_S * bent_m, np.zeros(since_s.size)])
+    )
+    track.hang(_carry_m(track.since(settling_s), settling_s, over_m, track.clamp_m))
     track.rest(resting_s)

@@ -14,7 +14,6 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, astuple, dataclass, field
 from functools import cache
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,62 +45,9 @@ class Condition:
         return self.b_ad_gain == CONTROL_GAIN
 
 
-@cache
-def simulated_jump(foot: str, k_gain: int, b_ad_gain: int) -> SimulatedJump:
-    """Simulate a condition on `GROUND`; raises `UsageError` where the jump has no apex or no second touchdown."""
-    from simulator.gains import fitted_active_damping_kg_m, stiffness_n_m
-    from simulator.jump import simulate
-    from simulator.scene_file import load_scene
-
-    values = {
-        "foot_radius": FOOT_RADIUS_M[foot],
-        "k_extension": stiffness_n_m(k_gain),
-        "b_ad": fitted_active_damping_kg_m(b_ad_gain),
-        **GROUND,
-    }
-    result = simulate(load_scene("bed").changed(values), _ACCURACY, trajectory=True)
-    jump, motion = result.jump, result.trajectory
-    stance_s, apex_s, low_m = jump.liftoff_time_s, jump.apex_time_s, jump.liftoff_body_height_m
-    if motion is None or stance_s is None or apex_s is None or low_m is None or jump.apex_height_m is None:
-        raise UsageError(f"the simulated jump of foot {foot}, gains {k_gain} and {b_ad_gain} ends as {jump.outcome}.")
-    height_m, touchdown_s = motion["body_height"].to_numpy(), jump.touchdown_time_s
-    return SimulatedJump(
-        joules=jump.cost_J,
-        time_s=motion["time"].to_numpy(),
-        height_m=height_m,
-        leg_m=height_m - motion["foot_height"].to_numpy(),
-        touchdown_s=touchdown_s,
-        lift_off_s=touchdown_s + stance_s,
-        lift_off_height_m=low_m,
-        apex_s=touchdown_s + apex_s,
-        apex_height_m=jump.apex_height_m,
-    )
-
-
-class Group(Protocol):
-    """What is true of one foot with one extension gain."""
-
-    @property
-    def foot(self) -> str:
-        """Level of the foot."""
-
-    @property
-    def k_gain(self) -> int:
-        """Extension gain."""
-
-    def joules_per_jump(self, b_ad_gain: int) -> float:
-        """Energy from the pack for one jump, above the passive draw."""
-
-    def apex_height_m(self, b_ad_gain: int) -> float:
-        """Mean apex height of the body above the undisturbed ground."""
-
-    def hop(self, rng: np.random.Generator, b_ad_gain: int, start_m: float, apex_m: float) -> Hop:
-        """Draw a jump from `start_m` that reaches `apex_m`."""
-
-
 @dataclass(frozen=True, slots=True)
-class _SimulatedGroup:
-    """A foot with an extension gain as the simulator has it, see `Group`."""
+class Group:
+    """What is true of one foot with one extension gain: what the simulator has of it."""
 
     foot: str
     k_gain: int
@@ -116,7 +62,7 @@ class _SimulatedGroup:
 
     def hop(self, _rng: np.random.Generator, b_ad_gain: int, start_m: float, apex_m: float) -> Hop:
         """Return the jump from `start_m` that reaches `apex_m`; nothing else about it is drawn."""
-        return simulated_hop(simulated_jump(self.foot, self.k_gain, b_ad_gain), REST_LENGTH_M, start_m, apex_m)
+        return simulated_jump(self.foot, self.k_gain, b_ad_gain).hop(start_m, apex_m)
 
 
 @dataclass(frozen=True, slots=True)
@@ -236,7 +182,7 @@ class Truth:
 
 CHAPTER_5 = Truth(
     # In the order in which the thesis ran them (5.1.3): larger foot first, stiffer gain first.
-    groups=tuple(_SimulatedGroup(foot, k_gain) for foot in ("large", "small") for k_gain in (400, 300)),
+    groups=tuple(Group(foot, k_gain) for foot in ("large", "small") for k_gain in (400, 300)),
     ground=GROUND,
 )
 """The campaign of chapter 5 as the simulator has it."""
@@ -246,22 +192,12 @@ FloatArray = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
-class HopMotion:
-    """A hop sampled in time: arrays of one shape, SI units, up positive."""
-
-    body_height_m: FloatArray
-    leg_length_m: FloatArray
-    leg_velocity_m_s: FloatArray
-    extending: NDArray[np.bool_]
-
-
-@dataclass(frozen=True, slots=True, eq=False)
 class Hop:
     """A hop from its drop to its second touchdown: heights of the body above the undisturbed ground, times since the
-    drop. The switch is where the leg is shortest. `motion` samples the hop at times, rising, to its end at most.
+    drop. The switch is where the leg is shortest. `motion` samples the hop at times, of shape (n,), rising, to its end
+    at most: body height and leg length in m, the leg's velocity in m/s, and 1 where it extends, of shape (4, n).
     """
 
-    rest_length_m: float
     lift_off_height_m: float
     apex_height_m: float
     switch_height_m: float
@@ -269,7 +205,7 @@ class Hop:
     switch_s: float
     apex_s: float
     landing_s: float
-    motion: Callable[[FloatArray], HopMotion]
+    motion: Callable[[FloatArray], FloatArray]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -286,37 +222,59 @@ class SimulatedJump:
     apex_s: float
     apex_height_m: float
 
+    def hop(self, start_m: float, apex_height_m: float) -> Hop:
+        """Return the jump begun at `start_m` and reaching `apex_height_m`."""
+        low_m, end_s = self.lift_off_height_m, float(self.time_s[-1])
+        drop_share = (start_m - REST_LENGTH_M) / (float(self.height_m[0]) - REST_LENGTH_M)
+        rise_share = (apex_height_m - low_m) / (self.apex_height_m - low_m)
+        touchdown_s = math.sqrt(drop_share) * self.touchdown_s
+        lift_off_s = touchdown_s + self.lift_off_s - self.touchdown_s
+        apex_s, landing_s = (
+            lift_off_s + math.sqrt(rise_share) * (simulated_s - self.lift_off_s) for simulated_s in (self.apex_s, end_s)
+        )
+        shortest = int(np.argmin(self.leg_m))
+        switch_s = touchdown_s + float(self.time_s[shortest]) - self.touchdown_s
 
-def simulated_hop(jump: SimulatedJump, rest_length_m: float, start_m: float, apex_height_m: float) -> Hop:
-    """Return the simulated jump, begun at `start_m` and reaching `apex_height_m`."""
-    low_m, end_s = jump.lift_off_height_m, float(jump.time_s[-1])
-    drop_share = (start_m - rest_length_m) / (float(jump.height_m[0]) - rest_length_m)
-    rise_share = (apex_height_m - low_m) / (jump.apex_height_m - low_m)
-    touchdown_s = math.sqrt(drop_share) * jump.touchdown_s
-    lift_off_s = touchdown_s + jump.lift_off_s - jump.touchdown_s
-    apex_s, landing_s = (
-        lift_off_s + math.sqrt(rise_share) * (simulated_s - jump.lift_off_s) for simulated_s in (jump.apex_s, end_s)
-    )
-    shortest = int(np.argmin(jump.leg_m))
-    switch_s = touchdown_s + float(jump.time_s[shortest]) - jump.touchdown_s
+        def motion(time_s: FloatArray) -> FloatArray:
+            times_s = [0.0, touchdown_s, lift_off_s, landing_s]
+            simulated_s = np.interp(time_s, times_s, [0.0, self.touchdown_s, self.lift_off_s, end_s])
+            height_m, leg_m = (np.interp(simulated_s, self.time_s, values) for values in (self.height_m, self.leg_m))
+            dropping, flying = time_s < touchdown_s, time_s > lift_off_s
+            height_m[dropping] = REST_LENGTH_M + drop_share * (height_m[dropping] - REST_LENGTH_M)
+            height_m[flying] = low_m + rise_share * (height_m[flying] - low_m)
+            return np.stack([height_m, leg_m, np.gradient(leg_m, time_s), (time_s > switch_s) & ~flying])
 
-    def motion(time_s: FloatArray) -> HopMotion:
-        times_s = [0.0, touchdown_s, lift_off_s, landing_s]
-        simulated_s = np.interp(time_s, times_s, [0.0, jump.touchdown_s, jump.lift_off_s, end_s])
-        height_m, leg_m = (np.interp(simulated_s, jump.time_s, values) for values in (jump.height_m, jump.leg_m))
-        dropping, flying = time_s < touchdown_s, time_s > lift_off_s
-        height_m[dropping] = rest_length_m + drop_share * (height_m[dropping] - rest_length_m)
-        height_m[flying] = low_m + rise_share * (height_m[flying] - low_m)
-        return HopMotion(height_m, leg_m, np.gradient(leg_m, time_s), (time_s > switch_s) & ~flying)
+        height_m, leg_m = float(self.height_m[shortest]), float(self.leg_m[shortest])
+        return Hop(low_m, apex_height_m, height_m, leg_m, switch_s, apex_s, landing_s, motion)
 
-    return Hop(
-        rest_length_m=rest_length_m,
+
+@cache
+def simulated_jump(foot: str, k_gain: int, b_ad_gain: int) -> SimulatedJump:
+    """Simulate a condition on `GROUND`; raises `UsageError` where the jump has no apex or no second touchdown."""
+    from simulator.gains import fitted_active_damping_kg_m, stiffness_n_m
+    from simulator.jump import simulate
+    from simulator.scene_file import load_scene
+
+    values = {
+        "foot_radius": FOOT_RADIUS_M[foot],
+        "k_extension": stiffness_n_m(k_gain),
+        "b_ad": fitted_active_damping_kg_m(b_ad_gain),
+        **GROUND,
+    }
+    result = simulate(load_scene("bed").changed(values), _ACCURACY, trajectory=True)
+    jump, motion = result.jump, result.trajectory
+    stance_s, apex_s, low_m = jump.liftoff_time_s, jump.apex_time_s, jump.liftoff_body_height_m
+    if motion is None or stance_s is None or apex_s is None or low_m is None or jump.apex_height_m is None:
+        raise UsageError(f"the simulated jump of foot {foot}, gains {k_gain} and {b_ad_gain} ends as {jump.outcome}.")
+    height_m, touchdown_s = motion["body_height"].to_numpy(), jump.touchdown_time_s
+    return SimulatedJump(
+        joules=jump.cost_J,
+        time_s=motion["time"].to_numpy(),
+        height_m=height_m,
+        leg_m=height_m - motion["foot_height"].to_numpy(),
+        touchdown_s=touchdown_s,
+        lift_off_s=touchdown_s + stance_s,
         lift_off_height_m=low_m,
-        apex_height_m=apex_height_m,
-        switch_height_m=float(jump.height_m[shortest]),
-        switch_leg_m=float(jump.leg_m[shortest]),
-        switch_s=switch_s,
-        apex_s=apex_s,
-        landing_s=landing_s,
-        motion=motion,
+        apex_s=touchdown_s + apex_s,
+        apex_height_m=jump.apex_height_m,
     )

@@ -141,27 +141,6 @@ def checksum(line: bytes) -> int:
     return functools.reduce(operator.xor, line, 0)
 
 
-_FIRST_AT, _APART = dt.time(9, 0), dt.timedelta(minutes=25)
-
-
-@dataclass(frozen=True, slots=True)
-class StudyRun:
-    """A run of a campaign: what it was made with, by factor (nothing: idle), how long it took, and its recharge."""
-
-    name: str
-    date: dt.date
-    position: int
-    levels: Mapping[str, int]
-    jumps: int
-    duration_s: int
-    charge_mah: int
-
-    @property
-    def started(self) -> dt.datetime:
-        """Local time at which it began."""
-        return dt.datetime.combine(self.date, _FIRST_AT) + (self.position - 1) * _APART
-
-
 @dataclass(frozen=True, slots=True)
 class SheetRow:
     """One recharge as typed from the charger's display; `ended` is local time."""

@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from benchmarks.validation_document import STUDIES, covered, in_memory, outside
 from data_schema.errors import InputRefused
+from labbook.demo import plate
 from labbook.demo.studies import force_plate
-from labbook.demo.studies.force_plate import PlateScatter, plate_campaign
-from labbook.demo.studies.force_plate_files import make_plate_book
+from labbook.demo.studies.force_plate import PlateScatter, make_plate_book, plate_campaign
 from labbook.studies.force_plate import PlateRun, compare_joules
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
@@ -160,7 +160,7 @@ def test_without_the_foot_s_weight_joules_are_those_of_the_motors_in_stance() ->
 
 def test_without_impacts_and_smoothing_the_whole_chain_gives_the_motors_joules(monkeypatch: pytest.MonkeyPatch) -> None:
     """Two clocks, 3 ms between lengths and a plate at 1 kHz cost 0.2 %."""
-    monkeypatch.setattr(force_plate._Hopping, "impacts", lambda _hopping, _rng, time_s: np.zeros(time_s.size))
+    monkeypatch.setattr(plate.Hopping, "impacts", lambda _hopping, _rng, time_s: np.zeros(time_s.size))
     campaign = plate_campaign(2, days=1, hops=40, scatter=PlateScatter(0.0, 0.0, 0.0), noise=0.0)
     study = compare_joules([in_memory(run, run.stance_j) for run in campaign if run.gain], 1)
     assert study.slope_without_foot == pytest.approx(1.0, abs=0.004)

@@ -254,8 +254,8 @@ def test_a_log_that_two_names_mean_is_refused(book: Path) -> None:
     [
         ("[studies.compactoin]\n", ("compactoin", "compaction")),
         ("[studies.compaction]\ngrain = 3\n", ("grain", "grain_mm")),
-        ("[studies.compaction]\ngrain_mm = 0\n", ("grain_mm", "greater than 0")),
-        ("[studies.field]\nlevel = 95\n", ("level", "between 0 and 1")),
+        ("[studies.compaction]\ngrain_mm = 0\n", ("grain_mm",)),
+        ("[studies.field]\nlevel = 95\n", ("studies.field.level", "95")),
         ("[studies.force-plate]\nwindow = 2.5\n", ("window", "whole number")),
         ("[studies.emulator]\nsame_percent = 100\n", ("same_percent", "100")),
         ("[studies.emulator]\nwhere = 3\n", ("where", "text")),

@@ -18,8 +18,8 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from labbook.demo.studies.force_plate import RATE_HZ, PlateRecord, record_of
-from labbook.demo.truth import CONTROL_GAIN, REST_LENGTH_M, Hop, HopMotion, Scatter, Truth
+from labbook.demo.plate import RATE_HZ, PlateRecord, record_of
+from labbook.demo.truth import CONTROL_GAIN, REST_LENGTH_M, Hop, Scatter, Truth
 
 FloatArray = NDArray[np.float64]
 
@@ -132,7 +132,6 @@ class PrescribedHop:
     def as_drawn(self) -> Hop:
         """Return what the demonstration draws a log from."""
         return Hop(
-            rest_length_m=self.rest_length_m,
             lift_off_height_m=self.lift_off_height_m,
             apex_height_m=self.apex_height_m,
             switch_height_m=self.switch_height_m,
@@ -143,9 +142,9 @@ class PrescribedHop:
             motion=self._motion,
         )
 
-    def _motion(self, time_s: FloatArray) -> HopMotion:
+    def _motion(self, time_s: FloatArray) -> FloatArray:
         made = hop_motion(self, time_s)
-        return HopMotion(made.body_height_m, made.leg_length_m, made.leg_velocity_m_s, made.extending)
+        return np.stack([made.body_height_m, made.leg_length_m, made.leg_velocity_m_s, made.extending])
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -5,11 +5,11 @@ Layouts follow what the instruments are known to write; values are smooth curves
 
 from __future__ import annotations
 
-import functools
-import operator
 from collections.abc import Sequence
 
 import numpy as np
+
+from labbook.demo.writers import checksum
 
 LOG_HEADER = "time [ms],height [m],leg_length [m],k_gain"
 
@@ -63,7 +63,7 @@ def bertec_acquire(
 def icharger_line(*fields: int) -> str:
     """One record of an iCharger log with its checksum."""
     body = "$" + ";".join(map(str, fields)) + ";"
-    return body + str(functools.reduce(operator.xor, body.encode()))
+    return body + str(checksum(body.encode()))
 
 
 def icharger_rows(

@@ -12,6 +12,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from labbook.demo.writers import bertec_text
+
 LOAD_N = 60.0
 POUND_N, INCH_M = 4.4482216152605, 0.0254
 COP_M = (0.1, 0.05)
@@ -207,10 +209,8 @@ def on_plate(stored: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
 def bertec(n: int = 2000, load_n: float = LOAD_N) -> bytes:
     """A Bertec Acquire export of one plate: force on the plate with z down, metres."""
     told = on_plate(plate(hops(n, 1000.0, load_n)))
-    names = [f"{quantity}_{axis}" for quantity in ("force", "moment") for axis in "xyz"] + ["cop_x", "cop_y"]
-    head = ["Seq", "Timestamp", "Sync", "Aux", "Fx", "Fy", "Fz", "Mx", "My", "Mz", "COPx", "COPy"]
-    columns = [np.arange(n), np.arange(n), np.zeros(n), np.zeros(n), *(told[name] for name in names)]
-    return "\r\n".join([",".join(head), *table(columns, "%.4f", ","), ""]).encode()
+    force, moment = (np.stack([told[f"{of}_{axis}"] for axis in "xyz"], axis=1) for of in ("force", "moment"))
+    return bertec_text(np.arange(float(n)), force, moment, np.stack([told["cop_x"], told["cop_y"]], axis=1))
 
 
 def bsf(stored: dict[str, np.ndarray], rate_hz: int) -> bytes:

@@ -5,16 +5,19 @@ from __future__ import annotations
 import datetime as dt
 import json
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from itertools import groupby
 from pathlib import Path
 from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
 
 from data_schema.vocabulary import RunKind
 from labbook.book.opening import CONFIGURATION
 from labbook.demo.files import MARK, STUDY_TOML
 from labbook.demo.running import RUN_SHEET, Stopwatch, make_book_of
-from labbook.demo.writers import RunRow, SheetRow, StudyRun, charger_sheet, run_sheet
+from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet, string_pot_log
 
 RUNS_TOML = (
     """\
@@ -58,6 +61,29 @@ capacity_mah = {capacity_mah}
 )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class StudyRun:
+    """A run of a campaign: what it was made with, by factor (nothing: idle), how long it took, and its recharge.
+
+    The log's channels, by name with unit, have one element a recorded sample of `log_ms`.
+    """
+
+    name: str
+    date: dt.date
+    position: int
+    levels: Mapping[str, int]
+    jumps: int
+    duration_s: int
+    charge_mah: int
+    log_ms: NDArray[np.int64] | None = None
+    channels: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
+
+    @property
+    def started(self) -> dt.datetime:
+        """Local time at which it began."""
+        return dt.datetime.combine(self.date, dt.time(9, 0)) + (self.position - 1) * dt.timedelta(minutes=25)
+
+
 @dataclass(frozen=True, slots=True)
 class StudyFiles:
     """What is written of a campaign: its configuration, its sheets, logs and records, and what is true.
@@ -72,6 +98,13 @@ class StudyFiles:
     runs: Sequence[StudyRun] = ()
     factors: tuple[str, ...] = ()
     voltage_v: float = 0.0
+
+
+def logs_of(runs: Iterable[StudyRun], decimals: Mapping[str, int]) -> Iterator[tuple[str, bytes]]:
+    """Write the logs that runs have."""
+    for run in runs:
+        if run.log_ms is not None:
+            yield f"logs/{run.name}_{MARK}.csv", string_pot_log(run.log_ms, run.channels, decimals)
 
 
 def make_study_book(folder: Path, files: StudyFiles, step: Callable[[str], None], say: Callable[[str], None]) -> Path:

@@ -9,7 +9,7 @@ written as files in the instruments' formats, and as a book that has ingested th
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
@@ -17,11 +17,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from labbook.demo.files import MARK
 from labbook.demo.logger import samples_not_dropped
-from labbook.demo.studies.book import RUNS_TOML, StudyFiles, make_study_book
+from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, logs_of, make_study_book
 from labbook.demo.truth import recharged_mah
-from labbook.demo.writers import StudyRun, string_pot_log
 
 FloatArray = NDArray[np.float64]
 GAINS = (100, 200, 300, 400, 500)
@@ -60,14 +58,6 @@ class Truth:
     apex_m: float
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class EmulatorRun(StudyRun):
-    """A run as it was, with its log: one element a recorded sample."""
-
-    log_ms: NDArray[np.int64] | None = None
-    channels: Mapping[str, FloatArray] | None = None
-
-
 def dampings(gain: int) -> list[int]:
     """Return the active-damping gains at an extension gain: none, constant, and scaled, rounded as in the thesis."""
     return sorted({0, CONSTANT, round(gain / RATIO)})
@@ -98,12 +88,12 @@ def truths(jumps: int = JUMPS) -> list[Truth]:
     return [_motion(gain, damping, jumps)[0] for gain in GAINS for damping in dampings(gain)]
 
 
-def emulator_campaign(seed: int, *, days: int = DAYS, jumps: int = JUMPS, logs: bool = True) -> list[EmulatorRun]:
+def emulator_campaign(seed: int, *, days: int = DAYS, jumps: int = JUMPS, logs: bool = True) -> list[StudyRun]:
     """Draw the campaign; without `logs`, charges alone."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, 5]))
     scatter = EmulatorScatter()
     conditions = [(gain, damping) for gain in GAINS for damping in dampings(gain)]
-    runs: list[EmulatorRun] = []
+    runs: list[StudyRun] = []
     for day in range(days):
         date = _FIRST_DAY + dt.timedelta(days=3 * day)
         day_share = rng.normal(0.0, scatter.day)
@@ -113,15 +103,15 @@ def emulator_campaign(seed: int, *, days: int = DAYS, jumps: int = JUMPS, logs: 
             if condition is None:
                 duration_s = IDLE_S[position > 1] + int(rng.integers(-2, 3))
                 charge = recharged_mah(rng, duration_s, 0.0, VOLTAGE_V, scatter.recharge_mah)
-                runs.append(EmulatorRun(name, date, position, {}, 0, duration_s, charge))
+                runs.append(StudyRun(name, date, position, {}, 0, duration_s, charge))
                 continue
             truth, time_s, height_m, number = _motion(*condition, jumps)
             duration_s = int(time_s[-1] + 2 * _HELD_S) + _OVERHEAD_S
             share = 1.0 + day_share + rng.normal(0.0, scatter.run)
             charge = recharged_mah(rng, duration_s, share * truth.joules * jumps, VOLTAGE_V, scatter.recharge_mah)
-            log = _log(rng, (time_s, height_m, number), condition, scatter, jumps) if logs else (None, None)
+            log = _log(rng, (time_s, height_m, number), condition, scatter, jumps) if logs else ()
             levels = dict(zip(_FACTORS, condition, strict=True))
-            runs.append(EmulatorRun(name, date, position, levels, jumps, duration_s, charge, *log))
+            runs.append(StudyRun(name, date, position, levels, jumps, duration_s, charge, *log))
     return runs
 
 
@@ -209,7 +199,7 @@ exclude_first_jumps = 2"""
 
 
 def make_emulator_book(
-    folder: Path, campaign: Sequence[EmulatorRun], step: Callable[[str], None], say: Callable[[str], None]
+    folder: Path, campaign: Sequence[StudyRun], step: Callable[[str], None], say: Callable[[str], None]
 ) -> Path:
     """Write the campaign's files and ingest them into a new book; returns the book's folder."""
     jumps = max(run.jumps for run in campaign)
@@ -229,11 +219,7 @@ def make_emulator_book(
         capacity_mah=7200,
     )
     truth = {"conditions": [asdict(one) for one in truths(jumps)]}
-    files = StudyFiles(text + further, _logs(campaign), truth, campaign, _FACTORS, VOLTAGE_V)
+    files = StudyFiles(
+        text + further, logs_of(campaign, dict.fromkeys(_FACTORS, 1)), truth, campaign, _FACTORS, VOLTAGE_V
+    )
     return make_study_book(folder, files, step, say)
-
-
-def _logs(campaign: Sequence[EmulatorRun]) -> Iterator[tuple[str, bytes]]:
-    for run in campaign:
-        if run.log_ms is not None and run.channels is not None:
-            yield f"logs/{run.name}_{MARK}.csv", string_pot_log(run.log_ms, run.channels, dict.fromkeys(_FACTORS, 1))

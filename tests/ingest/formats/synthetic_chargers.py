@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import functools
-import operator
+from labbook.demo.writers import checksum
 
 CELLS = 4
 
 
 def with_checksum(body: str) -> str:
     """A record with the exclusive or of its bytes, the last `;` included."""
-    return body + str(functools.reduce(operator.xor, body.encode()))
+    return body + str(checksum(body.encode()))
 
 
 def lines(rows: list[str], end: str = "\r\n") -> bytes:

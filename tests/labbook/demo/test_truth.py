@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import UnknownName
-from labbook.demo.truth import CHAPTER_5, GROUND, REST_LENGTH_M, Condition, Hop, simulated_hop, simulated_jump
+from labbook.demo.truth import CHAPTER_5, GROUND, Condition, Hop, simulated_jump
 from simulator.jump import simulate
 from simulator.scene_file import load_scene
 from tests.helpers.wording import refuses
@@ -65,7 +65,7 @@ def hops(draw: st.DrawFn) -> tuple[Condition, float, Hop]:
     return (
         condition,
         start_m,
-        simulated_hop(jump, REST_LENGTH_M, start_m, jump.apex_height_m + draw(st.floats(-0.015, 0.015))),
+        jump.hop(start_m, jump.apex_height_m + draw(st.floats(-0.015, 0.015))),
     )
 
 
@@ -73,7 +73,7 @@ def hops(draw: st.DrawFn) -> tuple[Condition, float, Hop]:
 def test_a_hop_begins_where_it_is_dropped_and_has_its_apex(drawn: tuple[Condition, float, Hop]) -> None:
     _, start_m, hop = drawn
     time_s = np.sort(np.append(np.linspace(0.0, hop.landing_s, 2001), hop.apex_s))
-    height_m = hop.motion(time_s).body_height_m
+    height_m = hop.motion(time_s)[0]
     assert height_m[0] == pytest.approx(start_m, abs=1e-12)
     risen = time_s > hop.switch_s
     assert height_m[risen].max() == pytest.approx(hop.apex_height_m, abs=1e-6)
@@ -84,20 +84,20 @@ def test_a_hop_begins_where_it_is_dropped_and_has_its_apex(drawn: tuple[Conditio
 def test_the_leg_extends_from_where_it_is_shortest_to_lift_off(drawn: tuple[Condition, float, Hop]) -> None:
     _, _, hop = drawn
     time_s = np.linspace(0.0, hop.landing_s, 4001)
-    motion = hop.motion(time_s)
-    shortest = int(np.argmin(motion.leg_length_m))
+    height_m, leg_m, _rate, extends = hop.motion(time_s)
+    shortest = int(np.argmin(leg_m))
     assert time_s[shortest] == pytest.approx(hop.switch_s, abs=0.001)
-    assert motion.leg_length_m[shortest] == pytest.approx(hop.switch_leg_m, abs=1e-4)
-    assert motion.body_height_m[shortest] == pytest.approx(hop.switch_height_m, abs=1e-3)
-    (extending,) = np.nonzero(motion.extending)
+    assert leg_m[shortest] == pytest.approx(hop.switch_leg_m, abs=1e-4)
+    assert height_m[shortest] == pytest.approx(hop.switch_height_m, abs=1e-3)
+    (extending,) = np.nonzero(extends)
     assert np.all(np.diff(extending) == 1)
     assert abs(int(extending[0]) - shortest) <= 1
-    assert motion.body_height_m[extending[-1]] == pytest.approx(hop.lift_off_height_m, abs=0.003)
+    assert height_m[extending[-1]] == pytest.approx(hop.lift_off_height_m, abs=0.003)
     assert time_s[extending[-1]] < hop.apex_s
 
 
 def test_a_jump_as_drawn_from_the_mean_is_the_simulated_one() -> None:
     jump = simulated_jump("small", 400, 100)
-    hop = simulated_hop(jump, REST_LENGTH_M, float(jump.height_m[0]), jump.apex_height_m)
+    hop = jump.hop(float(jump.height_m[0]), jump.apex_height_m)
     (kept,) = np.nonzero(np.diff(jump.time_s, prepend=-1.0) > 1e-9)
-    np.testing.assert_allclose(hop.motion(jump.time_s[kept]).body_height_m, jump.height_m[kept], atol=1e-12)
+    np.testing.assert_allclose(hop.motion(jump.time_s[kept])[0], jump.height_m[kept], atol=1e-12)
