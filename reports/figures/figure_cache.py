@@ -31,7 +31,7 @@ KIND = "figures"
 MOST_VERSIONS = 2
 MOST_BYTES = 64 * 2**20
 """Of one version; beyond, the files go that were used longest ago."""
-_DRAW_WITH = ("matplotlib", "numpy", "fonttools", "kiwisolver", "contourpy")
+_DRAW_WITH = ("matplotlib", "numpy", "kiwisolver", "contourpy")
 _HASH_BYTES = 32
 
 T = TypeVar("T")

@@ -1,73 +1,17 @@
-"""The look of every figure: widths of a paper's columns, type, and colours that the colour-blind can distinguish.
-
-The font is the simple letters of DejaVu Sans, so that a PDF's share of it is cut out quickly: every PDF embeds the
-glyphs it uses. Cutting them out of DejaVu Sans takes more than half of a PDF's time, most of it
-spent in the tables for ligatures and for scripts that are written together. Kerning stays as it is.
-"""
+"""The look of every figure: widths of a paper's columns, type, and colours that the colour-blind can distinguish."""
 
 from __future__ import annotations
 
 import contextlib
-import functools
 import math
-import os
-import tempfile
 import warnings
 from collections.abc import Iterator
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
-
-FAMILY = "Labbook Sans"
-"""What the font is called: a changed font may not go by its old name."""
-
-_FILES = ("DejaVuSans.ttf", "DejaVuSans-Bold.ttf")
-_LEFT_OUT = ("GSUB", "FFTM", "PfEd", "BDF", "meta")
-_LETTERS = (range(0x20, 0x600), range(0x10A0, 0x1100), range(0x1E00, 0x2800), range(0xFB00, 0xFB50))
-"""Latin, Greek, Cyrillic, Armenian, Hebrew and Georgian letters, punctuation, arrows, signs and symbols."""
-
-_FAMILY_NAMES = (1, 4, 16)
-"""Entries of a font's table of names that hold the family (OpenType specification, name table)."""
-
-
-@functools.cache
-def figure_font() -> str:
-    """Make the font once a machine, in matplotlib's cache, and return its family.
-
-    Letters that it lacks are drawn as boxes, as DejaVu Sans draws those of most scripts; the page has them in full.
-    """
-    import matplotlib
-    from matplotlib import font_manager
-
-    for name in _FILES:
-        made = Path(matplotlib.get_cachedir()) / f"labbook-{matplotlib.__version__}-{name}"
-        if not made.exists():
-            _make(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name, made)
-        font_manager.fontManager.addfont(made)
-    return FAMILY
-
-
-def _make(source: Path, target: Path) -> None:
-    from fontTools import subset
-
-    options = subset.Options(glyph_names=True, notdef_outline=True, name_IDs=["*"], layout_features=["kern"])
-    options.drop_tables += _LEFT_OUT
-    handle, part = tempfile.mkstemp(dir=target.parent, suffix=".part")
-    os.close(handle)
-    with subset.load_font(os.fspath(source), options) as font:
-        cutter = subset.Subsetter(options)
-        cutter.populate(unicodes=[code for block in _LETTERS for code in block])
-        cutter.subset(font)
-        for entry in font["name"].names:
-            if entry.nameID in _FAMILY_NAMES:
-                entry.string = entry.toUnicode().replace("DejaVu Sans", FAMILY)
-        subset.save_font(font, part, options)
-    Path(part).replace(target)
-
 
 ONE_COLUMN_IN = 3.5
 """Width of one column of a two-column paper, inches (89 mm)."""
@@ -123,7 +67,7 @@ def publication_style() -> Iterator[None]:
     import matplotlib
 
     defaults = {key: value for key, value in matplotlib.rcParamsDefault.items() if "backend" not in key}
-    settings: dict[Any, Any] = {**defaults, **_SETTINGS, "font.family": figure_font()}
+    settings: dict[Any, Any] = {**defaults, **_SETTINGS}
     others = {key: value for key, value in settings.items() if matplotlib.rcParams[key] != value}  # each takes time
     with matplotlib.rc_context(others), warnings.catch_warnings():
         # A name in a script that the font lacks is drawn as boxes; the page has it in full.

@@ -38,29 +38,25 @@ class Layout:
 
 
 def layout_of(table: Table, columns: Sequence[Column]) -> Layout:
-    """Lay out a table: smaller type, then heads of two lines, then words that break beside the numbers.
+    """Lay out a table: heads in two lines, smaller type where they or numbers need it, words that break beside these.
 
-    Columns that break share the room by how much stands in them.
+    Columns of prose share the room by how much stands in them; the first of words breaks where numbers leave no room.
     """
-    places = {column: table.columns.index(column) for column in columns}
-    texts = {column: [row.cells[place].text for row in table.rows] for column, place in places.items()}
+    heads = {column: _two_lines(column.head) for column in columns}
+    texts = {column: [row.cells[table.columns.index(column)].text for row in table.rows] for column in columns}
+    wide = {column: max(map(len, [*heads[column], *texts[column]])) for column in columns}
     gaps = _GAP_LETTERS * (len(columns) - 1)
-    for heads in (
-        {column: (column.head,) for column in columns},
-        {column: _two_lines(column.head) for column in columns},
-    ):
-        wide = {column: max(map(len, [*heads[column], *texts[column]])) for column in columns}
-        least = sum(min(wide[column], _PROSE_LETTERS) if column.prose else wide[column] for column in columns) + gaps
-        size, line = next(((name, letters) for name, letters in _SIZES if least <= letters), _SIZES[-1])
-        if least <= line:
-            break
+    least = gaps + sum(min(wide[column], _PROSE_LETTERS) if column.prose else wide[column] for column in columns)
+    size, line = next(((name, letters) for name, letters in _SIZES if least <= letters), _SIZES[-1])
     breaking = [column for column in columns if column.prose]
     if least > line:
         breaking += [column for column in columns[:1] if not column.numeric and not column.prose]
     room = line - gaps - sum(wide[column] for column in columns if column not in breaking)
-    widths = {} if sum(wide[column] for column in breaking) <= room else _widths(breaking, wide, texts, room)
-    shares = {column: width / line for column, width in widths.items()}
-    return Layout(size, heads, shares, _lines(table, texts, widths))
+    wanted = sum(wide[column] for column in breaking)
+    widths = (
+        {} if wanted <= room else {column: max(_SHORT_LETTERS, room * wide[column] / wanted) for column in breaking}
+    )
+    return Layout(size, heads, {column: width / line for column, width in widths.items()}, _lines(table, texts, widths))
 
 
 def _two_lines(head: str) -> tuple[str, ...]:
@@ -68,24 +64,6 @@ def _two_lines(head: str) -> tuple[str, ...]:
     places = [place for place, letter in enumerate(head) if letter == " "]
     at = min(places, key=lambda place: max(place, len(head) - place), default=None)
     return (head,) if at is None else (head[:at], head[at + 1 :])
-
-
-def _widths(
-    breaking: Sequence[Column], wide: Mapping[Column, int], texts: Mapping[Column, Sequence[str]], room: float
-) -> dict[Column, float]:
-    floors = {
-        column: max(
-            [min(wide[column], _SHORT_LETTERS), *(len(word) for text in texts[column] for word in text.split())]
-        )
-        for column in breaking
-    }
-    spare = max(0.0, room - sum(floors.values()))
-    rest = sum(wide[column] - floors[column] for column in breaking) or 1
-    return {
-        column: floors[column] + spare * (wide[column] - floors[column]) / rest
-        for column in breaking
-        if wide[column] > floors[column]
-    }
 
 
 def _lines(table: Table, texts: Mapping[Column, Sequence[str]], widths: Mapping[Column, float]) -> int:

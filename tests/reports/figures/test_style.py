@@ -1,31 +1,5 @@
-from matplotlib import font_manager, rcParams
-from matplotlib.figure import Figure
-
 from reports.figures.kind import FORMS, write_figure
-from reports.figures.style import FAMILY, figure_font, new_figure, publication_style
-
-WORDS = "Yes, AV Te: k = 1091 N/m − 12 × 3 °C 包 é ß"
-
-
-def test_the_font_is_dejavu_sans_letter_by_letter():
-    assert figure_font() == FAMILY
-    path = font_manager.findfont(FAMILY, fallback_to_default=False)
-    made, source = (font_manager.get_font(name) for name in (path, font_manager.findfont("DejaVu Sans")))
-    simple = {code for code in source.get_charmap() if 0x20 <= code < 0x600 or 0x1E00 <= code < 0x2800}
-    assert len(simple) > 2000
-    assert simple <= made.get_charmap().keys() <= source.get_charmap().keys()
-
-
-def test_words_are_as_wide_as_in_dejavu_sans():
-    with publication_style():
-        assert rcParams["font.family"] == [FAMILY]
-        figure = Figure()
-        for weight in ("normal", "bold"):
-            widths = {
-                figure.text(0, 0, WORDS, family=family, weight=weight).get_window_extent().width
-                for family in (FAMILY, "DejaVu Sans")
-            }
-            assert len(widths) == 1
+from reports.figures.style import new_figure, publication_style
 
 
 def test_labels_that_leave_the_axes_no_room_are_drawn_without_a_warning(tmp_path):

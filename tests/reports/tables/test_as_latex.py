@@ -47,7 +47,7 @@ def test_a_provenance_id_is_a_comment_beside_its_row(content):
 
 def test_units_stand_in_the_heads(content):
     text = latex_bytes(TABLES["joules_by_condition"].make(content)).decode("utf-8")
-    says(text, "& SD (J", "d (kg/s")
+    says(text, "SD", "(J)", "(kg/s)")
 
 
 def test_a_dash_with_a_footnote_for_what_does_not_exist():
