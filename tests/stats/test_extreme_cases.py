@@ -12,7 +12,6 @@ import pytest
 import stats
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.budget import energy_budget
 from stats.exact.numbers import exact_root, moments
 from stats.exact.quadrature import FAR
 from stats.exact.tails import t_quantile
@@ -177,9 +176,6 @@ def test_a_mean_of_values_that_cancel():
     [
         lambda: stats.fit_passive_drain([1.0, 2.0, 4.0], [1e200, 2e200, 5e200]),
         lambda: stats.fit_passive_drain([1.0, 2.0, 4.0], [1e-200, 2e-200, 5e-200]),
-        lambda: energy_budget(
-            [1.0], [1e-310], reference_voltage_v=15.4, drain_se_run_j=0.0, drain_se_mean_j=0.0, resolution_mah=1.0
-        ),
         lambda: stats.force_points([0.0, 1e-300], [0.0, 0.0], [0.0, 1e20], 1.0),
         lambda: stats.residuals_of_groups({"a": [MOST, -MOST, -MOST]}),
         lambda: stats.unbounded_fraction([1e-310, 1.0, 2.0], [0.5, 0.6, 0.7], 1.0),

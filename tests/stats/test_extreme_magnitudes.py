@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 import stats
 from data_schema.errors import LabbookError
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.budget import energy_budget
 from labbook.analysis.outcomes.run_energy import joules_per_jump
 from stats.compare.shared_error import SharedError
 from tests.helpers.extremes import assert_sound, degrees_of_freedom, doubles, groups, levels, positive
@@ -69,15 +68,6 @@ OF_ROWS: dict[str, Callable[[Three], Any]] = {
     "unbounded_fraction": lambda three: stats.unbounded_fraction(positive(three[0]), three[1], 0.002),
     "rmse_over_iqr": lambda three: stats.rmse_over_iqr(three[0], three[1]),
     "force_points": lambda three: stats.force_points(sorted(three[0]), three[1], three[2], 2.0),
-    "energy_budget": lambda three: energy_budget(
-        three[0],
-        positive(three[1]),
-        reference_voltage_v=15.4,
-        drain_se_run_j=0.3,
-        drain_se_mean_j=0.3,
-        resolution_mah=1.0,
-        voltage_relative_se=0.1,
-    ),
     "additive_residuals": lambda three: stats.additive_residuals(three[0], list("aabbcc"), list("xyxyxy")),
     "permutation_test by day": lambda three: stats.permutation_test(three[0], three[1], DAYS, DAYS),
     "bootstrap_difference by day": lambda three: stats.bootstrap_difference(
