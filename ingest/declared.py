@@ -1,22 +1,19 @@
-"""What was declared about a file: the profile that applies to it, the columns of a table that are meant, and JSON.
+"""What was declared about a file: the profile that applies to it, and the columns of a table that are meant.
 
 A direct declaration takes precedence over a profile. A column is named by its name, by `name#2` among equal names, or
-by its place from 1. Declarations are stored as JSON beside a file: every field is written, also where it has its
-default, for that may change; reading back, a field that is not there has its default, for whoever wrote it did not know
-the field.
+by its place from 1.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import re
-import types
-import typing
 import unicodedata
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from fnmatch import fnmatchcase
-from typing import Any, TypeVar
+
+import msgspec
 
 from data_schema.errors import nearest
 from ingest.channels.names import parse_header, squash, strip_comment
@@ -25,23 +22,11 @@ from ingest.model import ColumnDeclaration, Declarations, Profile, ReadingSettin
 from ingest.text.cells import CANDIDATES, split_cells
 from ingest.text.source import TextSource
 
-_T = TypeVar("_T")
 
-
-def composed(declared: _T) -> _T:
+def composed(declared: Declarations) -> Declarations:
     """Return declarations with the letters of all texts composed (NFC), as those of a file's text are."""
-    return typing.cast(_T, _composed(declared))
-
-
-def _composed(value: Any) -> Any:
-    if isinstance(value, str):
-        return unicodedata.normalize("NFC", value)
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        fields = {field.name: getattr(value, field.name) for field in dataclasses.fields(value)}
-        return dataclasses.replace(value, **{name: _composed(item) for name, item in fields.items()})
-    if isinstance(value, Mapping):
-        return {_composed(name): _composed(item) for name, item in value.items()}
-    return tuple(map(_composed, value)) if isinstance(value, tuple) else value
+    text = unicodedata.normalize("NFC", msgspec.json.encode(declared).decode())
+    return msgspec.json.decode(text.encode(), type=Declarations)
 
 
 def with_profile(declared: Declarations, source: TextSource | None, findings: FindingCollector) -> Declarations:
@@ -253,59 +238,3 @@ def _nearest(column: str, names: Sequence[str]) -> str | None:
     wanted = squash(parse_header(column).base)
     alike = [name for name in names if wanted and squash(parse_header(name).base) == wanted]
     return alike[0] if alike else nearest(column, names)
-
-
-def declared_to_json(declared: Declarations) -> dict[str, Any]:
-    """Return what `json.dumps` takes: objects, lists, texts, numbers and None."""
-    return {field.name: _plain(getattr(declared, field.name)) for field in dataclasses.fields(declared)}
-
-
-def column_from_json(record: Mapping[str, Any]) -> ColumnDeclaration:
-    """Return the declaration of a column that `declared_to_json` wrote."""
-    return _dataclass(ColumnDeclaration, record)
-
-
-def declared_from_json(record: Mapping[str, Any]) -> Declarations:
-    """Return the declarations that `declared_to_json` wrote; fields that this labbook does not know are left out."""
-    return _dataclass(Declarations, record)
-
-
-def _plain(value: Any) -> Any:
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
-        return {field.name: _plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    if isinstance(value, Mapping):
-        return {str(name): _plain(item) for name, item in value.items()}
-    if isinstance(value, list | tuple | frozenset):
-        return [_plain(item) for item in value]
-    return value
-
-
-_HINTS: dict[type, dict[str, Any]] = {}
-"""Of the classes met so far: they are read from text, and a rebuild asks for them with every file."""
-
-
-def _dataclass(kind: type[_T], record: Mapping[str, Any]) -> _T:
-    if kind not in _HINTS:
-        _HINTS[kind] = typing.get_type_hints(kind)
-    hints = _HINTS[kind]
-    return kind(**{name: _typed(hints[name], value) for name, value in record.items() if name in hints})
-
-
-def _typed(hint: Any, value: Any) -> Any:
-    """Return a value of JSON as the type that a field is declared with."""
-    if value is None:
-        return None
-    origin, inner = typing.get_origin(hint), typing.get_args(hint)
-    if origin in (typing.Union, types.UnionType):
-        return _typed(next(part for part in inner if part is not type(None)), value)
-    if dataclasses.is_dataclass(hint):
-        assert isinstance(hint, type)  # noqa: S101 - an instance is no annotation
-        return _dataclass(hint, value)
-    if origin is tuple:
-        items = inner[:1] * len(value) if inner[1:] == (...,) else inner
-        return tuple(_typed(part, item) for part, item in zip(items, value, strict=True))
-    if origin is not None and issubclass(origin, Mapping):
-        return {name: _typed(inner[1], item) for name, item in value.items()}
-    if origin is not None and issubclass(origin, Sequence | frozenset):
-        return origin(_typed(inner[0], item) for item in value)
-    return hint(value) if isinstance(hint, type) and not isinstance(value, hint) else value

@@ -12,12 +12,12 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
+import msgspec
 import numpy as np
 
 from data_schema.errors import unknown_name
 from data_schema.journal import canonical
 from data_schema.vocabulary import FileRole
-from ingest.declared import column_from_json, declared_from_json, declared_to_json
 from ingest.model import (
     ColumnDeclaration,
     Declarations,
@@ -53,13 +53,13 @@ class ReadSettings:
 
     def as_json(self) -> dict[str, Any]:
         """Return what the journal keeps."""
-        detection = {"detector": self.detector, "rest_length_m": self.rest_length_m}
-        return {"declared": declared_to_json(self.declared), **detection}
+        kept: dict[str, Any] = msgspec.json.decode(msgspec.json.encode(self))
+        return kept
 
     @classmethod
     def from_json(cls, record: Mapping[str, Any]) -> Self:
         """Return the settings that the journal keeps."""
-        return cls(declared_from_json(record["declared"]), record["detector"], record["rest_length_m"])
+        return msgspec.convert(record, cls)
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,7 +240,7 @@ def declarations(
     Raises `UsageError` for a profile asked for by a name that labbook.toml does not have.
     """
     given = dict(options)
-    columns = {name: column_from_json(column) for name, column in given.pop("columns", {}).items()}
+    columns = msgspec.convert(given.pop("columns", {}), dict[str, ColumnDeclaration])
     profiles = tuple(_profile(name, profile) for name, profile in configuration.profiles.items())
     named = given.get("profile")
     if named is not None and named not in configuration.profiles:

@@ -15,6 +15,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import msgspec
 import pytest
 import typer
 
@@ -22,7 +23,7 @@ from data_schema.errors import LabbookError
 from data_schema.vocabulary import CHANNELS
 from ingest import read as reading
 from ingest.channels.names import channel_kind, is_unit, parse_header
-from ingest.declared import column_from_json, flag_names
+from ingest.declared import flag_names
 from ingest.formats.format import Head
 from ingest.model import ColumnDeclaration, ColumnUse, Declarations, Finding, ReadFile
 from ingest.read import read_file
@@ -202,7 +203,7 @@ def _as_advised(
     words = [word for flags in filled for word in shlex.split(flags or "")]
     given = command("ingest").make_context("ingest", ["FILE", *words]).params
     options = declared_options({name: given[name] for name in DECLARED})
-    own = {name: column_from_json(column) for name, column in options.pop("columns", {}).items()}
+    own = {name: msgspec.convert(column, ColumnDeclaration) for name, column in options.pop("columns", {}).items()}
     for flag in advice.left_out:
         name = shlex.split(flag)[0].removeprefix("--").replace("-", "_")
         options[{"decimal": "decimal_sign", "rate": "rate_hz"}.get(name, name)] = None

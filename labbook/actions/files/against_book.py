@@ -5,6 +5,7 @@ Columns that were named and are not there, another day than its run's, day and m
 
 from __future__ import annotations
 
+import unicodedata
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from datetime import UTC, date, datetime, timedelta
@@ -22,7 +23,7 @@ from data_schema.queries.signals import every_start
 from data_schema.queries.study import days_with_runs
 from data_schema.vocabulary import Action, FileRole, Severity
 from ingest.channels.calibration import UNDATED
-from ingest.declared import ABSENT, composed
+from ingest.declared import ABSENT
 from ingest.findings import MORE_LINES
 from ingest.model import ChargeRow, Finding, ReadFile
 from ingest.read import read_file
@@ -46,7 +47,7 @@ from labbook.statements.importing import PreparedImport, ReadSettings, finding_v
 
 def refused_without_columns(read: ReadFile, options: Mapping[str, Any]) -> ReadFile:
     """Refuse a file without a column that `options` name; one that only a profile names stays a note."""
-    named = composed(options.get("columns", {}))
+    named = {unicodedata.normalize("NFC", name) for name in options.get("columns", {})}
     findings = [
         replace(finding, severity=Severity.FILE) if finding.rule == ABSENT and finding.column in named else finding
         for finding in read.findings
