@@ -1,23 +1,21 @@
-"""Checks of what a plug-in returns, before anything uses it: the type of every field, then the values.
+"""Checks of what a plug-in returns, before anything uses it.
 
 A value that would fail in the database or a later step is reported here, where it is known whose format it comes from.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import re
-import types
-import typing
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from datetime import datetime
 
 import numpy as np
 
+from data_schema.vocabulary import FileRole
 from ingest.findings import FindingCollector
 from ingest.formats.chargers.sheet_columns import LIMITS, STORED_UNIT
 from ingest.formats.format import SIGNATURE, Clue, Format, Recognition
-from ingest.model import ChargeRow, Finding, Reading, SignalPart
+from ingest.model import ChargeRow, Reading, SignalPart
 
 _NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,63}")
 _LARGEST_VERSION = 10**6
@@ -25,14 +23,10 @@ _LARGEST_VERSION = 10**6
 
 def check_format(found: Format) -> None:
     """Raise `TypeError` or `ValueError` unless a format can be registered."""
-    _check_type(found.name, str, "its name")
-    if not _NAME.fullmatch(found.name):
+    if not isinstance(found.name, str) or not _NAME.fullmatch(found.name):
         raise ValueError(f"its name {found.name!r} is not made of letters, digits and _")
-    _check_type(found.version, int, "its version")
-    if not 1 <= found.version <= _LARGEST_VERSION:
+    if not isinstance(found.version, int) or not 1 <= found.version <= _LARGEST_VERSION:
         raise ValueError(f"its version {found.version} is not from 1 to {_LARGEST_VERSION}")
-    _check_type(found.what, str | None, "its what")
-    _check_type(found.clue, Clue | None, "its clue")
     if found.clue is not None:
         _check_clue(found.clue)
     for name in ("recognise", "read"):
@@ -49,24 +43,24 @@ def _check_clue(clue: Clue) -> None:
 
 def check_recognition(found: Recognition | None) -> None:
     """Raise `TypeError` or `ValueError` unless a recognition can be weighed against those of other formats."""
-    _check_type(found, Recognition | None, "what recognise gave")
+    if found is not None and not isinstance(found, Recognition):
+        raise TypeError(f"what recognise gave is {type(found).__name__}, not a Recognition or None")
     if found is not None and not 1 <= found.score <= SIGNATURE:
         raise ValueError(f"its score {found.score} is not from 1 to {SIGNATURE}, of a signature")
 
 
 def check_reading(found: Reading, findings: FindingCollector) -> None:
     """Raise `TypeError` or `ValueError` unless a reading can be stored, or its findings refuse the file."""
-    _check_type(found, Reading, "what read gave")
-    for finding in findings.findings():
-        _check_type(finding, Finding, "a finding")
+    if not isinstance(found, Reading) or not all(isinstance(part, SignalPart) for part in found.parts):
+        raise TypeError(f"it gave {type(found).__name__}, not a Reading with parts of signals")
     if not 0 <= found.rows_rejected <= found.rows_read:
         raise ValueError(f"{found.rows_rejected} of {found.rows_read} rows are rejected")
     if findings.refuse:
         return
     if not found.parts and not found.charges:
         raise ValueError("it gave neither samples nor recharges, and no finding that refuses the file")
-    if found.role is None:
-        raise ValueError("the reading has no role")
+    if not isinstance(found.role, FileRole):
+        raise TypeError(f"the reading's role {found.role!r} is none")
     _check_different([part.part for part in found.parts], "parts")
     for part in found.parts:
         _check_part(part)
@@ -92,11 +86,14 @@ def _check_charge(charge: ChargeRow) -> None:
 
 def _check_part(part: SignalPart) -> None:
     where = f"part {part.part!r}"
+    arrays = [part.time_s, *(channel.values for channel in part.channels)]
+    if not all(isinstance(array, np.ndarray) and array.dtype == np.float64 and array.ndim == 1 for array in arrays):
+        raise TypeError(f"{where} holds other than arrays of float64 in one dimension")
     if not part.time_s.size:
         raise ValueError(f"{where} has no sample")
     if not np.isfinite(part.time_s).all() or (np.diff(part.time_s) <= 0).any():
         raise ValueError(f"the times of {where} do not increase")
-    if part.rate_hz is not None and part.rate_hz <= 0:
+    if part.rate_hz is not None and not part.rate_hz > 0:
         raise ValueError(f"the rate of {where} is {part.rate_hz}")
     _check_instant(part.start_utc)
     _check_different([channel.name for channel in part.channels], f"channels of {where}")
@@ -115,36 +112,5 @@ def _check_instant(instant: str | None) -> None:
 
 
 def _check_different(names: Sequence[object], what: str) -> None:
-    if len(set(names)) < len(names) or "" in names:
+    if len(set(names)) < len(names) or not all(isinstance(name, str) and name for name in names):
         raise ValueError(f"the names of the {what} are not all different, or one is empty")
-
-
-def _check_type(value: object, hint: object, where: str) -> None:
-    """Raise `TypeError` unless a value has the type, and each field of a dataclass the type that it is declared with.
-
-    A number of type float has to be finite; an array has to hold float64 in one dimension, as all of the model do.
-    """
-    origin, inner = typing.get_origin(hint), typing.get_args(hint)
-    if origin in (typing.Union, types.UnionType):
-        if value is not None or type(None) not in inner:
-            _check_type(value, next(part for part in inner if part is not type(None)), where)
-        return
-    expected = typing.cast(type, origin or hint)
-    kinds = (int, float) if hint is float else expected
-    right = isinstance(value, kinds) and (hint is bool or not isinstance(value, bool))
-    if isinstance(value, np.ndarray):
-        right = right and value.dtype == np.float64 and value.ndim == 1
-    elif hint is float:
-        right = right and bool(np.isfinite(typing.cast(float, value)))
-    if not right:
-        given = f"{str(value)[:40]!r} of type {type(value).__name__}"
-        raise TypeError(f"{where} is {given}, not what {expected.__name__} stands for there")
-    if dataclasses.is_dataclass(value):
-        for name, field in typing.get_type_hints(type(value)).items():
-            _check_type(getattr(value, name), field, f"{type(value).__name__}.{name}")
-    elif origin is tuple:
-        for item in typing.cast(tuple[object, ...], value):
-            _check_type(item, inner[0], where)
-    elif isinstance(value, Mapping):
-        for item in value.values():
-            _check_type(item, inner[1], where)
