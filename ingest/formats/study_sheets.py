@@ -73,7 +73,6 @@ def _read_study_sheet(
     number or no word.
     """
     sheet = read_sheet(file, f"a header such as {example} and a row for each")
-    sheet.refuse()
     named = re.compile(
         rf"({'|'.join(quantities)})(?:[ _]volume)?(?:[_ ]([a-z0-9^*/]+)|\s*[(\[]([^)\]]+)[)\]])", re.IGNORECASE
     )
@@ -418,8 +417,12 @@ def _count(name: str, file: SheetFile, findings: FindingCollector) -> int:
         if doubt is not None:
             findings.add(NOTE, _DOUBTS[name], doubt)
         return rows
-    lines = [fault.line for fault in refused.faults] if isinstance(refused, SheetRefused) else []
-    findings.add(FILE, "sheet_refused", str(refused), lines=lines)
+    if isinstance(refused, SheetRefused):
+        for sentence, same in refused.sentences:
+            lines = [fault.line for fault in same]
+            findings.add(FILE, "sheet_refused", sentence, column=same[0].column, lines=lines, value=same[0].value)
+    else:
+        findings.add(FILE, "sheet_refused", str(refused))
     return 0
 
 

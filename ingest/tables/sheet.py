@@ -66,16 +66,20 @@ class SheetFault:
 
 
 class SheetRefused(InputRefused):
-    """A sheet that cannot be used: all that is wrong with it, each by file, line and column."""
+    """A sheet that cannot be used: all that is wrong with it, each by file, line and column.
+
+    `sentences` has one for all `faults` of a column that are alike, beside these.
+    """
 
     def __init__(self, file: str, faults: Sequence[SheetFault]) -> None:
         self.faults = tuple(sorted(faults, key=lambda fault: fault.line))
         alike: dict[tuple[str | None, str], list[SheetFault]] = {}
         for fault in self.faults:
             alike.setdefault((fault.column, fault.sentence), []).append(fault)
+        self.sentences = [(_fault_text(same, f" of {file}"), same) for same in alike.values()]
         shown = list(alike.values())[:MOST_FAULTS_SHOWN]
         if len(alike) == 1:
-            super().__init__(_fault_text(shown[0], f" of {file}"))
+            super().__init__(self.sentences[0][0])
             return
         rest = len(self.faults) - sum(map(len, shown))
         listed = [*map(_fault_text, shown), *([f"and {rest} more."] if rest else [])]
@@ -98,7 +102,7 @@ class Sheet:
     """Cells as text, stripped, a row for each of `lines`, as wide as `names`.
 
     `delimiter` is empty in a workbook; `encoding` is the page that the text was read in. Rows of another width are
-    among the `faults`.
+    among the `faults`; `cut`: its last line has no line end, and nobody said that it is whole.
     """
 
     file: SheetFile
@@ -109,6 +113,7 @@ class Sheet:
     delimiter: str
     encoding: str
     faults: tuple[SheetFault, ...]
+    cut: bool
 
     @property
     def columns(self) -> Mapping[str, tuple[str, ...]]:
@@ -125,6 +130,9 @@ class Sheet:
         """Raise `SheetRefused` where the sheet has faults, or there are further ones."""
         if faults := (*self.faults, *further):
             raise SheetRefused(self.file.name, faults)
+        if self.cut:
+            sentence = "the last line has no line end and may be cut: end it, or say `--complete` if it is whole."
+            raise self.fault(self.lines[-1], None, sentence)
 
     def fault(self, line: int, column: str | None, sentence: str) -> SheetRefused:
         """Return the error of a single fault."""
@@ -136,13 +144,13 @@ def read_sheet(file: SheetFile, give: str = "a header that names the columns, an
 
     `give` says what should be given. Raises `InputRefused` for what is no sheet of several columns and rows at all.
     """
-    delimiter, encoding, ended = "", "utf-8", True
+    delimiter, encoding, cut = "", "utf-8", False
     if workbook_kind(file.data) is not None:
         rows = _rows_of_workbook(file)
     else:
         text, encoding = _text(file)
         delimiter, rows = _rows_of_text(text, file.name)
-        ended = text.endswith(("\n", "\r"))
+        cut = not file.complete and not text.endswith(("\n", "\r"))
     if not rows:
         raise InputRefused(f"{file.name} is empty: give {give}.")
     (header_line, header), *body = rows
@@ -168,11 +176,8 @@ def read_sheet(file: SheetFile, give: str = "a header that names the columns, an
             faults.append(SheetFault(line, names[nul], sentence))
         else:
             whole.append((line, tuple(filled)))
-    if not (ended or file.complete or faults):
-        sentence = "the last line has no line end and may be cut: end it, or say `--complete` if it is whole."
-        faults.append(SheetFault(rows[-1][0], None, sentence))
     lines, cells_of_rows = tuple(line for line, _ in whole), tuple(cells for _, cells in whole)
-    return Sheet(file, tuple(names), cells_of_rows, lines, header_line, delimiter, encoding, tuple(faults))
+    return Sheet(file, tuple(names), cells_of_rows, lines, header_line, delimiter, encoding, tuple(faults), cut)
 
 
 def _text(file: SheetFile) -> tuple[str, str]:

@@ -99,7 +99,7 @@ def test_a_sheet_belongs_to_no_run(stated: SmallBook) -> None:
 
 @pytest.mark.parametrize(
     ("more", "said"),
-    [("15,loose", "line 12"), ("15,loose\n15,loose,6.2,1\n", "line 12: 2 cells")],
+    [("15,loose", "line 12"), ("15,loose\n15,loose,6.2,1\n", "line 12 of flasks.csv: 2 cells")],
     ids=["cut", "ragged"],
 )
 def test_a_sheet_that_is_damaged_is_not_taken_in(book: Path, more: str, said: str) -> None:
