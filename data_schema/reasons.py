@@ -216,7 +216,6 @@ class Reason(Code):
     NO_OUTPUT_WITHOUT = "no {output} without it"
     NO_OUTPUT_WITH = "no {output} with it"
     FULL_SCENE_ZERO = "the full scene's {output} is 0"
-    DAYS_COUNT = "the day is the unit of analysis: n counts days"
     NO_CONTROL_YET = "no control has {quantity} yet: give {option}"
     PLAN_TOO_LARGE = "the plan would be too large to be drawn"
     NO_APEX_BOUNDS = "[analysis] sets no bounds of apex height"
@@ -227,32 +226,3 @@ class Reason(Code):
     TWO_WITHOUT_SCATTER = "groups {a!r} and {b!r} have no scatter, and with two such F has no limit"
     TOO_FEW_IN_A_ROW = "fewer than {needed} samples in a row after this stance"
     NO_TREATMENT = "there is no treatment"
-
-
-_APART = (
-    "Conditions and days are confounded: no day joins {listed}, so that a difference between these cannot be told from "
-    "a difference between their days"
-)
-_BUT = " but by how much days of one condition differ ({n} degree{s} of freedom{single}): "
-_REML_ZERO = (
-    "REML puts that at 0, so that {counted} count as independent there, and p is too small if days differ all the same."
-)
-
-
-class Limit(Code):
-    """What a comparison over days cannot decide, or leaves out of its model."""
-
-    ONE_VALUE_A_DAY = (
-        "Every day holds one {unit}, so that days and {unit}s scatter as one: the {unit}s are compared as they are."
-    )
-    ONE_VALUE_A_RUN = (
-        "Every run holds one {unit}, so that runs and {unit}s scatter as one: the run is left out of the model."
-    )
-    ONE_RUN_A_DAY = "Every day holds one run, so that days and runs scatter as one: the run is left out of the model."
-    DAYS_UNMEASURED = (
-        _APART + ", and with one day each nothing measures how much days differ: measure the conditions on shared days."
-    )
-    DAYS_COUNT = _APART + _BUT + "each day counts as one observation there, however many {unit}s it holds."
-    VALUES_DEPEND = _APART + _BUT + "the {unit}s of one day do not count as independent there, however many it holds."
-    RUNS_COUNT = _APART + _BUT + _REML_ZERO.replace("{counted}", "runs")
-    VALUES_COUNT = _APART + _BUT + _REML_ZERO.replace("{counted}", "{unit}s")

@@ -360,23 +360,6 @@ class Family(StrEnum):
     POOLED = "pooled"
 
 
-class UnitOfAnalysis(StrEnum):
-    """What counts as one independent observation: a run, the mean of a day's runs, or by the days that are shared.
-
-    With shared days, each comparison is tested by the rule that fits its days (`stats.days.decision`): paired on day
-    means from four shared days on, on runs within days where there are fewer.
-    """
-
-    RUN = "run"
-    DAY = "day"
-    SHARED_DAYS = "shared_days"
-
-    @property
-    def noun(self) -> str:
-        """What summaries and the tests of the appendix count: "run" or "day"."""
-        return "day" if self is UnitOfAnalysis.DAY else "run"
-
-
 class Alternative(StrEnum):
     """What the test of a saving is against: any difference, or a saving alone."""
 
@@ -432,7 +415,6 @@ class AnalysisSettings:
     apex_bounds_m: tuple[float, float] | None = None
     apex_bounds_percent: tuple[float, float] | None = None
     exclusions: tuple[ReasonCode, ...] = tuple(ReasonCode)
-    unit_of_analysis: UnitOfAnalysis = UnitOfAnalysis.SHARED_DAYS
     contrasts: tuple[ContrastSettings, ...] = ()
     alternative: Alternative = Alternative.TWO_SIDED
 

@@ -115,8 +115,7 @@ idle_minutes = [20, 24, 30, 40, 50, 60]
 # What is decided about the analysis before the first run: the book keeps it, and the report calls exploratory whatever
 # departs from it. Comparisons of the primary outcome are corrected over the family: each (level against the control) or
 # pooled. Apexes within the bounds count as no loss of height. exclusions: for which reasons jumps may be left out.
-# Without unit_of_analysis the days that hold both decide; run or day must be named. alternative "one-sided" asks only
-# whether there is a saving, of the claims and of hypotheses alike.
+# alternative "one-sided" asks only whether there is a saving, of the claims and of hypotheses alike.
 #[analysis]
 #primary_outcome = "joules"
 #family = "pooled"
@@ -124,7 +123,6 @@ idle_minutes = [20, 24, 30, 40, 50, 60]
 #alternative = "two-sided"
 #apex_bounds_percent = [-3, 3]
 #exclusions = ["touched_by_hand", "misfire", "sensor_fault", "wrong_apex", "dropped_packet"]
-#unit_of_analysis = "shared_days"
 #contrasts = [{ kind = "trend" }]
 
 # What the simulator predicts each condition with: the report shows it beside what was measured. `factors` says which

@@ -113,7 +113,6 @@ family = "pooled"
 alpha = 0.05
 apex_bounds_percent = [-3, 3]
 exclusions = ["touched_by_hand", "misfire", "sensor_fault", "wrong_apex", "dropped_packet"]
-unit_of_analysis = "shared_days"
 """
 _SIMULATION = """
 # The thesis states 2.0 kg for the whole robot: known to half a digit. How much of it the foot has is a guess.

@@ -255,7 +255,7 @@ def test_what_labbook_toml_says_otherwise_than_when_a_report_was_made_is_said_by
     named = named.replace('checks = ["rail_angle", "lubrication"]', "").replace(
         "[study]", '[study]\nrun_names = "LOG{:04d}"'
     )
-    planned = '\n[analysis]\nunit_of_analysis = "shared_days"\nalpha = '
+    planned = "\n[analysis]\nalpha = "
     for where in ("foot=small", "foot=large"):
         good(labbook("report", "--where", where, at=whole.folder))
     whole.toml.write_text(f"{text}{planned}0.05\n", encoding="utf-8")  # what holds without [analysis]

@@ -94,7 +94,7 @@ def test_compare_is_the_deciding_test_of_the_report(reported: Reported, name: st
 def test_equivalence_is_the_deciding_test_of_the_report(tmp_path: Path) -> None:
     book = small_book(tmp_path)
     bounded = book.toml.read_text(encoding="utf-8") + "\n[analysis]\napex_bounds_percent = [-4, 5]\n"
-    book.toml.write_text(bounded + 'unit_of_analysis = "shared_days"\n', encoding="utf-8")
+    book.toml.write_text(bounded, encoding="utf-8")
     words = ("stats", "equivalence", "--quantity", "apex", "--pooled", *SMALL)
     (mine,) = good(labbook(*words, "--json", at=book.folder)).json["decisions"]
     with opened(book.folder) as opened_book, opened_book.reading() as connection:
@@ -193,9 +193,7 @@ def test_away_from_a_book_a_table_is_asked_for(tmp_path: Path) -> None:
     refused(labbook("stats", "compare", at=tmp_path), 2, "there is no book")
 
 
-DECIDED = (
-    '\n[analysis]\nunit_of_analysis = "run"\nprimary_outcome = "apex"\nalpha = 0.01\napex_bounds_percent = [-4, 5]\n'
-)
+DECIDED = '\n[analysis]\nprimary_outcome = "apex"\nalpha = 0.01\napex_bounds_percent = [-4, 5]\n'
 
 
 @pytest.fixture(scope="module")
@@ -216,9 +214,9 @@ def asked(book: SmallBook, *words: str) -> Any:
 
 
 def test_what_was_stated_before_the_first_measurement_rules(decided: SmallBook) -> None:
-    (equal,) = asked(decided, "equivalence", *SMALL, "--pooled")["equivalence"]
+    (equal,) = asked(decided, "equivalence", *SMALL, "--pooled")["decisions"]
     assert (equal["low"], equal["high"], equal["alpha"]) == (-4.0, 5.0, 0.01)
-    assert asked(decided, "compare", *SMALL)["comparisons"][0]["alpha"] == 0.01
+    assert asked(decided, "compare", *SMALL)["decisions"][0]["alpha"] == 0.01
 
 
 @pytest.mark.parametrize("words", [("compare",), ("anova",), ("equivalence", "--low", "-0.002", "--high", "0.002")])
@@ -232,7 +230,7 @@ def test_people_read_heights_in_millimetres(decided: SmallBook, words: tuple[str
 def test_people_read_the_reports_names_and_programs_the_books(decided: SmallBook) -> None:
     found = asked(decided, "compare", *SMALL)
     assert list(found["groups"]) == ["b_ad_gain 0", "b_ad_gain 100"]
-    assert [(one["a"], one["b"]) for one in found["comparisons"]] == [("b_ad_gain 100", "b_ad_gain 0")]
+    assert [(one["a"], one["b"]) for one in found["decisions"]] == [("b_ad_gain 100", "b_ad_gain 0")]
     for words in (("compare",), ("anova",), ("savings",), ("equivalence", "--low=-5", "--high=5")):
         told = good(labbook("stats", *words, *SMALL, at=decided.folder)).out
         says(told, "352 kg/s", "gain", "100")

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from tests.helpers.books import SmallBook, copy_of, ingest_all, small_book
 
-DECIDED = '\n[analysis]\nunit_of_analysis = "run"\nexclusions = ["misfire"]\napex_bounds_percent = [-3, 3]\n'
+DECIDED = '\n[analysis]\nexclusions = ["misfire"]\napex_bounds_percent = [-3, 3]\n'
 
 
 def decided_book(folder: Path, analysis: str = DECIDED, *, without: str = "") -> SmallBook:

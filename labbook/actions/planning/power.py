@@ -34,7 +34,6 @@ from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
-from labbook.config.model import UnitOfAnalysis
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import LARGEST_PLAN, Plan
 from stats.planning.power import SampleSize, sample_size
@@ -61,9 +60,8 @@ class PowerRequest:
 class Needed:
     """How many runs one test needs; `note` adds what its name leaves open, `sentence` what is found with that n.
 
-    `n` counts runs of each condition (days, where the day is the unit); `n_over_sd` is the same at both ends of the
-    standard deviation's interval, where that was estimated. `powers` goes from an n to the chance at it. `runs` and
-    `days` are those of a plan with that n, where runs are the unit.
+    `n` counts runs of each condition; `n_over_sd` is the same at both ends of the standard deviation's interval, where
+    that was estimated. `powers` goes from an n to the chance at it. `runs` and `days` are those of a plan with that n.
     """
 
     test: str
@@ -82,12 +80,11 @@ class StudyPower:
     """What was assumed, and what each test needs; `n_of_plan` is the least n of a condition in the plans that stand.
 
     `difference` is in `unit`, as are the numbers of `primary`; those of `apex` are in m. `crossing` is where more runs
-    find less by shared days, None where nothing that is shown goes that far or they do not.
+    find less by shared days, None where nothing that is shown goes that far.
     """
 
     outcome: Outcome
     unit: str
-    unit_of_analysis: UnitOfAnalysis
     target: float
     difference: float
     saving_percent: float | None
@@ -113,7 +110,7 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         evidence = gather(connection, configuration, None)
 
         def spread(of: Outcome) -> Spread | Undefined:
-            return run_spread(cache, detections, evidence, of, settings.unit_of_analysis)
+            return run_spread(cache, detections, evidence, of)
 
         primary = _assumed(request.sd, request.mean, spread, quantity, "--mean")
         if quantity.has_equivalence and request.apex_sd_m is None and request.apex_mean_m is None:
@@ -123,7 +120,7 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         else:
             given = request.apex_sd_m, request.apex_mean_m
             apex = _assumed(*given, spread, Outcome.APEX, "--apex-mean")
-        n_of_plan = _n_of_plan(connection, settings.unit_of_analysis)
+        n_of_plan = _n_of_plan(connection)
     if isinstance(primary, Undefined):
         raise UsageError(f"{primary.reason}: give the expected standard deviation with --sd.")
     difference = _difference(request, quantity, primary)
@@ -132,17 +129,13 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
     ns = sorted({request.n, *([] if n_of_plan is None else [n_of_plan])})
     layouts = drawn_layouts(design.swept, settings.family, draw)
     tests = tests_of(design, difference, primary, apex, layouts)
-    within = largest_n_within_days(layouts) if design.by_shared_days else 1
-    unit = settings.unit_of_analysis
-    needed = tuple(_needed(test, ns, request.target, draw, unit, within) for test in tests)
-    crossing = None
-    if design.by_shared_days:
-        largest = max(*ns, needed[0].n if isinstance(needed[0].n, int) else 2)
-        crossing = crossing_of(lambda n: tests[0].plan(primary.sd, n), layouts, largest)
+    within = largest_n_within_days(layouts)
+    needed = tuple(_needed(test, ns, request.target, draw, within) for test in tests)
+    largest = max(*ns, needed[0].n if isinstance(needed[0].n, int) else 2)
+    crossing = crossing_of(lambda n: tests[0].plan(primary.sd, n), layouts, largest)
     return StudyPower(
         outcome=quantity,
         unit=quantity.unit,
-        unit_of_analysis=unit,
         target=request.target,
         difference=difference,
         saving_percent=request.saving_percent,
@@ -229,19 +222,13 @@ def _design(configuration: Configuration, planned: Planned) -> Design:
     return Design(planned.settings, swept, treated, groups)
 
 
-def _n_of_plan(connection: sa.Connection, unit: UnitOfAnalysis) -> int | None:
-    """Return the least number of runs of a condition (of days on which it is run) in the plans that stand."""
-    rows = [row for row in planned_runs(connection) if row.condition_key is not None]
-    if unit is UnitOfAnalysis.DAY:
-        counts = Counter(key for key, _day in {(row.condition_key, row.day_number) for row in rows})
-    else:
-        counts = Counter(row.condition_key for row in rows)
+def _n_of_plan(connection: sa.Connection) -> int | None:
+    """Return the least number of runs of a condition in the plans that stand."""
+    counts = Counter(row.condition_key for row in planned_runs(connection) if row.condition_key is not None)
     return min(counts.values(), default=None)
 
 
-def _needed(
-    test: PlannedTest, ns: list[int], target: float, draw: DrawPlan, unit: UnitOfAnalysis, within: int
-) -> Needed:
+def _needed(test: PlannedTest, ns: list[int], target: float, draw: DrawPlan, within: int) -> Needed:
     if isinstance(test.assumed, Undefined):
         none, remedy = test.assumed, ""
         if none.code is Reason.NO_TWO_OF_A_CONDITION:  # without the primary outcome's there is no answer
@@ -254,12 +241,9 @@ def _needed(
     if spread is not None:
         low, high = (_smallest(test, end, target, within).n for end in (spread.sd_low, spread.sd_high))
         over = low, high
-    runs, days = _size(draw, found.n) if unit is not UnitOfAnalysis.DAY else (_IN_DAYS, _IN_DAYS)
+    runs, days = _size(draw, found.n)
     powers = {n: test.plan(sd, n).power for n in ns}
     return Needed(test.name, test.note, test.alpha, found.n, found.sentence(), over, powers, runs, days)
-
-
-_IN_DAYS = Undefined(Reason.DAYS_COUNT)
 
 
 def _smallest(test: PlannedTest, sd: float, target: float, within: int) -> SampleSize:

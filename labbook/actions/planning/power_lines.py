@@ -15,7 +15,6 @@ _NOT_KNOWN = (
     "drain's own error, which cancels where durations are equal; {days}. An effect that is smaller is found less often."
 )
 
-_IN_SCATTER = "what differs between days is part of the scatter"
 _OF_DAYS = "what differs between days cancels where a drawn plan gives both sides to a day, and days act on both alike"
 
 
@@ -36,10 +35,10 @@ def power_head(found: StudyPower) -> list[str]:
     so_far = f" (mean of {mean.control_n} so far)" if mean is not None and saving is not None else ""
     lines = [
         f"To be found: a difference of {_value(abs(found.difference), unit)} in {found.outcome}{of_mean}{so_far}.",
-        f"Scatter of {found.outcome}: {_scatter(found.primary, unit, found)}.",
+        f"Scatter of {found.outcome}: {_scatter(found.primary, unit)}.",
     ]
     if settings.apex_bounds is not None and isinstance(found.apex, Assumed) and found.apex is not found.primary:
-        lines.append(f"Scatter of apex height: {_scatter(found.apex, 'm', found)}.")
+        lines.append(f"Scatter of apex height: {_scatter(found.apex, 'm')}.")
     return [
         *lines,
         f"Compared: {FAMILY_OF[settings.family]} of {found.design.swept}, alpha {settings.alpha:g}"
@@ -63,17 +62,14 @@ def power_foot(found: StudyPower) -> list[str]:
     unknown = [f"{item.test}: {item.sentence}" for item in found.needed if isinstance(item.n, Undefined)]
     notes = [f"{item.test}: {item.note}." for item in found.needed if item.note and not isinstance(item.n, Undefined)]
     pooled = found.design.sizes(1)[1]
-    by_days = found.design.by_shared_days
-    controls = "n controls or more" if by_days else "n controls"
-    treated = f"; a comparison has {controls} and {pooled} n treated" if pooled > 1 else ""
-    of_study = "; runs and days are the study's" if by_days else ""
+    treated = f"; a comparison has n controls or more and {pooled} n treated" if pooled > 1 else ""
     return [
-        f"n counts {found.unit_of_analysis.noun}s of each condition{treated}{of_study}.{of_plan}",
+        f"n counts runs of each condition{treated}; runs and days are the study's.{of_plan}",
         *unknown,
         *notes,
         *([] if found.crossing is None else [found.crossing.sentence]),
         *(item.sentence for item in found.needed if not isinstance(item.n, Undefined)),
-        _NOT_KNOWN.format(days=_OF_DAYS if by_days else _IN_SCATTER),
+        _NOT_KNOWN.format(days=_OF_DAYS),
     ]
 
 
@@ -95,13 +91,13 @@ def _count(n: int | Undefined) -> str:
     return "-" if isinstance(n, Undefined) else str(n)
 
 
-def _scatter(assumed: Assumed, unit: str, found: StudyPower) -> str:
+def _scatter(assumed: Assumed, unit: str) -> str:
     sd, (shown, factor) = f"standard deviation {_value(assumed.sd, unit)}", shown_unit(unit)
     spread = assumed.spread
     if spread is None:
         return f"{sd}, as stated"
     return (
-        f"{sd} between {found.unit_of_analysis.noun}s of a condition "
+        f"{sd} between runs of a condition "
         f"({interval_text((factor * spread.sd_low, factor * spread.sd_high), LEVEL, shown)}, "
         f"{spread.df} degrees of freedom, from {spread.n} so far)"
     )

@@ -7,26 +7,22 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cache
 from typing import TypeAlias
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import Spread
-from labbook.config.model import AnalysisSettings, Family, UnitOfAnalysis
+from labbook.config.model import AnalysisSettings, Family
 from labbook.plan.drawing import Plan
 from stats.days.decision import LEAST_DAYS
 from stats.planning.power import (
     Power,
     power_anova,
     power_by_day,
-    power_equivalence,
     power_equivalence_by_day,
-    power_t,
-    power_welch,
 )
-from stats.planning.power_percent import power_percent_equivalence
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,22 +47,13 @@ class Design:
     groups: int
 
     @property
-    def by_shared_days(self) -> bool:
-        """Whether the days that both sides share decide a comparison."""
-        return self.settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS
-
-    @property
     def comparisons(self) -> int:
         """How many comparisons the family has."""
         return self.groups * (1 if self.settings.family is Family.POOLED else self.treated)
 
     def sizes(self, n: int) -> tuple[int, int]:
-        """Return how many values of the control and of the treatment a comparison has, with n of each condition.
-
-        Pooled runs are all of them values; a day's runs of all treated levels make one mean.
-        """
-        pooled_runs = self.settings.family is Family.POOLED and self.settings.unit_of_analysis is not UnitOfAnalysis.DAY
-        return n, n * self.treated if pooled_runs else n
+        """Return how many runs of the control and of the treatment a comparison has, with n of each condition."""
+        return n, n * self.treated if self.settings.family is Family.POOLED else n
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,25 +88,18 @@ def tests_of(
 ) -> list[PlannedTest]:
     """Return the tests for a difference of the primary outcome in the order in which they are shown.
 
-    The first is the comparison with the control: by the shared days of the layouts where these decide, else on values.
+    The first is the comparison with the control, by the shared days of the layouts.
     """
     alpha, comparisons = design.settings.alpha, design.comparisons
     one_sided = design.settings.one_sided and design.settings.primary_outcome.has_savings
     sides = 2.0 if one_sided else 1.0  # a one-sided test at alpha rejects where the two-sided one at 2 alpha does
 
-    def student(sd: float, n: int) -> Power:
-        return power_t(difference, sd, *design.sizes(n), sides * alpha)
-
     def with_control(level: float) -> OfSize:
         both = sides * level
-        if design.by_shared_days:
-            return _by_layout(design, both, layouts, lambda sd, layout: power_by_day(difference, sd, layout, both))
-        return lambda sd, n: power_welch(difference, sd, sd, *design.sizes(n), both)
+        return _by_layout(design, both, layouts, lambda sd, layout: power_by_day(difference, sd, layout, both))
 
-    side = ", one-sided" if one_sided else ""
-    name = f"by shared days{side}" if design.by_shared_days else f"Welch's t{side}"
-    found = [] if design.by_shared_days else [PlannedTest(f"Student's t{side}", alpha, primary, student)]
-    found.append(PlannedTest(name, alpha, primary, with_control(alpha)))
+    name = f"by shared days{', one-sided' if one_sided else ''}"
+    found = [PlannedTest(name, alpha, primary, with_control(alpha))]
     if comparisons > 1:
         level, note = alpha / comparisons, "rejects at this alpha whatever the other comparisons of the family give"
         found.append(PlannedTest(f"{name}, Holm over {comparisons}", level, primary, with_control(level), note))
@@ -154,21 +134,15 @@ def _equivalence(design: Design, apex: Assumed | Undefined, layouts: LayoutsOf) 
     mean = apex.mean if bounds.percent and isinstance(apex, Assumed) else None
     if isinstance(mean, Undefined):
         apex, mean = Undefined(Reason.BOUNDS_IN_PERCENT, reason=mean.reason), None
-    note = f"{'by the shared days' if design.by_shared_days else 'by Welch on all values'}; apexes do not differ at all"
-    if bounds.percent and (design.by_shared_days or mean is not None):
+    note = "by the shared days; apexes do not differ at all"
+    if bounds.percent:
         note += "; the mean that the percent are of is estimated in the study, as in the test"
-
-    def on_values(sd: float, n: int) -> Power:
-        control, treated = design.sizes(n)
-        if mean is None:
-            return power_equivalence(0.0, sd, low, high, control, treated, alpha)
-        found = power_percent_equivalence(0.0, mean, sd, low, high, treated, control, alpha)
-        return replace(found, group_ns=(control, treated))
-
-    def on_layout(sd: float, layout: Layout) -> Power:
-        return power_equivalence_by_day(sd, low, high, layout, alpha, control_mean=mean)
-
-    plan = _by_layout(design, alpha, layouts, on_layout) if design.by_shared_days else on_values
+    plan = _by_layout(
+        design,
+        alpha,
+        layouts,
+        lambda sd, layout: power_equivalence_by_day(sd, low, high, layout, alpha, control_mean=mean),
+    )
     return PlannedTest("no loss of apex height (TOST)", alpha, apex, plan, note)
 
 

@@ -31,7 +31,7 @@ from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.naming import condition_key, ensure_condition, refuse_empty, study_of
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, now_utc
-from labbook.config.model import AnalysisSettings, UnitOfAnalysis
+from labbook.config.model import AnalysisSettings
 from labbook.config.parsing import Configuration
 from labbook.config.run_names import RunNames
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
@@ -199,7 +199,7 @@ def _tested(
 ) -> tuple[int | None, float | Undefined | None, Crossing | None]:
     """Return the fewest days that comparisons share, and what they find; None where they do not decide the test."""
     swept = swept_factor(configuration)
-    if swept is None or settings.unit_of_analysis is not UnitOfAnalysis.SHARED_DAYS:
+    if swept is None:
         return None, None, None
     layouts = drawn_layouts(swept, settings.family, draw)
     level = settings.outside if settings.primary_outcome.has_savings else settings.alpha

@@ -22,7 +22,7 @@ from labbook.actions.stats.figures import (
     estimation_of,
 )
 from labbook.analysis.observations import Observations
-from labbook.config.model import Bounds, UnitOfAnalysis
+from labbook.config.model import Bounds
 from reports.figures.estimation import Estimation
 from reports.figures.kind import check_form
 from stats.checks import Missing, as_level
@@ -274,6 +274,7 @@ def _described(question: Question, label: str, contrast: Contrast) -> dict[str, 
     return {
         "a": question.name(label),
         "b": question.control,
+        "alpha": question.alpha,
         "rule": str(contrast.rule),
         "days": list(contrast.days),
         "n_a": contrast.n[1],
@@ -334,11 +335,9 @@ def _counted(contrast: Contrast) -> str:
 
 
 def days_decide(observed: Observations) -> bool:
-    """Tell whether every value has a day, days are not the groups, and the plan leaves the test to shared days."""
-    settings = observed.settings
+    """Tell whether every value has a day, and days are not the groups."""
     rows = observed.known().rows
-    has_days = observed.by != "day" and all(row.day for row in rows) and any(row.day != row.label for row in rows)
-    return has_days and (settings is None or settings.unit_of_analysis is UnitOfAnalysis.SHARED_DAYS)
+    return observed.by != "day" and all(row.day for row in rows) and any(row.day != row.label for row in rows)
 
 
 def _days_left_out(observed: Observations) -> list[str]:
@@ -433,6 +432,8 @@ def equal(question: Question, given: Limits, route: str | None = None) -> Answer
                 "decisions": [
                     {
                         **_described(question, label, contrasts[label]),
+                        "low": one.low,
+                        "high": one.high,
                         **_estimate("estimate", one),
                         "t_low": one.t_low,
                         "t_high": one.t_high,

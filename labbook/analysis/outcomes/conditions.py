@@ -30,7 +30,6 @@ from labbook.analysis.results.result_cache import (
     result_fingerprint,
 )
 from labbook.analysis.study_data import StudyData
-from labbook.config.model import UnitOfAnalysis
 from reports.numbers import Number, StoredResult
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.compare.summary import describe
@@ -238,21 +237,20 @@ class Spread:
 
 
 def run_spread(
-    cache: ResultCache, detections: Detections, evidence: StudyData, quantity: Outcome, unit: UnitOfAnalysis
+    cache: ResultCache, detections: Detections, evidence: StudyData, quantity: Outcome
 ) -> Spread | Undefined:
     """Pool the scatter of the runs so far within their conditions; nothing is stored.
 
     The interval is that of a normal variance, by chi-squared.
     """
     numbers = run_numbers(evidence.runs, measure(quantity, cache, detections, evidence).results, quantity)
-    samples: dict[tuple[str, bool], list[RunNumber]] = {}
+    values: dict[tuple[str, bool], list[float]] = {}
     for item in numbers:
-        samples.setdefault((item.run.condition_key, item.run.is_control), []).append(item)
-    values = {key: _values(items, unit) for key, items in samples.items()}
+        values.setdefault((item.run.condition_key, item.run.is_control), []).append(item.value)
     controls = [value for (_key, is_control), several in values.items() if is_control for value in several]
     df = sum(len(several) - 1 for several in values.values())
     if df < 1:
-        return Undefined(Reason.NO_TWO_OF_A_CONDITION, of=unit.noun, quantity=str(quantity), in_unit=quantity.unit)
+        return Undefined(Reason.NO_TWO_OF_A_CONDITION, of="run", quantity=str(quantity), in_unit=quantity.unit)
     sd = math.sqrt(sum(_squares(several) for several in values.values()) / df)
     if sd == 0.0:
         return Undefined(Reason.ALL_CONDITIONS_CONSTANT, quantity=str(quantity))
@@ -268,15 +266,6 @@ def run_spread(
         control_mean=mean if isinstance(mean, float) else None,
         control_n=len(controls),
     )
-
-
-def _values(items: Sequence[RunNumber], unit: UnitOfAnalysis) -> list[float]:
-    if unit is not UnitOfAnalysis.DAY:
-        return [item.value for item in items]
-    days: dict[str, list[float]] = {}
-    for item in items:
-        days.setdefault(item.run.day, []).append(item.value)
-    return [math.fsum(values) / len(values) for values in days.values()]
 
 
 def _squares(values: Sequence[float]) -> float:

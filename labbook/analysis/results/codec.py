@@ -22,8 +22,8 @@ from typing import Any, Generic, TypeVar
 from data_schema.errors import BookDamaged
 from data_schema.journal import canonical
 from data_schema.queries.results import NumberRow, ResultRow
-from data_schema.reasons import Code, Limit, Reason
-from data_schema.vocabulary import Remark, Undefined
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Undefined
 from reports.numbers import Number, Origin, StoredResult
 
 _UNDEFINED = "undefined"
@@ -42,7 +42,6 @@ class StoredAs:
 
 
 T = TypeVar("T", bound=StoredResult)
-R = TypeVar("R", bound=Remark)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,15 +151,15 @@ def _defined(value: float | Undefined | None) -> float | None:
     return float(value)
 
 
-def _decoded_reason(kind: type[R], codes: type[Code], stored: Any) -> R:
-    if not isinstance(stored, dict) or stored.get("code") not in codes.__members__:
-        raise UnreadablePayload(f"{stored} is no code of {codes.__name__}")
-    return kind(codes[stored["code"]], **stored["parameters"])
+def _decoded_reason(stored: Any) -> Undefined:
+    if not isinstance(stored, dict) or stored.get("code") not in Reason.__members__:
+        raise UnreadablePayload(f"{stored} is no code of Reason")
+    return Undefined(Reason[stored["code"]], **stored["parameters"])
 
 
 def _number(row: NumberRow, why: Mapping[str, Any] | None) -> Number:
     """Return a stored number; where it does not exist, its interval does not either."""
-    undefined = None if why is None else _decoded_reason(Undefined, Reason, why)
+    undefined = None if why is None else _decoded_reason(why)
     value = row.value if undefined is None else undefined
     assert value is not None  # noqa: S101 - what has no value has a reason: `decode` has looked
     return Number(
@@ -181,7 +180,7 @@ def _plain(value: Any) -> Any:
     """Return a value of the payload as JSON has it."""
     if type(value) in _AS_THEY_ARE:
         return value
-    if isinstance(value, Remark):
+    if isinstance(value, Undefined):
         return {"code": value.code.name, "parameters": dict(value.parameters)}
     if isinstance(value, Enum):
         return value.value
@@ -196,8 +195,6 @@ def _plain(value: Any) -> Any:
 
 _AS_THEY_ARE = frozenset({float, int, str, bool, NoneType})
 
-_CODES: Mapping[Any, type[Code]] = {Remark: Limit, Undefined: Reason}
-
 
 @cache
 def _reader(hint: Any) -> Callable[[Any], Any]:
@@ -206,8 +203,8 @@ def _reader(hint: Any) -> Callable[[Any], Any]:
     if origin in (UnionType, typing.Union):
         (kind,) = [each for each in args if each is not NoneType]
         return lambda value: None if value is None else _reader(kind)(value)
-    if hint in _CODES:
-        return lambda value: _decoded_reason(hint, _CODES[hint], value)
+    if hint is Undefined:
+        return _decoded_reason
     if origin is tuple:
         return lambda value: _several(value, hint, args)
     if isinstance(origin, type) and issubclass(origin, Mapping):

@@ -161,7 +161,6 @@ zero = 0
 primary_outcome = "joules"
 family = "each"
 apex_bounds_percent = [-6, 6]
-unit_of_analysis = "shared_days"
 
 [simulation]
 scene = "emulator"

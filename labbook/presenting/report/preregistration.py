@@ -13,7 +13,7 @@ from labbook.analysis.preregistration.planned import (
     Planned,
 )
 from labbook.analysis.study import StudyAnalysis
-from labbook.config.model import HOW_TO_DECIDE, AnalysisSettings, UnitOfAnalysis
+from labbook.config.model import HOW_TO_DECIDE, AnalysisSettings
 from reports.display import list_text, sentence_start
 
 NOT_WATCHED = (
@@ -23,11 +23,7 @@ NOT_WATCHED = (
 )
 """What could depart from the plan and is not looked for."""
 
-_UNITS: Mapping[UnitOfAnalysis, str] = {
-    UnitOfAnalysis.RUN: "the run",
-    UnitOfAnalysis.DAY: "the mean of a day's runs",
-    UnitOfAnalysis.SHARED_DAYS: "the day where four or more are shared, else the run within shared days",
-}
+_UNIT = "the day where four or more are shared, else the run within shared days"
 
 
 def planned_sentences(planned: Planned) -> tuple[str, ...]:
@@ -87,7 +83,7 @@ def _settings(planned: Planned) -> str:
     return (
         f"the primary outcome is {settings.primary_outcome}, the family "
         f"{FAMILY_OF[settings.family]}, alpha {alpha}{one_sided}, the unit "
-        f"{_UNITS[settings.unit_of_analysis]}; {within}; {_exclusions(settings)}{_contrasts(settings)}."
+        f"{_UNIT}; {within}; {_exclusions(settings)}{_contrasts(settings)}."
     )
 
 

@@ -15,7 +15,6 @@ from labbook.config.model import (
     Family,
     HypothesisSettings,
     Side,
-    UnitOfAnalysis,
 )
 from labbook.config.parsing import parse_configuration
 from labbook.config.template import template
@@ -37,7 +36,7 @@ def test_a_book_without_the_table_has_decided_nothing() -> None:
 def test_everything_is_read() -> None:
     found = read(
         '[analysis]\nprimary_outcome = "apex"\nfamily = "each"\nalpha = 0.01\napex_bounds_m = [-0.005, 0.004]\n'
-        'exclusions = ["misfire"]\nunit_of_analysis = "day"\n'
+        'exclusions = ["misfire"]\n'
     )
     assert found == AnalysisSettings(
         primary_outcome=Outcome.APEX,
@@ -45,7 +44,6 @@ def test_everything_is_read() -> None:
         alpha=0.01,
         apex_bounds_m=(-0.005, 0.004),
         exclusions=(ReasonCode.MISFIRE,),
-        unit_of_analysis=UnitOfAnalysis.DAY,
     )
     assert found.apex_bounds == Bounds(-0.005, 0.004, percent=False)
 

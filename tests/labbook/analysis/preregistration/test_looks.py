@@ -16,7 +16,7 @@ from tests.helpers.books import ADA, DAYS, SmallBook, small_book
 from tests.helpers.wording import says
 
 FIRST = [f"r{number:03}" for number in range(1, 9)]
-PLAN = '\n[analysis]\nunit_of_analysis = "shared_days"\napex_bounds_percent = [-3, 3]\n'
+PLAN = "\n[analysis]\napex_bounds_percent = [-3, 3]\n"
 
 
 @pytest.fixture
