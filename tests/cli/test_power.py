@@ -78,8 +78,6 @@ def test_a_mean_from_the_books_own_runs_stands_without_an_excuse(whole: SmallBoo
         ((*POWER, "--low", "3", "--alpha", "0.1"), "no use for --low and --alpha: leave that out, or name one test"),
         (("power", "--test", "t", "--saving", "3", "--idle"), "no use for --saving and --idle/--no-idle"),
         ((*POWER, "--sd", "5"), "--sd is given 2 times"),
-        (("plan", "--power", "--saving", "10"), "planning how many runs a study needs is `labbook power` now"),
-        (("stats", "power", "--sd", "4"), "planning one test is `labbook power --test NAME` now"),
         ((*POWER, "--method", "blockd"), "blocked"),
     ],
 )
@@ -93,4 +91,3 @@ def test_a_column_may_be_called_power(tmp_path: Path) -> None:
     (tmp_path / "t.csv").write_text("\n".join(["controller,power", *rows]))
     said = good(labbook("stats", "compare", "t.csv", "--value", "power", "--by", "controller", at=tmp_path)).out
     assert "Welch" in said
-    refused(labbook("stats", "power", at=tmp_path), 2, "labbook power --test")

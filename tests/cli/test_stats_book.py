@@ -63,15 +63,13 @@ def test_the_route_of_the_thesis_gives_the_numbers_of_the_report(
     found = reported.stats("compare", "--quantity", name, *pooled, "--route", "f_then_t")
     (thesis,) = found["comparisons"]
     theirs = reported.comparison(quantity, pairing.POOLED if pooled else pairing.EACH)
-    assert (thesis["n_a"], thesis["n_b"]) == (theirs.n_treatment, theirs.n_control) == (4, 4)
-    assert thesis["difference"] == theirs.difference.value
-    assert thesis["difference_ci"] == ends(theirs.difference)
-    assert [thesis["t"], thesis["df"], thesis["p"]] == [theirs.test.statistic, *theirs.test.df, theirs.test.p]
-    assert [thesis["f"], thesis["f_p"]] == [theirs.variance_test.statistic, theirs.variance_test.p]
+    route = theirs.over_runs
+    assert (thesis["n_a"], thesis["n_b"]) == (route.n_treatment, route.n_control) == (4, 4)
+    assert thesis["difference"] == route.difference.value
+    assert thesis["difference_ci"] == ends(route.difference)
+    assert [thesis["t"], thesis["df"], thesis["p"]] == [route.t.value, route.t.df, route.p.value]
+    assert [thesis["f"], thesis["f_p"]] == [route.f.value, route.f_p.value]
     assert (found["unit"], found["source"]) == ("J" if name == "joules" else "m", "book")
-    if name == "joules":
-        assert isinstance(theirs.difference.shared_se, float)
-        assert theirs.difference.shared_se > 0.0  # the drain's error must not cancel here
 
 
 @pytest.mark.parametrize(("name", "quantity"), [("joules", Outcome.JOULES), ("apex", Outcome.APEX)])
@@ -108,7 +106,7 @@ def test_equivalence_is_the_deciding_test_of_the_report(tmp_path: Path) -> None:
     assert theirs is not None
     assert (mine["rule"], mine["days"]) == ("within days", [*decision.days])
     assert [mine["estimate"], *mine["estimate_ci"]] == [theirs.estimate.value, *ends(theirs.estimate)]
-    assert [mine["t_low"], mine["t_high"], mine["p"]] == [theirs.at_low.statistic, theirs.at_high.statistic, theirs.p]
+    assert [mine["t_low"], mine["t_high"], mine["p"]] == [theirs.t_low.value, theirs.t_high.value, theirs.p.value]
     assert mine["equivalent"] == theirs.shown
     said = good(labbook(*words, at=book.folder)).out
     says(said, "shared days", "within days", "2 days", "-4 to 5 %", "90 %")
@@ -237,11 +235,6 @@ def test_people_read_the_reports_names_and_programs_the_books(decided: SmallBook
         assert re.search(r"\bCE\b", told), words
         assert "b_ad_gain" not in told.split("\nnote:")[0], words
     pooled = good(labbook("stats", "compare", *SMALL, "--pooled", at=decided.folder)).out
-    assert pooled.startswith("active damping (mean ")
+    says(pooled, "active damping minus CE")
     by_foot = good(labbook("stats", "compare", "--by", "foot", at=decided.folder)).out
-    assert by_foot.startswith("small foot (mean ")
-
-
-def test_a_plan_that_counts_runs_keeps_its_test(decided: SmallBook) -> None:
-    found = good(labbook("stats", "compare", *SMALL, "--json", at=decided.folder)).json
-    assert "decisions" not in found
+    says(by_foot, "small foot minus large foot")

@@ -28,10 +28,8 @@ from reports.figures.kind import check_form
 from stats.checks import Missing, as_level
 from stats.compare.equivalence import equivalence
 from stats.compare.savings import percent_savings
-from stats.compare.shared_error import difference_with_shared
 from stats.compare.two_sample import ROUTES, Route, TwoSample, compare_two
 from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day
-from stats.exact.numbers import as_interval
 from stats.exact.tails import t_upper
 from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.multiple import HolmFamily, holm
@@ -188,9 +186,9 @@ def compare(question: Question, route: str | None) -> Answer:
 
 
 def _compared(question: Question, label: str, route: Route) -> TwoSample:
-    """Compare a group with the control by a t-test of all values, with what is left of an error that both share."""
+    """Compare a group with the control by a t-test of all values, as the thesis did, without errors in common."""
     observed = question.observed
-    found = compare_two(
+    return compare_two(
         observed.values(label),
         observed.values(observed.control),
         route=route,
@@ -198,12 +196,6 @@ def _compared(question: Question, label: str, route: Route) -> TwoSample:
         missing=question.missing,
         names=(question.name(label), question.control),
     )
-    shared = observed.shared(label).minus(observed.shared(observed.control))
-    if shared.se == 0.0:
-        return found
-    test = difference_with_shared(found.t, found.df, found.p, found.difference_ci, shared, question.level)
-    ci = as_interval(test.ci_low, test.ci_high)
-    return replace(found, t=test.t, df=test.df, p=test.p, log10_p=test.log10_p, difference_ci=ci)
 
 
 def _adjusted(question: Question, p_values: Mapping[str, float | Undefined]) -> HolmFamily:
