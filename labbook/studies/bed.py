@@ -14,8 +14,8 @@ from labbook.book.write_session import now_utc
 from labbook.presenting.report.content import make_report
 from labbook.studies.study import Asked, Found, book_sources, damping_factor, level_of
 from labbook.terminal import NOT_IN_JSON
+from reports.claims import groups_in_one_sentence
 from reports.content import ReportContent
-from reports.decided_sentences import groups_in_one_sentence
 from reports.display import (
     DASH,
     as_shown,

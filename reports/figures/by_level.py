@@ -10,11 +10,10 @@ from typing import TYPE_CHECKING
 from data_schema.outcomes import Outcome
 from reports.content import ReportContent
 from reports.display import as_shown, count_text, general_text, given_text, level_text, sentence_start, shown_unit
-from reports.figures.kind import figures_of_outcomes, levels_alone
+from reports.figures.kind import absence_text, figures_of_outcomes, levels_alone
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style, spread
 from reports.naming import control_name, swept_factor, swept_words, treatment_name
-from reports.sentences import absence_text
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

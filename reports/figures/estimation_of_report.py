@@ -9,9 +9,8 @@ from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import as_shown, common_places, interval_text, level_text, value_text, with_unit
 from reports.figures.estimation import Estimation, EstimationGroup, axis_values, draw_estimations
-from reports.figures.kind import figures_of_outcomes, levels_alone
+from reports.figures.kind import absence_text, figures_of_outcomes, levels_alone
 from reports.naming import levels_name, swept_factor, swept_words, treated_levels, treatment_label, treatment_name
-from reports.sentences import absence_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure

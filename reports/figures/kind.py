@@ -66,6 +66,12 @@ class FigureKind:
         return replace(EMPTY, **self.shows(content))
 
 
+def absence_text(content: ReportContent, what: str) -> str:
+    """Say that something is missing without guessing why: the reasons are in the list of limitations."""
+    reasons = "; the reasons are listed under Limitations" if content.limitations else ""
+    return f"There {what} for this selection{reasons}."
+
+
 def levels_alone(content: ReportContent, *outcomes: Outcome) -> tuple[Condition, ...]:
     """Return the conditions with what was measured of these outcomes only."""
     return tuple(

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 from data_schema.outcomes import Outcome
+from reports.claims import group_claim, groups_in_one_sentence
 from reports.content import ReportContent
-from reports.decided_sentences import group_claim, groups_in_one_sentence
 from reports.display import count_text, in_sentence, list_text, significance_text
 from reports.naming import (
     control_name,

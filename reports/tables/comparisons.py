@@ -14,12 +14,12 @@ from typing import Generic, NamedTuple, TypeVar
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports import fields
+from reports.claims import bounds_text
 from reports.content import Comparison, ReportContent
 from reports.display import DASH, SAVINGS, common_places, level_text
 from reports.evidence import Decision, Equivalence
 from reports.naming import level_of, levels_name
 from reports.numbers import Number, SignificanceTest, t_test
-from reports.sentences import bounds_text
 from reports.tables.table import (
     PROVENANCE,
     Cell,

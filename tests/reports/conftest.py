@@ -14,6 +14,7 @@ from data_schema.vocabulary import ContrastKind, Rule, Undefined
 from labbook.analysis.comparison.deciding import decide_by_contrast, equivalence_by_contrast
 from labbook.analysis.comparison.thesis_route import thesis_route
 from labbook.config.model import Bounds
+from reports.claims import group_claim
 from reports.content import (
     Anova,
     Assumed,
@@ -38,7 +39,6 @@ from reports.content import (
     Summary,
     Variant,
 )
-from reports.decided_sentences import group_claim
 from reports.drawn import LogGap, LogJump, RunLog
 from reports.evidence import MeansContrast
 from reports.page.writing import report_files, write_report

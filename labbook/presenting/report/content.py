@@ -20,9 +20,8 @@ from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
 from labbook.presenting.numbers import ShownNumbers, provenance
 from labbook.presenting.report import campaign, comparisons, drain, methods, predicted, preregistration
+from reports.claims import family_claim, group_claim, overall_claims
 from reports.content import Claim, Comparison, ReportContent
-from reports.decided_sentences import group_claim, overall_claims
-from reports.sentences import family_claim
 from reports.tables.contrasts import contrast_claims
 from stats.apexes.detectors import DETECTORS
 

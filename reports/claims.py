@@ -1,9 +1,9 @@
-"""The sentences of comparisons that are decided by shared days, one group at a time and over all groups."""
+"""The sentences that claim something: what the days decide of a group, over all groups, and of a family."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
@@ -21,14 +21,14 @@ from reports.display import (
     p_text,
     places_of,
     sentence_start,
+    shown_unit,
     significance_text,
     value_text,
     with_unit,
 )
 from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings
-from reports.naming import levels_name, treatment_name
+from reports.naming import control_name, level_names, level_of, levels_name, swept_factor, treatment_name
 from reports.numbers import Number
-from reports.sentences import bounds_text, exploratory_text, holm_clause, sides_text, where_text
 
 _MOST_NAMED = 3
 """Runs without a charge that a sentence names."""
@@ -39,12 +39,35 @@ ELSEWHERE = "That it holds on other days is not shown."
 def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
     """Say what the treatment did to one outcome in one group, as far as the days measured show it."""
     lead = comparison.decision
-    sentences = [decided_text(lead, _words(content, comparison), exploratory_text(comparison.exploratory))]
-    sentences.append(_charge_missing(content, comparison))
+    sentences = [_decided(content, comparison), _charge_missing(content, comparison)]
     if isinstance(lead.test.p, float):
         within = lead.equivalence is not None and lead.equivalence.shown
         sentences += [_within(lead.equivalence), ELSEWHERE if lead.unit != "day" and (lead.rejected or within) else ""]
     return Claim(" ".join(filter(None, sentences)), _id(as_shown(_number(lead))))
+
+
+def _where(content: ReportContent, comparison: Comparison) -> str:
+    """Say for which group a claim holds: " with the small foot and k = 1091 N/m"; "" for all runs."""
+    parts = [name if "=" in name else f"the {name}" for name in level_names(content, comparison.group)]
+    return f" with {list_text(parts)}" if parts else ""
+
+
+def _against(content: ReportContent) -> str:
+    """Return " against the control (sand)"; "" where the control has a name of its own, which the page says once."""
+    swept = swept_factor(content)
+    return "" if swept is not None and swept.control_name else f" against {control_name(content)}"
+
+
+def _exploratory(why: str, what: str = "comparison") -> str:
+    """End the sentence on what was not planned."""
+    return f", an exploratory {what}" if why else ""
+
+
+def bounds_text(item: Equivalence) -> str:
+    """Write the bounds as "-5 to 5 mm"."""
+    unit, factor = shown_unit(item.estimate.unit)
+    low, high = (given_text(bound * factor) for bound in (item.low, item.high))
+    return with_unit(f"{low} to {high}", unit)
 
 
 def _charge_missing(content: ReportContent, comparison: Comparison) -> str:
@@ -54,41 +77,33 @@ def _charge_missing(content: ReportContent, comparison: Comparison) -> str:
         return ""
     none, it = ("has no charge", "it") if len(names) == 1 else ("have no charge", "one of them")
     more = [f"{len(names) - _MOST_NAMED} more"] if len(names) > _MOST_NAMED else []
-    listed, where = list_text([*names[:_MOST_NAMED], *more]), where_text(content, comparison)
+    listed, where = list_text([*names[:_MOST_NAMED], *more]), _where(content, comparison)
     return f"{listed} {none}: with {it} there would be a claim{where}."
 
 
 OverGroups = OverallSavings | OverallEquivalence
 
 
-@dataclass(frozen=True, slots=True)
-class Words:
-    """A comparison's words: `asked` after "whether", `unshown` what is not shown, `effect` of a value and its size."""
-
-    asked: str
-    unshown: str
-    effect: Callable[[float, str], str]
-
-
-def decided_text(lead: Decision, words: Words, exploratory: str = "") -> str:
+def _decided(content: ReportContent, comparison: Comparison) -> str:
     """Say what the deciding test found, on which days, with interval, test and what is left out."""
+    lead = comparison.decision
     number = as_shown(_number(lead))
+    asked, unshown = _asked(content, comparison)
     if isinstance(number.value, Undefined):
-        return f"Whether {words.asked} cannot be told: {number.value.reason}."
+        return f"Whether {asked} cannot be told: {number.value.reason}."
     size, signed = _sizes(number.value, _number(lead))
     if isinstance(lead.test.p, Undefined):
         left = f" ({_other_days(lead)})" if lead.other else ""
-        return f"Whether {words.asked} cannot be told: {lead.test.p.reason}{left}; the means differ by {signed}."
-    once = "significant after Holm" if lead.rejected and holm_clause(lead) else ""
-    if not lead.rejected or once:
-        clause = f"{words.unshown} is not {once or 'significant'}: {signed}"
+        return f"Whether {asked} cannot be told: {lead.test.p.reason}{left}; the means differ by {signed}."
+    if not lead.shown:
+        clause = f"{unshown} is not significant{' after Holm' if lead.rejected else ''}: {signed}"
     elif isinstance(number.ci_low, Undefined):
-        clause = f"{words.unshown} is shown and cannot be bounded: {signed}"
+        clause = f"{unshown} is shown and cannot be bounded: {signed}"
     else:
-        clause = words.effect(number.value, size)
+        clause = _effect(content, comparison, number.value, size)
     days = len(lead.days)
     measured = "" if lead.unit == "day" else f"on the {days} days measured" if days > 1 else "on the one day measured"
-    return f"{_opened(clause, measured)} ({'; '.join(_evidence(lead))}){exploratory}."
+    return f"{_opened(clause, measured)} ({'; '.join(_evidence(lead))}){_exploratory(comparison.exploratory)}."
 
 
 def _number(lead: Decision) -> Number:
@@ -115,7 +130,7 @@ def groups_in_one_sentence(content: ReportContent, outcome: Outcome) -> str:
     equivalent = all(item is not None and item.shown for _, item in leads)
     if not equivalent or len(values) < len(leads) or any(lead.unit != "day" for lead, _ in leads):
         return ""
-    shown = sum(bool(lead.rejected) and not holm_clause(lead) for lead, _ in leads)
+    shown = sum(bool(lead.shown) for lead, _ in leads)
     places = common_places(lead.difference for lead, _ in leads)
     span = with_unit(f"{value_text(min(values), places)} to {value_text(max(values), places)}", numbers[0].unit)
     bounds = next(bounds_text(item) for _, item in leads if item is not None)
@@ -134,31 +149,26 @@ def overall_claims(content: ReportContent) -> list[tuple[Outcome, Claim]]:
     return found
 
 
-def _words(content: ReportContent, comparison: Comparison) -> Words:
-    asked, unshown = _asked(content, comparison)
-    return Words(asked, unshown, lambda value, size: _effect(content, comparison, value, size))
-
-
 def _asked(content: ReportContent, comparison: Comparison) -> tuple[str, str]:
     """Return the question that a comparison answers, and what is not shown where it shows nothing."""
-    where, treatment = where_text(content, comparison), treatment_name(content, comparison.group)
+    where, treatment = _where(content, comparison), treatment_name(content, comparison.group)
     if comparison.decision.savings is not None:
-        against, _between = sides_text(content, comparison)
+        against = _against(content)
         return f"{treatment} saves energy{where}", f"a saving{against}{where}"
     what = _outcome(comparison.quantity)
     return f"{what}{where} changed", f"a change of {what}{where}"
 
 
 def _effect(content: ReportContent, comparison: Comparison, value: float, size: str) -> str:
-    where, treatment = where_text(content, comparison), treatment_name(content, comparison.group)
+    where, treatment = _where(content, comparison), treatment_name(content, comparison.group)
     if comparison.decision.savings is None:
         comparative = comparison.quantity.comparative[0 if value >= 0 else 1]
         return f"{_outcome(comparison.quantity)} was {size} {comparative} under {treatment}{where}"
-    against, _between = sides_text(content, comparison)
-    return saving_text(treatment, value, size, f"{against}{where}")
+    against = _against(content)
+    return _saving(treatment, value, size, f"{against}{where}")
 
 
-def saving_text(treatment: str, value: float, size: str, where: str) -> str:
+def _saving(treatment: str, value: float, size: str, where: str) -> str:
     """Say what a treatment saved or cost."""
     if value > 0:
         return f"{treatment} saved {size} of the energy of a jump{where}"
@@ -197,16 +207,12 @@ def _opened(clause: str, measured: str) -> str:
 
 def _within(item: Equivalence | None) -> str:
     """Say whether a difference lies within the bounds; "" where that is not tested."""
-    return "" if item is None or isinstance(item.p.value, Undefined) else within_text(item, "It is")
-
-
-def within_text(item: Equivalence, lead: str, control: str = "the control") -> str:
-    """Say after the lead whether what was tested lies within the bounds."""
+    if item is None or isinstance(item.p.value, Undefined):
+        return ""
     verdict = "" if item.shown else "not shown to be "
-    of_mean = f" of {control}'s mean" if item.estimate.unit == "%" else ""
+    of_mean = " of the control's mean" if item.estimate.unit == "%" else ""
     evidence = "; ".join([*_interval(item.estimate), f"TOST, {p_text(item.p.value)}"])
-    exploratory = exploratory_text(item.exploratory, "test")
-    return f"{lead} {verdict}within {bounds_text(item)}{of_mean} ({evidence}){exploratory}."
+    return f"It is {verdict}within {bounds_text(item)}{of_mean} ({evidence}){_exploratory(item.exploratory, 'test')}."
 
 
 def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
@@ -220,11 +226,11 @@ def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
     over = f"{_over(overall)}{unlike}, each counted once"
     clause = f"a saving is not shown{over}: {signed}"
     if overall.rejected:
-        clause = saving_text(treatment, savings.value, size, over)
+        clause = _saving(treatment, savings.value, size, over)
     test = significance_text(overall.test, name=False)
     alike = ["the groups agree within their errors"] if overall.differ is False else []
     evidence = "; ".join([*_interval(savings), test, count_text(len(overall.days), "day"), *alike])
-    exploratory = exploratory_text(overall.exploratory, "effect")
+    exploratory = _exploratory(overall.exploratory, "effect")
     claim = _claim_over_groups(content, overall, f"{clause} ({evidence}){exploratory}", savings)
     beside = (
         claim.text,
@@ -254,29 +260,19 @@ def _group_by_group(content: ReportContent, overall: OverallSavings) -> str:
 
 
 def _significant_alone(content: ReportContent, overall: OverallSavings) -> str:
-    """Name the groups whose own savings are significant, after Holm; "" where none is, or all are in one direction."""
+    """Name the groups whose own savings or costs are significant, after Holm; "" where none is, or all save."""
     leads = _leads(content, overall.quantity, overall)
-    significant = {name: lead for name, lead in leads.items() if lead.rejected and not holm_clause(lead)}
-    saved = [name for name, lead in significant.items() if not _cost(lead)]
-    cost = [name for name in significant if name not in saved]
-    if not significant or (len(significant) == len(leads) and not (saved and cost)):
+    significant = {name: lead.difference.value for name, lead in leads.items() if lead.shown}
+    cost = [name for name, value in significant.items() if isinstance(value, float) and value > 0.0]
+    if not significant or (len(significant) == len(leads) and not cost):
         return ""
-    if not cost:
-        return f"Significant alone: {'; '.join(saved)}."
-    directions = [("saving", saved), ("cost", cost)]
-    return " ".join(f"Significant {what} alone: {'; '.join(names)}." for what, names in directions if names)
+    return f"Significant alone: {'; '.join(f'{name} (cost)' if name in cost else name for name in significant)}."
 
 
 def _leads(content: ReportContent, quantity: Outcome, scope: OverGroups) -> dict[str, Decision]:
     """Return what decides each group of an effect over groups, by the group's name."""
     pooled = [each for each in content.pooled if each.quantity is quantity and each.group in scope.groups]
     return {levels_name(content, each.group): each.decision for each in pooled}
-
-
-def _cost(lead: Decision) -> bool:
-    """Tell whether a treatment took more than its control."""
-    value = lead.difference.value
-    return isinstance(value, float) and value > 0.0
 
 
 def _equivalence_claim(content: ReportContent, heights: OverallEquivalence) -> Claim:
@@ -298,7 +294,7 @@ def _equivalence_claim(content: ReportContent, heights: OverallEquivalence) -> C
     tost = f"TOST within {bounds_text(item)}, {p_text(item.p.value)}"
     evidence = "; ".join([*_interval(change), tost, count_text(len(heights.days), "day")])
     sign = "+" if change.value > 0.0 else ""
-    exploratory = exploratory_text(item.exploratory, "test")
+    exploratory = _exploratory(item.exploratory, "test")
     claim = _claim_over_groups(
         content, heights, f"{clause}{_over(heights)}: {sign}{signed} ({evidence}){exploratory}", change
     )
@@ -328,3 +324,55 @@ def _claim_over_groups(content: ReportContent, scope: OverGroups, clause: str, n
 
 def _id(number: Number) -> tuple[str, ...]:
     return tuple(filter(None, (number.provenance,)))
+
+
+def family_claim(content: ReportContent, planned: Sequence[Comparison], *, pooled: bool = True) -> Claim:
+    """Say which comparisons of the family that was decided on are shown, where the claims are not of that family.
+
+    `pooled` tells whether these pool levels.
+    """
+    by_quantity, ids = [], []
+    any_planned = not all(item.exploratory for item in planned)
+    for quantity in Outcome:
+        family = [item for item in planned if item.quantity is quantity]
+        shown = [item for item in family if item.decision.adjusted_rejected is True]
+        if family:
+            n_untested = sum(item.decision.rejected is None for item in family)
+            saved = [item.decision.savings for item in shown if item.decision.savings is not None]
+            notes = (
+                [_named(content, shown)] if 0 < len(shown) <= min(_MOST_COMPARISONS, len(family) - (not saved)) else []
+            )
+            notes += [f"savings of {_range_text(saved)}"] if saved and not notes else []
+            notes += [f"{n_untested} without a test"] if n_untested else []
+            beside = "in exploratory ones " if any_planned and family[0].exploratory else ""
+            counted = f"{beside}{len(shown) or 'none'} of {count_text(len(family), 'comparison')}"
+            by_quantity.append(f"{counted} of {quantity}" + (f" ({'; '.join(notes)})" if notes else ""))
+            adjusted = [item.decision.adjusted for item in family]
+            ids += [one.provenance for one in adjusted if one is not None][:1]
+    named = "Decided on beforehand was" if any_planned else "The family of comparisons is"
+    text = (
+        f"{named} {planned[0].family}. A difference is shown, counted by Holm, in {list_text(by_quantity)}."
+        f"{' The levels are pooled in what follows, which is exploratory.' if pooled else ''}"
+    )
+    return Claim(text, tuple(filter(None, ids)))
+
+
+_MOST_COMPARISONS = 4
+"""Comparisons that a sentence names; of more it says how many there are."""
+
+
+def _named(content: ReportContent, comparisons: Sequence[Comparison]) -> str:
+    """Name comparisons by group and level, with what was saved: "small foot, 80 kg/s: saving 5.1 %"."""
+    named = []
+    for each in comparisons:
+        level, savings = "" if each.opens else level_of(content, each), each.decision.savings
+        names = ", ".join(filter(None, (levels_name(content, each.group), level)))
+        named.append(names if savings is None else f"{names}: saving {_range_text([savings])}")
+    return "; ".join(named)
+
+
+def _range_text(savings: Sequence[Number]) -> str:
+    """Write savings as "5.1 %", several from the least to the greatest."""
+    values = sorted({number.value for number in savings if isinstance(number.value, float)})
+    ends = dict.fromkeys(value_text(value, common_places(savings)) for value in values[:: max(len(values) - 1, 1)])
+    return with_unit(" to ".join(ends), "%")
