@@ -8,6 +8,7 @@ from labbook.analysis.comparison import comparisons, contrasts, deciding, thesis
 from labbook.analysis.outcomes import budget, conditions, run_apexes, run_energy, run_force
 from labbook.analysis.prediction import bias, checking, hypotheses, predicting
 from labbook.analysis.results.codec import Algorithm
+from stats.apexes.detectors import DETECTORS
 
 ALGORITHMS: tuple[Algorithm[Any], ...] = (
     run_energy.DRAIN,
@@ -34,3 +35,11 @@ ALGORITHMS: tuple[Algorithm[Any], ...] = (
     hypotheses.ALGORITHM,
 )
 """The registry: a new kind of result is a dataclass, a function that makes it, and a line here."""
+
+
+def versions_now() -> dict[str, int]:
+    """Return the versions of all algorithms of this labbook, detectors among them, by name."""
+    return {
+        **{algorithm.kind: algorithm.version for algorithm in ALGORITHMS},
+        **{name: detector.version for name, detector in DETECTORS.items()},
+    }

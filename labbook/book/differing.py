@@ -16,7 +16,7 @@ from data_schema.queries.imports import readings
 from data_schema.queries.readings import waiting_files
 from data_schema.queries.reports import shown_numbers
 from data_schema.vocabulary import Action
-from labbook.analysis.results.result_cache import equals_printed, versions_now
+from labbook.analysis.results.result_cache import equals_printed
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +76,8 @@ def differences(connection: sa.Connection, entries: Iterable[Entry], without_row
     `without_rows` are the statements about rows that were not there when they were replayed; those about charges have
     taken effect where a later reading gave the charge.
     """
+    from labbook.analysis.algorithms import versions_now  # what computes, and takes long to import
+
     shown = shown_numbers(connection)
     gone = [item for item in shown if not item.known]
     changed = [item for item in shown if item.known and not equals_printed(item.printed, item.value)]

@@ -14,7 +14,7 @@ from data_schema.queries.results import add_report_items
 from data_schema.queries.study import config_in_force
 from labbook.analysis.outcomes.detection import store_detections
 from labbook.analysis.prediction.predicting import store_predictions
-from labbook.analysis.results.result_cache import keep, versions_now
+from labbook.analysis.results.result_cache import keep
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.report.content import MadeReport, make_report
 from labbook.statements.apply_context import ApplyContext, ReplayedReports
@@ -23,6 +23,8 @@ from stats.apexes.detectors import DETECTORS
 
 def shown_by(made: MadeReport) -> dict[str, Any]:
     """Return what the journal keeps of a report's numbers: each one's value by its id, and the versions in force."""
+    from labbook.analysis.algorithms import versions_now  # what computes, and takes long to import
+
     results = [*made.cache.computed.values(), *made.cache.reused.values()]
     values = {number.uid: number.value for row in results for number in row.numbers}
     used = {row.algorithm for row in results}

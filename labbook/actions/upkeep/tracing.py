@@ -12,7 +12,7 @@ from data_schema.queries.history import corrections_after
 from data_schema.queries.reports import ShownIn, reports_showing
 from data_schema.queries.results import NumberRow, ResultRow, numbers_beginning, result_of_number, results_by_uid
 from data_schema.queries.sources import Source, describe_input
-from labbook.analysis.results.result_cache import equals_printed, versions_now
+from labbook.analysis.results.result_cache import equals_printed
 from labbook.book.naming import changes_in_words
 
 
@@ -65,6 +65,8 @@ def trace(connection: sa.Connection, beginning: str) -> NumberTrace | PrintedNum
     shown_in = tuple(reports_showing(connection, uid))
     found = result_of_number(connection, uid)
     if found is None:
+        from labbook.analysis.algorithms import versions_now  # what computes, and takes long to import
+
         return PrintedNumber(uid, shown_in[-1].value, shown_in, versions_now())
     row, number = found
     return NumberTrace(number, shown_in, _trace(connection, row, [shown.report for shown in shown_in], set()))

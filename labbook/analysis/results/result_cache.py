@@ -172,14 +172,3 @@ def equals_printed(printed: float | None, value: float | None, se: float | None 
     if printed is None or value is None:
         return printed is value
     return math.isclose(printed, value, rel_tol=SAME, abs_tol=SAME * (se or 0.0))
-
-
-def versions_now() -> dict[str, int]:
-    """Return the versions of all algorithms of this labbook, detectors among them, by name."""
-    from labbook.analysis.algorithms import ALGORITHMS
-    from stats.apexes.detectors import DETECTORS
-
-    return {
-        **{algorithm.kind: algorithm.version for algorithm in ALGORITHMS},
-        **{name: detector.version for name, detector in DETECTORS.items()},
-    }

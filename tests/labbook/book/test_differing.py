@@ -14,7 +14,7 @@ from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from labbook.actions.report_command import state_report
 from labbook.actions.upkeep.tracing import NumberTrace, PrintedNumber, trace, trace_lines
-from labbook.analysis.results.result_cache import versions_now
+from labbook.analysis.algorithms import versions_now
 from labbook.book.differing import Differences
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, copy_of, small_book

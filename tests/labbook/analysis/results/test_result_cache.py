@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from labbook.analysis.results.result_cache import equals_printed, versions_now
+from labbook.analysis.algorithms import versions_now
+from labbook.analysis.results.result_cache import equals_printed
 
 HEAVY = ("numpy", "scipy", "pandas", "pyarrow", "statsmodels", "stats")
 
@@ -39,7 +40,7 @@ def test_a_rest_of_rounding_beside_its_error_is_the_same() -> None:
 
 
 def test_versions_are_told_of_results_and_of_detectors() -> None:
-    assert {"run_energy", "run_apexes", "comparison"} <= set(versions_now())
+    assert {"run_energy", "run_apexes", "overall_savings"} <= set(versions_now())
     assert all(version >= 1 for version in versions_now().values())
 
 
