@@ -10,16 +10,27 @@ from typing import Any
 
 import typer
 
-from data_schema.errors import UsageError, unknown_name
+from data_schema.errors import UsageError
 from data_schema.vocabulary import Severity
-from ingest.channels.forces import AXES
-from ingest.timebase.clock_formats import CLOCK_FORMATS, DATE_FORMATS
 from labbook.actions.files.ingesting import FileOutcome
-from labbook.config.profiles import calibration_in, check_unit, declared_channel, is_delimiter
+from labbook.config.checks import check_profile
+from labbook.config.model import ProfileSettings
+from labbook.config.profiles import calibration_in, check_unit, declared_channel
+from labbook.config.reading import read_model
 from labbook.terminal import say
 
 _ASKED_WORDS = {"date_unclear": ("dates", ("d/m/y", "m/d/y")), "clock_unclear": ("clock", ("m:s", "h:m"))}
 """What is asked for where a file leaves it open, by rule: the option, and the words it takes."""
+
+_KEYS = {
+    "rate": "rate_hz",
+    "decimal": "decimal",
+    "delimiter": "delimiter",
+    "dates": "date",
+    "clock": "clock",
+    "axes": "axes",
+}
+"""The key of a profile that an option is."""
 
 _AS_GIVEN = ("format", "profile", "instrument", "override_units", "complete", "no_robot_check")
 """Options that the journal stores as they are written on the command line."""
@@ -30,27 +41,13 @@ def declared_options(given: Mapping[str, Any]) -> dict[str, Any]:
 
     Raises `UsageError` for an option that has no meaning.
     """
-    options: dict[str, Any] = {}
-    rate_hz, decimal_sign = given["rate"], given["decimal"]
-    delimiter, encoding = given["delimiter"], given["encoding"]
-    if rate_hz is not None:
-        if not 0 < rate_hz < 1e7:
-            raise UsageError(f"--rate {rate_hz:g} is no sampling rate: give samples a second, for example 300.")
-        options["rate_hz"] = rate_hz
-    if decimal_sign is not None:
-        if decimal_sign not in (".", ","):
-            raise UsageError(f"--decimal {decimal_sign!r} is no decimal sign: give . or ,")
-        options["decimal_sign"] = decimal_sign
-    if delimiter is not None:
-        options["delimiter"] = sign = "\t" if delimiter == "tab" else delimiter
-        if not is_delimiter(sign):
-            raise UsageError(f"--delimiter {delimiter!r} cannot part cells: give one sign such as ; , | or tab.")
-    if encoding is not None:
+    options = _as_profile({option: given[option] for option in _KEYS if given[option] is not None})
+    if given["encoding"] is not None:
         try:
-            "".encode(encoding)
+            "".encode(given["encoding"])
         except LookupError:
-            raise UsageError(f"--encoding {encoding!r} is not known: give for example cp1252 or utf-8.") from None
-        options["encoding"] = encoding
+            raise UsageError(f"--encoding {given['encoding']!r} is not known: give for example cp1252.") from None
+        options["encoding"] = given["encoding"]
     declared: dict[str, dict[str, Any]] = {}
     for text in given["column"] or ():
         name, column = _column(text)
@@ -63,9 +60,21 @@ def declared_options(given: Mapping[str, Any]) -> dict[str, Any]:
         options["columns"] = declared
     if given["day"] is not None:
         options["day"] = _day(given["day"])
-    options |= declared_words(given["dates"], given["clock"], given["axes"])
-    options |= {name: given[name] for name in _AS_GIVEN if given[name]}
-    return options
+    return options | {name: given[name] for name in _AS_GIVEN if given[name]}
+
+
+def _as_profile(given: Mapping[str, Any]) -> dict[str, Any]:
+    """Read options, by name, as the keys of a profile that they are."""
+    faults: list[str] = []
+    keys = {_KEYS[option]: "\t" if value == "tab" else value for option, value in given.items()}
+    profile = read_model(ProfileSettings, {"files": "*", **keys}, faults)
+    if profile is not None:
+        check_profile(profile, "", faults)
+    if profile is None or faults:
+        key, _colon, sentence = faults[0].partition(": ")
+        option = next(option for option, name in _KEYS.items() if name == key.strip("."))
+        raise UsageError(f"--{option}: {sentence}")
+    return profile.settings
 
 
 def _day(text: str) -> str:
@@ -73,21 +82,6 @@ def _day(text: str) -> str:
         return str(date.fromisoformat(text))
     except ValueError:
         raise UsageError(f"--day {text!r} is no date: write one such as 2024-03-04.") from None
-
-
-def declared_words(dates: str | None, clock: str | None, axes: str | None) -> dict[str, Any]:
-    """Return the declared order of dates, form of clock times and axes. Raises `UsageError` for unknown words."""
-    declared = {}
-    for name, given, allowed, what in (
-        ("date_format", dates, DATE_FORMATS, "order of dates (--dates)"),
-        ("clock_format", clock, CLOCK_FORMATS, "form of clock times (--clock)"),
-        ("axes", axes, AXES, "frame (--axes)"),
-    ):
-        if given is not None:
-            if given not in allowed:
-                raise unknown_name(what, given, allowed)
-            declared[name] = given
-    return declared
 
 
 def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] | None:
@@ -110,8 +104,7 @@ def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] 
         elif finding.rule in _ASKED_WORDS and finding.severity is Severity.FILE:
             say(f"{outcome.name}: {finding.message}", err=True)
             option, allowed = _ASKED_WORDS[finding.rule]
-            answer = typer.prompt(" or ".join(allowed), err=True)
-            declared |= declared_words(**{"dates": None, "clock": None, "axes": None, option: answer})
+            declared |= _as_profile({option: typer.prompt(" or ".join(allowed), err=True)})
     return declared if declared != dict(options) else None
 
 

@@ -1,20 +1,31 @@
 """`labbook files`: the instruments' files that the book has, and how they are read."""
 
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, with_options
+from data_schema.errors import UsageError
+from labbook.cli.common import (
+    AsOption,
+    BookOption,
+    JsonOption,
+    MaybeWhyOption,
+    WhyOption,
+    reading,
+    tell_statement,
+    with_options,
+)
 from labbook.cli.declaring import DECLARED
 from labbook.terminal import columns, emit, progress
+
+if TYPE_CHECKING:
+    from labbook.actions.files.rereading import Reread
 
 app = typer.Typer(no_args_is_help=True)
 
 NameArgument = Annotated[
     str, typer.Argument(metavar="NAME", help="A file by name, path, uid or the beginning of its SHA-256.")
 ]
-WhyOption = Annotated[str, typer.Option("--why", "--reason", help="Why.")]
-MaybeWhyOption = Annotated[str | None, typer.Option("--why", "--reason", help="Why.")]
 
 
 @app.command("list")
@@ -24,9 +35,8 @@ def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
     Example: labbook files list
     """
     from labbook.actions.files.stored_files import list_cells, list_files
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (_opened_book, connection):
         found, (head, rows) = (list_files(connection), ((), [])) if as_json else ([], list_cells(connection))
     emit(found, columns(head, rows) if rows else ["no files."], as_json)
 
@@ -38,9 +48,8 @@ def show_command(name: NameArgument, book: BookOption = None, as_json: JsonOptio
     Example: labbook files show r007.csv
     """
     from labbook.actions.files.stored_files import show_file, show_lines
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (_opened_book, connection):
         found = show_file(connection, name)
     emit(found, show_lines(found), as_json)
 
@@ -79,10 +88,12 @@ def reread_command(
     from labbook.book.opening import opened
     from labbook.book.write_session import new_uid
     from labbook.cli.file_options import declared_options
-    from labbook.cli.files_lines import check_reread_options, reread_json
 
     options = declared_options(declared)
-    check_reread_options(names or [], every, bool(options), nothing)
+    if bool(names) == every:
+        raise UsageError("name the files to be read again, or give --all for those that labbook.toml reads otherwise.")
+    if every and (options or nothing):
+        raise UsageError("what is declared here is about the files that are named: leave it out with --all.")
     done = []
     with opened(book) as opened_book:
         if not dry_run:
@@ -102,9 +113,26 @@ def reread_command(
     lines = [
         line for item in done for line in (f"{item.name}:", *(f"  {x}" for x in reread_lines(item, dry_run=dry_run)))
     ]
-    emit([reread_json(item) for item in done], lines or ["no file would be read otherwise."], as_json)
+    emit([_reread_json(item) for item in done], lines or ["no file would be read otherwise."], as_json)
     if any(item.read.refused for item in done):
         raise typer.Exit(2)
+
+
+def _reread_json(done: "Reread") -> dict[str, Any]:
+    """Return the record for programs."""
+    return {
+        "file": done.name,
+        "sha256": done.sha256,
+        "refused": done.read.refused,
+        "changes": done.changes,
+        "runs": done.runs,
+        "stale": done.stale,
+        "verdicts_waiting": done.waiting,
+        "findings": [
+            {"severity": finding.severity, "rule": finding.rule, "message": finding.message}
+            for finding in done.read.findings
+        ],
+    }
 
 
 @app.command("withdraw")
@@ -120,9 +148,8 @@ def withdraw_command(
     Example: labbook files withdraw r007.csv --why "the log of another robot"
     """
     from labbook.actions.files.stored_files import withdraw
-    from labbook.cli.files_lines import state
 
-    state(book, person, lambda session: withdraw(session, name, why), {"file": name, "why": why}, as_json)
+    tell_statement(book, person, lambda session: withdraw(session, name, why), {"file": name, "why": why}, as_json)
 
 
 @app.command("restore")
@@ -138,6 +165,5 @@ def restore_command(
     Example: labbook files restore r007.csv
     """
     from labbook.actions.files.stored_files import restore
-    from labbook.cli.files_lines import state
 
-    state(book, person, lambda session: restore(session, name, why), {"file": name, "why": why}, as_json)
+    tell_statement(book, person, lambda session: restore(session, name, why), {"file": name, "why": why}, as_json)

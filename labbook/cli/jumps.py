@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption
+from labbook.cli.common import AsOption, BookOption, JsonOption, reading, stating, tell
 from labbook.terminal import columns, emit
 
 app = typer.Typer(no_args_is_help=True)
@@ -32,9 +32,8 @@ def list_command(run: RunArgument, book: BookOption = None, as_json: JsonOption 
     Example: labbook jumps list r017
     """
     from labbook.actions.runs.jump_review import jump_lines, review
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (opened_book, connection):
         found = review(opened_book, connection, run)
     head, rows, waiting = jump_lines(found)
     emit(found, [*columns(head, rows), *waiting] if rows else ["no jumps found.", *waiting], as_json)
@@ -97,9 +96,8 @@ def clear_command(
 
 def _clear_waiting(run: str, note: str | None, book: BookOption, person: AsOption, as_json: bool) -> None:
     from labbook.actions.runs.jump_review import clear_waiting
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.session(person) as session:
+    with stating(book, person) as (_opened_book, session):
         count = clear_waiting(session, run, note)
     emit({"run": run, "cleared": count}, [f"{run}: {count} waiting verdicts taken back."], as_json)
 
@@ -129,14 +127,6 @@ def _decide(
             about = (session.connection, opened_book.configuration, reason, "every comparison of apex heights")
             remarks = reason_remarks(*about) if rejecting else []
             remarks += [] if verdict == "clear" else without_apex(found, decided)
-    message = f"{verdict} {', '.join(map(str, decided))}" + (
-        "" if recorded else " says nothing new: nothing was stated"
-    )
-    emit(
-        {"run": run, "jumps": decided, "verdict": verdict, "stale": stale, "remarks": remarks},
-        [
-            f"{run}: {message}; {len(stale)} results became stale.",
-            *(f"look again: {remark}" for remark in remarks),
-        ],
-        as_json,
-    )
+    nothing = "" if recorded else " says nothing new: nothing was stated"
+    data = {"run": run, "jumps": decided, "verdict": verdict, "stale": stale, "remarks": remarks}
+    tell(data, [f"{run}: {verdict} {', '.join(map(str, decided))}{nothing}."], as_json)

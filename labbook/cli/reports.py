@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from labbook.cli.common import BookOption, JsonOption
+from labbook.cli.common import BookOption, JsonOption, reading
 from labbook.config.local_time import local_text
 from labbook.terminal import columns, emit
 
@@ -32,9 +32,8 @@ def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
     Example: labbook reports list
     """
     from data_schema.queries.reports import list_reports
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (opened_book, connection):
         found, zone = list_reports(connection), opened_book.configuration.study.time_zone
     rows = [
         (str(one.number), one.uid, local_text(one.made_utc, zone), one.person, str(one.numbers), _runs(one))
@@ -51,9 +50,8 @@ def show_command(report: ReportArgument, book: BookOption = None, as_json: JsonO
     Example: labbook reports show last
     """
     from labbook.actions.upkeep.report_differences import report_named, report_numbers
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (opened_book, connection):
         made, zone = report_named(connection, report), opened_book.configuration.study.time_zone
         numbers = report_numbers(connection, made)
     known = [one for one in numbers if one.name is not None]
@@ -86,9 +84,8 @@ def diff_command(
     Example: labbook reports diff last-1 last
     """
     from labbook.actions.upkeep.report_differences import compare_reports, report_named
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (opened_book, connection):
         found = compare_reports(connection, report_named(connection, before), report_named(connection, after))
         zone = opened_book.configuration.study.time_zone
     emit(found, [] if as_json else _lines(found, full, zone), as_json)

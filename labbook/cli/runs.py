@@ -8,7 +8,17 @@ from typing import Annotated, Any
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, WhereOption
+from labbook.cli.common import (
+    AsOption,
+    BookOption,
+    FoldOption,
+    JsonOption,
+    MaybeWhyOption,
+    WhereOption,
+    reading,
+    tell,
+    tell_statement,
+)
 from labbook.terminal import columns, emit, plain
 
 app = typer.Typer(no_args_is_help=True)
@@ -31,9 +41,8 @@ def list_command(where: WhereOption = None, book: BookOption = None, as_json: Js
     """
     from data_schema.queries.runs import compile_known, list_runs, shown_runs, where_columns
     from data_schema.where.parsing import parse
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (_opened_book, connection):
         expression = compile_known(parse(where), where_columns(connection)) if where else None
         found, shown = (list_runs(connection, expression), ()) if as_json else ([], shown_runs(connection, expression))
     emit(found, run_lines(shown) if shown else ["no runs."], as_json)
@@ -75,7 +84,6 @@ def import_command(
     """
     from ingest.tables.sheet import SheetFile
     from labbook.actions.files.named_files import own_name, read_file
-    from labbook.actions.runs.remarks import remark_lines
     from labbook.actions.runs.runs_importing import RunsImported, import_runs
     from labbook.book.opening import opened
     from labbook.book.write_session import DryRun
@@ -99,13 +107,9 @@ def import_command(
     )
     if done.withdrawn:
         line += f" {len(done.withdrawn)} were planned and are withdrawn."
-    read_as = (
-        []
-        if done.encoding == "utf-8"
-        else [f"look again: {file.name} is no UTF-8 text and was read as {done.encoding} (`--encoding`)."]
-    )
-    taken = _taken_in(done.taken_in)
-    emit(plain(done), [line, *taken, *read_as, *remark_lines(done.remarks)], as_json)
+    if done.encoding != "utf-8":
+        line += f" {file.name} is no UTF-8 text and was read as {done.encoding} (`--encoding`)."
+    tell(vars(done), [line, *_taken_in(done.taken_in)], as_json)
 
 
 def _taken_in(items: Mapping[str, Sequence[str]]) -> list[str]:
@@ -133,15 +137,14 @@ def dismiss_command(
     Example: labbook runs dismiss charges.csv#4 --why "the pack of another robot"
     """
     from labbook.actions.files.stored_files import dismiss
-    from labbook.cli.files_lines import state
 
-    state(book, person, lambda session: dismiss(session, what, why), {"item": what, "why": why}, as_json)
+    tell_statement(book, person, lambda session: dismiss(session, what, why), {"item": what, "why": why}, as_json)
 
 
 @app.command("restore")
 def restore_command(
     what: Annotated[str, typer.Argument(metavar="ITEM", help="What was dismissed: FILE#ROW, or FILE.")],
-    why: Annotated[str | None, typer.Option("--why", "--reason", help="Why.")] = None,
+    why: MaybeWhyOption = None,
     book: BookOption = None,
     person: AsOption = None,
     as_json: JsonOption = False,
@@ -151,9 +154,8 @@ def restore_command(
     Example: labbook runs restore charges.csv#4
     """
     from labbook.actions.files.stored_files import restore_item
-    from labbook.cli.files_lines import state
 
-    state(book, person, lambda session: restore_item(session, what, why), {"item": what, "why": why}, as_json)
+    tell_statement(book, person, lambda session: restore_item(session, what, why), {"item": what, "why": why}, as_json)
 
 
 @app.command("inbox")
@@ -167,9 +169,8 @@ def inbox_command(book: BookOption = None, as_json: JsonOption = False) -> None:
     """
     from data_schema.queries.imported_files import inbox
     from labbook.actions.files.stored_files import why_waiting
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (_opened_book, connection):
         waiting = why_waiting(connection, inbox(connection))
     rows = [
         (each.item.what, each.item.name, each.item.stated_run or "", each.item.detail, each.why or "")

@@ -4,8 +4,7 @@ from typing import Annotated, Any
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption
-from labbook.terminal import emit
+from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, stating, tell
 
 
 def note(
@@ -22,16 +21,15 @@ def note(
     from data_schema.errors import UsageError
     from data_schema.vocabulary import Action
     from labbook.book.naming import run_named
-    from labbook.book.opening import opened
     from labbook.book.write_session import Statement, new_uid
 
     if not text.strip():
         raise UsageError("the note is empty: say what is to be remembered.")
-    with opened(book) as opened_book, opened_book.session(person) as session:
+    with stating(book, person) as (_opened_book, session):
         target = run_named(session.connection, run)
         new = {"target_kind": "run", "target_uid": target.uid, "text": text}
         session.state(Statement(Action.NOTE, "note", new_uid(), new=new))
-    emit({"run": run, "text": text}, [f"noted on run {run}."], as_json)
+    tell({"run": run, "text": text}, [f"noted on run {run}."], as_json)
 
 
 def charge(
@@ -53,9 +51,8 @@ def charge(
     Example: labbook charge r017 128 --minutes 14 --end-voltage 15.4
     """
     from labbook.actions.runs.charges import state_charge
-    from labbook.actions.runs.remarks import remark_lines, remarks_on
+    from labbook.actions.runs.remarks import remarks_on
     from labbook.actions.runs.rig_line import rig_lines_of_runs
-    from labbook.actions.upkeep.stale import stale_lines
     from labbook.book.opening import opened
 
     with opened(book) as opened_book:
@@ -64,16 +61,8 @@ def charge(
             remarks = remarks_on(session.connection, opened_book.configuration, [run], ["charge_mah"])
             stale = session.stale
         rig = [line.text for line in rig_lines_of_runs(opened_book, [run])]
-    emit(
-        {"run": run, "charge": uid, "charge_mah": charge_mah, "rig": rig, "stale": stale, "remarks": remarks},
-        [
-            f"run {run}: {charge_mah:g} mAh{' more' if add else ''} (charge:{uid}).",
-            *rig,
-            *(stale_lines(stale) if stale else ()),
-            *remark_lines(remarks),
-        ],
-        as_json,
-    )
+    data = {"run": run, "charge": uid, "charge_mah": charge_mah, "rig": rig, "stale": stale, "remarks": remarks}
+    tell(data, [f"run {run}: {charge_mah:g} mAh{' more' if add else ''} (charge:{uid})."], as_json)
 
 
 def check(
@@ -92,18 +81,14 @@ def check(
     """
     from data_schema.queries.study import checks_by_day
     from labbook.actions.runs.day_checks import state_check
-    from labbook.actions.runs.remarks import remark_lines, remarks_on_check
-    from labbook.book.opening import opened
+    from labbook.actions.runs.remarks import remarks_on_check
 
-    with opened(book) as opened_book, opened_book.session(person) as session:
+    with stating(book, person) as (opened_book, session):
         earlier = [check for checks in checks_by_day(session.connection).values() for check in checks]
         date = state_check(session, opened_book.configuration, kind, value, unit, not failed, day)
     remarks = remarks_on_check(earlier, kind, value, unit)
-    emit(
-        {"day": date, "kind": kind, "passed": not failed, "remarks": remarks},
-        [f"{date}: {kind} {'did not pass' if failed else 'passed'}.", *remark_lines(remarks)],
-        as_json,
-    )
+    data = {"day": date, "kind": kind, "passed": not failed, "remarks": remarks}
+    tell(data, [f"{date}: {kind} {'did not pass' if failed else 'passed'}."], as_json)
 
 
 def correct(
@@ -126,9 +111,8 @@ def correct(
     """
     from labbook.actions.runs.correcting import correct as state_correction
     from labbook.actions.runs.correcting import runs_corrected, settle_waiting
-    from labbook.actions.runs.remarks import remark_lines, remarks_on
+    from labbook.actions.runs.remarks import remarks_on
     from labbook.actions.runs.rig_line import OF_JOULES, rig_lines_of_runs
-    from labbook.actions.upkeep.stale import stale_lines
     from labbook.book.naming import changes_in_words
     from labbook.book.opening import opened
     from labbook.cli.reading import with_answers
@@ -137,7 +121,7 @@ def correct(
     with opened(book) as opened_book:
         configuration = opened_book.configuration
 
-        def attempt(answers: dict[str, str | None]) -> tuple[Any, Any, Any, Any, Any, Any]:
+        def attempt(answers: dict[str, str | None]) -> tuple[dict[str, Any], str, list[str]]:
             with opened_book.session(person, correcting=True) as session:
                 changed = state_correction(opened_book, session, target, fields, why, fold=answers["fold"])
                 shown = {name: values for name, values in changed.items() if name != "planned_run"}
@@ -146,25 +130,21 @@ def correct(
                 runs = runs_corrected(session.connection, target, changed)
                 remarks = remarks_on(session.connection, configuration, runs, changed)
                 settled = settle_waiting(session, target, runs)
-                return changed, words, runs, remarks, settled, session.stale
+                data = {"changed": changed, "remarks": remarks, "settled": settled, "stale": session.stale}
+                return data, words, runs
 
-        changed, words, runs, remarks, settled, stale = with_answers(attempt, {"fold": fold}, ask=not as_json)
+        data, words, runs = with_answers(attempt, {"fold": fold}, ask=not as_json)
+        changed = data["changed"]
         about = runs if OF_JOULES & changed.keys() else ()
         rig = [line.text for line in rig_lines_of_runs(opened_book, about, jumps="jumps_made" in changed)]
     in_file = toml_changes(configuration, target, {name: new for name, (_old, new) in changed.items()})
-    message = f"{target}: {', '.join(fields)}." if changed else f"{target} says that already: nothing was changed."
+    said = [f"{target}: {', '.join(fields)}.", f"changed: {words}."]
     lines = [
-        message,
-        *([f"changed: {words}."] if changed else []),
-        *rig,
-        *stale_lines(stale),
+        *(said if changed else [f"{target} says that already: nothing was changed."]),
         *in_file,
-        *(f"{row} waited and says so too: it is dismissed (`labbook runs restore {row}`)." for row in settled),
-        *remark_lines(remarks),
+        *(f"{row} waited and says so too: it is dismissed (`labbook runs restore {row}`)." for row in data["settled"]),
     ]
-    data = {"target": target, "changed": changed, "rig": rig, "stale": stale, "labbook_toml": in_file}
-    data |= {"settled": settled, "remarks": remarks}
-    emit(data, lines, as_json)
+    tell({"target": target, **data, "rig": rig, "labbook_toml": in_file}, lines, as_json)
 
 
 def void(
@@ -188,21 +168,15 @@ def void(
     from labbook.actions.runs.correcting import other_reason, unvoid
     from labbook.actions.runs.correcting import void as state_void
     from labbook.actions.runs.jump_review import reason_remarks
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.session(person) as session:
+    with stating(book, person) as (opened_book, session):
         change = (unvoid if undo else state_void)(session, run, reason)
         stale = session.stale
         remarks = []
         if change.made and not undo:
             remedy = f"If one of these is meant, {other_reason(run)}."
             remarks = reason_remarks(session.connection, opened_book.configuration, reason, remedy=remedy)
-    lines = [f"{change.text}; {len(stale)} results became stale." if change.made else f"{change.text}."]
-    emit(
-        {"run": run, "stale": stale, "remarks": remarks},
-        [*lines, *(f"look again: {remark}" for remark in remarks)],
-        as_json,
-    )
+    tell({"run": run, "stale": stale, "remarks": remarks}, [f"{change.text}."], as_json)
 
 
 def assign(
@@ -230,9 +204,8 @@ def assign(
     """
     from labbook.actions.files.assigning import NO_RUN
     from labbook.actions.files.assigning import assign as state_assignment
-    from labbook.actions.runs.remarks import remark_lines, remarks_on
+    from labbook.actions.runs.remarks import remarks_on
     from labbook.actions.runs.rig_line import rig_lines_of_runs
-    from labbook.actions.upkeep.stale import stale_lines
     from labbook.book.opening import opened
 
     runs = [] if run == NO_RUN else [run]
@@ -242,6 +215,5 @@ def assign(
             stale = session.stale
             remarks = remarks_on(session.connection, opened_book.configuration, runs, ["log"])
         rig = [line.text for line in rig_lines_of_runs(opened_book, runs, jumps=True)]
-    lines = [*said, *rig, *(stale_lines(stale) if stale else []), *remark_lines(remarks)]
     data = {"files": files, "run": None if run == NO_RUN else run, "said": said, "rig": rig, "stale": stale}
-    emit({**data, "remarks": remarks}, lines, as_json)
+    tell({**data, "remarks": remarks}, said, as_json)

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from data_schema.errors import BookDamaged
-from labbook.cli.common import BookOption, JsonOption, WhereOption, options_given
+from labbook.cli.common import BookOption, JsonOption, WhereOption, options_given, reading
 from labbook.terminal import columns, emit, plain, progress
 
 
@@ -31,9 +31,8 @@ def today(
     from labbook.actions.runs.to_do import to_do, to_do_lines
     from labbook.analysis.outcomes.detection import Detections
     from labbook.book.copies.backing_up import backup_line, last_backup
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (opened_book, connection):
         found = to_do(Detections(connection, opened_book.store), opened_book.configuration, day)
         last, (entries, _hash) = last_backup(opened_book.store), journal.head(connection)
     lines = [*to_do_lines(found), backup_line(last, entries)]
@@ -49,9 +48,8 @@ def show(
     """
     from labbook.actions.runs.run_view import run_view, view_lines
     from labbook.analysis.outcomes.detection import Detections
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (opened_book, connection):
         found = run_view(Detections(connection, opened_book.store), opened_book.configuration, run)
     emit(found, view_lines(found), as_json)
 
@@ -72,9 +70,8 @@ def plot(
     Example: labbook plot r017 --jump 4 --out r017.png
     """
     from labbook.actions.runs.run_plot import picture_named, plot_run
-    from labbook.book.opening import opened
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (opened_book, connection):
         plotted = plot_run(opened_book, connection, run, jump, out or picture_named(run))
     lines = [str(plotted.path), *([plotted.remark] if plotted.remark else [])]
     emit({"run": run, "figure": str(plotted.path), "remark": plotted.remark}, lines, as_json)
@@ -144,10 +141,9 @@ def analysis(book: BookOption = None, as_json: JsonOption = False) -> None:
     Example: labbook analysis
     """
     from labbook.analysis.preregistration.planned import planned_analysis
-    from labbook.book.opening import opened
     from labbook.presenting.report.preregistration import NOT_WATCHED, planned_sentences
 
-    with opened(book) as opened_book, opened_book.reading() as connection:
+    with reading(book) as (opened_book, connection):
         found = planned_analysis(connection, opened_book.configuration)
     watched = found.stated and found.first_measured_utc is not None
     emit(found, (*planned_sentences(found), *((NOT_WATCHED,) if watched else ())), as_json)

@@ -55,7 +55,7 @@ def check(configuration: Configuration, given: Mapping[str, Any], faults: Faults
     _check_study(configuration, faults)
     _check_factors(configuration, faults)
     for name, profile in configuration.profiles.items():
-        _check_profile(profile, below("profiles", name), faults)
+        check_profile(profile, below("profiles", name), faults)
     _check_simulation(configuration, faults)
     _check_analysis(configuration, given, faults)
     for name, hypothesis in configuration.hypotheses.items():
@@ -162,7 +162,8 @@ def _check_levels(
     faults += [f"{path}: {unknown_name(f'level of {factor}', label, known)}" for label in labels if label not in known]
 
 
-def _check_profile(profile: ProfileSettings, path: str, faults: Faults) -> None:
+def check_profile(profile: ProfileSettings, path: str, faults: Faults) -> None:
+    """Add a fault for what a profile, or what is declared of a file, cannot mean."""
     if profile.files is None and not profile.recognise:
         faults.append(
             f"{path}.recognise: names no column: list one or more that only this logger has, or give `files`."

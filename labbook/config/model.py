@@ -34,11 +34,10 @@ Label = Annotated[
     ),
 ]
 """A level of a factor: a text, or a number that is read as one, `400` and `400.0` as "400"."""
-DELIMITER = r"^[\t !#$%&()*,/:;<=>?@\[\\\]^_`{|}~]$"
 Delimiter = Annotated[
     str,
     Meta(
-        pattern=DELIMITER,
+        pattern=r"^[\t !#$%&()*,/:;<=>?@\[\\\]^_`{|}~]$",
         extra_json_schema={"description": 'one sign that parts cells, such as ";", "," or "\\t"'},
     ),
 ]

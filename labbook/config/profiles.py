@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 from data_schema.calibration import Calibration
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.vocabulary import CHANNELS
-from labbook.config.model import DELIMITER, CalibrationKeys
+from labbook.config.model import CalibrationKeys
 from labbook.config.reading import read_model
 
 TIME = "time"
@@ -76,11 +75,6 @@ def check_unit(unit: str, channel: str | None) -> None:
         return
     if not is_unit(written) and not units.is_unit(written) and ticks_per_second(written) is None:
         raise UsageError(f"{unit!r} is no unit: give one such as ms, mm, m/s, N, V or 1 for none.")
-
-
-def is_delimiter(sign: str) -> bool:
-    """Whether something is a sign that may stand between cells."""
-    return re.fullmatch(DELIMITER, sign) is not None
 
 
 def calibration_in(text: str, option: str) -> Calibration | None:
