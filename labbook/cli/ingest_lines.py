@@ -7,8 +7,8 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from data_schema.queries.imports import LEG
 from data_schema.vocabulary import FileRole, IngestStatus, Severity
@@ -184,23 +184,9 @@ class Batch:
     skipped: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class _Concern:
-    """What needs attention: how grave it is, its lines, and of a file what is the same of others that ail alike."""
-
-    rank: tuple[int, int]
-    lines: list[str]
-    name: str = ""
-    alike: tuple[str, ...] = ()
-
-
-@dataclass(slots=True)
-class _Sorted:
-    attention: list[_Concern] = field(default_factory=list)
-    noted: list[str] = field(default_factory=list)
-    fine: list[str] = field(default_factory=list)
-    fine_runs: list[str] = field(default_factory=list)
-    outdated: list[str] = field(default_factory=list)
+_NOTED = "  noted: "
+_Concern: TypeAlias = tuple[tuple[int, int], list[str], FileOutcome | None]
+"""What needs attention: how grave it is, its lines, and the file where it is about one."""
 
 
 def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
@@ -214,20 +200,33 @@ def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
         ]
         rig = sorted((line for of_file in batch.rig for line in of_file), key=_of_run)
         return [*summary, *full, *(f"  {line.text}" for line in rig)]
-    found = _sorted(batch)
-    attention = _worst_first(found.attention)
-    if attention:
-        attention.insert(0, f"look at these first ({len(found.attention)}):")
-        if found.noted or found.fine or found.fine_runs or found.outdated:
-            attention.append("the others:")
-    return [
-        *summary,
-        *attention,
-        *found.noted,
-        *([f"{_few(found.outdated)}: imported before; {OUTDATED}"] if found.outdated else []),
-        *_folded(found.fine, "files with nothing to remark"),
-        *_folded(found.fine_runs, "runs as they should be"),
+    attention: list[_Concern] = []
+    noted: list[str] = []
+    fine: list[str] = []
+    outdated: list[str] = []
+    for outcome, missing in zip(batch.outcomes, batch.heights, strict=True):
+        concern = _concern(outcome, missing, batch.run)
+        if concern is not None:
+            counts = "" if outcome.status is IngestStatus.REFUSED else remark_counts(outcome)
+            more = [f"{_NOTED}{counts}."] if counts else []
+            attention.append((concern, [*outcome_lines(outcome, missing, remarks=False), *more], outcome))
+        elif outcome.messages == (OUTDATED,) and not outcome.raw_restored:
+            outdated.append(outcome.name)
+        else:
+            calm = outcome.read is not None and outcome.read.findings
+            (noted if calm or outcome.raw_restored or outcome.messages else fine).append(file_line(outcome))
+    rig = [line for of_file in batch.rig for line in of_file]
+    attention += [(_of_run(line), [f"  {line.text}"], None) for line in rig if line.concern]
+    others = [
+        *noted,
+        *([f"{_few(outdated)}: imported before; {OUTDATED}"] if outdated else []),
+        *_folded(fine, "files with nothing to remark"),
+        *_folded([f"  {line.text}" for line in rig if not line.concern], "runs as they should be"),
     ]
+    if not attention:
+        return [*summary, *others]
+    head = f"look at these first ({len(attention)}):"
+    return [*summary, head, *_worst_first(attention), *(["the others:", *others] if others else [])]
 
 
 def summary_line(outcomes: Sequence[FileOutcome], dry_run: bool) -> str:
@@ -240,42 +239,23 @@ def summary_line(outcomes: Sequence[FileOutcome], dry_run: bool) -> str:
     )
 
 
-def _sorted(batch: Batch) -> _Sorted:
-    found = _Sorted()
-    for outcome, of_file, missing in zip(batch.outcomes, batch.rig, batch.heights, strict=True):
-        concern = _concern(outcome, missing, batch.run)
-        if concern is not None:
-            lines = outcome_lines(outcome, missing, remarks=False)
-            alike = tuple(line.replace(outcome.name, "") for line in lines if line != file_head(outcome))
-            noted = "" if outcome.status is IngestStatus.REFUSED else remark_counts(outcome)
-            lines += [f"  noted: {noted}."] if noted else []
-            found.attention.append(_Concern(concern, lines, outcome.name, alike))
-        elif outcome.messages == (OUTDATED,) and not outcome.raw_restored:
-            found.outdated.append(outcome.name)
-        elif (outcome.read is not None and outcome.read.findings) or outcome.raw_restored or outcome.messages:
-            found.noted.append(file_line(outcome))
-        else:
-            found.fine.append(file_line(outcome))
-        for line in of_file:
-            rank = _of_run(line)
-            if rank[0] > _LIMITS:
-                found.fine_runs.append(f"  {line.text}")
-            else:
-                found.attention.append(_Concern(rank, [f"  {line.text}"]))
-    return found
-
-
 def _worst_first(concerns: Sequence[_Concern]) -> list[str]:
     """Return the lines of all, the gravest first; of files with the same fault the first is described, others named."""
-    groups: dict[object, list[_Concern]] = {}
-    for place, concern in sorted(enumerate(concerns), key=lambda item: item[1].rank):
-        groups.setdefault((concern.rank, concern.alike) if concern.alike else place, []).append(concern)
-    lines = []
-    for first, *others in groups.values():
-        lines += first.lines
+    groups: dict[object, list[tuple[list[str], str]]] = {}
+    for place, (rank, lines, outcome) in enumerate(sorted(concerns, key=lambda concern: concern[0])):
+        name, head = ("", "") if outcome is None else (outcome.name, file_head(outcome))
+        alike = (
+            (rank, *(line.replace(name, "") for line in lines if line != head and not line.startswith(_NOTED)))
+            if name
+            else place
+        )
+        groups.setdefault(alike, []).append((lines, name))
+    found = []
+    for (lines, _name), *others in groups.values():
+        found += lines
         if others:
-            lines.append(f"  the same of: {_few([other.name for other in others])}.")
-    return lines
+            found.append(f"  the same of: {_few([name for _lines, name in others])}.")
+    return found
 
 
 def _few(names: Sequence[str]) -> str:
@@ -303,17 +283,12 @@ def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | Non
     return (_SAMPLES, -read.rows_rejected) if read is not None and left_out else None
 
 
+_OF_RUN = {"samples_twice": _OTHER_RUN, "logs_too_many": _LOGS, "jumps_differ": _JUMPS, "outside_limits": _LIMITS}
+
+
 def _of_run(line: RigLine) -> tuple[int, int]:
-    """Rank the concerns about a run: a copied log, logs too many, an odd charge, jumps not as made, joules outside."""
-    if line.copied:
-        return _OTHER_RUN, 0
-    if line.logs_do_not_count:
-        return _LOGS, 0
-    if line.charge_odd:
-        return _DOUBTFUL, 0
-    if line.jumps_off:
-        return _JUMPS, -line.jumps_off
-    return (_LIMITS, 0) if line.outside else (_LIMITS + 1, 0)
+    """Rank the concern about a run, minus how much of it; an odd charge is doubtful."""
+    return _OF_RUN.get(line.concern, _DOUBTFUL) if line.concern else _LIMITS + 1, -line.jumps_off
 
 
 def _folded(lines: Sequence[str], what: str) -> list[str]:

@@ -43,18 +43,15 @@ Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
 
 @dataclass(frozen=True, slots=True)
 class RigLine:
-    """The line about a run at the rig; `jumps_off` is by how many the jumps found differ from those made.
+    """A line about a run at the rig, and what is wrong with it, "" where nothing is.
 
-    `copied`: its log has the samples of another file; `charge_odd`: its charge is one that the pack cannot have
-    taken after it, or less than the electronics alone draw; `outside`: its joules are out of their control limits.
+    `concern` is a rule of `remarks`, or `logs_too_many`, `charge_below_drain`, `jumps_differ` by `jumps_off`, or
+    `outside_limits`.
     """
 
     text: str
+    concern: str = ""
     jumps_off: int = 0
-    copied: bool = False
-    logs_do_not_count: bool = False
-    charge_odd: bool = False
-    outside: bool = False
 
 
 def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLine]]:
@@ -77,15 +74,10 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
         for name, line in _rig_lines(Detections(connection, book.store), files, evidence).items():
             found[last[name]].append(line)
         charged = [name for name, prepared in files.items() if any(each.read.charges for each in prepared)]
-        remarks = remarks_on(connection, book.configuration, charged, ["charge_mah"])
-        too_many = remarks_on(connection, book.configuration, list(files), ["starts"])
-        copied = remarks_on(connection, book.configuration, list(files), ["samples"])
-    for remark in copied:
-        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", copied=True))
+        remarks = remarks_on(connection, book.configuration, list(files), ["starts", "samples"])
+        remarks += remarks_on(connection, book.configuration, charged, ["charge_mah"])
     for remark in remarks:
-        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", charge_odd=True))
-    for remark in too_many:
-        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", logs_do_not_count=True))
+        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", remark.rule))
     return found
 
 
@@ -151,9 +143,14 @@ def _line(
     joules, outside = _joules(joules_of(run, evidence, drains), limits)
     too_little = too_little_charged(run, evidence, drains)
     text = " ".join([*parts, joules]) + (f"; look again: {too_little}" if too_little else "")
-    unknown = isinstance(found, Undefined)
     off = 0 if isinstance(found, Undefined) else abs(found - run.jumps_made)
-    return RigLine(text, off, logs_do_not_count=unknown, charge_odd=too_little is not None, outside=outside)
+    concerns = {
+        "logs_too_many": isinstance(found, Undefined),
+        "charge_below_drain": too_little is not None,
+        "jumps_differ": off > 0,
+        "outside_limits": outside,
+    }
+    return RigLine(text, next((concern for concern, is_so in concerns.items() if is_so), ""), off)
 
 
 def _jumps(run: RunRow, found: int | Undefined, logs: Sequence[SignalRow]) -> str:

@@ -144,7 +144,7 @@ def test_a_charge_below_the_passive_drain_is_said_of_the_run_and_of_its_day(tmp_
         (line,) = rig_lines_of_runs(book, ["r002"])
         with book.reading() as connection:
             day = to_do_lines(to_do(Detections(connection, book.store), book.configuration, "2021-06-14"))
-    assert (fine.charge_odd, line.charge_odd) == (False, True)
+    assert line.concern == "charge_below_drain" != fine.concern
     says(line.text, "10 mAh", "86.2 mAh", "12 min", "labbook show r002")
     says(day, "too little charged", "r002", "86.2 mAh")
 
@@ -165,9 +165,9 @@ def test_control_limits_begin_at_0_joules(tmp_path: Path) -> None:
             for run in ("r001", "r003", "r004", "r005", "r006", "r009"):
                 correct(book, session, run, ["mah=1"], "the runs of this test")
         (none,) = rig_lines_of_runs(book, ["r014"])
-    assert not few.outside
+    assert few.concern != "outside_limits"
     says(line.text, "within the control limits 0 to")
-    assert below.outside
+    says(below.text, "OUTSIDE")
     says(below.text, "OUTSIDE the control limits 0 to")
-    assert not none.outside
+    assert none.concern != "outside_limits"
     says(none.text, "no control limits")
