@@ -5,7 +5,7 @@ from __future__ import annotations
 import datetime
 import shlex
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from zoneinfo import ZoneInfo
 
@@ -20,7 +20,7 @@ from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import checks_by_day, planned_runs
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.actions.runs.remarks import remarks_on
-from labbook.actions.runs.rig_line import Lines, joules_of, known_joules, too_little_charged
+from labbook.actions.runs.rig_line import joules_of, known_joules, too_little_charged
 from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
 from labbook.analysis.outcomes.run_apexes import Judgement, as_protocol, judge, usable_logs
@@ -72,58 +72,42 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
     date = _date(day) if day else datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()
     of_day = runs_of_day(connection, date.isoformat())
     runs = [run for run in of_day if run.state is not RunState.VOID]
+    jumped = [run for run in runs if run.kind is RunKind.JUMPS]
+    idle = [run for run in runs if run.kind is RunKind.IDLE]
     why_void = void_reasons(connection) if len(runs) < len(of_day) else {}
     charged = charges_of_runs(connection, [run.uid for run in runs])
     logs = {run.uid: signals for run in runs if (signals := signals_of_runs(connection, FileRole.LOG, run_uid=run.uid))}
     made = {check.kind for check in checks_by_day(connection).get(date.isoformat(), ())}
-
-    def names(has_log: bool, has_charge: bool) -> tuple[str, ...]:
-        return tuple(
-            run.name
-            for run in runs
-            if _needs_log(run) and ((run.uid in logs), (run.uid in charged)) == (has_log, has_charge)
-        )
-
-    jumped = [run for run in runs if _needs_log(run)]
     conditions = list({run.condition_uid for run in jumped if run.condition_uid is not None})
-    alike = runs_of_conditions(connection, conditions)
-    evidence = gather_about(connection, configuration, jumped, alike) if jumped else None
-    drains = {} if evidence is None else drain_lines(evidence)
-    judgements = {} if evidence is None else _judgements(detections, evidence, jumped)
-    idle_uncharged = tuple(run.name for run in runs if run.kind is RunKind.IDLE and run.uid not in charged)
+    evidence = gather_about(connection, configuration, jumped, runs_of_conditions(connection, conditions))
+    drains = drain_lines(evidence)
+    judged = _judgements(detections, evidence, jumped)
+    outside = {run.uid for run in runs_outside(evidence.runs, known_joules(evidence, drains))}
+    lacking: dict[tuple[bool, bool], list[str]] = {
+        (log, charge): [] for log in (True, False) for charge in (True, False)
+    }
+    for run in jumped:
+        lacking[run.uid in logs, run.uid in charged].append(run.name)
     return ToDo(
         day=date.isoformat(),
-        runs_done=tuple(run.name for run in runs),
+        runs_done=_names(runs),
         void={run.name: why_void.get(run.uid, "") for run in of_day if run.state is RunState.VOID},
         planned_not_done=tuple(row.name for row in planned_runs(connection) if row.run_name is None),
-        open_runs=tuple(run.name for run in runs if run.state is RunState.OPEN),
-        log_without_charge=names(True, False),
-        charge_without_log=names(False, True),
-        neither=names(False, False) + idle_uncharged,
-        logs_do_not_count={
-            run.name: reason
-            for run in runs
-            if run.uid in logs and _needs_log(run)
-            for reason in [_why_not(run, logs[run.uid])]
-            if reason is not None
-        },
-        no_joules={} if evidence is None else _without_joules(evidence, jumped, drains),
-        too_little_charged={} if evidence is None else _too_little_charged(evidence, jumped, drains),
-        above_capacity={
-            run.name: reason
-            for run in runs
-            for reason in [above_capacity(run, charged.get(run.uid, ()), configuration)]
-            if reason is not None
-        },
-        outside_limits=() if evidence is None else _outside_limits(evidence, jumped, drains),
-        samples_twice=tuple(
-            remark.message for remark in remarks_on(connection, configuration, [run.name for run in runs], ["samples"])
-        ),
-        no_apexes={} if evidence is None else _without_apexes(evidence, jumped, logs, judgements),
+        open_runs=_names(run for run in runs if run.state is RunState.OPEN),
+        log_without_charge=tuple(lacking[True, False]),
+        charge_without_log=tuple(lacking[False, True]),
+        neither=(*lacking[False, False], *_names(run for run in idle if run.uid not in charged)),
+        logs_do_not_count=_reasons(jumped, lambda run: _why_not(run, logs.get(run.uid, []))),
+        no_joules=_reasons(jumped, lambda run: _reason(joules_of(run, evidence, drains))),
+        too_little_charged=_reasons(jumped, lambda run: too_little_charged(run, evidence, drains)),
+        above_capacity=_reasons(runs, lambda run: above_capacity(run, charged.get(run.uid, ()), configuration)),
+        outside_limits=_names(run for run in jumped if run.uid in outside),
+        samples_twice=tuple(one.message for one in remarks_on(connection, configuration, _names(runs), ["samples"])),
+        no_apexes=_reasons(jumped, lambda run: _why_no_apex(evidence, run, run.uid in logs, judged.get(run.uid))),
         zero_doubtful={
             run.name: evidence.logs[run.uid][0].file_name
             for run in jumped
-            if evidence is not None and run.uid in judgements and judgements[run.uid].zero_doubtful
+            if run.uid in judged and judged[run.uid].zero_doubtful
         },
         checks_not_made=tuple(kind for kind in configuration.protocol.checks if kind not in made),
         inbox=len(inbox(connection)),
@@ -132,6 +116,19 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         verdicts_waiting=tuple(verdict.sentence for verdict in verdicts_waiting(connection)),
         analysis_undecided=configuration.analysis is None and first_measurement(connection) is None,
     )
+
+
+def _names(runs: Iterable[RunRow]) -> tuple[str, ...]:
+    return tuple(run.name for run in runs)
+
+
+def _reasons(runs: Iterable[RunRow], why: Callable[[RunRow], str | None]) -> dict[str, str]:
+    """Return the reason of each run, by name, that has one."""
+    return {run.name: reason for run in runs if (reason := why(run)) is not None}
+
+
+def _reason(found: object) -> str | None:
+    return found.reason if isinstance(found, Undefined) else None
 
 
 def to_do_lines(found: ToDo) -> list[str]:
@@ -189,12 +186,7 @@ def _listed(names: Sequence[str]) -> str:
 
 def _why_not(run: RunRow, logs: Sequence[SignalRow]) -> str | None:
     heights = [log for log in logs if BODY_HEIGHT in log.channels]
-    usable = usable_logs(run, heights) if heights else None
-    return usable.reason if isinstance(usable, Undefined) else None
-
-
-def _needs_log(run: RunRow) -> bool:
-    return run.kind is RunKind.JUMPS
+    return _reason(usable_logs(run, heights)) if heights else None
 
 
 def _date(text: str) -> datetime.date:
@@ -202,22 +194,6 @@ def _date(text: str) -> datetime.date:
         return datetime.date.fromisoformat(text)
     except ValueError:
         raise UsageError(f"--day {text!r} is not a date: write it as 2021-06-01.") from None
-
-
-def _without_joules(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> dict[str, str]:
-    """Return why runs have no joules a jump, by name; `drains` are the robots' lines by uid."""
-    joules = {run.name: joules_of(run, evidence, drains) for run in runs}
-    return {name: why.reason for name, why in joules.items() if isinstance(why, Undefined)}
-
-
-def _too_little_charged(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> dict[str, str]:
-    warnings = {run.name: too_little_charged(run, evidence, drains) for run in runs}
-    return {name: warning for name, warning in warnings.items() if warning is not None}
-
-
-def _outside_limits(evidence: StudyData, runs: Sequence[RunRow], drains: Lines) -> tuple[str, ...]:
-    outside = {run.uid for run in runs_outside(evidence.runs, known_joules(evidence, drains))}
-    return tuple(run.name for run in runs if run.uid in outside)
 
 
 def _judgements(detections: Detections, evidence: StudyData, runs: Sequence[RunRow]) -> dict[str, Judgement]:
@@ -232,14 +208,6 @@ def _judgements(detections: Detections, evidence: StudyData, runs: Sequence[RunR
             )
             found[run.uid] = judge(detected[run.uid], evidence.decisions, variant.rules)
     return found
-
-
-def _without_apexes(
-    evidence: StudyData, runs: Sequence[RunRow], with_log: Collection[str], judgements: Mapping[str, Judgement]
-) -> dict[str, str]:
-    """Return why runs have no apex height, by name; `with_log` are the uids of runs that have a log of any kind."""
-    found = {run.name: _why_no_apex(evidence, run, run.uid in with_log, judgements.get(run.uid)) for run in runs}
-    return {name: why for name, why in found.items() if why is not None}
 
 
 def _why_no_apex(evidence: StudyData, run: RunRow, has_log: bool, judged: Judgement | None) -> str | None:
