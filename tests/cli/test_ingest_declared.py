@@ -82,16 +82,6 @@ def test_flags_that_a_refusal_names_work_when_pasted(fresh: SmallBook, tmp_path:
     assert item["format"] == "charger_sheet"
 
 
-def test_a_channel_without_a_table_is_answered_with_toml_that_works(fresh: SmallBook, tmp_path: Path) -> None:
-    profile = '\n[profiles.x]\nrecognise = ["body height"]\n[profiles.x.columns]\n'
-    before = fresh.toml.read_text() + profile
-    fresh.toml.write_text(before + '"body height" = "body_height"\n')
-    said = labbook("runs", "list", at=fresh.folder).err.partition("write ")[2].strip().splitlines()[0]
-    says(said, '"body height" =')
-    fresh.toml.write_text(f"{before}{said}\n")
-    good(labbook("runs", "list", at=fresh.folder))
-
-
 def test_a_draft_offers_a_column_of_dates_and_times_without_a_unit(fresh: SmallBook, tmp_path: Path) -> None:
     path = tmp_path / "r001.csv"
     stamps = (f"5.6.2021 14:30:{k // 100:02d}.{k % 100:02d}" for k in range(600))

@@ -135,11 +135,11 @@ BAD_VALUES = {
     "withdrawing and drawing": ("plan --withdraw --n 5 --no-idle --why x", "no use for --n and --idle/--no-idle"),
     "why without withdrawing": ("plan --seed 1 --why x", "--why belongs to --withdraw"),
     "file moved without why": ("assign r001.csv r002", "belongs to run r001", "add --why"),
-    "rate": ("ingest new.csv --rate -300", "--rate -300", "for example 300"),
-    "rate of nothing": ("ingest new.csv --rate nan", "--rate nan"),
+    "rate": ("ingest new.csv --rate -300", "--rate", "-300", "> 0"),
+    "rate of nothing": ("ingest new.csv --rate nan", "--rate", "nan"),
     "unit without column": ("ingest new.csv --unit ms", "--unit 'ms'", "COLUMN=UNIT"),
     "column without channel": ("ingest new.csv --column h", "--column 'h'", "COLUMN=CHANNEL:UNIT"),
-    "decimal sign": ("ingest new.csv --decimal ;", "--decimal ';'"),
+    "decimal sign": ("ingest new.csv --decimal ;", "--decimal", "';'"),
     "demo over files": ("demo .", "is not empty"),
 }
 
