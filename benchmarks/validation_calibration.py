@@ -60,7 +60,7 @@ def measured(chance: np.random.Generator, n: int = 6, day_share: float = 0.0) ->
 def from_means(chance: np.random.Generator, day_share: float) -> tuple[Calibration, float]:
     """Draw a campaign and fit the ground to it; beside it a number between 0 and 1 that picks a mean held out."""
     drawn = measured(chance, day_share=day_share)
-    found = calibrate([scene for _group, scene in conditions()], drawn, list(TRUE), resamples=0, level=LEVEL)
+    found = calibrate([scene for _group, scene in conditions()], drawn, list(TRUE), level=LEVEL)
     return found, float(chance.uniform())
 
 

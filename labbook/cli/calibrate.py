@@ -19,8 +19,6 @@ def calibrate(
     out: Annotated[
         Path | None, typer.Option("--out", metavar="FILE", help="Write the scene with what was fitted: a .toml file.")
     ] = None,
-    resamples: Annotated[int, typer.Option("--resamples", min=0, help="Draw the runs anew so often.")] = 200,
-    seed: Annotated[int, typer.Option("--seed", help="The same seed draws the same runs.")] = 1,
     level: Annotated[float, typer.Option("--level", help="Level of the intervals.")] = 0.95,
     where: WhereOption = None,
     book: BookOption = None,
@@ -29,9 +27,9 @@ def calibrate(
     """Fit parameters of the simulated ground to the joules and apex heights that the book measured.
 
     The scene is that of [simulation] in labbook.toml, simulated for each condition as it was run. Beside each value
-    stand its interval over runs drawn anew, and that of the profile likelihood: a parameter without one is not
-    identified by these data. Each group of conditions is then predicted from a fit to the others. Name the scene that
-    --out writes under [simulation], and `labbook compare` predicts with it.
+    stands the interval of the profile likelihood: a parameter without one is not identified by these data. Each group
+    of conditions is then predicted from a fit to the others. Name the scene that --out writes under [simulation], and
+    `labbook compare` predicts with it.
 
     Every factor of the study is an option: --foot small is short for --where "foot=small".
 
@@ -54,7 +52,7 @@ def calibrate(
     with opened(book) as opened_book:
         text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("calibrate", None, shown=not as_json) as step:
-            found = calibrate_book(opened_book, text, fit or [], resamples, seed, level, step)
+            found = calibrate_book(opened_book, text, fit or [], level, step)
         folder = opened_book.folder.resolve()
     if out is not None:
         write_whole(out, write_scene(found.scene).encode("utf-8"))

@@ -42,8 +42,6 @@ def calibrate_book(
     book: Book,
     where: str | None,
     names: Sequence[str],
-    resamples: int,
-    seed: int,
     level: float,
     step: Callable[[str], None],
 ) -> CalibratedScene:
@@ -87,7 +85,7 @@ def calibrate_book(
             f"it assumes ({list_text(start.assumed) or 'nothing'})."
         )
     try:
-        found = calibrate(scenes, measured, wanted, resamples=resamples, seed=seed, level=level, progress=step)
+        found = calibrate(scenes, measured, wanted, level=level, progress=step)
     except NothingAtStart as error:
         unconverted = unconverted_factors(configuration, evidence.factors)
         raise InputRefused(f"{error} {unconverted_text(unconverted)}".rstrip()) from error

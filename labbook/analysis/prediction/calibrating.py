@@ -2,8 +2,8 @@
 
 Measured means of an outcome have the scatter of runs pooled over conditions, what runs of a day have in common, and the
 errors that all have from one passive-drain line: their covariance weighs the residuals (generalised least squares).
-Intervals come from means drawn anew by it (parametric bootstrap), and from the profile likelihood, which says, too,
-which parameters cannot be identified. Held out, each group of conditions is predicted from a fit to the others.
+Intervals come from the profile likelihood, which says, too, which parameters cannot be identified. Held out, each group
+of conditions is predicted from a fit to the others.
 """
 
 from __future__ import annotations
@@ -33,7 +33,6 @@ FITTED = ("kg_scale", "bg_scale")
 """What is fitted where nobody says more: how stiff the ground is, and how it drags."""
 ACCURACY = 1e-8
 """Relative error asked of the simulator: its differences are derivatives."""
-_BOOTSTRAP = 200
 _FEWEST_DF, _FEWEST_DAYS = 2, 3
 
 
@@ -59,14 +58,13 @@ class Measured:
 
 @dataclass(frozen=True, slots=True)
 class Calibrated:
-    """A fitted parameter with its standard error and both intervals; an end is None where there is none."""
+    """A fitted parameter with its standard error and its interval; an end is None where there is none."""
 
     name: str
     unit: str
     started_at: float
     value: float
     se: float | Undefined
-    bootstrap: tuple[float, float] | None
     profile: tuple[float | None, float | None]
 
     @property
@@ -95,7 +93,7 @@ class HeldOut:
 class Calibration:
     """What came of a fit; `rms` is by outcome, in its unit, `n_runs` counts the values that went in.
 
-    `df_of_errors` are the degrees of freedom of the scatter between runs. `failed` counts the draws without a fit.
+    `df_of_errors` are the degrees of freedom of the scatter between runs.
     """
 
     parameters: tuple[Calibrated, ...]
@@ -108,7 +106,6 @@ class Calibration:
     n_means: int
     n_runs: Mapping[Outcome, int]
     level: float
-    failed: int
 
 
 def measured_means(
@@ -165,8 +162,6 @@ def calibrate(
     measured: Sequence[Measured],
     names: Sequence[str],
     *,
-    resamples: int = _BOOTSTRAP,
-    seed: int = 1,
     level: float = 0.95,
     progress: Callable[[str], None] = lambda _what: None,
 ) -> Calibration:
@@ -177,7 +172,6 @@ def calibrate(
     scenes : of the conditions, each as it was run; they have the same effects
     measured : runs by condition and outcome; `place` says which scene
     names : parameters to fit, one value for all scenes
-    resamples : how often means are drawn anew
 
     Raises
     ------
@@ -197,7 +191,6 @@ def calibrate(
     residuals = problem.residuals(means, covariance, np.ones(len(measured), np.bool_))
     progress("fitting")
     fit = fit_nonlinear(residuals, start, low, high)
-    drawn, failed = _bootstrap(problem, fit, means, covariance, (low, high), resamples, seed, progress)
     progress("profile likelihood")
     parameters = tuple(
         Calibrated(
@@ -206,7 +199,6 @@ def calibrate(
             start[place],
             float(fit.values[place]),
             fit.ses if isinstance(fit.ses, Undefined) else float(fit.ses[place]),
-            _quantiles(drawn[:, place], level),
             profile_interval(residuals, fit, place, low, high, level),
         )
         for place, name in enumerate(names)
@@ -225,7 +217,6 @@ def calibrate(
         len(measured),
         {outcome: sum(len(each.values) for each in measured if each.outcome is outcome) for outcome in outcomes},
         level,
-        failed,
     )
 
 
@@ -303,36 +294,6 @@ def _variances(own: Sequence[Measured], total: float) -> tuple[float, float]:
     excess = [float(np.mean(distances)) ** 2 - within / len(distances) for distances in by_day.values()]
     between = max(0.0, float(np.mean(excess)) * len(by_day) / (len(by_day) - 1))
     return (within, between) if within > 0.0 and between > 0.0 else (total, 0.0)
-
-
-def _bootstrap(
-    problem: Problem,
-    fit: NonlinearFit,
-    means: Floats,
-    covariance: Floats,
-    bounds: tuple[Floats, Floats],
-    resamples: int,
-    seed: int,
-    progress: Callable[[str], None],
-) -> tuple[Floats, int]:
-    """Return the parameters of fits to means drawn anew by their covariance, and how many fits came to nothing."""
-    rng, every = np.random.default_rng(seed), np.ones(len(means), np.bool_)
-    root, drawn, failed = np.linalg.cholesky(covariance), [], 0
-    for number in range(resamples):
-        progress(f"drawing means anew, {number + 1} of {resamples}")
-        again = means + root @ rng.normal(size=len(means))
-        try:
-            drawn.append(fit_nonlinear(problem.residuals(again, covariance, every), fit.values, *bounds).values)
-        except InputRefused:
-            failed += 1
-    return np.array(drawn).reshape(len(drawn), fit.values.size), failed
-
-
-def _quantiles(drawn: Floats, level: float) -> tuple[float, float] | None:
-    if drawn.size < 1.0 / (1.0 - level):
-        return None
-    low, high = np.quantile(drawn, [0.5 - 0.5 * level, 0.5 + 0.5 * level])
-    return float(low), float(high)
 
 
 def _held_out(

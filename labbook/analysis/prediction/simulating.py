@@ -126,8 +126,8 @@ class ManyScenes:
     rows: Floats
     places: tuple[int, ...]
 
-    def means(self, values: Floats, *, times: bool = False) -> Mapping[Outcome, Floats]:
-        """Simulate every scene with each of m sets of values, shape (m, parameters), or with its own times these.
+    def means(self, values: Floats) -> Mapping[Outcome, Floats]:
+        """Simulate every scene with each of m sets of values, shape (m, parameters).
 
         Returns by outcome the means over a scene's jumps, shape (m, scenes); NaN where the robot does not jump.
         """
@@ -135,8 +135,8 @@ class ManyScenes:
         from simulator.sweep.outputs import PLACE
 
         n, m = len(self.rows), len(values)
-        table, given = np.tile(self.rows, (m, 1)), np.repeat(values, n, axis=0)
-        table[:, self.places] = given * table[:, self.places] if times else given
+        table = np.tile(self.rows, (m, 1))
+        table[:, self.places] = np.repeat(values, n, axis=0)
         block = simulate_on_all_cores(self.recipe, table).reshape(m, n, self.recipe.jumps, -1)
         found = {outcome: block[..., PLACE[name]].mean(axis=2) for outcome, name in _OUTPUT.items()}
         jumps = np.isfinite(found[Outcome.APEX])

@@ -12,7 +12,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.calibrating import Calibrated, Calibration
 from reports.display import count_text, given_text, list_text, p_text, shown_unit, with_unit
 
-HEAD = ("parameter", "value", "std. error", "bootstrap", "profile likelihood", "from")
+HEAD = ("parameter", "value", "std. error", "profile likelihood", "from")
 
 
 def sentences(found: Calibration) -> list[str]:
@@ -28,11 +28,8 @@ def sentences(found: Calibration) -> list[str]:
         f"{list_text(rms)} (root mean square of {count_text(found.n_means, 'mean')})."
     ]
     if found.chi_squared > found.df:
-        drawn = any(one.bootstrap for one in found.parameters)
-        beside = "; the bootstrap has the errors of what was measured alone" if drawn else ""
         lines.append(
-            "Standard errors and profiles are widened "
-            f"{math.sqrt(found.chi_squared / found.df):.3g} times for it{beside}."
+            f"Standard errors and profiles are widened {math.sqrt(found.chi_squared / found.df):.3g} times for it."
         )
     unknown = [one.name for one in found.parameters if not one.identified]
     if unknown:
@@ -77,7 +74,6 @@ def rows(found: Calibration) -> list[list[str]]:
             f"{one.name} ({one.unit})" if one.unit != "1" else one.name,
             f"{one.value:.5g}",
             "–" if isinstance(one.se, Undefined) else f"{one.se:.2g}",
-            "–" if one.bootstrap is None else "{:.5g} to {:.5g}".format(*one.bootstrap),
             _profile_text(one),
             f"{one.started_at:.5g}",
         ]
@@ -117,5 +113,4 @@ def as_data(found: Calibration) -> dict[str, Any]:
         "means": found.n_means,
         "runs": {outcome.key: n for outcome, n in found.n_runs.items()},
         "level": found.level,
-        "resamples_without_fit": found.failed,
     }
