@@ -5,7 +5,7 @@ from fractions import Fraction
 
 from benchmarks.reference_simulator.granular import reference_jump
 from benchmarks.reference_simulator.hopping import reference_jumps
-from benchmarks.reference_simulator.parameters import (
+from benchmarks.reference_simulator.leg import (
     CostForce,
     FlightGains,
     ForceCap,

@@ -5,14 +5,18 @@ from fractions import Fraction
 
 import mpmath
 
-from benchmarks.reference_simulator.fixed_point import FixedPoint
-from benchmarks.reference_simulator.ground import Ground
-from benchmarks.reference_simulator.leg import LEG_INTEGRALS, Leg, LegSeries, State, saturation_guards
-from benchmarks.reference_simulator.parameters import GRAVITY, GranularParameters
-from benchmarks.reference_simulator.power_series import Series, SeriesTape
+from benchmarks.reference_simulator.leg import (
+    GRAVITY,
+    LEG_INTEGRALS,
+    GranularParameters,
+    Ground,
+    Leg,
+    LegSeries,
+    SampledController,
+    saturation_guards,
+)
+from benchmarks.reference_simulator.power_series import FixedPoint, Series, SeriesTape, State, advance, setting
 from benchmarks.reference_simulator.result import JumpRecord, ReferenceResult
-from benchmarks.reference_simulator.sampled_control import SampledController
-from benchmarks.reference_simulator.stepping import advance, setting
 
 GROUND_INTEGRALS = ("ground_work", "recruited_weight_work", "recruited_kinetic_energy")
 LONGEST_STANCE_S = Fraction(2)

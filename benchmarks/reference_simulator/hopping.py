@@ -3,13 +3,18 @@
 from collections.abc import Callable
 from fractions import Fraction
 
-from benchmarks.reference_simulator.fixed_point import FixedPoint
-from benchmarks.reference_simulator.leg import LEG_INTEGRALS, Gains, Leg, LegSeries, State, saturation_guards
-from benchmarks.reference_simulator.parameters import HoppingParameters
-from benchmarks.reference_simulator.platform import Phase, Platform
-from benchmarks.reference_simulator.power_series import Series, SeriesTape
+from benchmarks.reference_simulator.leg import (
+    LEG_INTEGRALS,
+    Gains,
+    HoppingParameters,
+    Leg,
+    LegSeries,
+    Phase,
+    Platform,
+    saturation_guards,
+)
+from benchmarks.reference_simulator.power_series import FixedPoint, Series, SeriesTape, State, advance, setting
 from benchmarks.reference_simulator.result import JumpRecord, ReferenceResult
-from benchmarks.reference_simulator.stepping import advance, setting
 
 GROUND_INTEGRALS = ("ground_work", "reset_work", "impact_loss")
 LONGEST_STEP_S = Fraction("0.008")

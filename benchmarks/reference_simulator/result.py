@@ -3,8 +3,8 @@
 from dataclasses import dataclass, field
 from decimal import Decimal
 
-from benchmarks.reference_simulator.fixed_point import FixedPoint
 from benchmarks.reference_simulator.leg import State
+from benchmarks.reference_simulator.power_series import FixedPoint
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from benchmarks.reference_simulator.crossings import first_rise
-from benchmarks.reference_simulator.fixed_point import FixedPoint
+from benchmarks.reference_simulator.power_series import FixedPoint, first_rise
 
 NUMBER = FixedPoint.for_digits(30)
 TOLERANCE = 2**50  # of bits far below the thirtieth digit

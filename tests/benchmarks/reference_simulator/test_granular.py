@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.reference_simulator.cases import CASES
 from benchmarks.reference_simulator.granular import reference_jump
-from benchmarks.reference_simulator.parameters import GranularParameters
+from benchmarks.reference_simulator.leg import GranularParameters
 from benchmarks.reference_simulator.storage import agreeing_digits, stored
 
 

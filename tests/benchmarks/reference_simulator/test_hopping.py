@@ -8,7 +8,7 @@ import pytest
 
 from benchmarks.reference_simulator.cases import CASES
 from benchmarks.reference_simulator.hopping import reference_jumps
-from benchmarks.reference_simulator.parameters import HoppingParameters
+from benchmarks.reference_simulator.leg import HoppingParameters
 from benchmarks.reference_simulator.storage import agreeing_digits, stored
 
 

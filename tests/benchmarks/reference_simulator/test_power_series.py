@@ -5,8 +5,7 @@ from fractions import Fraction
 import mpmath
 import pytest
 
-from benchmarks.reference_simulator.fixed_point import FixedPoint
-from benchmarks.reference_simulator.power_series import SeriesTape, derivative_at, value_at
+from benchmarks.reference_simulator.power_series import FixedPoint, SeriesTape, derivative_at, value_at
 
 DIGITS = 40
 
