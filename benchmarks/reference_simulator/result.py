@@ -3,8 +3,7 @@
 from dataclasses import dataclass, field
 from decimal import Decimal
 
-from benchmarks.reference_simulator.leg import State
-from benchmarks.reference_simulator.power_series import FixedPoint
+from benchmarks.reference_simulator.power_series import FixedPoint, State
 
 
 @dataclass(frozen=True, slots=True)

@@ -185,21 +185,21 @@ def as_data(result: SceneResult) -> dict[str, Any]:
 
 def _jump_data(scene: Scene, jump: JumpResult) -> dict[str, Any]:
     """Return a jump's values; a change of mode has the names of the scene's ground beside the kernel's."""
-    data: dict[str, Any] = _finite(asdict(jump))
+    data: dict[str, Any] = finite(asdict(jump))
     for branch in (data, data["other_branch"] or {}, data["coarser"] or {}):
         for change in branch.get("mode_changes", ()):
             change |= {f"{side}_name": mode_name(scene, change[side]) for side in ("before", "after")}
     return data
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
     """Put None where a number is infinite or none: JSON has neither."""
     if isinstance(value, float) and not math.isfinite(value):
         return None
     if isinstance(value, Mapping):
-        return {key: _finite(item) for key, item in value.items()}
+        return {key: finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
+        return [finite(item) for item in value]
     return value
 
 

@@ -8,14 +8,15 @@ from __future__ import annotations
 import math
 import platform
 from collections.abc import Iterator
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from labbook.presenting.simulation.simulated import title_text
+from labbook.presenting.simulation.simulated import finite, title_text
 from labbook.terminal import columns
 from reports.display import sentence_start, time_text
 from reports.drawn import Curve, Mark, Panel, WorkPrecision
-from simulator.accuracy.methods import LABBOOK, NAMES
+from simulator.accuracy.methods import LABBOOK
 from simulator.accuracy.study import COST, GOALS, AccuracyStudy, Need, Point, Series, needs
 
 
@@ -41,35 +42,32 @@ SENSITIVE = 1e-9
 
 def as_data(study: AccuracyStudy) -> dict[str, Any]:
     """Return the whole study for JSON; an error that does not exist, or is infinite, is null."""
-    reference = study.reference
-    return {
-        "scene": study.scene.name,
-        "title": study.scene.title,
-        "effects": sorted(study.scene.effects),
-        "values": {name: study.scene[name] for name in study.scene.read},
-        "set_by_user": {name: study.scene[name] for name in study.scene.set_by_user},
-        "jumps": study.scene.jumps,
-        "reference": {
-            "source": reference.source,
-            "stored": reference.stored,
-            "outcome": reference.outcome,
-            **reference.values,
-            "round_off": dict(reference.round_off),
-            "doubt": {name: _finite(value) for name, value in reference.doubt.items()},
-            "floor": {name: _finite(value) for name, value in reference.floor.items()},
-        },
-        "methods": [
-            {
-                "method": series.method,
-                "setting": series.setting,
-                "unit": series.unit or None,
-                "why_not": series.why_not or None,
-                "points": [_point_data(point) for point in series.points],
-            }
-            for series in study.series
-        ],
-        "needs": [_need_data(need) for goal in GOALS for need in needs(study, goal)],
-    }
+    scene, reference = study.scene, study.reference
+    data: dict[str, Any] = finite(
+        {
+            "scene": scene.name,
+            "title": scene.title,
+            "effects": sorted(scene.effects),
+            "values": {name: scene[name] for name in scene.read},
+            "set_by_user": {name: scene[name] for name in scene.set_by_user},
+            "jumps": scene.jumps,
+            "reference": {**asdict(reference), **reference.values, "floor": reference.floor},
+            "methods": [asdict(series) for series in study.series],
+            "needs": [
+                {
+                    "method": need.series.method,
+                    "output": COST,
+                    "goal": goal,
+                    "within_reach": need.within_reach,
+                    "setting": need.point and need.point.setting,
+                    "seconds": need.point and need.point.seconds,
+                }
+                for goal in GOALS
+                for need in needs(study, goal)
+            ],
+        }
+    )
+    return data
 
 
 def as_lines(study: AccuracyStudy) -> list[str]:
@@ -178,22 +176,11 @@ def _advice(study: AccuracyStudy, goal: float) -> Iterator[str]:
 def _sentence(need: Need, own: Point | None) -> str:
     method = need.series.method
     if need.point is None:
-        if len(need.series.points) == 1:
-            return f"the one setting of {method} that was tried will not do{_best(need)}."
-        return f"no setting of {method} that was tried will do{_best(need)}."
+        return f"no setting of {method} that was tried will do."
     paid = f"you need {_setting(need.series, need.point)} with {method}; you pay {time_text(need.point.seconds)}"
     if own is None or method == LABBOOK:
         return f"{paid}."
     return f"{paid}, {need.point.seconds / own.seconds:.3g} times what labbook takes."
-
-
-def _best(need: Need) -> str:
-    """What the finest setting gives, where it gives something."""
-    finest = need.series.points[-1]
-    error = (finest.errors or {}).get(COST)
-    if finest.failure or error is None:
-        return ""
-    return f": {_setting(need.series, finest)} is off by {error:.1e}, after {time_text(finest.seconds)}"
 
 
 def _setting(series: Series, point: Point) -> str:
@@ -205,30 +192,3 @@ def plain_number(value: float) -> str:
     mantissa, exponent = f"{value:e}".split("e")
     short = f"{float(mantissa):g}e{int(exponent)}"
     return short if len(short) <= len(f"{value:g}") else f"{value:g}"
-
-
-def _point_data(point: Point) -> dict[str, Any]:
-    errors = point.errors or {}
-    return {
-        "setting": point.setting,
-        "outcome": point.outcome or None,
-        "errors": {name: _finite(errors.get(name)) for name in NAMES},
-        "evaluations": point.evaluations,
-        "seconds": point.seconds,
-        "failure": point.failure or None,
-    }
-
-
-def _need_data(need: Need) -> dict[str, Any]:
-    return {
-        "method": need.series.method,
-        "output": COST,
-        "goal": need.goal,
-        "within_reach": need.within_reach,
-        "setting": None if need.point is None else need.point.setting,
-        "seconds": None if need.point is None else need.point.seconds,
-    }
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
