@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from dataclasses import replace
 from typing import Any
 
@@ -13,9 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from simulator.changes import CONTACT_EFFECT
 from simulator.kernel.build import Kernel
-from simulator.kernel.composition import compose
 from simulator.kernel.interpreter import kernel_for_few, lost_time_s
 from simulator.kernel.layout import MODES, OUTCOMES
 from simulator.kernel.limits import (
@@ -93,20 +91,6 @@ def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> 
         interpreted=kernel.interpreted,
         trajectory=trajectory_of(Recording(kernel.composition, table[0], trace)) if trajectory else None,
     )
-
-
-def with_other_contact(result: SceneResult, simulated: Callable[[Scene, float], SceneResult]) -> SceneResult:
-    """Add the last jump with contact at the print, where a lifted foot sank unresisted by more than the accuracy.
-
-    `simulated` is what gave the result: `simulate`, or `simulate_with_errors`. Returns the result as it is where the
-    foot did not sink, or where the rule has nothing to say.
-    """
-    jump, other = result.jump, result.scene.effects - {CONTACT_EFFECT}
-    sank = jump.unresisted_sink_m > result.accuracy * jump.max_depth_m
-    if not sank or other == result.scene.effects or not compose(other).contact_at_the_print:
-        return result
-    at_the_print = simulated(result.scene.changed(effects_off=(CONTACT_EFFECT,)), result.accuracy)
-    return replace(result, other_contact=at_the_print.jump)
 
 
 def flag_after_ill_conditioned(jumps: tuple[JumpResult, ...]) -> tuple[JumpResult, ...]:

@@ -116,7 +116,6 @@ class SceneResult:
 
     `interpreted`: in plain Python, at least at first, as no kernel was compiled for the effects yet. With error bars
     the jumps are simulated to `finer_accuracy`, and `accuracy` is what was asked for.
-    `other_contact` is the last jump by the other rule of contact after lift-off (`with_other_contact`).
     """
 
     scene: Scene
@@ -126,7 +125,6 @@ class SceneResult:
     wall_time_s: float
     interpreted: bool = False
     trajectory: xarray.Dataset | None = None
-    other_contact: JumpResult | None = None
     finer_accuracy: float | None = None
 
     @property

@@ -58,7 +58,7 @@ def run(
     from reports.figures.kind import check_form
     from simulator.changes import changed_by_words
     from simulator.error_bars import simulate_with_errors
-    from simulator.jump import simulate, with_other_contact
+    from simulator.jump import simulate
     from simulator.kernel.build import is_compiled
     from simulator.scene_file import load_scene
 
@@ -69,7 +69,7 @@ def run(
     first = "" if is_compiled(changed.effects) else f"; where it takes long, {COMPILING}"
     with progress(f"simulating{first}", None, shown=not as_json):
         drawn = plot is not None or animate is not None
-        result = with_other_contact(simulated(changed, accuracy, trajectory=drawn), simulated)
+        result = simulated(changed, accuracy, trajectory=drawn)
         if drawn:
             draw_motion(result, plot, animate)
     files = {name: str(path) for name, path in (("plot", plot), ("animation", animate)) if path is not None}

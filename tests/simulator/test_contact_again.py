@@ -6,8 +6,8 @@ import math
 
 import pytest
 
-from simulator.jump import simulate, with_other_contact
-from simulator.result import JumpResult, SceneResult
+from simulator.jump import simulate
+from simulator.result import JumpResult
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from tests.helpers.kernels import interpreted, relative_error
@@ -26,13 +26,6 @@ PRESSED = SOFT.changed(
     }
 )
 """The gains of flight press the lifted foot 2.00657 mm down: a rule that let 2 mm pass made it hang on the step."""
-SCENES = {
-    "sim1, much active damping": SIM1.changed({"k_extension": 1000.0, "b_ad": 1000.0}),
-    "sim1 as shipped": SIM1,
-    "sim1, none": SIM1.changed({"b_ad": 0.0}),
-    "sim2, chattering": SIM2.changed({"k_extension": 1091.36, "b_ad": 5000.0}),
-    "pressed": PRESSED,
-}
 
 
 def at_the_print(scene: Scene) -> Scene:
@@ -43,11 +36,6 @@ def at_the_print(scene: Scene) -> Scene:
 def lifts(jump: JumpResult) -> list[float]:
     """Times of the lift-offs, s."""
     return [change.time_s for change in jump.mode_changes if change.after == "flight"]
-
-
-def with_the_other_rule(scene: Scene) -> SceneResult:
-    """A scene's result, with what the other rule gives where it has something to say."""
-    return with_other_contact(simulate(scene, 1e-7), simulate)
 
 
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6, 1e-7, 1e-9])
@@ -76,15 +64,6 @@ def test_at_the_print_the_second_set_with_soft_gains_in_flight() -> None:
     assert relative_error(jump.liftoff_time_s, 0.322330346) < 1e-8
     assert relative_error(jump.liftoff_body_velocity_m_s, 1.553778759) < 1e-8
     assert relative_error(jump.apex_height_m, 0.303625277) < 1e-8
-
-
-def test_a_jump_that_sank_unresisted_has_the_other_rule_beside_it() -> None:
-    """The numbers of set 1 rest on a dip of 0.9 mm."""
-    beside = interpreted(with_the_other_rule, SCENES["sim1, none"])
-    assert beside.jump.unresisted_sink_m == pytest.approx(0.875e-3, abs=1e-6)
-    assert beside.other_contact is not None
-    assert beside.other_contact.counters["cancelled_liftoff"] == 1
-    assert interpreted(with_the_other_rule, SIM2).other_contact is None
 
 
 @pytest.mark.parametrize("initial_velocity", [-0.6, -1.4, -2.0])

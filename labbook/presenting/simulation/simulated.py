@@ -178,7 +178,6 @@ def as_data(result: SceneResult) -> dict[str, Any]:
         "interpreted": result.interpreted,
         "wall_time_s": result.wall_time_s,
         **_jump_data(scene, result.jump),
-        "other_contact": result.other_contact and _jump_data(scene, result.other_contact),
         "jumps": [_jump_data(scene, jump) for jump in result.jumps],
     }
 
@@ -265,12 +264,10 @@ def _table(result: SceneResult) -> list[str]:
     others = {
         f"at {result.accuracy:g}": jump.coarser,
         "had it fallen otherwise": jump.other_branch if jump.ill_conditioned else None,
-        "contact at the print": result.other_contact,
     }
     beside = {name: other for name, other in others.items() if other is not None}
     branches = [jump, *beside.values()]
-    of_branch = "as decided" if "had it fallen otherwise" in beside else "contact once risen"
-    own = f"at {result.finer_accuracy:g}" if jump.coarser else of_branch
+    own = f"at {result.finer_accuracy:g}" if jump.coarser else "as decided"
     outcomes = (branch.outcome for branch in beside.values())
     rows = [("", own, "", *beside, ""), ("outcome", jump.outcome, "", *outcomes, "")] if beside else []
     for name, key, unit in ROWS:
@@ -323,11 +320,6 @@ def _notes(result: SceneResult) -> list[str]:
         notes.append(
             f"note: in flight the leg would be {jump.max_leg_length_m:.4g} m long, more than its links reach "
             f"({reach_m:.4g} m)."
-        )
-    if result.other_contact is not None:
-        notes.append(
-            f"note: the gains of flight press the lifted foot {jump.unresisted_sink_m:.3g} m below its print, where "
-            "nothing resists it (effect contact_once_risen); contact at the print is shown beside it."
         )
     if jump.unresisted_sink_m and jump.apex_time_s is not None and jump.apex_time_s == jump.next_touchdown_time_s:
         notes.append("note: the lifted foot never rose above its print; the jump ends where the body falls.")
