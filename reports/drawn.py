@@ -69,15 +69,6 @@ class ModeSpan:
     name: str
 
 
-@dataclass(frozen=True, slots=True)
-class LegDrawing:
-    """Sizes that the animation draws the robot with: links of the five-bar leg from hip to knee and knee to foot, m."""
-
-    upper_link_m: float
-    lower_link_m: float
-    foot_radius_m: float
-
-
 @dataclass(frozen=True, slots=True, eq=False)
 class Trajectory:
     """A simulated motion; arrays of shape (n_samples,), heights above the undisturbed surface, in order of time.
@@ -92,7 +83,6 @@ class Trajectory:
     foot_height_m: FloatArray
     leg_force_n: FloatArray
     ground_height_m: FloatArray
-    leg: LegDrawing
     spans: tuple[ModeSpan, ...] = ()
     marks: tuple[tuple[str, float], ...] = ()
 

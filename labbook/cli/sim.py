@@ -37,9 +37,6 @@ def run(
     plot: Annotated[
         Path | None, typer.Option("--plot", metavar="FILE", help="Draw the motion: a .png, .svg or .pdf file.")
     ] = None,
-    animate: Annotated[
-        Path | None, typer.Option("--animate", metavar="FILE", help="Make a moving picture: a .gif file.")
-    ] = None,
     error_bars: Annotated[
         bool, typer.Option("--error-bars/--no-error-bars", help="Simulate a second time, a hundred times finer.")
     ] = True,
@@ -53,9 +50,11 @@ def run(
 
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """
-    from labbook.actions.simulate.pictures import ANIMATION_KINDS, draw_motion
+    from labbook.actions.simulate.pictures import save_plot
     from labbook.presenting.simulation.simulated import as_data, as_lines
+    from labbook.presenting.simulation.trajectory import drawn_trajectory
     from reports.figures.kind import check_form
+    from reports.figures.trajectory import draw_trajectory
     from simulator.changes import changed_by_words
     from simulator.error_bars import simulate_with_errors
     from simulator.jump import simulate
@@ -63,16 +62,14 @@ def run(
     from simulator.scene_file import load_scene
 
     check_form("--plot", plot)
-    check_form("--animate", animate, ANIMATION_KINDS)
     changed = changed_by_words(load_scene(scene), sets or (), effects)
     simulated = simulate_with_errors if error_bars else simulate
     first = "" if is_compiled(changed.effects) else f"; where it takes long, {COMPILING}"
     with progress(f"simulating{first}", None, shown=not as_json):
-        drawn = plot is not None or animate is not None
-        result = simulated(changed, accuracy, trajectory=drawn)
-        if drawn:
-            draw_motion(result, plot, animate)
-    files = {name: str(path) for name, path in (("plot", plot), ("animation", animate)) if path is not None}
+        result = simulated(changed, accuracy, trajectory=plot is not None)
+        if plot is not None:
+            save_plot(lambda: draw_trajectory(drawn_trajectory(result)), plot)
+    files = {} if plot is None else {"plot": str(plot)}
     emit({**as_data(result), **files}, [*as_lines(result), *files.values()], as_json)
 
 

@@ -6,9 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from PIL import Image
 
-from reports.figures import jump_animation
 from simulator.kernel.build import kernel_for
 from simulator.scene_file import load_scene
 from tests.cli.shell import good, labbook, process, refused
@@ -96,14 +94,6 @@ def test_a_picture_of_the_motion(kind: str, tmp_path: Path) -> None:
     assert (tmp_path / found["plot"]).stat().st_size > 5000
 
 
-def test_a_moving_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(jump_animation, "MOST_FRAMES", 21)  # each takes its time
-    found = simulated(tmp_path, "sim2", [], "--animate", "jump.gif")
-    with Image.open(tmp_path / found["animation"]) as picture:
-        assert picture.format == "GIF"
-        assert getattr(picture, "n_frames", 1) > 20
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -114,7 +104,6 @@ def test_a_moving_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
         (["--scene", "sim2", "--set", "kg_scale=0.01"], "K < m_a g"),
         (["--scene", "sim2", "--effects", "+torque_cap"], "cannot be on together"),
         (["--scene", "sim2", "--plot", "jump.bmp"], "--plot jump.bmp does not say which form: end it in .png, .svg"),
-        (["--scene", "sim2", "--animate", "jump.mp4"], "end it in .gif"),
         (["--scene", "sim2", "--accuracy", "0"], "accuracy"),
         (["--scene", "sim2", "--accuracy", "nan"], "accuracy"),
         ([], "--scene"),

@@ -8,14 +8,11 @@ import numpy as np
 
 from data_schema.errors import UsageError
 from labbook.presenting.simulation.simulated import mode_name, title_text
-from reports.drawn import FloatArray, LegDrawing, ModeSpan, Trajectory
+from reports.drawn import FloatArray, ModeSpan, Trajectory
 from simulator.kernel.layout import FLIGHT, MODES
 from simulator.parameter import GRAVITY_M_S2
 from simulator.result import SceneResult
 from simulator.scene import Scene
-
-_FOOT_DRAWN_M = 0.03
-"""Radius of the foot as it is drawn where the scene gives none: only grains read it."""
 
 
 def drawn_trajectory(result: SceneResult) -> Trajectory:
@@ -44,11 +41,6 @@ def drawn_trajectory(result: SceneResult) -> Trajectory:
         foot_height_m=foot_m,
         leg_force_n=scene["body_mass"] * (acceleration_m_s2 + GRAVITY_M_S2),
         ground_height_m=_ground_m(scene, time_s, foot_m, modes == FLIGHT),
-        leg=LegDrawing(
-            scene["upper_link"],
-            scene["lower_link"],
-            scene["foot_radius"] if "foot_radius" in scene.values else _FOOT_DRAWN_M,
-        ),
         spans=_spans(scene, time_s, modes),
         marks=tuple(marks),
     )

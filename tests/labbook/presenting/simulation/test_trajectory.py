@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
 
 from labbook.presenting.simulation.simulated import OUTCOMES
@@ -25,13 +23,6 @@ def test_modes_have_the_names_of_their_ground(name: str, names: set[str]) -> Non
     scene = load_scene(name)
     drawn = drawn_trajectory(simulate(scene.changed(jumps=min(scene.jumps, 2)), trajectory=True))
     assert {span.name for span in drawn.spans} == names
-
-
-def test_a_scene_whose_ground_asks_for_no_radius_has_a_foot_all_the_same() -> None:
-    plate = load_scene("force_plate").changed(jumps=1)
-    bare = replace(plate, values={name: plate.values[name] for name in plate.read})
-    assert "foot_radius" not in bare.values
-    assert drawn_trajectory(simulate(bare, trajectory=True)).leg.foot_radius_m > 0.0
 
 
 @pytest.mark.parametrize(
