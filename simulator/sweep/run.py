@@ -130,10 +130,10 @@ def run_sweep(
 def _computed(sweep: Sweep, recipe: Recipe, numbers: list[int], computing: Computing) -> Iterator[tuple[int, Block]]:
     """Yield the chunks with these numbers as they are done, with a bounded number of them under way."""
     under_way: dict[Future[Block], int] = {}
-    left = iter(numbers)
+    left, chunks = iter(numbers), sweep.chunks
     while True:
         for number in left:
-            rows = sweep.chunks[number]
+            rows = chunks[number]
             values = sweep.design.rows(rows.start, rows.stop)[~sweep.refused[rows]]
             under_way[computing.executor.submit(simulate_rows, recipe, values)] = number
             if len(under_way) >= computing.at_once:
