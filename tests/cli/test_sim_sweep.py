@@ -19,7 +19,6 @@ KEYS = {
     *("set_by_user", "refused", "under_surface", "open_book", "error_bars"),
     *("variables", "chunks", "chunks_before", "compile_time_s", "compute_time_s", "write_time_s", "jump_time_us"),
     "in_lanes",
-    "effects_left_out",
 }
 GRID = ("--over", "b_ad=0:300:4", "--over", "foot_radius=0.02,0.03,0.038")
 
