@@ -9,7 +9,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.validation_emulator import LEVEL, conditions_of, drain_error, run_row
+from benchmarks.validation_emulator import LEVEL, conditions_of, drain_error
+from benchmarks.worlds.conditions import run_row
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison.deciding import contrast_of
@@ -54,7 +55,13 @@ def as_charged(campaign: Campaign) -> Conditions:
     for run in campaign.of_kind(RunKind.JUMPS):
         assert run.condition is not None
         levels = {name: str(level) for name, level in asdict(run.condition).items()}
-        row = run_row(run.name, run.date, run.duration_s, levels, is_control=run.condition.is_control)
+        row = run_row(
+            run.name,
+            run.date.isoformat(),
+            levels,
+            is_control=run.condition.is_control,
+            duration_s=run.duration_s,
+        )
         worth_j = joules_per_mah(truth.reference_voltage_v, run.jumps_made)
         value_j = worth_j * (run.charge_mah - line.at(run.duration_s).charge_mah)
         joules.append(RunNumber(row, value_j, drain_error(line, run.duration_s, worth_j), StoredResult()))

@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-import datetime
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from benchmarks.worlds.conditions import run_row
 from data_schema.outcomes import Outcome
-from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import RunKind, RunState, Undefined
+from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah
 from labbook.demo.studies.emulator import (
@@ -108,7 +107,13 @@ def from_charges(chance: np.random.Generator, jumps: int = JUMPS) -> EmulatorStu
         if not run.levels:
             continue
         levels = {factor: str(level) for factor, level in run.levels.items()}
-        row = run_row(run.name, run.date, run.duration_s, levels, is_control=run.levels["b_ad_gain"] == 0)
+        row = run_row(
+            run.name,
+            run.date.isoformat(),
+            levels,
+            is_control=run.levels["b_ad_gain"] == 0,
+            duration_s=run.duration_s,
+        )
         shared = drain_error(line, run.duration_s, worth_j)
         value_j = worth_j * (run.charge_mah - line.at(run.duration_s).charge_mah)
         joules.append(RunNumber(row, value_j, shared, StoredResult()))
@@ -153,29 +158,3 @@ def conditions_of(runs: Sequence[RunNumber]) -> list[ConditionValues]:
         ConditionValues(key, own[0].run.is_control, own[0].run.levels, tuple(own), ConditionSummary(none, none, ()))
         for key, own in by_condition.items()
     ]
-
-
-def run_row(
-    name: str, date: datetime.date, duration_s: float, levels: Mapping[str, str], *, is_control: bool
-) -> RunRow:
-    """Return a drawn run as a book has it."""
-    return RunRow(
-        uid=name,
-        name=name,
-        kind=RunKind.JUMPS,
-        state=RunState.COMPLETE,
-        day=date.isoformat(),
-        position_in_day=1,
-        condition_uid=None,
-        condition_key=" ".join(levels.values()),
-        is_control=is_control,
-        levels=levels,
-        robot="hopper",
-        robot_uid="",
-        battery="A",
-        started_utc=None,
-        duration_s=duration_s,
-        jumps_made=1,
-        starts=1,
-        planned=False,
-    )

@@ -7,11 +7,12 @@ from functools import partial
 
 import numpy as np
 
+from benchmarks.worlds.conditions import run_row
 from benchmarks.worlds.world import Campaign, World
 from data_schema.outcomes import Outcome
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import ChargeMode, RunKind, RunState, Undefined
+from data_schema.vocabulary import ChargeMode, Undefined
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.charger_step import with_display_step
@@ -29,25 +30,9 @@ _RUNS_A_DAY = {_CONTROL: 3, _TREATED: 5}
 
 
 def _run(name: str, day: int, level: str) -> RunRow:
-    return RunRow(
-        uid=name,
-        name=name,
-        kind=RunKind.JUMPS,
-        state=RunState.COMPLETE,
-        day=f"2021-03-{day + 1:02d}",
-        position_in_day=1,
-        condition_uid=level,
-        condition_key=level,
-        is_control=level == _CONTROL,
-        levels={"b_ad": level},
-        robot="R",
-        robot_uid="R",
-        battery="A",
-        started_utc=None,
-        duration_s=60.0 * _RUN_MIN,
-        jumps_made=_JUMPS,
-        starts=1,
-        planned=True,
+    of_day = f"2021-03-{day + 1:02d}"
+    return run_row(
+        name, of_day, {"b_ad": level}, is_control=level == _CONTROL, duration_s=60.0 * _RUN_MIN, jumps=_JUMPS
     )
 
 
@@ -79,13 +64,13 @@ def _simulate(generator: np.random.Generator, step_mah: float, run_sd: float, da
     line = fit_passive_drain(
         [60.0 * minutes for minutes in _IDLE_MIN], [one.charge_mah for one in of_idle], of_idle[0].resolution_mah
     )
-    numbers = run_numbers(runs, energies_with_drains(runs, charges, {"R": line}, _VOLTAGE_V), Outcome.JOULES)
+    numbers = run_numbers(runs, energies_with_drains(runs, charges, {"hopper": line}, _VOLTAGE_V), Outcome.JOULES)
     control, treated = (
         ConditionValues(
             level,
             level == _CONTROL,
             {"b_ad": level},
-            tuple(one for one in numbers if one.run.condition_key == level),
+            tuple(one for one in numbers if one.run.levels["b_ad"] == level),
             ConditionSummary(Number(0.0, "J"), Number(0.0, "J"), ()),
         )
         for level in (_CONTROL, _TREATED)

@@ -25,16 +25,30 @@ def condition(
     key = " ".join(f"{name}={label}" for name, label in levels.items())
     runs = tuple(
         RunNumber(
-            _run(f"{key} {at}", day, position, key, levels, is_control), float(value), SharedError(), StoredResult()
+            run_row(f"{key} {at}", day, levels, is_control=is_control, position=position),
+            float(value),
+            SharedError(),
+            StoredResult(),
         )
         for at, (value, day, position) in enumerate(zip(values, days, positions or range(len(days)), strict=True))
     )
     return ConditionValues(key, is_control, levels, runs, ConditionSummary(_NONE, _NONE, ()))
 
 
-def _run(name: str, day: str, position: int, key: str, levels: Mapping[str, str], is_control: bool) -> RunRow:
+def run_row(
+    name: str,
+    day: str,
+    levels: Mapping[str, str],
+    *,
+    is_control: bool,
+    position: int = 1,
+    duration_s: float | None = None,
+    jumps: int = 25,
+) -> RunRow:
+    """Return a drawn run as a book has it."""
+    key = " ".join(f"{name}={label}" for name, label in levels.items())
     return RunRow(
         uid=name, name=name, kind=RunKind.JUMPS, state=RunState.COMPLETE, day=day, position_in_day=position,
         condition_uid=key, condition_key=key, is_control=is_control, levels=levels, robot="hopper", robot_uid="hopper",
-        battery="A", started_utc=None, duration_s=None, jumps_made=25, starts=1, planned=True,
+        battery="A", started_utc=None, duration_s=duration_s, jumps_made=jumps, starts=1, planned=True,
     )  # fmt: skip

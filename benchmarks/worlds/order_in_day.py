@@ -9,16 +9,14 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
+from benchmarks.worlds.conditions import condition
 from benchmarks.worlds.world import Campaign, World
-from data_schema.queries.runs import RunRow
-from data_schema.vocabulary import PlanMethod, RunKind, RunState, Undefined
+from data_schema.vocabulary import PlanMethod, Undefined
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.comparison.order import OVER_GROUPS, adjusted_for_position, favoured_by_order
 from labbook.analysis.comparison.pairing import POOLED, Pair, group_label, pairs_pooled
-from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
+from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.plan.drawing import PlanFactor, draw_plan
-from reports.numbers import Number, StoredResult
-from stats.compare.shared_error import SharedError
 from stats.days.decision import Estimate
 from stats.days.overall import overall_savings
 
@@ -61,30 +59,20 @@ def _planned(rng: np.random.Generator) -> Days:
 
 def _conditions(days: Days, saved_percent: float, drift_sd: float, rng: np.random.Generator) -> list[ConditionValues]:
     """Return the runs of days, whose joules grow by `drift_sd` standard deviations of runs from first to last."""
-    none = Number(0.0, "1")
-    runs: dict[tuple[str, bool], list[RunNumber]] = {}
+    runs: dict[tuple[str, bool], list[tuple[float, str, int]]] = {}
     for day, of_day in enumerate(days):
         of_the_day = rng.normal(0.0, DAY_SD_J)
         for place, (group, treated) in enumerate(of_day):
             mean = CONTROL_J * (1.0 - saved_percent / 100.0 * treated) + of_the_day
             drift = drift_sd * RUN_SD_J * place / (len(of_day) - 1)
-            key = (group, treated)
             value = float(rng.normal(mean + drift, RUN_SD_J))
-            run = _run(f"{day} {place}", f"day {day}", place + 1, key)
-            runs.setdefault(key, []).append(RunNumber(run, value, SharedError(), StoredResult()))
-    return [
-        ConditionValues(str(key), not key[1], own[0].run.levels, tuple(own), ConditionSummary(none, none, ()))
-        for key, own in runs.items()
-    ]
-
-
-def _run(name: str, day: str, position: int, key: tuple[str, bool]) -> RunRow:
-    levels = {"group": key[0], "treated": str(key[1])}
-    return RunRow(
-        uid=name, name=name, kind=RunKind.JUMPS, state=RunState.COMPLETE, day=day, position_in_day=position,
-        condition_uid=None, condition_key=str(key), is_control=not key[1], levels=levels, robot="hopper",
-        robot_uid="", battery="A", started_utc=None, duration_s=None, jumps_made=1, starts=1, planned=False,
-    )  # fmt: skip
+            runs.setdefault((group, treated), []).append((value, f"day {day}", place + 1))
+    found = []
+    for (group, treated), own in runs.items():
+        values, labels, positions = zip(*own, strict=True)
+        levels = {"group": group, "treated": str(treated)}
+        found.append(condition(levels, values, labels, is_control=not treated, positions=positions))
+    return found
 
 
 def _estimate(pairs: Sequence[Pair]) -> Estimate:

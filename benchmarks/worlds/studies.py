@@ -10,7 +10,8 @@ import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
 
-from benchmarks.validation_emulator import conditions_of, run_row
+from benchmarks.validation_emulator import conditions_of
+from benchmarks.worlds.conditions import run_row
 from benchmarks.worlds.world import Campaign, World
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
@@ -71,7 +72,9 @@ def _emulator(days: int, what: str, savings: Sequence[float]) -> World:
                 for damping in (0, 50):
                     levels = {"k_gain": str(gain), "b_ad_gain": str(damping)}
                     date = dt.date(2020, 1, 1) + dt.timedelta(days=day)
-                    row = run_row(f"{day}-{gain}-{damping}", date, 60.0, levels, is_control=not damping)
+                    row = run_row(
+                        f"{day}-{gain}-{damping}", date.isoformat(), levels, is_control=not damping, duration_s=60.0
+                    )
                     joules = ce_j * (1.0 - 0.01 * saving * (damping > 0)) * of_day * (1.0 + chance.normal(0.0, 0.015))
                     apex_m = 0.01 * _APEX_CM[gain] + chance.normal(0.0, 0.002)
                     for outcome, value in ((Outcome.JOULES, joules), (Outcome.APEX, apex_m)):
