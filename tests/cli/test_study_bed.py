@@ -137,14 +137,6 @@ def test_numbers_that_a_scene_takes_as_they_stand_are_said(small: SmallBook) -> 
     says(told, "Not simulated")
 
 
-def test_gains_taken_for_stiffness_are_named_where_the_robot_does_not_jump(small: SmallBook) -> None:
-    configure(small.folder, '[simulation]\nscene = "bed"\nfactors = { k_gain = "k_extension" }\n')
-    without(small.folder, r"\[gains.k_gain\].*?\n\n", "")
-    refused(labbook("calibrate", at=small.folder), 2, "robot jumps", "k_gain as k_extension in N/m", "[gains.k_gain]")
-    assert labbook("compare", "--check", at=small.folder).code == 1  # nothing can be compared
-    assert labbook("compare", at=small.folder).code == 0
-
-
 def test_jumps_without_logs_lack_apexes_with_the_reason(small: SmallBook) -> None:
     for path in sorted((small.instruments / "logs").glob("*.csv")):
         good(labbook("files", "withdraw", path.name, "--why", "no log", at=small.folder))

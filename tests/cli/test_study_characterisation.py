@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from benchmarks.validation_document import STUDIES, covered, outside
 from data_schema.errors import InputRefused
-from labbook.demo.studies.sheets import DAMPING, POSITION_SD_M, STIFFNESS, VELOCITY_SD_M_S, oscillations, walks
+from labbook.demo.studies.sheets import DAMPING, POSITION_SD_M, STIFFNESS, VELOCITY_SD_M_S, oscillations
 from labbook.studies.characterisation import Trial, characterisation
 from stats.lines.stiffness import velocity_over_rate
 from tests.cli.shell import good, labbook, refused
@@ -87,16 +87,6 @@ def test_errors_that_go_together_widen_the_interval_and_are_said() -> None:
         assert alike.widened < 1.25
         assert one.stiffness_n_m.se > 2.0 * alike.stiffness_n_m.se
     assert np.mean(factors) == pytest.approx(3.0, rel=0.2)
-
-
-def test_a_leg_with_dry_friction_is_no_linear_spring() -> None:
-    drawn = [
-        replace(one, velocity_m_s=one.velocity_m_s - 0.05 * np.sign(one.velocity_m_s))
-        for one in oscillations(np.random.default_rng(3))
-    ]
-    assert all(
-        isinstance(one.residual_lag1, float) and one.residual_lag1 > 0.3 for one in characterisation(drawn).conditions
-    )
 
 
 def test_the_page_s_command_finds_the_lines(tmp_path: Path) -> None:
@@ -178,21 +168,6 @@ def test_a_velocity_of_another_unit_is_refused(unit: str, said: str, tmp_path: P
     written(tmp_path, oscillations(np.random.default_rng(10)))
     in_mm_s(tmp_path, "g200_1.5kg.csv", unit)
     refused(labbook("study", "characterisation", "trials.csv", at=tmp_path), 2, "g200_1.5kg.csv", said, "unit")
-
-
-def test_a_log_of_another_unit_leaves_the_book_s_other_studies(tmp_path: Path) -> None:
-    good(labbook("init", "book", "--as", "Ada Nwosu", at=tmp_path))
-    book = tmp_path / "book"
-    with (book / "labbook.toml").open("a", encoding="utf-8") as configuration:
-        configuration.write('[profiles.study_log]\nfiles = "*kg.csv"\nformat = "study_log"\n')
-    written(book, oscillations(np.random.default_rng(10)))
-    in_mm_s(book, "g60_1kg.csv")
-    (book / "walks.csv").write_text(walks(np.random.default_rng(1)), encoding="utf-8")
-    good(labbook("ingest", *sorted(path.name for path in book.glob("*.csv")), at=book))
-    answer = labbook("study", "all", "--json", at=book)
-    assert answer.code == 2
-    assert "g60_1kg.csv" in answer.json["characterisation"]["refused"]
-    assert "refused" not in answer.json["field"]
 
 
 @pytest.mark.parametrize("kind", ["noise", "rest", "disorder", "heavy", "light"])

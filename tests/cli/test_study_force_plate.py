@@ -11,14 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from benchmarks.validation_document import STUDIES, covered, in_memory, outside
 from data_schema.errors import InputRefused
 from labbook.demo import plate
 from labbook.demo.studies import force_plate
 from labbook.demo.studies.force_plate import PlateScatter, make_plate_book, plate_campaign
-from labbook.studies.force_plate import PlateRun, compare_joules
+from labbook.studies.force_plate import compare_joules
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.once import made_once
@@ -86,32 +85,6 @@ def test_contact_and_jumps_of_the_plate_are_compared_with_what_the_simulator_pre
         "contact time",
         "jump height from impulse",
     }
-
-
-def _outcomes(folder: Path, offset_n: float) -> dict[str, list[float]]:
-    """Make a book of runs whose vertical forces all have an offset; each outcome's means and their difference."""
-    runs = []
-    for run in plate_campaign(1, days=2, hops=8):
-        if run.plate is not None and run.gain in (300, 500):
-            force_n = run.plate.force_n + np.array([0.0, 0.0, offset_n])
-            runs.append(replace(run, plate=replace(run.plate, force_n=force_n)))
-    book = make_plate_book(folder / f"{offset_n:g}", runs, lambda _what: None, lambda _line: None)
-    found = {}
-    for quantity in ("contact_time", "impulse_height", "peak_force"):
-        words = ("--quantity", quantity, "--by", "k_gain", "--control", "300", "--json")
-        (compared,) = good(labbook("stats", "compare", *words, at=book)).json["comparisons"]
-        found[quantity] = [compared["mean_a"], compared["mean_b"], compared["difference"]]
-    return found
-
-
-def test_outcomes_of_the_plate_do_not_depend_on_its_zero(tmp_path: Path) -> None:
-    """45 N less turned the sign: contact time's difference of -27.7 ms became +68.9 ms, 61 mm of height .45 mm."""
-    right = _outcomes(tmp_path, 0.0)
-    assert right["contact_time"][2] < -0.02
-    assert right["impulse_height"][2] > 0.04
-    for offset_n in (-150.0, -45.0, -30.0, 150.0):
-        for quantity, numbers in _outcomes(tmp_path, offset_n).items():
-            assert numbers == pytest.approx(right[quantity], rel=1e-3), (offset_n, quantity)
 
 
 @pytest.mark.soak
@@ -206,17 +179,6 @@ def test_a_log_of_another_run_cannot_be_aligned() -> None:
         compare_joules([wrong, other])
 
 
-def test_records_cut_at_both_ends_are_told_apart_by_their_uneven_hops() -> None:
-    run = next(in_memory(one, 40.0) for one in plate_campaign(4, days=1, hops=40) if one.gain)
-    kept = (run.leg_time_s > 10.0) & (run.leg_time_s < 17.0)
-    whole, cut = (compare_joules([one]).runs[0].clocks for one in (run, replace(run, **_part(run, kept))))
-    assert cut.at_zero_s == pytest.approx(whole.at_zero_s, abs=2e-3)
-
-
-def _part(run: PlateRun, kept: NDArray[np.bool_]) -> dict[str, Any]:
-    return {"leg_time_s": run.leg_time_s[kept], "length_m": run.length_m[kept]}
-
-
 def test_runs_of_two_rates_are_refused() -> None:
     one, other = [in_memory(run, 40.0) for run in plate_campaign(5, days=1, hops=16) if run.gain][:2]
     slow = replace(other, plate_time_s=other.plate_time_s[::2], force_n=other.force_n[::2])
@@ -233,17 +195,6 @@ def test_the_page_s_command_says_slope_clocks_and_window(book: Path, tmp_path: P
     assert plot.read_bytes().startswith(b"%PDF")
     for said in ("Estimated joules are 1.", "95 % CI", "over 2 days, 8 runs of 4 conditions", "1.35", "ppm", "samples"):
         assert said in " ".join(shown.split())
-
-
-@pytest.mark.soak
-def test_the_slope_falls_as_the_window_grows(book: Path) -> None:
-    found = study(book)
-    slopes = [one["slope"] for one in found["windows"]]
-    assert slopes == sorted(slopes, reverse=True)
-    wide = study(book, "--window", "51")
-    assert wide["slope"]["slope"] == pytest.approx(slopes[-1])
-    assert found["slope_without_foot"] < found["slope"]["slope"]
-    assert (found["window_by_corner"], wide["window_by_corner"]) == (True, False)
 
 
 def test_one_day_has_its_interval_over_runs(book: Path) -> None:
@@ -279,15 +230,6 @@ def test_a_book_without_a_factor_is_told_what_to_write(changed: Path) -> None:
     refused(labbook("study", "force-plate", at=changed), 2, "[factors.k_gain]", "levels = [300, 400, 500, 600]")
 
 
-@pytest.mark.soak
-def test_the_page_s_motors_are_taken(book: Path, changed: Path) -> None:
-    page = (DOCS / "force-plate.md").read_text(encoding="utf-8")
-    (motors,) = re.findall(r"^(parameters = .*)$", page, re.MULTILINE)
-    without(changed, r"\[simulation\]\n", f"[simulation]\n{motors.replace('0.186', '0.372')}\n")
-    twice, once = study(changed)["slope"]["slope"], study(book)["slope"]["slope"]
-    assert 1.9 * once < twice < 2.0 * once  # heat is most of it
-
-
 def test_a_leg_out_of_reach_is_refused_with_what_to_measure(changed: Path) -> None:
     without(changed, "link_2_m = 0.2", "link_2_m = 0.15")
     refused(labbook("study", "force-plate", at=changed), 2, "r002", "0.05 to 0.25 m", "measure the links")
@@ -316,8 +258,3 @@ def test_a_charge_that_is_ten_times_off_is_named(changed: Path) -> None:
     good(labbook("correct", "r002", "mah=9000", "--why", "a slip of the pen", "--as", "Ada Nwosu", at=changed))
     said = " ".join(good(labbook("study", "force-plate", at=changed)).out.split())
     assert "far from that of the other runs in r002 (0." in said
-
-
-def test_another_study_has_no_demonstration(tmp_path: Path) -> None:
-    refused(labbook("demo", "--study", "force_plat", str(tmp_path / "demo"), at=tmp_path), 2, "force-plate")
-    refused(labbook("demo", "--study", "force-plate", "--full", str(tmp_path / "demo"), at=tmp_path), 2, "--full")

@@ -3,11 +3,9 @@
 from __future__ import annotations
 
 import functools
-import gzip
 import re
 import shlex
 import shutil
-import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -135,12 +133,6 @@ def test_ingest_refuses_what_the_study_would_in_the_same_words(book: Path, study
     assert f"labbook: {finding['message']}" in by_study.err.replace("\n", " "), by_study.err
     if finding["line"]:
         assert f"line {finding['line']} of sheet.csv" in finding["message"]
-
-
-def test_ingest_names_fillings_that_are_the_same(book: Path) -> None:
-    text = (book.parent / "flasks.csv").read_text(encoding="utf-8")
-    (book.parent / "flasks.csv").write_text(text + text.splitlines(keepends=True)[3], encoding="utf-8")
-    assert "line 12 those of line 4" in good(labbook("ingest", "../flasks.csv", at=book)).out
 
 
 def test_mass_and_distance_that_may_be_swapped_are_named(book: Path) -> None:
@@ -284,16 +276,6 @@ def test_all_studies_of_a_book_are_shown_and_one_that_cannot_be_made_is_named(bo
     assert "compaction, field (`labbook study all`)" in good(labbook("report", at=book)).out
 
 
-def test_a_study_without_its_sheet_is_named_and_the_others_are_made(book: Path) -> None:
-    good(labbook("ingest", "../walks.csv", at=book))
-    configure(book, f"{GRAIN}[studies.characterisation]\n[studies.force-plate]\n")
-    answer = labbook("study", "all", "--pages", "pages", "--json", at=book)
-    assert (answer.code, [name for name, one in answer.json.items() if "refused" not in one]) == (2, ["field"])
-    assert "no sheet of the compaction study" in answer.json["compaction"]["refused"]
-    assert "no sheet of the characterisation study" in answer.json["characterisation"]["refused"]
-    assert [page.name for page in (book / "pages").iterdir()] == ["field.html"]
-
-
 def test_the_page_works_as_it_says(book: Path) -> None:
     text = (DOCS / "studies.md").read_text(encoding="utf-8")
     sheets, logs, *asks = (shlex.split(line) for line in re.findall(r"^ {7}labbook (.*)$", text, re.MULTILINE))
@@ -313,34 +295,6 @@ def test_the_page_works_as_it_says(book: Path) -> None:
         "characterisation.html",
         "field.html",
     }
-
-
-def test_sheets_that_are_packed_or_have_titles_are_refused_with_what_to_do(book: Path) -> None:
-    with zipfile.ZipFile(book.parent / "sheets.zip", "w") as archive:
-        archive.write(book.parent / "flasks.csv", "flasks.csv")
-    (book.parent / "flasks.csv.gz").write_bytes(gzip.compress((book.parent / "flasks.csv").read_bytes()))
-    titled = book.parent / "titled.csv"
-    titled.write_text("# of 5 March\n" + (book.parent / "flasks.csv").read_text(encoding="utf-8"), encoding="utf-8")
-    for name, said in (
-        ("sheets.zip", "save each as CSV"),
-        ("flasks.csv.gz", "save each as CSV"),
-        ("titled.csv", "Line 2 names the columns"),
-    ):
-        answer = labbook("ingest", book.parent / name, at=book)
-        assert (answer.code, said in answer.out) == (2, True), answer.out
-
-
-def test_what_spreadsheets_write_is_read(book: Path) -> None:
-    """A line that names the delimiter, blanks in names, units in other letters, a page of Windows."""
-    text = (book.parent / "flasks.csv").read_text(encoding="utf-8").replace("loose", "gesch\u00fcttet")
-    odd = "sep=;\r\n" + text.replace(",", ";").replace("radius_mm", "Radius MM").replace("water_ml", "water (cm3)")
-    (book.parent / "odd.csv").write_bytes(odd.replace("\n", "\r\n").encode("cp1252"))
-    good(labbook("ingest", "../odd.csv", at=book))
-    found, plain = (
-        asked(book, "compaction", "--grain", "3.4"),
-        asked(book, "compaction", "../flasks.csv", "--grain", "3.4"),
-    )
-    assert found["difference"] == plain["difference"]
 
 
 def test_a_withdrawn_file_leaves_its_name_to_the_one_in_use(book: Path) -> None:

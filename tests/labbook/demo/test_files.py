@@ -69,10 +69,3 @@ def test_truth_knows_every_apex(campaign: Campaign, folder: Path) -> None:
         assert len(entry["apex_ms"]) == len(entry["apex_height_m"]) == run.reached_apexes_m.size
         assert len(entry["misfired_jumps"]) == run.misfired.sum()
     assert truth["passive"]["charge_at_run_duration_mah"] == pytest.approx(86.183)
-
-
-def test_progress_counts_every_file(campaign: Campaign, folder: Path, tmp_path: Path) -> None:
-    seen: list[tuple[int, int]] = []
-    write_campaign(campaign, tmp_path, progress=lambda done, total: seen.append((done, total)))
-    assert [done for done, _ in seen] == list(range(1, len(digests(folder)) + 1))
-    assert {total for _, total in seen} == {len(seen)}
