@@ -26,7 +26,6 @@ if TYPE_CHECKING:
     from stats.lines.passive_drain import fit_passive_drain
     from stats.lines.regression import fit_linear, fit_polynomial
     from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
-    from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
     from stats.planning.power import (
         power_anova,
         power_by_day,
@@ -60,9 +59,6 @@ __all__ = [
     "fit_polynomial",
     "fit_stiffness",
     "force_points",
-    "fraction_from_height",
-    "fraction_from_mass",
-    "fraction_from_water",
     "holm",
     "levene",
     "normal_quantiles",
@@ -78,7 +74,6 @@ __all__ = [
     "residuals_of_groups",
     "rmse_over_iqr",
     "sample_size",
-    "unbounded_fraction",
     "welch_anova",
 ]
 
@@ -112,10 +107,6 @@ _MODULE_OF = {
     "rmse_over_iqr": "groups.residuals",
     "fit_stiffness": "lines.stiffness",
     "force_points": "lines.stiffness",
-    "fraction_from_height": "packing",
-    "fraction_from_mass": "packing",
-    "fraction_from_water": "packing",
-    "unbounded_fraction": "packing",
     "power_anova": "planning.power",
     "power_equivalence": "planning.power",
     "power_t": "planning.power",

@@ -19,12 +19,15 @@ from labbook.terminal import NOT_IN_JSON
 from reports.page.study import Study
 from simulator.steady.published_results import published_numbers
 from stats.lines.regression import LinearFit, fit_linear
-from stats.packing import DENSEST, WALL, fraction_from_water
 from stats.results import plural
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+DENSEST = math.pi / math.sqrt(18.0)
+"""0.7405: no packing of equal spheres is denser (Hales 2005)."""
+WALL = "grain size / radius"
+"""What fractions are extrapolated over, to 0; dimensionless."""
 FEWEST_FLASKS = 3
 CURVED_P = 0.02
 """Of the quadratic term, from which down the fractions are said to follow no line."""
@@ -258,7 +261,7 @@ def _means(flasks: StudySheet) -> dict[str, dict[float, float]]:
     columns = zip(flasks.words["state"], *quantities, strict=True)
     for state, radius_m, flask_m3, water_m3 in columns:
         of_flask = found.setdefault(state, {}).setdefault(radius_m, [])
-        of_flask.append(fraction_from_water(flask_m3, water_m3).fraction)
+        of_flask.append((flask_m3 - water_m3) / flask_m3)  # the water fills what the grains leave
     in_order = sorted(found, key=lambda name: name.casefold() not in _LOOSE)
     return {
         state: {radius_m: math.fsum(several) / len(several) for radius_m, several in sorted(found[state].items())}

@@ -38,7 +38,6 @@ from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
 from stats.lines.passive_drain import fit_passive_drain
 from stats.lines.regression import fit_linear, fit_polynomial
 from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
-from stats.packing import fraction_from_height, fraction_from_mass, fraction_from_water, unbounded_fraction
 from stats.planning.power import (
     power_anova,
     power_by_day,
@@ -98,10 +97,6 @@ DEFINED: dict[str, Callable[[], Any]] = {
     "force_points": lambda: force_points([0.0, 0.1, 0.2], [0.0, 0.01, 0.03], [0.1, 0.2, 0.1], 2.0),
     "fit_gain_line": lambda: fit_gain_line([100.0, 200.0, 300.0, 400.0], [320.0, 580.0, 836.0, 1090.0]),
     "GainLine.at": lambda: fit_gain_line([100.0, 200.0, 300.0], [320.0, 580.0, 836.0]).at(250.0),
-    "fraction_from_mass": lambda: fraction_from_mass(1.0, 2500.0, 0.00065, mass_se_kg=0.001),
-    "fraction_from_height": lambda: fraction_from_height(1.0, 2500.0, 0.01, 0.065),
-    "fraction_from_water": lambda: fraction_from_water(0.001, 0.0004),
-    "unbounded_fraction": lambda: unbounded_fraction([0.02, 0.03, 0.05, 0.1], [0.58, 0.59, 0.602, 0.606], 0.002),
     "rmse_over_iqr": lambda: rmse_over_iqr(A, B),
     "residuals_of_groups": lambda: residuals_of_groups({"a": A, "b": B}),
     "additive_residuals": lambda: additive_residuals([*A, *B], ["a"] * 4 + ["b"] * 4, DAYS * 2),
@@ -156,7 +151,6 @@ ALL = pytest.mark.parametrize(
 )
 OWN_COUNT = ("holm", "PolynomialFit.at", "LinearFit.at", "GainLine.at", "PassiveDrain.at", "difference_with_shared")
 """What says its number of tests, or its degrees of freedom, in place of n."""
-NO_SAMPLE = ("fraction_from_mass", "fraction_from_height", "fraction_from_water")
 
 
 def classes() -> Iterator[type]:
@@ -315,7 +309,7 @@ def test_a_sentence_has_n_and_never_nan(name, make, undefined):
     assert text[-1] == "."
     assert not re.search(r"\bnan\b|\binf\b|Undefined|None|  ", text)
     assert "e+" not in text
-    if name in NO_SAMPLE or (name == "sample_size" and undefined):
+    if name == "sample_size" and undefined:
         return
     assert re.search(r"tests?\b|df = \d|t\(|No test" if name in OWN_COUNT else r"n = \d", text), text
 

@@ -178,7 +178,6 @@ def test_a_mean_of_values_that_cancel():
         lambda: stats.fit_passive_drain([1.0, 2.0, 4.0], [1e-200, 2e-200, 5e-200]),
         lambda: stats.force_points([0.0, 1e-300], [0.0, 0.0], [0.0, 1e20], 1.0),
         lambda: stats.residuals_of_groups({"a": [MOST, -MOST, -MOST]}),
-        lambda: stats.unbounded_fraction([1e-310, 1.0, 2.0], [0.5, 0.6, 0.7], 1.0),
     ],
 )
 def test_what_is_whole_or_nothing_is_refused_with_a_sentence(call):

@@ -65,7 +65,6 @@ OF_ROWS: dict[str, Callable[[Three], Any]] = {
     "PolynomialFit.at": lambda three: stats.fit_polynomial(three[1], three[0], 2).at(three[2][0]),
     "fit_passive_drain": lambda three: stats.fit_passive_drain(positive(three[0]), three[1], abs(three[2][0])),
     "fit_stiffness": lambda three: stats.fit_stiffness(*(np.tile(group, 50) for group in three)),
-    "unbounded_fraction": lambda three: stats.unbounded_fraction(positive(three[0]), three[1], 0.002),
     "rmse_over_iqr": lambda three: stats.rmse_over_iqr(three[0], three[1]),
     "force_points": lambda three: stats.force_points(sorted(three[0]), three[1], three[2], 2.0),
     "additive_residuals": lambda three: stats.additive_residuals(three[0], list("aabbcc"), list("xyxyxy")),
@@ -122,10 +121,6 @@ OF_NUMBERS: dict[str, Callable[[float, float, float], Any]] = {
     "bayes_factor": lambda one, _two, _three: stats.bayes_factor(one, 5, 6),
     "bayes_factor scale": lambda one, two, _three: stats.bayes_factor(one, 5, 6, abs(two)),
     "joules_per_jump": lambda one, two, three: joules_per_jump(abs(one), two, abs(three), 25),
-    "fraction_from_mass": lambda one, two, three: stats.fraction_from_mass(abs(one), abs(two), abs(three)),
-    "fraction_from_water": lambda one, two, three: stats.fraction_from_water(
-        abs(one), abs(two), water_se_m3=abs(three)
-    ),
 }
 
 

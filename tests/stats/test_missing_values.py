@@ -28,7 +28,6 @@ from stats.groups.variances import bartlett, brown_forsythe, f_test, levene
 from stats.lines.passive_drain import fit_passive_drain
 from stats.lines.regression import fit_linear, fit_polynomial
 from stats.lines.stiffness import fit_gain_line, fit_stiffness
-from stats.packing import unbounded_fraction
 from stats.results import Result
 from tests.helpers.wording import refuses, says
 from tests.stats.test_all_results import OF_CHECKED_INPUT, functions
@@ -65,7 +64,6 @@ ROWS: dict[str, Call] = {
     "fit_polynomial": lambda a, b, **policy: fit_polynomial(a, b, 2, **policy),
     "fit_passive_drain": lambda a, b, **policy: fit_passive_drain(a, b, **policy),
     "fit_gain_line": lambda a, b, **policy: fit_gain_line(a, b, **policy),
-    "unbounded_fraction": lambda a, b, **policy: unbounded_fraction(a, b, 1.0, **policy),
     "rmse_over_iqr": rmse_over_iqr,
     "additive_residuals": lambda a, b, **policy: additive_residuals(
         a, np.asarray(b, dtype=float) > 37.0, DAYS[: len(a)], **policy
@@ -77,9 +75,6 @@ NO_SAMPLES = {
     "bayes_factor",
     "difference_with_shared",
     "force_points",
-    "fraction_from_height",
-    "fraction_from_mass",
-    "fraction_from_water",
     "holm",
     "normal_quantiles",
     "power_anova",
@@ -239,7 +234,7 @@ def shares(result: Any) -> list[float]:
     return found
 
 
-OF_A_MEAN = ("percent_savings", "unbounded_fraction", "fit_gain_line", "fit_passive_drain")
+OF_A_MEAN = ("percent_savings", "fit_gain_line", "fit_passive_drain")
 """Shares of a mean, or of values that are near 0 by their nature."""
 
 

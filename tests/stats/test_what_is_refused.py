@@ -25,7 +25,6 @@ RAGGED = [[1, 2], [3]]
         lambda: stats.fit_passive_drain(RAGGED, [1.0, 2.0]),
         lambda: stats.fit_gain_line(RAGGED, [1.0, 2.0]),
         lambda: stats.rmse_over_iqr(RAGGED, [1.0, 2.0]),
-        lambda: stats.unbounded_fraction(RAGGED, [1.0, 2.0], 1e-3),
         lambda: stats.blocked_by_day(RAGGED, ["a", "b"], ["mon", "mon"]),
     ],
 )
