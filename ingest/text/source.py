@@ -157,11 +157,9 @@ def open_text(
     if source.encoding == "utf-8" and _MINUS in source.data:
         source = dataclasses.replace(source, data=source.data.replace(_MINUS, b"-"))
     data = source.data
-    if b"\r" in data:
-        if b"\n" not in data:
-            findings.add(NOTE, "line_ends_cr", "Lines end with CR alone; read as line ends.")
-            return dataclasses.replace(source, data=data.replace(b"\r", b"\n"))
-        _note_mixed_ends(data, findings)
+    if b"\r" in data and b"\n" not in data:
+        findings.add(NOTE, "line_ends_cr", "Lines end with CR alone; read as line ends.")
+        return dataclasses.replace(source, data=data.replace(b"\r", b"\n"))
     return source
 
 
@@ -221,13 +219,6 @@ def _is_utf8(data: bytes) -> bool:
     except UnicodeDecodeError:
         return False
     return True
-
-
-def _note_mixed_ends(data: bytes, findings: FindingCollector) -> None:
-    head = data[:HEAD_BYTES].rstrip(b"\r")
-    crlf = head.count(b"\r\n")
-    if crlf != head.count(b"\r") or crlf != head.count(b"\n"):
-        findings.add(NOTE, "line_ends_mixed", "Lines end in different ways (CRLF, LF, CR); each is read as a line end.")
 
 
 def refuse_long_line(source: TextSource, findings: FindingCollector) -> bool:

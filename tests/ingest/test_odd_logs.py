@@ -76,11 +76,6 @@ def test_thousands_separators_are_the_one_thing_that_is_told(delimiter: str, cel
         assert result.findings[0].line == 2
 
 
-def test_thousands_between_commas_are_not_taken_for_decimals() -> None:
-    rows = [f"{5 * k},{1000 + float(h):,.2f}" for k, h in enumerate(MM)]
-    assert refusal(read(["time [ms],body_height [mm]", *rows])).rule == "thousands_separator"
-
-
 @pytest.mark.parametrize(
     "header",
     ["time [s] body_height [m]", "time (s)   body_height (m)", "  time [s]  body height [m]", "# time [s] height [m]"],
@@ -88,11 +83,6 @@ def test_thousands_between_commas_are_not_taken_for_decimals() -> None:
 def test_units_apart_from_their_names_by_a_blank_belong_to_them(header: str) -> None:
     result = read([header, *(f"{t} {h:.5f}" for t, h in zip(TIMES, HEIGHTS, strict=True))])
     check_heights(result)
-
-
-def test_a_header_by_blanks_with_units_of_some_columns() -> None:
-    rows = [f"{t} {k % 3} {h:.5f}" for k, (t, h) in enumerate(zip(TIMES, HEIGHTS, strict=True))]
-    check_heights(read(["time [s] state body_height [m]", *rows]))
 
 
 def test_a_name_of_two_words_beside_one_without_a_unit_is_refused() -> None:
@@ -137,13 +127,6 @@ def test_a_title_of_a_workbook_that_seems_a_header_is_refused_with_the_key() -> 
     assert "header_row = 2" in said.message
 
 
-def test_a_title_as_wide_as_names_that_nobody_knows_is_none() -> None:
-    rows = [[k * 0.005, round(h, 5)] for k, h in enumerate(HEIGHTS)]
-    said = {"Zeit": ColumnDeclaration("time", "s"), "z": ColumnDeclaration("body_height", "m")}
-    data = workbook({"log": [["Rig A", "of Monday"], ["Zeit", "z"], *rows]})
-    check_heights(read_file(data, Declarations(columns=said)))
-
-
 def dated() -> list[str]:
     return ["Tag;Uhr;body_height [m]", *(f"2024-03-04;12:00:{k * 0.005:06.3f};{h:.5f}" for k, h in enumerate(HEIGHTS))]
 
@@ -164,14 +147,6 @@ def test_a_missing_rate_names_the_columns_of_dates_and_clock_times_that_are_ther
 def test_columns_of_clock_times_are_called_as_flags_call_them(name: str, flag: str) -> None:
     header, *lines = dated()
     says(refusal(read([header.replace("Uhr", name), *lines])).message, f"{flag}=time")
-
-
-def test_what_is_noted_of_a_column_of_clock_times_is_what_is_explained() -> None:
-    result = read(dated())
-    notes = [finding.message for finding in result.findings if finding.column == "Uhr"]
-    (use,) = [column for column in result.explanation.tables[0].columns if column.name == "Uhr"]
-    assert use.left_out is not None
-    assert all("dates or times" in text for text in (use.left_out, *notes))
 
 
 @pytest.mark.parametrize(

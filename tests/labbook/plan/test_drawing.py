@@ -107,24 +107,6 @@ def test_days_are_full_but_never_too_full(request: dict[str, Any]) -> None:
 
 
 @given(requests())
-def test_positions_count_without_holes(request: dict[str, Any]) -> None:
-    plan = draw_plan(**request)
-    assert [run.position for run in plan.runs] == list(range(1, len(plan.runs) + 1))
-    assert [day[0].day for day in plan.days] == list(range(1, len(plan.days) + 1))
-    for day in plan.days:
-        assert [run.position_in_day for run in day] == list(range(1, len(day) + 1))
-    for run in plan.runs:
-        assert (run.condition is None) == (run.kind is RunKind.IDLE)
-        if run.kind is RunKind.JUMPS:
-            assert run.duration_s == request["run_duration_s"]
-
-
-@given(requests())
-def test_the_same_seed_gives_the_same_plan(request: dict[str, Any]) -> None:
-    assert draw_plan(**request) == draw_plan(**request)
-
-
-@given(requests())
 def test_blocked_keeps_each_group_together_in_the_day_and_in_the_plan(request: dict[str, Any]) -> None:
     plan = draw_plan(**{**request, "method": PlanMethod.BLOCKED})
     for day in plan.days:
@@ -289,13 +271,6 @@ def test_the_same_seed_gives_the_same_order_for_ever() -> None:
     assert SeededChance(1).shuffled(range(50)) != SeededChance(2).shuffled(range(50))
 
 
-@given(st.integers(0, 2**63 - 1), st.lists(st.integers(), max_size=30))
-def test_shuffling_keeps_the_items(seed: int, items: list[int]) -> None:
-    before = list(items)
-    assert Counter(SeededChance(seed).shuffled(items)) == Counter(before)
-    assert items == before
-
-
 def test_every_order_is_equally_likely() -> None:
     chance = SeededChance(0)
     n = 6000
@@ -303,8 +278,3 @@ def test_every_order_is_equally_likely() -> None:
     assert set(counts) == set(itertools.permutations("abc"))
     # Chi-squared with 5 degrees of freedom stays below 20.5 with probability 0.999; the seed is fixed.
     assert sum((count - n / 6) ** 2 / (n / 6) for count in counts.values()) < 20.5
-
-
-@given(st.integers(0, 2**63 - 1), st.integers(1, 2**64))
-def test_numbers_stay_below_the_limit(seed: int, limit: int) -> None:
-    assert 0 <= SeededChance(seed).below(limit) < limit

@@ -13,12 +13,9 @@ import pytest
 from data_schema.errors import UsageError
 from data_schema.vocabulary import PlanMethod
 from ingest.tables.sheet import SheetFile
-from labbook.config.checks import RESERVED_NAMES
 from labbook.config.run_names import RunNames
 from labbook.plan.drawing import Plan, PlanFactor, draw_plan
 from labbook.plan.sheet import (
-    AFTER_FACTORS,
-    BEFORE_FACTORS,
     BLANKS,
     format_run_sheet_for_print,
     write_run_sheet,
@@ -79,10 +76,6 @@ def test_no_cell_is_a_formula_and_numbers_stay_numbers() -> None:
     rows, _page = read_run_sheet(file, factors, robots=["=cmd|' /C calc'!A0"], batteries=["@pack"])
     assert {row.levels["foot"] for row in rows} == set(labels)
     assert {(row.robot, row.battery) for row in rows} == {("=cmd|' /C calc'!A0", "@pack")}
-
-
-def test_no_factor_can_be_called_like_a_column() -> None:
-    assert {*BEFORE_FACTORS, *AFTER_FACTORS} <= RESERVED_NAMES
 
 
 def test_names_and_dates_must_fit_the_plan() -> None:

@@ -135,18 +135,6 @@ def test_missing_columns_are_named() -> None:
         says(sentence, column, "is missing")
 
 
-def test_a_thousand_faults_are_kept_but_not_all_shown() -> None:
-    with pytest.raises(SheetRefused) as caught:
-        read(
-            HEADER,
-            *[IDLE.replace("r2", f"r{n}").replace(",2,", f",{n},").replace("09:30", f"?{n}") for n in range(1, 1001)],
-        )
-    assert len(caught.value.faults) == 1000
-    says(str(caught.value), "1000 faults")
-    assert str(caught.value).endswith("\n  and 950 more.")
-    assert str(caught.value).count("\n") == 51
-
-
 def test_what_ails_many_lines_alike_is_told_once_with_their_number() -> None:
     rows = [JUMPS.replace("r1,", f"r{n},", 1).replace(",1,", f",{n},", 1) for n in range(1, 31)]
     at = HEADER.split(",").index("jumps_made")
