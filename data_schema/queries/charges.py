@@ -102,7 +102,6 @@ class SheetRow:
 
     order: int
     uid: str
-    typed: bool
     row_number: int
     line: int | None
     run_uid: str | None
@@ -172,15 +171,11 @@ def charge_contents(connection: sa.Connection, file_uid: str) -> dict[str, tuple
 
 def _rows(connection: sa.Connection, wanted: sa.ColumnElement[Any]) -> list[SheetRow]:
     query = (
-        sa.select(
-            *columns_of(
-                SheetRow, charge, order=charge.c.id, typed=charge.c.file.is_(None), run_uid=run.c.uid, added=_ADDED
-            )
-        )
+        sa.select(*columns_of(SheetRow, charge, order=charge.c.id, run_uid=run.c.uid, added=_ADDED))
         .outerjoin(run, charge.c.run == run.c.id)
         .outerjoin(file, charge.c.file == file.c.id)
         .where(wanted)
         .order_by(charge.c.row_number, charge.c.id)
     )
     rows = connection.execute(query).mappings()
-    return [SheetRow(**{**row, "state": ChargeState(row["state"]), "typed": bool(row["typed"])}) for row in rows]
+    return [SheetRow(**{**row, "state": ChargeState(row["state"])}) for row in rows]

@@ -16,13 +16,11 @@ from data_schema.engine import POSTGRES_SCHEMA, reading, sqlite_engine, translat
 from data_schema.errors import UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
-from data_schema.queries.study import config_in_force
 from data_schema.schema import create_tables
 from labbook.book.opening import (
     CONFIGURATION,
     DATABASE,
     JOURNAL,
-    check_schema,
     engine_of,
     journal_path,
     open_book,
@@ -79,28 +77,17 @@ def make_book(folder: Path, person: str | None, database_url: str | None = None,
 
 
 def _first_configuration(folder: Path, person: str | None, database_url: str | None, store: Path | None) -> str:
-    """Return the last labbook.toml that a journal or database in the folder holds, without these the template."""
+    """Return the last labbook.toml that a journal in the folder holds, without one the template."""
     lost = None
     if (folder / JOURNAL).exists():
         lost = last_configuration(JournalFile(folder / JOURNAL).entries())
-    elif (folder / DATABASE).exists():
-        lost = _configuration_of(folder / DATABASE)
     if lost is not None:
         return lost
+    if (folder / DATABASE).exists():
+        raise UsageError(f"{folder} has a book's {DATABASE} and no {CONFIGURATION}: put that back from a backup.")
     if person is None:
         raise UsageError("a new book needs a person: add --as NAME.")
     return with_places(template(folder.resolve().name, person), database_url, store)
-
-
-def _configuration_of(database: Path) -> str | None:
-    engine = sqlite_engine(database)
-    try:
-        check_schema(engine)
-        with reading(engine) as connection:
-            row = config_in_force(connection)
-    finally:
-        engine.dispose()
-    return None if row is None else row.text
 
 
 def last_configuration(entries: Iterable[Entry]) -> str | None:

@@ -119,10 +119,8 @@ def _without_configuration(folder: Path) -> BookMissing:
     if not _has_pieces(folder):
         return BookMissing(f"there is no book in {folder}: name the folder that holds its {CONFIGURATION}.")
     left = JOURNAL if (folder / JOURNAL).is_file() else DATABASE
-    return BookMissing(
-        f"{folder} has a book's {left} and no {CONFIGURATION}: put that back from a backup, or have `labbook init "
-        f"{folder} --as NAME` write the last one that the book holds."
-    )
+    written = f", or have `labbook init {folder} --as NAME` write the last one that it holds" if left == JOURNAL else ""
+    return BookMissing(f"{folder} has a book's {left} and no {CONFIGURATION}: put that back from a backup{written}.")
 
 
 def open_book(folder: Path) -> Book:

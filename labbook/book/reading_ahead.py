@@ -19,7 +19,7 @@ import subprocess
 import sys
 import threading
 from collections import deque
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import IO, Any, TypeAlias
@@ -48,13 +48,9 @@ _COMMAND = (sys.executable, "-P", "-c", "from labbook.book.reading_ahead import 
 
 @dataclass
 class ReadingAhead:
-    """Passes entries on some time after it has seen them; the files that they name are read meanwhile.
-
-    Of entries `left_out`, by their numbers, none are read.
-    """
+    """Passes entries on some time after it has seen them; the files that they name are read meanwhile."""
 
     store: Store
-    left_out: Collection[int]
     _readers: list[_Reader] = field(default_factory=list)
     _reader_of: dict[int, _Reader] = field(default_factory=dict)
     _count: int = 0
@@ -89,7 +85,7 @@ class ReadingAhead:
             reader.close()
 
     def _is_wanted(self, entry: Entry) -> bool:
-        return entry.action in (Action.INGEST, Action.READ) and entry.seq not in self.left_out
+        return entry.action in (Action.INGEST, Action.READ)
 
     def _start(self) -> bool:
         """Start processes where there are processors for them; one alone reads no faster than this."""
@@ -108,9 +104,9 @@ class ReadingAhead:
 
 
 @contextlib.contextmanager
-def reading_ahead(store: Store, left_out: Collection[int] = ()) -> Iterator[ReadingAhead]:
+def reading_ahead(store: Store) -> Iterator[ReadingAhead]:
     """Have files read ahead until the end of the block."""
-    ahead = ReadingAhead(store, left_out)
+    ahead = ReadingAhead(store)
     try:
         yield ahead
     finally:

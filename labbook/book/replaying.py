@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import itertools
 import tempfile
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -35,8 +35,6 @@ class Replay:
     store: Store
     mirror: JournalFile
     step: Callable[[str], None]
-    needless: Collection[int] = ()
-    """The numbers of entries that need not take effect."""
     hashes: list[str] = field(default_factory=list)
     """Of the entries that were applied, in their order."""
     without_rows: list[Entry] = field(default_factory=list)
@@ -55,7 +53,7 @@ class Replay:
         total = last.seq if until is None else min(last.seq, until)
         entries = journal.verified_chain(self.mirror.tail(seq), (seq, last_hash)) if seq else self.mirror.entries()
         new = itertools.takewhile(lambda entry: entry.seq <= total, entries)
-        with reading_ahead(self.store, self.needless) as ahead:
+        with reading_ahead(self.store) as ahead:
 
             def prepared(entry: Entry) -> object:
                 self.reports.note_entry(entry)
@@ -72,7 +70,7 @@ class Replay:
         self, connection: sa.Connection, command: list[Entry], prepared: Callable[[Entry], object]
     ) -> list[Entry]:
         try:
-            return apply_again(connection, self.store, command, self.needless, prepared)
+            return apply_again(connection, self.store, command, prepared)
         except (InputRefused, UsageError) as error:
             raise BookDamaged(
                 f"entry {command[0].seq} of {self.mirror.path} cannot take effect ({error}): the journal is not as "
@@ -117,12 +115,11 @@ def _batched(commands: Iterable[list[Entry]]) -> Iterator[list[list[Entry]]]:
 
 @contextlib.contextmanager
 def replayed(
-    store: Store, mirror: JournalFile, until: int, step: Callable[[str], None], needless: Collection[int] = ()
+    store: Store, mirror: JournalFile, until: int, step: Callable[[str], None]
 ) -> Iterator[tuple[sa.Engine, Replay]]:
     """Make the database that raw copies and the first `until` entries of the journal give, for as long as it is used.
 
-    Entries whose numbers are `needless` do not take effect. It lies with its samples in a temporary folder of the
-    system; of the book, only raw copies and journal are read.
+    It lies with its samples in a temporary folder of the system; of the book, only raw copies and journal are read.
     """
     with tempfile.TemporaryDirectory(prefix="labbook-replay-") as name:
         folder = Path(name)
@@ -130,7 +127,7 @@ def replayed(
         fill_sqlite(folder / DATABASE)
         engine = sqlite_engine(folder / DATABASE, scratch=True)
         try:
-            replay = Replay(Store(folder), mirror, step, needless)
+            replay = Replay(Store(folder), mirror, step)
             replay.apply_to(engine, until)
             yield engine, replay
         finally:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import contextlib
 import logging
 import secrets
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import Any
@@ -121,24 +121,21 @@ def apply_again(
     connection: sa.Connection,
     store: Store,
     entries: Iterable[Entry],
-    left_out: Collection[int] = (),
     prepared: Callable[[Entry], object] = lambda _entry: None,
 ) -> list[Entry]:
     """Let commands of the journal file take effect and stand in the journal table, as they did the first time.
 
     A command's entries stand there when all have taken effect, as when it was first made. Those that were merged from
-    another book come last, and each stands there for the next, as in that book. Those whose numbers are `left_out`
-    stand there only. `prepared` gives work that was done for an entry already. Returns the entries that speak of a
-    charge or a link which is not there now.
+    another book come last, and each stands there for the next, as in that book. `prepared` gives work that was done for
+    an entry already. Returns the entries that speak of a charge or a link which is not there now.
     """
     without_rows: list[Entry] = []
     for command in journal.commands(entries):
         own = [entry for entry in command if entry.origin is None]
         for entry in own:
-            if entry.seq not in left_out:
-                apply_entry(ApplyContext(connection, store, without_rows), entry, prepared(entry))
+            apply_entry(ApplyContext(connection, store, without_rows), entry, prepared(entry))
         journal.insert(connection, own)
-        _take_effect(connection, store, command, without_rows, left_out, prepared)
+        _take_effect(connection, store, command, without_rows, prepared)
     return without_rows
 
 
@@ -147,14 +144,12 @@ def _take_effect(
     store: Store,
     command: Iterable[Entry],
     without_rows: list[Entry] | None = None,
-    left_out: Collection[int] = (),
     prepared: Callable[[Entry], object] = lambda _entry: None,
 ) -> None:
     """Let the merged entries of a command take effect, one after the other."""
     for entry in command:
         if entry.origin is not None:
-            if entry.seq not in left_out:
-                apply_entry(ApplyContext(connection, store, without_rows), entry, prepared(entry))
+            apply_entry(ApplyContext(connection, store, without_rows), entry, prepared(entry))
             journal.insert(connection, [entry])
 
 

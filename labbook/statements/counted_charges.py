@@ -3,7 +3,7 @@
 A row goes to the run that a person assigned it to, or that it belonged to before it was lost, or that it names. A run
 has one charge, and what a person added to it where the pack was charged in parts: a row equal to what the run has, or
 to what waits for it, is known; one that differs waits in the inbox, until a person decides or its sheet is read again.
-Known rows are placed anew when the row that they repeat counts no more, and give way when it is back.
+Known rows are placed anew when the row that they repeat counts no more.
 """
 
 from __future__ import annotations
@@ -73,15 +73,13 @@ def place_charges(
     uids: Sequence[str],
     placed: Placement,
     *,
-    back: frozenset[str] = frozenset(),
     others: Sequence[str] = (),
     of_file: str | None = None,
 ) -> None:
     """Give each of these charges its place, none of which counts meanwhile, and then those that repeat one of them.
 
-    Those in `back` were lost: equal rows that came later, and that no person changed, give way to them. `others` were
-    lost or have other values now, so that what repeats them is placed too; `of_file` is the run that a file of one
-    charge belongs to.
+    `others` were lost or have other values now, so that what repeats them is placed too; `of_file` is the run that a
+    file of one charge belongs to.
     """
     queue = list(uids)
     while queue or others:
@@ -93,17 +91,13 @@ def place_charges(
         rows = [replace(row, state=ChargeState.GONE) for row in rows]
         rows.sort(key=lambda row: (not manual[row.uid].assigned, row.order))
         run_uids = [row.run_uid for row in rows] + [manual[row.uid].run_uid for row in rows] + [of_file]
-        around = RelatedRows(context, rows, manual, [uid for uid in run_uids if uid], sorted(back))
-        gave_way: list[str] = []
+        around = RelatedRows(context, rows, manual, [uid for uid in run_uids if uid])
         for row in rows:
             run_uid = manual[row.uid].run_uid if manual[row.uid].assigned else row.run_uid
             if not manual[row.uid].assigned and run_uid is None:
                 run_uid = around.runs.get(row.stated_run or "") or of_file
-            if row.uid in back:
-                gave_way += _give_way(around, row, run_uid, placed)
             _place(context, around, row, run_uid, placed)
-        queue = list(dict.fromkeys([*gave_way, *_orphaned_repeats(context, [*queue, *others])]))
-        back, others = frozenset(), ()
+        queue, others = _orphaned_repeats(context, [*queue, *others]), ()
 
 
 def _place(context: ApplyContext, around: RelatedRows, row: SheetRow, run_uid: str | None, placed: Placement) -> None:
@@ -171,7 +165,7 @@ def predicted_findings(connection: sa.Connection, charges: Sequence[ChargeRow]) 
         if read.stated_run not in uids:
             continue
         row = SheetRow(
-            0, f"row {read.row_number}", False, read.row_number, read.line, None, read.stated_run, None,
+            0, f"row {read.row_number}", read.row_number, read.line, None, read.stated_run, None,
             ChargeState.COUNTED, read.charge_mah, read.end_voltage_v, read.mode,
         )  # fmt: skip
         own.add(row.uid)
@@ -188,28 +182,6 @@ def predicted_findings(connection: sa.Connection, charges: Sequence[ChargeRow]) 
         else:
             others.append(replace(row, run_uid=uids[read.stated_run]))
     return [*found, *([_known_already(known, copies)] if known else [])]
-
-
-def _give_way(around: RelatedRows, row: SheetRow, run_uid: str | None, placed: Placement) -> list[str]:
-    """Let later equal rows make room for one that is back; returns their uids, to be placed after it."""
-    own = replace(row, run_uid=None)
-    rows_of_run = [
-        *around.rows_of_run(run_uid or around.runs.get(row.stated_run or ""), row.stated_run),
-        *around.repeating(row.uid),
-    ]
-    later = {other.uid: other for other in rows_of_run if other.order > row.order and not other.typed}
-    manual = around.manual
-    giving = [
-        other
-        for other in later.values()
-        if not manual[other.uid].any
-        and not manual[other.uid].dismissed
-        and _repeats_uncorrected(other, own, manual[row.uid])
-    ]
-    for other in giving:
-        placed.runs += [other.run_uid] if other.run_uid else []
-        around.set(other, ChargeState.GONE, None, row.uid)
-    return [other.uid for other in giving]
 
 
 def _orphaned_repeats(context: ApplyContext, uids: Sequence[str]) -> list[str]:
@@ -269,13 +241,13 @@ STANDING = (ChargeState.COUNTED, ChargeState.DISMISSED)
 
 
 class RelatedRows:
-    """What the rows to be placed may repeat, contradict or displace.
+    """What the rows to be placed may repeat or contradict.
 
     `manual` holds what people changed by hand in each row here, `runs` the uids of the runs that rows name. The rows to
-    be placed count nowhere when this is made; those in `back` displace what repeats them.
+    be placed count nowhere when this is made.
     """
 
-    __slots__ = ("_context", "_named", "_of_run", "_repeating", "_rows", "manual", "runs")
+    __slots__ = ("_context", "_named", "_of_run", "_rows", "manual", "runs")
 
     def __init__(
         self,
@@ -283,21 +255,18 @@ class RelatedRows:
         rows: Sequence[SheetRow],
         manual: Mapping[str, ManualChanges],
         run_uids: Sequence[str],
-        back: Sequence[str],
     ) -> None:
         self._context = context
         names = sorted({row.stated_run for row in rows if row.stated_run is not None})
         self.runs = run_uids_by_name(context.connection, names)
         rows_of_run = rows_about(context.connection, sorted({*run_uids, *self.runs.values()}), names)
-        repeats = repeating(context.connection, back, ChargeState.COUNTED)
         self._rows: dict[str, SheetRow] = {}
         self._of_run: dict[str, dict[str, None]] = {}
         self._named: dict[str, dict[str, None]] = {}
-        for row in (*rows, *rows_of_run, *(row for some in repeats.values() for row in some)):
+        for row in (*rows, *rows_of_run):
             self._rows[row.uid] = row
             self._of_run.setdefault(row.run_uid or "", {})[row.uid] = None
             self._named.setdefault(row.stated_run or "", {})[row.uid] = None
-        self._repeating = {uid: [row.uid for row in some] for uid, some in repeats.items()}
         others = [uid for uid in self._rows if uid not in manual]
         self.manual = {**manual, **manual_changes(context, others)}
 
@@ -308,11 +277,6 @@ class RelatedRows:
         found = [row for row in of_run if row.state is ChargeState.COUNTED]
         found += [row for row in named if row.run_uid is None and row.state in STANDING]
         return sorted(found, key=lambda row: (row.run_uid is None, row.order))
-
-    def repeating(self, uid: str) -> list[SheetRow]:
-        """Return the rows that count and were equal to this one before."""
-        rows = [self._rows[other] for other in self._repeating.get(uid, ())]
-        return [row for row in rows if row.state is ChargeState.COUNTED and row.repeats == uid]
 
     def set(
         self,

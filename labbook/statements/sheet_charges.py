@@ -55,7 +55,7 @@ def update_charges(
         uids[known.pop(number).uid if number in known else _uid(file_uid, number)] = (row, number)
     assert len(uids) == len(read.charges), "two charges of a file have one number"  # noqa: S101
     manual = manual_changes(context, list(uids))
-    moving, back, changed = [], [], []
+    moving, changed = [], []
     for uid, (read_row, number) in uids.items():
         old = standing.get(uid)
         row, battery = _corrected(context, read_row, old, uid, manual[uid], placed)
@@ -70,7 +70,6 @@ def update_charges(
             changed += [] if same else [uid]
         else:
             moving.append(uid)
-            back += [uid] if old.state is ChargeState.GONE else []
             mark_gone(context, [] if old.state is ChargeState.GONE else [old], placed)
             values |= {"run": None} if old.state is not ChargeState.GONE or old.stated_run != row.stated_run else {}
             values |= {} if same else {"repeats": None}
@@ -80,7 +79,7 @@ def update_charges(
     others = [*changed, *(row.uid for row in lost)]
     only = of_file if len(read.charges) == 1 else None
     staying = [row for row in placed.known if row.repeats is not None]
-    place_charges(context, moving, placed, back=frozenset(back), others=others, of_file=only)
+    place_charges(context, moving, placed, others=others, of_file=only)
     repeated = rows_with_uids(context.connection, sorted({row.repeats or "" for row in staying}))
     loose = {row.uid for row in repeated if row.run_uid is None}
     placed.copies |= {row.uid for row in staying if row.repeats in loose}
@@ -105,7 +104,7 @@ def restore_charges(context: ApplyContext, file_uid: str, ingest_key: int, readi
     placed = Placement()
     gone = [row for row in rows_of_file(context.connection, file_uid) if row.state is ChargeState.GONE]
     uids = [row.uid for row in gone if row.row_number in reading["charge_numbers"]]
-    place_charges(context, uids, placed, back=frozenset(uids))
+    place_charges(context, uids, placed)
     imports.add_findings(context.connection, ingest_key, placed.all_findings())
     return placed.runs
 

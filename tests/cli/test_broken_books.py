@@ -40,11 +40,6 @@ def test_a_book_is_found_from_a_folder_inside_it_and_by_name(stated: SmallBook, 
     assert good(labbook("runs", "list", "--book", stated.folder, at=tmp_path)).out == expected
 
 
-def test_making_a_book_needs_a_person_and_leaves_nothing_without_one(tmp_path: Path) -> None:
-    refused(labbook("init", "mybook", at=tmp_path), 2, "missing option '--as'", "labbook init --help")
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_new_book_is_described_first_and_then_only_corrected(tmp_path: Path) -> None:
     good(labbook("init", "mybook", "--as", "Ada Nwosu", at=tmp_path))
     book = tmp_path / "mybook"
@@ -63,13 +58,6 @@ def test_a_new_book_is_described_first_and_then_only_corrected(tmp_path: Path) -
     good(labbook("correct", "study", "reference_voltage_v=15.4", "--why", "typed wrong", at=book))
     good(labbook("check", "lubrication", at=book))
     assert rows(book, "SELECT name, reference_voltage_v FROM study") == [("soft bed", 15.4)]
-
-
-def test_level_in_use_cannot_change_its_meaning(stated: SmallBook) -> None:
-    stated.toml.write_text(stated.toml.read_text().replace("radius_m = 0.038", "radius_m = 0.039"))
-    with unchanged(stated.folder):
-        refused(labbook("note", "r001", "x", at=stated.folder), 2, "foot=small", "0.039", "write that there")
-        good(labbook("runs", "list", at=stated.folder))
 
 
 def test_every_fault_of_the_configuration_is_told_at_once(stated: SmallBook) -> None:
@@ -123,27 +111,6 @@ def test_a_book_without_configuration_does_not_write_to_one_above_it(left: str, 
         refused(labbook("note", "r001", "x", at=inner), 2, "labbook.toml", f"labbook init {inner}")
     (inner / left).unlink()
     good(labbook("note", "r001", "x", at=inner))
-
-
-def test_a_configuration_lost_beside_a_store_elsewhere_comes_from_the_database(tmp_path: Path) -> None:
-    good(labbook("init", "mybook", "--as", "Ada Nwosu", "--store", tmp_path / "store", at=tmp_path))
-    toml = tmp_path / "mybook" / "labbook.toml"
-    text = toml.read_bytes()
-    toml.unlink()
-    refused(labbook("today", at=toml.parent), 2, "labbook.db", "labbook init")
-    good(labbook("init", "mybook", "--as", "Ada Nwosu", at=tmp_path))
-    assert toml.read_bytes() == text
-    good(labbook("today", at=toml.parent))
-
-
-def test_the_folder_of_the_store_below_a_book_is_of_that_book(tmp_path: Path) -> None:
-    good(labbook("init", "mybook", "--as", "Ada Nwosu", "--store", "kept", at=tmp_path))
-    good(labbook("today", at=tmp_path / "mybook" / "kept"))
-
-
-def test_configuration_that_is_a_folder_is_no_book(tmp_path: Path) -> None:
-    (tmp_path / "labbook.toml").mkdir()
-    refused(labbook("runs", "list", at=tmp_path), 2, "no book")
 
 
 def test_missing_database_is_named_with_the_command_that_makes_it(stated: SmallBook) -> None:
@@ -202,28 +169,6 @@ def test_damaged_database_is_told_and_left_to_rebuild(where: str, stated: SmallB
     assert len(rows(stated.folder, "SELECT uid FROM run")) == 16
     (aside,) = stated.folder.glob("labbook.db.before-rebuild.*Z")
     assert aside.read_bytes() == damaged
-
-
-def test_missing_samples_are_told(whole: SmallBook) -> None:
-    shutil.rmtree(whole.folder / "signals")
-    with unchanged(whole.folder):
-        refused(labbook("plot", "r001", at=whole.folder), 3, "signals/", "labbook rebuild")
-        good(labbook("jumps", "list", "r001", at=whole.folder))
-
-
-def test_journal_that_is_gone_or_short_is_written_anew_from_the_database(stated: SmallBook) -> None:
-    good(labbook("note", "r001", "first", at=stated.folder))
-    text = stated.journal.read_text()
-    for left in (None, "", "".join(text.splitlines(keepends=True)[:-1])):
-        stated.journal.unlink()
-        if left is not None:
-            stated.journal.write_text(left)
-        with unchanged(stated.folder):
-            refused(labbook("note", "r001", "x", at=stated.folder), 3, "journal.jsonl", "labbook rebuild --journal")
-            good(labbook("show", "r001", at=stated.folder))
-        good(labbook("rebuild", "--journal", at=stated.folder))
-        assert stated.journal.read_text() == text
-    good(labbook("note", "r001", "second", at=stated.folder))
 
 
 def test_journal_that_was_changed_is_told(stated: SmallBook) -> None:

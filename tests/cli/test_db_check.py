@@ -105,19 +105,6 @@ def test_damaged_samples_are_named_and_come_back_with_rebuild(whole: SmallBook) 
     assert check(whole).code == 0
 
 
-def test_a_journal_that_was_changed_is_told(whole: SmallBook) -> None:
-    whole.journal.write_text(whole.journal.read_text().replace("Nwosu", "Nwoso", 1))
-    found(whole, ("was changed after it was written", "labbook rebuild --journal"))
-
-
-def test_a_journal_that_is_short_or_missing_is_told(whole: SmallBook) -> None:
-    text = whole.journal.read_text()
-    whole.journal.write_text("".join(text.splitlines(keepends=True)[:-1]))
-    found(whole, ("journal.jsonl ends at entry", "labbook rebuild --journal"))
-    whole.journal.unlink()
-    found(whole, ("journal.jsonl is missing", "labbook rebuild --journal"))
-
-
 def test_an_entry_changed_in_the_database_is_told(whole: SmallBook) -> None:
     execute(whole, "DROP TRIGGER journal_never_changed", "UPDATE journal SET reason = 'because' WHERE seq = 3")
     answer = check(whole)
@@ -125,27 +112,6 @@ def test_an_entry_changed_in_the_database_is_told(whole: SmallBook) -> None:
     says(answer.out, "journal_never_changed")
     says(answer.out, "3", "database was changed")
     assert "run `labbook rebuild`" in answer.out
-
-
-def test_a_reference_to_nothing_is_told(whole: SmallBook) -> None:
-    execute(whole, "PRAGMA foreign_keys = off", "DELETE FROM battery WHERE name = 'C'")
-    answer = check(whole)
-    assert answer.code == 3
-    says(answer.out, "row of battery")
-    assert "labbook rebuild" in answer.out
-
-
-def test_a_page_of_rubbish_is_told(whole: SmallBook) -> None:
-    with contextlib.closing(sqlite3.connect(whole.database)) as connection:
-        (page,) = connection.execute("SELECT rootpage FROM sqlite_master WHERE name = 'ix_jump_detection'").fetchone()
-        (size,) = connection.execute("PRAGMA page_size").fetchone()
-    with whole.database.open("r+b") as handle:
-        handle.seek((page - 1) * size)
-        handle.write(b"\xff" * size)
-    answer = check(whole)
-    assert answer.code == 3
-    says(answer.out, "database is damaged")
-    assert "labbook rebuild" in answer.out
 
 
 @pytest.mark.parametrize("how", ["gone", "rubbish"])
@@ -197,13 +163,6 @@ def test_what_was_cut_off_at_the_end_of_the_journal_is_told_and_no_damage(whole:
     assert "does not count" not in good(check(whole)).out
 
 
-def test_a_journal_that_lacks_only_its_last_newline_is_whole(whole: SmallBook) -> None:
-    whole.journal.write_bytes(whole.journal.read_bytes()[:-1])
-    answer = good(check(whole))
-    says(answer.out, "book is whole")
-    assert len(answer.out.splitlines()) == 1
-
-
 def test_files_of_a_report_that_were_altered_since_are_named(whole: SmallBook, tmp_path: Path) -> None:
     """Each report in its own folder, where it still is: in the book, or elsewhere."""
     assert good(labbook("db", "check", "--json", at=whole.folder)).json["reports"] == 0
@@ -227,19 +186,6 @@ def test_files_of_a_report_that_were_altered_since_are_named(whole: SmallBook, t
     assert good(labbook("db", "check", "--json", at=whole.folder)).json["reports"] == 0
     good(labbook("report", "--out", elsewhere, at=whole.folder))
     assert good(labbook("db", "check", "--json", at=whole.folder)).json["reports"] == 1
-
-
-def test_a_report_of_another_book_or_of_a_backup_has_its_files_elsewhere(whole: SmallBook, tmp_path: Path) -> None:
-    laptop = tmp_path / "laptop"
-    shutil.copytree(whole.folder, laptop)
-    good(labbook("report", at=laptop))
-    good(labbook("merge", laptop, at=whole.folder))
-    good(labbook("report", "--where", "foot=small", at=whole.folder))
-    good(labbook("rebuild", at=whole.folder))
-    assert good(labbook("db", "check", "--deep", "--json", at=whole.folder)).json["reports"] == 1
-    good(labbook("backup", tmp_path / "backup", at=whole.folder))
-    good(labbook("restore", tmp_path / "backup", tmp_path / "again", at=tmp_path))
-    assert good(labbook("db", "check", "--json", at=tmp_path / "again")).json["reports"] == 0
 
 
 def test_what_labbook_toml_says_otherwise_than_when_a_report_was_made_is_said_by_its_key(whole: SmallBook) -> None:
@@ -274,25 +220,3 @@ def test_what_labbook_toml_says_otherwise_than_when_a_report_was_made_is_said_by
     whole.toml.write_text(f"{more}{planned}0.1\n".replace("15.4", "16.8"), encoding="utf-8")
     says(settings(), "reports 1 and 2 ", "analysis.alpha", "study.reference_voltage_v", "15.4", "16.8")
     says(settings(), "report 3 ", "study.reference_voltage_v", "15.4", "16.8")
-
-
-def test_many_problems_are_all_told(whole: SmallBook) -> None:
-    shutil.rmtree(whole.folder / "signals")
-    shutil.rmtree(whole.folder / "raw")
-    answer = check(whole)
-    assert answer.code == 3
-    assert answer.out.startswith("26 problems: ")
-    assert len(answer.out.splitlines()) == 27
-
-
-def test_prune_lists_first_and_removes_when_it_is_asked(whole: SmallBook) -> None:
-    good(labbook("rebuild", at=whole.folder))
-    (old,) = whole.folder.glob("labbook.db.before-rebuild.*")
-    with unchanged(whole.folder):
-        shown = good(labbook("db", "prune", at=whole.folder)).out
-    assert old.name in shown
-    says(shown, "nothing was removed", "--yes")
-    assert old.exists()
-    assert good(labbook("db", "prune", "--yes", "--json", at=whole.folder)).json["leftovers"][0]["name"] == old.name
-    assert not old.exists()
-    assert good(labbook("db", "prune", at=whole.folder)).out == "nothing lies about.\n"

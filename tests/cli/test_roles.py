@@ -105,18 +105,6 @@ def _bound_by_rights(*words: str | Path, at: Path) -> Answer:
     return Answer(done.returncode, done.stdout, done.stderr)
 
 
-def test_a_report_is_never_written_into_a_store(whole: SmallBook, tmp_path: Path) -> None:
-    (tmp_path / "link").symlink_to(whole.folder / "raw")
-    elsewhere = small_book(tmp_path / "elsewhere", ingested=False)
-    with unchanged(whole.folder):
-        for out in (whole.folder / "raw", whole.folder / "signals" / "new" / "report", tmp_path / "link" / "x"):
-            for unsaved in ((), ("--unsaved",)):
-                answer = labbook("report", "--out", out, *unsaved, at=whole.folder)
-                refused(answer, 2, "in the store of the book's files")
-        answer = labbook("report", "--out", elsewhere.folder / "signals", at=whole.folder)
-        refused(answer, 2, "in the store of the book's files")
-
-
 def _another(book: SmallBook) -> Path:
     """A log that the book does not have."""
     path = book.instruments / "another.csv"

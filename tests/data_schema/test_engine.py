@@ -93,14 +93,6 @@ def test_a_path_may_hold_any_character(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == [folder.name]
 
 
-def test_a_missing_file_is_not_made(tmp_path: Path) -> None:
-    engine = sqlite_engine(tmp_path / "labbook.db")
-    with pytest.raises(BookDamaged, match="unable to open"), reading(engine):
-        pass
-    engine.dispose()
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_file_that_is_no_database_is_damage_with_the_way_out(tmp_path: Path) -> None:
     path = tmp_path / "labbook.db"
     path.write_bytes(b"not a database " * 1000)
@@ -134,14 +126,6 @@ def test_tables_made_in_a_failed_transaction_do_not_stay(empty_engine: sa.Engine
         half()
     with reading(empty_engine) as connection:
         assert sa.inspect(connection).get_table_names() == []
-
-
-def test_the_driver_alone_would_leave_them(tmp_path: Path) -> None:
-    """The trap itself: in the driver's own mode a rollback keeps the table, which is why BEGIN is ours."""
-    with closing(sqlite3.connect(tmp_path / "labbook.db")) as connection:
-        connection.execute("CREATE TABLE half (a INTEGER)")
-        connection.rollback()
-        assert connection.execute("SELECT name FROM sqlite_master").fetchall() == [("half",)]
 
 
 def test_a_reader_that_becomes_a_writer_fails_whatever_the_timeout(sqlite_with_tables: Path, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import contextlib
 from collections import Counter
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
@@ -28,8 +28,7 @@ from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.queries.detections import verdicts_waiting
 from data_schema.queries.imports import StoredFile, raw_copies, signal_files
 from data_schema.queries.readings import waiting_files
-from data_schema.row_hashes import Altered, altered_rows
-from data_schema.tables import FACTS
+from data_schema.row_hashes import altered_rows
 from data_schema.tables.journal import POSTGRES_FUNCTION, SQLITE_TRIGGERS
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
@@ -39,7 +38,6 @@ from labbook.book.copies.copying import Counted
 from labbook.book.differing import differences
 from labbook.book.opening import check_schema, engine_of, journal_path, read_configuration, store_of
 from labbook.book.replaying import Replay, replayed
-from labbook.statements.apply_context import derived_uid
 
 GUARDS = {"sqlite": SQLITE_TRIGGERS, "postgresql": {"journal_never_changed": f"O {POSTGRES_FUNCTION}"}}
 """The triggers that labbook makes, with what they do: on PostgreSQL their function, after O for one that is enabled."""
@@ -56,8 +54,8 @@ _PROBLEMS_OF_SQLITE = 20
 """The most problems listed of SQLite's integrity check, which can find very many in a damaged file."""
 
 _T = TypeVar("_T")
-_ReplayedJournal: TypeAlias = Callable[[int, Collection[int]], AbstractContextManager[tuple[sa.Connection, Replay]]]
-"""Replays that many entries without the needless ones; gives the resulting database and the replay's record."""
+_ReplayedJournal: TypeAlias = Callable[[int], AbstractContextManager[tuple[sa.Connection, Replay]]]
+"""Replays that many entries; gives the resulting database and the replay's record."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,10 +110,10 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
     store, mirror = store_of(folder, configuration), JournalFile(journal_path(folder, configuration))
 
     @contextlib.contextmanager
-    def replayed_journal(entries: int, needless: Collection[int]) -> Iterator[tuple[sa.Connection, Replay]]:
+    def replayed_journal(entries: int) -> Iterator[tuple[sa.Connection, Replay]]:
         with (
             counted(entries) as step,
-            replayed(store, mirror, entries, step, needless) as (engine, replay),
+            replayed(store, mirror, entries, step) as (engine, replay),
             reading(engine) as fresh,
         ):
             yield fresh, replay
@@ -195,11 +193,10 @@ def _altered(connection: sa.Connection, entries: int, replayed_journal: _Replaye
     problems: list[str] = []
     if not suspected and not deep:
         return problems
-    needless = frozenset() if deep else needless_entries(list(_entries_of_table(connection)), suspected[:MOST_NAMED])
     remedy = "Run `labbook rebuild` to make the database anew from the raw copies and the journal."
     try:
-        with replayed_journal(entries, needless) as (fresh, replay):
-            others = [item for item in differing(connection, fresh) if item not in suspected] if deep else []
+        with replayed_journal(entries) as (fresh, replay):
+            others = [item for item in differing(connection, fresh) if item not in suspected]
             if others and differences(fresh, journal.stored(fresh), replay.without_rows).other_versions:
                 problems.append(
                     f"{len(others)} groups of rows come out otherwise with this labbook's readers and algorithms "
@@ -283,38 +280,3 @@ def _files_in(store: Store) -> Iterator[str]:
         for path in (store.root / folder).rglob("*"):
             if path.is_file():
                 yield path.relative_to(store.root).as_posix()
-
-
-WITHOUT_LOGS = (FACTS.keys() | {"ingest"}) - {"file", "run_file", "report"}
-"""The kinds of rows that neither samples of other files nor reports have a part in."""
-
-
-def needless_entries(entries: Sequence[Entry], suspected: Iterable[Altered]) -> frozenset[int]:
-    """Return the numbers of the entries without which a replay gives the same suspected rows.
-
-    These are reports, and entries on files which gave samples and no charges, but for the suspected ones. Nothing is
-    needless where jumps, results, reports or links of files are suspected.
-    """
-    suspected = list(suspected)
-    if any(item.kind not in WITHOUT_LOGS for item in suspected):
-        return frozenset()
-    read = {item.uid for item in suspected if item.kind == "ingest"}
-    logs = _logs(entries) - {(entry.new or {})["sha256"] for entry in entries if entry.entity_uid in read}
-    uids = {derived_uid("file", sha256) for sha256 in logs}
-    return frozenset(entry.seq for entry in entries if _is_needless(entry, logs, uids))
-
-
-def _logs(entries: Iterable[Entry]) -> set[str]:
-    """Return the SHA-256 of the files of which no reading gave a charge."""
-    gave_charges: dict[str, bool] = {}
-    for entry in entries:
-        if entry.action in (Action.INGEST, Action.READ):
-            new = entry.new or {}
-            gave_charges[new["sha256"]] = gave_charges.get(new["sha256"], False) or bool(new["charge_lines"])
-    return {sha256 for sha256, charges in gave_charges.items() if not charges}
-
-
-def _is_needless(entry: Entry, logs: Collection[str], uids: Collection[str]) -> bool:
-    if entry.action in (Action.INGEST, Action.READ):
-        return (entry.new or {})["sha256"] in logs
-    return entry.action is Action.REPORT or (entry.entity_kind == "file" and entry.entity_uid in uids)

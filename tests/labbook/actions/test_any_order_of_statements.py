@@ -21,11 +21,9 @@ from hypothesis import HealthCheck, Phase, settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
 
-from data_schema.engine import reading
 from data_schema.errors import LabbookError
 from data_schema.queries.imported_files import find_files, links_of_file, parts_of_file
 from data_schema.queries.readings import last_readings
-from data_schema.row_hashes import Altered, Misfit, row_hashes
 from data_schema.vocabulary import FileRole, IngestStatus
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign
@@ -36,10 +34,8 @@ from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
-from labbook.actions.upkeep.health import WITHOUT_LOGS, needless_entries
 from labbook.book.opening import opened
 from labbook.book.rebuilding import rebuild_database
-from labbook.book.replaying import replayed
 from labbook.book.write_session import WriteSession
 from tests.helpers.books import ADA, instrument_files, small_book
 from tests.helpers.databases import all_rows_by_name
@@ -110,7 +106,6 @@ class Statements(RuleBasedStateMachine):
             return
         try:
             before = all_rows_by_name(self.book.engine)
-            self.replay_without_logs()
             self.on_book.close()
             rebuild_database(self.folder / "book", lambda _step: None)
             with opened(self.folder / "book") as book:
@@ -120,16 +115,6 @@ class Statements(RuleBasedStateMachine):
         finally:
             self.on_book.close()
             shutil.rmtree(self.folder)
-
-    def replay_without_logs(self) -> None:
-        """What a check compares charges with is what stands there, though no log is read for it."""
-        entries = list(self.book.mirror.entries())
-        needless = needless_entries(entries, [Altered("charge", "", Misfit.ALTERED)])
-        assert len(needless) >= len(LOGS)
-        again = replayed(self.book.store, self.book.mirror, len(entries), lambda _step: None, needless)
-        with again as (engine, _replay), reading(engine) as fresh, self.book.reading() as connection:
-            for kind in WITHOUT_LOGS - {"ingest"}:
-                assert row_hashes(fresh, kind) == row_hashes(connection, kind), kind
 
     @contextlib.contextmanager
     def may_be_refused(self) -> Iterator[None]:

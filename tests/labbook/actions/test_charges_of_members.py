@@ -18,8 +18,6 @@ from labbook.actions.files.stored_files import reread_named, restore, withdraw
 from labbook.actions.runs.correcting import correct
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
-from labbook.statements.apply_context import derived_uid
-from labbook.statements.sheet_charges import charge_numbers, entry_keys
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.ingest.synthetic_workbooks import workbook
 from tests.labbook.actions.test_sheets_read_again import charges, rebuilt_alike
@@ -127,23 +125,3 @@ def test_charges_that_come_with_another_reading_are_all_held(small: SmallBook, t
         read_again(book, "c.zip", "charge")
         assert charges(book) == ALL
     rebuilt_alike(small)
-
-
-def test_numbers_that_earlier_labbooks_gave_stay(small: SmallBook) -> None:
-    """They named the lines without their members, and gave charges that share a line one number."""
-    sha256, file_uid = "0" * 64, derived_uid("file", "0" * 64)
-    members = {"charge_members": ["a", "a", "b", "b"]}
-
-    def numbers(then: dict[str, object], now: dict[str, object]) -> list[int]:
-        keys = entry_keys(now)
-        with book.reading() as connection:
-            found = charge_numbers(connection, file_uid, {"sha256": sha256, **then}, keys)
-        return [found[key] for key in keys]
-
-    with small.open() as book:
-        same, apart = {"charge_lines": [2, 3, 2, 3]}, {"charge_lines": [2, 3, 8, 9]}
-        assert numbers(same, {**same, **members}) == [1, 2, 3, 4]
-        assert numbers(apart, {**apart, **members}) == [1, 2, 3, 4]
-        assert numbers({**apart, "charge_numbers": [4, 1, 3, 7]}, {**apart, **members}) == [4, 1, 3, 7]
-        shared = numbers({**same, "charge_numbers": [4, 5, 4, 5]}, {**same, **members})
-        assert shared == [4, 5, 6, 7]

@@ -19,7 +19,6 @@ from data_schema.journal import Entry
 from data_schema.queries.facts import update_fact
 from data_schema.row_hashes import note_written
 from data_schema.vocabulary import Action
-from ingest.store import Store
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.upkeep.health import Health, check_book
@@ -201,16 +200,6 @@ def test_a_row_altered_with_its_hash_is_found_by_the_deep_check_and_a_rebuild(ju
     assert (found.rows.uid, [value.column for value in found.values]) == (uid, ["charge_mah"])
 
 
-def test_a_fact_is_compared_without_reading_any_log(judged: SmallBook) -> None:
-    store = Store(judged.folder)
-    for raw in judged.folder.glob("raw/*/*.zst"):
-        if b"body_height" in store.raw(str(raw.relative_to(judged.folder)), raw.stem):
-            raw.unlink()
-    execute(engine_of(judged), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2")
-    (problem,) = [problem for problem in check(judged).problems if "charge" in problem]
-    says(problem, "charge_mah", "1.0")
-
-
 def test_rows_that_other_versions_made_are_no_alterations(judged: SmallBook) -> None:
     """As if an earlier version of a reader had read every log: journal and tables say so alike."""
 
@@ -254,25 +243,6 @@ def test_an_order_that_was_turned_round_is_found(judged: SmallBook, table: str) 
     assert check(judged, deep=True).whole
 
 
-@pytest.mark.parametrize("kind", ["level", "day", "battery"])
-def test_reports_on_runs_of_an_altered_level_day_or_pack_are_named(whole: SmallBook, kind: str) -> None:
-    column = {"level": "label", "day": "date_local", "battery": "name"}[kind]
-    execute(engine_of(whole), f"UPDATE {kind} SET {column} = 'other' WHERE id = (SELECT min(id) FROM {kind})")
-    (problem,) = check(whole).problems
-    assert f"the database: {kind} " in problem
-    assert "that rest on" in problem
-
-
-def test_long_texts_are_shown_where_they_differ(judged: SmallBook) -> None:
-    execute(
-        engine_of(judged),
-        "UPDATE config SET text = replace(text, 'name = ', 'nAme = ') WHERE id = (SELECT min(id) FROM config)",
-    )
-    (problem,) = check(judged).problems
-    assert "nAme = " in problem
-    assert len(problem) < 400
-
-
 @pytest.mark.soak
 def test_a_forged_row_is_named_though_all_hashes_were_removed(judged: SmallBook) -> None:
     execute(engine_of(judged), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2", "DELETE FROM row_hash")
@@ -280,12 +250,6 @@ def test_a_forged_row_is_named_though_all_hashes_were_removed(judged: SmallBook)
     says(problem, "charge_mah", "1.0")
     done = rebuild_database(judged.folder, lambda _step: None)
     assert [rows.rows.kind for rows in done.altered] == ["charge"]
-
-
-def test_a_removed_hash_of_rows_as_they_should_be_is_no_added_row(judged: SmallBook) -> None:
-    execute(engine_of(judged), "DELETE FROM row_hash WHERE kind = 'charge' AND uid = (SELECT min(uid) FROM charge)")
-    (problem,) = check(judged).problems
-    says(problem, "hash of charge")
 
 
 @pytest.mark.soak
@@ -324,15 +288,6 @@ def test_the_trace_of_a_checked_number_is_what_files_and_journal_say(whole: Smal
     assert "charge_mah 1.0" not in str(found.trace)
 
 
-def test_an_altered_name_of_a_copy_is_no_damaged_copy(judged: SmallBook) -> None:
-    execute(engine_of(judged), "UPDATE file SET sha256 = '00' || substr(sha256, 3) WHERE id = 2")
-    assert [problem for problem in check(judged).problems if "the raw copy" in problem] == []
-    execute(engine_of(judged), "UPDATE file SET store_path = 'raw/00/nothing.zst' WHERE id = 3")
-    found = check(judged)
-    assert [problem for problem in found.problems if "the raw copy" in problem] == []
-    assert found.orphans == ()
-
-
 def test_triggers_that_are_not_those_of_labbook_are_named(judged: SmallBook) -> None:
     execute_plainly(
         engine_of(judged),
@@ -343,14 +298,6 @@ def test_triggers_that_are_not_those_of_labbook_are_named(judged: SmallBook) -> 
     assert ["trigger tt " in problems[0], "trigger journal_never_changed" in problems[1]] == [True, True]
     rebuild_database(judged.folder, lambda _step: None)
     assert check(judged).whole
-
-
-def test_a_guard_that_does_nothing_any_more_is_named(judged: SmallBook) -> None:
-    with contextlib.closing(sqlite3.connect(judged.database)) as connection:
-        connection.execute("DROP TRIGGER journal_never_changed")
-        connection.execute("CREATE TRIGGER journal_never_changed BEFORE UPDATE ON journal BEGIN SELECT 1; END")
-    (problem,) = check(judged).problems
-    says(problem, "journal_never_changed")
 
 
 def test_a_journal_cut_behind_its_guard_shows_in_the_rows(judged: SmallBook) -> None:
@@ -411,17 +358,6 @@ def test_no_damage_ends_a_check_without_a_sentence(judged: SmallBook) -> None:
     says(problems, "labbook restore")
 
 
-def test_a_journal_that_cannot_be_replayed_is_named_by_entry(whole: SmallBook) -> None:
-    with whole.open() as book:
-        entries = in_file(book)
-    place = next(place for place, entry in enumerate(entries) if entry.action is Action.CORRECT)
-    entries[place] = replace(entries[place], entity_uid="ffffffffffff")
-    whole.journal.write_text("".join(entry.line + "\n" for entry in renumbered(entries)), encoding="utf-8")
-    whole.database.unlink()
-    with refuses(BookDamaged, "entry", "cannot take effect"):
-        rebuild_database(whole.folder, lambda _step: None)
-
-
 def test_a_damaged_journal_that_holds_more_than_the_database_is_not_written_over(judged: SmallBook) -> None:
     kept = judged.database.read_bytes()
     with judged.open() as book, book.session(ADA) as session:
@@ -434,15 +370,6 @@ def test_a_damaged_journal_that_holds_more_than_the_database_is_not_written_over
     with refuses(BookDamaged, "1", "entries that can"):
         rewrite_journal(judged.folder)
     assert judged.journal.read_bytes() == before
-
-
-def test_what_cannot_be_compared_is_named_all_the_same(judged: SmallBook) -> None:
-    execute(engine_of(judged), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2")
-    for raw in judged.folder.glob("raw/*/*.zst"):
-        raw.unlink()
-    problems = check(judged).problems
-    says(problems, "cannot be told")
-    says(problems, "in the database")
 
 
 @pytest.mark.parametrize("many", [2, pytest.param(50, marks=pytest.mark.soak)])

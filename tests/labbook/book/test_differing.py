@@ -13,7 +13,7 @@ from data_schema.errors import UnknownName
 from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from labbook.actions.report_command import state_report
-from labbook.actions.upkeep.tracing import NumberTrace, PrintedNumber, trace, trace_lines
+from labbook.actions.upkeep.tracing import PrintedNumber, trace, trace_lines
 from labbook.analysis.algorithms import versions_now
 from labbook.book.differing import Differences
 from labbook.book.rebuilding import rebuild_database
@@ -55,21 +55,6 @@ def reports(book: SmallBook) -> list[Entry]:
         return [entry for entry in in_file(standing) if entry.action is Action.REPORT]
 
 
-def test_the_journal_keeps_what_a_report_showed_and_with_which_algorithms(reported: SmallBook) -> None:
-    with reported.open() as book, book.reading() as connection:
-        for entry in reports(reported):
-            assert entry.new is not None
-            assert len(entry.new["shown"]) > 20
-            assert entry.new["versions"].items() <= versions_now().items()
-            assert {"run_energy", "passive_drain", "robust", "published"} <= entry.new["versions"].keys()
-            for uid, value in list(entry.new["shown"].items())[::7]:
-                found = trace(connection, uid)
-                assert isinstance(found, NumberTrace)
-                assert found.number.value == value
-                assert entry.entity_uid in [shown.report for shown in found.shown_in]
-                assert "printed as" not in "\n".join(trace_lines(found))
-
-
 def test_numbers_of_an_earlier_algorithm_are_kept_and_told(reported: SmallBook) -> None:
     """Another version gives other ids: as if those on paper began with other letters."""
     before = [entry.new["shown"] for entry in reports(reported) if entry.new]
@@ -100,25 +85,6 @@ def test_numbers_of_an_earlier_algorithm_are_kept_and_told(reported: SmallBook) 
             assert f"run_energy {versions_now()['run_energy']}" in lines[-1]
         with pytest.raises(UnknownName, match="several numbers"):
             trace(connection, "0ld")
-
-
-@pytest.mark.soak
-def test_a_number_that_came_out_otherwise_is_told_with_both_values(reported: SmallBook) -> None:
-    every, of_small_foot = [(entry.new or {})["shown"] for entry in reports(reported)]
-    victim, value = next((uid, value) for uid, value in every.items() if value and uid in of_small_foot)
-
-    def earlier(said: Words) -> Words:
-        shown = {uid: 1.01 * value if uid == victim else value for uid, value in said["shown"].items()}
-        return {**said, "shown": {uid: v and v * (1 + 1e-12) for uid, v in shown.items()}}
-
-    found = as_earlier(reported, Action.REPORT, earlier)
-    assert found == Differences(numbers_changed=2)  # one in each report that shows it
-    says(found.sentences[0], "another value than")
-    with reported.open() as book, book.reading() as connection:
-        told = trace(connection, victim)
-        assert isinstance(told, NumberTrace)
-        assert told.number.value == value
-        assert f"printed as {told.shown_in[0].value!r}" in trace_lines(told)[1]
 
 
 @pytest.mark.parametrize("same", [pytest.param(True, marks=pytest.mark.soak), False])

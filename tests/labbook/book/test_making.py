@@ -7,13 +7,12 @@ from pathlib import Path
 import pytest
 
 from data_schema.engine import postgres_engine, reading
-from data_schema.errors import BookMissing, InputRefused, UnknownName, UsageError
+from data_schema.errors import BookMissing, UnknownName, UsageError
 from data_schema.journal_file import JournalFile
 from data_schema.queries.study import factors, people, the_study
 from labbook.book.making import make_book
 from labbook.book.opening import opened
-from tests.helpers.books import ADA, SmallBook, small_book, small_toml
-from tests.helpers.databases import all_rows
+from tests.helpers.books import ADA, small_book, small_toml
 from tests.helpers.folders import contents
 from tests.helpers.wording import refuses
 
@@ -52,26 +51,6 @@ def test_a_folder_without_configuration_gets_one_to_fill_in(tmp_path: Path) -> N
     ]
 
 
-def test_a_book_that_is_there_stays_as_it_is(book: SmallBook) -> None:
-    before = contents(book.folder)
-    with book.open() as standing:
-        rows = all_rows(standing.engine)
-    assert not make_book(book.folder, ADA)
-    assert contents(book.folder) == before
-    with book.open() as standing:
-        assert all_rows(standing.engine) == rows
-
-
-@pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)
-def test_a_journal_without_a_database_is_rebuilt_not_made_over(folder: Path) -> None:
-    assert make_book(folder, ADA)
-    (folder / "labbook.db").unlink()
-    before = contents(folder)
-    with refuses(UsageError, "labbook rebuild"):
-        make_book(folder, ADA)
-    assert contents(folder) == before
-
-
 def test_the_database_of_another_book_is_left_alone(tmp_path: Path, postgres_url: str) -> None:
     for name in ("one", "other"):
         (tmp_path / name).mkdir()
@@ -103,14 +82,6 @@ def test_a_wrong_name_leaves_no_half_made_book(folder: Path) -> None:
     assert contents(folder) == before
     make_book(folder, ADA)
     assert JournalFile(folder / "journal.jsonl").last() is not None
-
-
-def test_a_faulty_configuration_leaves_no_half_made_book(folder: Path) -> None:
-    (folder / "labbook.toml").write_text("[study]\nname = 3\n")
-    before = contents(folder)
-    with pytest.raises(InputRefused, match="faults"):
-        make_book(folder, ADA)
-    assert contents(folder) == before
 
 
 def test_journal_and_store_lie_where_the_configuration_says(tmp_path: Path) -> None:

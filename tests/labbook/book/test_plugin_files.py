@@ -11,17 +11,14 @@ from pathlib import Path
 import pytest
 
 from data_schema.queries.charges import every_charge
-from data_schema.vocabulary import Action, IngestStatus
+from data_schema.vocabulary import IngestStatus
 from ingest.formats.registry import plugins
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest
-from labbook.actions.files.stored_files import reread_named, show_file, show_lines
-from labbook.book.opening import Book
+from labbook.actions.files.stored_files import reread_named
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.databases import all_rows_by_name
-from tests.helpers.statements import said_alike
-from tests.helpers.wording import says
 
 READS = """
 import numpy as np
@@ -76,11 +73,6 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
         del sys.modules[name]
 
 
-def shown(book: Book) -> str:
-    with book.reading() as connection:
-        return "\n".join(show_lines(show_file(connection, "odd.txt")))
-
-
 @pytest.fixture
 def odd(tmp_path: Path, install: Install) -> SmallBook:
     """A book with a file that the plug-in read."""
@@ -91,13 +83,6 @@ def odd(tmp_path: Path, install: Install) -> SmallBook:
         outcome = ingest_file(book, tmp_path / "odd.txt", IngestRequest(person=ADA))
     assert outcome.status is IngestStatus.IMPORTED
     return small
-
-
-def test_the_journal_names_the_plugin_of_a_reading(odd: SmallBook) -> None:
-    with odd.open() as book:
-        (entry,) = [entry for entry in said_alike(book) if entry.action is Action.INGEST]
-        assert (entry.new or {})["plugin"] == "labbook-odd 1"
-        says(shown(book), "odd_meter", "1")
 
 
 @pytest.mark.parametrize(

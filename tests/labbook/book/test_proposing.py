@@ -16,8 +16,8 @@ from labbook.book.naming import ensure_condition, study_of
 from labbook.book.proposing import propose
 from labbook.config.parsing import parse_configuration
 from tests.helpers.books import ADA, SmallBook, small_book, small_toml
-from tests.helpers.statements import note, said_alike
-from tests.helpers.wording import refuses, says
+from tests.helpers.statements import said_alike
+from tests.helpers.wording import says
 
 EXTRA = '[factors.surface]\nkind = "label"\nlevels = ["dry", "wet"]\n\n[protocol]'
 """A further factor, before the protocol."""
@@ -58,13 +58,6 @@ def test_a_factor_that_conditions_have_cannot_be_taken_out(made: SmallBook) -> N
     assert "put [factors.foot] back" in sentence
 
 
-def test_a_factor_that_conditions_have_cannot_be_renamed(made: SmallBook) -> None:
-    rewritten(made, "[factors.foot]", "[factors.sole]")
-    gone, new = refusal(made)
-    assert "put [factors.foot] back" in gone
-    assert "adds factor sole" in new
-
-
 def test_a_factor_cannot_be_added_to_conditions_without_it(made: SmallBook) -> None:
     rewritten(made, "[protocol]", EXTRA)
     (sentence,) = refusal(made)
@@ -84,14 +77,6 @@ def test_the_control_of_conditions_cannot_be_changed(made: SmallBook, control: s
     says(sentence, "b_ad_gain", shown, "conditions under control", "0")
 
 
-def test_a_level_that_no_condition_has_may_come_and_go(made: SmallBook) -> None:
-    plain = made.toml.read_text()
-    for text in (plain.replace("levels = [0, 100]", "levels = [0, 100, 1000]"), plain):
-        made.toml.write_text(text)
-        with made.open() as standing, standing.session(ADA) as session:
-            note(session, "heard")
-
-
 def test_a_factor_mistyped_at_first_is_as_if_it_never_was(tmp_path: Path) -> None:
     made = small_book(tmp_path, runs=False, ingested=False)
     plain = made.toml.read_text()
@@ -106,12 +91,6 @@ def test_a_factor_mistyped_at_first_is_as_if_it_never_was(tmp_path: Path) -> Non
             ensure_condition(session, standing.configuration, study_of(session.connection).uid, levels)
         content = state_report(standing, None, ADA, lambda _step: None).content
         assert [factor.name for factor in content.factors] == list(levels)
-
-
-def test_two_factors_with_a_control_are_refused() -> None:
-    text = small_toml().replace('[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\ncontrol = "small"')
-    with refuses(InputRefused, "factors.foot"):
-        parse_configuration(text, "labbook.toml")
 
 
 @pytest.mark.parametrize(

@@ -282,20 +282,6 @@ def test_a_second_rebuild_is_refused_while_one_runs(book: SmallBook) -> None:
     assert len(told) == 1
 
 
-def test_one_who_has_the_book_open_sees_the_new_database_and_goes_on(judged: SmallBook) -> None:
-    with judged.open() as standing:
-        with standing.reading() as connection:
-            before = connection.exec_driver_sql("SELECT count(*) FROM journal").scalar_one()
-            rebuild(judged)
-            assert connection.exec_driver_sql("SELECT count(*) FROM journal").scalar_one() == before
-        with standing.session(ADA) as session:
-            note(session, "afterwards")
-        said_alike(standing)
-    with judged.open() as fresh:
-        assert notes(fresh)[-1] == "afterwards"
-        assert len(said_alike(fresh)) == before + 1
-
-
 def test_one_who_keeps_writing_stops_it(judged: SmallBook) -> None:
     before = rows_of(judged)
     fresh = judged.folder.parent / "fresh.db"
@@ -439,22 +425,6 @@ def test_a_raw_copy_that_is_not_what_was_kept_stops_it(judged: SmallBook, comman
     raw.write_bytes(content)
     assert rows_of(judged) == before
     assert sorted(judged.folder.rglob("*")) == files
-
-
-def test_a_journal_that_was_changed_stops_it(judged: SmallBook) -> None:
-    lines = judged.journal.read_bytes().splitlines(keepends=True)
-    before = judged.database.read_bytes()
-    for damaged in ([*lines[:5], *lines[6:]], [lines[0].replace(b"Ada", b"Eve"), *lines[1:]]):
-        judged.journal.write_bytes(b"".join(damaged))
-        with pytest.raises(BookDamaged, match="labbook rebuild --journal"):
-            rebuild(judged)
-    judged.journal.write_bytes(b"")
-    with refuses(UsageError, "nothing to rebuild"):
-        rebuild(judged)
-    judged.journal.unlink()
-    with pytest.raises(BookDamaged, match="is missing"):
-        rebuild(judged)
-    assert judged.database.read_bytes() == before
 
 
 def test_a_database_that_is_no_longer_one_is_set_aside(judged: SmallBook) -> None:

@@ -14,7 +14,7 @@ from data_schema.errors import UsageError
 from data_schema.journal import Entry
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.imported_files import find_files, links_of_file
-from data_schema.queries.readings import readings_of, waiting_files
+from data_schema.queries.readings import waiting_files
 from data_schema.vocabulary import Action, FileRole, IngestStatus
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
@@ -193,49 +193,4 @@ def test_a_reader_that_gives_fewer_rows_and_parts_stops_no_rebuild(bare: SmallBo
         read_again(book, "s.csv", amounts("first"))
         assert charge_of(book, "r001") is None
         assert charge_of(book, "r004").charge_mah == 77
-    rebuilt_alike(bare)
-
-
-def test_parts_of_a_waiting_file_belong_to_the_runs_that_people_say(bare: SmallBook, tmp_path: Path) -> None:
-    with bare.open() as book:
-        take(book, tmp_path / "both.csv", f"time [ms],z\n{PARTS}{PARTS}", run="r001")
-        state(book, lambda session: assign(session, "both.csv", "r002", "names were swapped"))
-    as_by_another_labbook(bare, ("both.csv",))
-    with bare.open() as book:
-        assert links(book, "both.csv") == {"log": "r002", "log_segment_2": "r002"}
-        state(book, lambda session: assign(session, "both.csv#log_segment_2", "r003", "started again"))
-        state(book, lambda session: assign(session, "both.csv#log", "none", "a rehearsal"))
-        assert links(book, "both.csv") == {"log_segment_2": "r003"}
-    rebuilt_alike(bare)
-    with bare.open() as book:
-        read_again(book, "both.csv", {})
-        assert links(book, "both.csv") == {"log_segment_2": "r003"}
-    read_otherwise(bare, {"both.csv": {"format": None}})
-    with bare.open() as book:
-        assert links(book, "both.csv") == {"log_segment_2": "r003"}  # where it never waited too
-
-
-def test_a_correction_finds_its_line_though_two_readings_wait(bare: SmallBook, tmp_path: Path) -> None:
-    with bare.open() as book:
-        take(book, tmp_path / "s.csv", LINES, amounts("first"))
-        uid = charge_of(book, "r003").uid
-        state(book, lambda session: correct(book, session, f"charge:{uid}", ["charge_mah=77"], "the display said 77"))
-        read_again(book, "s.csv", amounts("second"))
-    as_by_another_labbook(bare, ("s.csv",))
-    with bare.open() as book:
-        read_again(book, "s.csv", amounts("first"))
-        assert [charge_of(book, run).charge_mah for run in ("r001", "r003")] == [150, 77]
-    rebuilt_alike(bare)
-
-
-def test_a_file_refused_under_another_profile_is_refused_again(bare: SmallBook, tmp_path: Path) -> None:
-    toml, path = bare.toml.read_text(), tmp_path / "odd.csv"
-    path.write_text("t [s],z\n0,1\n1,2\n")
-    for rate_hz, rows in ((100, 1), (100, 1), (120, 2)):
-        bare.toml.write_text(f'{toml}\n[profiles.bench]\nfiles = "odd*"\nrate_hz = {rate_hz}\n')
-        with bare.open() as book:
-            outcome = ingest_file(book, path, IngestRequest(person=ADA))
-            assert outcome.status is IngestStatus.REFUSED
-            with book.reading() as connection:
-                assert len(readings_of(connection, outcome.sha256)) == rows
     rebuilt_alike(bare)

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.errors import BookDamaged, InputRefused, LabbookError, UsageError
-from data_schema.journal import GENESIS, chain_entries
+from data_schema.journal import chain_entries
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
@@ -116,23 +116,6 @@ def test_a_text_that_no_journal_can_hold_is_refused(book: SmallBook) -> None:
         )
 
 
-@SERVER_IN_A_SOAK
-def test_any_error_inside_the_desk_leaves_nothing(book: SmallBook) -> None:
-    def break_off(session: WriteSession) -> None:
-        raise UsageError("the cable came off")
-
-    with book.open() as standing:
-        refused(standing, UsageError, "cable", break_off)
-
-
-@SERVER_IN_A_SOAK
-def test_an_empty_desk_says_nothing(book: SmallBook) -> None:
-    before = contents(book.folder)
-    with book.open() as standing, standing.session(ADA):
-        pass
-    assert contents(book.folder) == before
-
-
 # --- file and database disagree
 
 
@@ -148,17 +131,6 @@ def test_an_entry_that_reached_the_file_only_is_applied_by_the_next_writer(book:
             note(session, "afterwards")
         assert notes(standing)[-2:] == ["cut off", "afterwards"]
         assert said_alike(standing)[-2] == late
-
-
-@SERVER_IN_A_SOAK
-def test_a_torn_line_is_forgotten(book: SmallBook) -> None:
-    with book.open() as standing:
-        before = said_alike(standing)
-        with book.journal.open("ab") as handle:
-            handle.write(b'{"action":"note","at_utc":"2021-06-2')
-        with standing.session(ADA) as session:
-            note(session, "afterwards")
-        assert len(said_alike(standing)) == len(before) + 1
 
 
 def test_of_a_command_cut_off_anywhere_all_or_nothing_is_there_after_the_next(tmp_path: Path) -> None:
@@ -192,20 +164,6 @@ def test_of_a_command_cut_off_anywhere_all_or_nothing_is_there_after_the_next(tm
             rebuild_database(made.folder, lambda _step: None)
             with made.open() as book:
                 assert all_rows(book.engine) == rows
-
-
-@SERVER_IN_A_SOAK
-def test_half_a_command_in_the_file_is_not_rebuilt(book: SmallBook) -> None:
-    with book.open() as standing:
-        rows = all_rows(standing.engine)
-        last = said_alike(standing)[-1]
-        run = find_run(standing, "r001")
-        said = [entry(0, GENESIS, new={"target_kind": "run", "target_uid": run, "text": "cut off"}) for _ in range(3)]
-        standing.mirror.append(chain_entries(said, (last.seq, last.hash))[:2])
-    rewrite_journal(book.folder)
-    with book.open() as standing:
-        assert said_alike(standing)[-1] == last
-        assert all_rows(standing.engine) == rows
 
 
 @SERVER_IN_A_SOAK
@@ -253,17 +211,6 @@ def test_the_file_of_another_book_is_refused(book: SmallBook, tmp_path: Path) ->
             with refuses(BookDamaged, "belong to different"):
                 speak()
             assert book.journal.read_bytes() == b"".join(foreign)
-
-
-@SERVER_IN_A_SOAK
-def test_a_journal_that_knows_more_than_the_database_is_not_overwritten(book: SmallBook) -> None:
-    with book.open() as standing:
-        last = said_alike(standing)[-1]
-        standing.mirror.append([entry(last.seq + 1, last.hash)])
-    before = book.journal.read_bytes()
-    with refuses(BookDamaged, "database does not"):
-        rewrite_journal(book.folder)
-    assert book.journal.read_bytes() == before
 
 
 @SERVER_IN_A_SOAK
@@ -379,50 +326,6 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
         with standing.session(ADA) as session:
             note(session, "settled")
         assert said_alike(standing)[-1].entity_kind == "note"
-
-
-def test_what_is_no_longer_said_is_settled_with_an_empty_value(made: SmallBook) -> None:
-    plain = made.toml.read_text()
-    with_unit = plain.replace('[factors.foot]\nkind = "label"', '[factors.foot]\nkind = "label"\nunit = "mm"')
-    for text, assignment in ((with_unit, "unit=mm"), (plain, "unit=")):
-        made.toml.write_text(text)
-        with made.open() as standing:
-
-            def speak(standing: Book = standing) -> None:
-                with standing.session(ADA) as session:
-                    note(session, "unsettled")
-
-            with pytest.raises(InputRefused, match=f"`labbook correct factor:foot {assignment} --why"):
-                speak()
-            with standing.session(ADA, correcting=True) as session:
-                correct(standing, session, "factor:foot", [assignment], "no radius meant")
-            speak()
-
-
-def test_setting_it_back_settles_it_too(made: SmallBook) -> None:
-    text = made.toml.read_text()
-    made.toml.write_text(text.replace("reference_voltage_v = 15.4", "reference_voltage_v = 16.8"))
-    with made.open() as standing, pytest.raises(InputRefused), standing.session(ADA):
-        pytest.fail("a session opened on a contradiction")
-    made.toml.write_text(text)
-    with made.open() as standing, standing.session(ADA) as session:
-        note(session, "as before")
-
-
-def test_an_earlier_configuration_can_come_into_force_again(made: SmallBook) -> None:
-    """Detector changed, reported, changed back: each time the newest text is in force, whatever was before."""
-    robust = made.toml.read_text()
-    published = robust.replace('detector = "robust"', 'detector = "published"')
-    for text in (published, robust, published, robust):
-        made.toml.write_text(text)
-        with made.open() as standing:
-            with standing.session(ADA):
-                pass
-            with standing.reading() as connection:
-                in_force = config_in_force(connection)
-            assert in_force is not None
-            assert in_force.text == text
-            said_alike(standing)
 
 
 # --- files with names that are no text

@@ -8,13 +8,13 @@ from pathlib import Path
 import pytest
 
 from data_schema.errors import UsageError
-from data_schema.queries.imported_files import find_files, inbox, links_of_file
+from data_schema.queries.imported_files import find_files, inbox
 from data_schema.queries.readings import last_reading, parts_of_reading, readings_of
 from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, IngestStatus
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
-from labbook.actions.files.rereading import RereadRequest, reread_lines
+from labbook.actions.files.rereading import RereadRequest
 from labbook.actions.files.stored_files import files_to_reread, reread_named
 from labbook.actions.upkeep.tracing import NumberTrace, trace
 from labbook.book.opening import Book
@@ -123,17 +123,6 @@ def test_a_new_reading_that_is_refused_changes_nothing(home: tuple[SmallBook, Pa
     rebuilt_alike(small)
 
 
-def test_a_refused_reading_says_what_is_wrong_with_the_rows(home: tuple[SmallBook, Path]) -> None:
-    small, path = home
-    with small.open() as book:
-        take(book, path, MM)
-        metres = {"columns": {"z": {"channel": "body_height", "unit": "m"}}}
-        refused = reread_named(book, path.name, RereadRequest(metres, ADA))
-    lines = "\n".join(reread_lines(refused, dry_run=False))
-    says(lines, "--override-units", "mm")
-    says(lines, "out_of_range", "2")
-
-
 @pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.soak)])
 def test_numbers_of_an_earlier_reading_become_stale_and_their_ids_still_answer(tmp_path: Path, every: int) -> None:
     small = reported_book(tmp_path)
@@ -164,16 +153,6 @@ def test_a_reading_that_gives_the_same_makes_nothing_stale(tmp_path: Path) -> No
             assert connection.exec_driver_sql(query).scalar() == 0
 
 
-def test_in_a_batch_what_is_declared_is_for_new_files(home: tuple[SmallBook, Path]) -> None:
-    small, path = home
-    with small.open() as book:
-        take(book, path)
-        outcome = take(book, path, MM, batch="b1")
-        assert outcome.changes is None
-        assert "--again" in outcome.messages[0]
-        assert take(book, path, MM, batch="b2", again=True).changes is not None
-
-
 def test_a_dry_run_says_what_would_change_and_changes_nothing(home: tuple[SmallBook, Path]) -> None:
     small, path = home
     with small.open() as book:
@@ -183,16 +162,6 @@ def test_a_dry_run_says_what_would_change_and_changes_nothing(home: tuple[SmallB
         assert any("body_height" in text for text in outcome.changes or ())
         assert all_rows_by_name(book.engine) == before
         assert sorted(small.folder.rglob("*.parquet")) == kept
-
-
-def test_a_run_is_given_to_known_bytes_that_have_none(home: tuple[SmallBook, Path]) -> None:
-    small, path = home
-    with small.open() as book:
-        take(book, path)
-        says(take(book, path, run="r002").messages, "r002")
-        (line,) = take(book, path, run="r003").messages
-        says(line, "LOG001.csv", "r003", "--why")
-    rebuilt_alike(small)
 
 
 def test_parts_of_a_file_are_given_to_runs_one_by_one(tmp_path: Path) -> None:
@@ -232,26 +201,6 @@ def test_parts_of_a_file_are_given_to_runs_one_by_one(tmp_path: Path) -> None:
         ):
             assign(session, "both.csv#nothing", "r003", None)
     rebuilt_alike(small)
-
-
-def test_a_part_taken_off_its_run_stays_off_in_another_reading(tmp_path: Path) -> None:
-    """It came back to the run of the other parts, and its jumps with it."""
-    small = small_book(tmp_path, ingested=False)
-    header, *rows = small.log("r001").read_text().splitlines(keepends=True)
-    log = tmp_path / "both.csv"
-    log.write_text("".join([header, *rows, *rows]))
-    with small.open() as book:
-        first = ingest_file(book, log, IngestRequest(run="r001", person=ADA))
-        with book.session(ADA) as session:
-            assign(session, "both.csv#log_segment_2", "none", "a rehearsal")
-        again = ingest_file(book, log, IngestRequest(options={"decimal_sign": "."}, person=ADA))
-        assert again.read is not None
-        assert first.read is not None
-        assert "jumps_found_not_made" in {finding.rule for finding in first.read.findings}
-        assert "jumps_found_not_made" not in {finding.rule for finding in again.read.findings}
-        with book.reading() as connection:
-            (file,) = find_files(connection, "both.csv")
-            assert [link.part for link in links_of_file(connection, file.uid)] == ["log"]
 
 
 def test_a_column_that_the_file_lacks_is_refused_when_named_and_noted_in_a_batch(home: tuple[SmallBook, Path]) -> None:

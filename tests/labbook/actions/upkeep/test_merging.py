@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-import tomllib
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 import pytest
 
-from data_schema.errors import BookDamaged, BookMissing, InputRefused, UsageError
+from data_schema.errors import BookDamaged, InputRefused
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.detections import jump_decisions
 from data_schema.queries.readings import last_reading
@@ -361,32 +360,6 @@ def accept(book: Book, run: str, jump: int) -> None:
         decide(book, session, run, [jump], "accept", "looks_right", None)
 
 
-@pytest.mark.soak
-def test_a_run_started_twice_keeps_both_logs_where_this_book_has_both(lab: SmallBook, laptop: SmallBook) -> None:
-    def here(book: Book, files: SmallBook) -> None:
-        take(book, files.log("r003"), run="r003")
-        take(book, files.log("r004"), run="r003")
-
-    go_on(lab, laptop, here, lambda book, files: take(book, files.log("r004"), run="r003"))
-    assert merged(lab, laptop).conflicts == ()
-    is_whole(lab.folder)
-
-
-@pytest.mark.soak
-def test_a_log_that_the_laptop_put_in_the_place_of_a_wrong_one_comes_home(lab: SmallBook, laptop: SmallBook) -> None:
-    def there(book: Book, files: SmallBook) -> None:
-        with book.session(BEN) as session:
-            withdraw(session, "r001.csv", "of another robot")
-        take(book, files.log("r003"), BEN, run="r001")
-
-    go_on(lab, laptop, lambda _book, _files: None, there)
-    assert merged(lab, laptop, dry_run=True).conflicts == ()
-    merged(lab, laptop)
-    with lab.open() as book, book.reading() as connection:
-        assert [log.file_name for log in signals_of_runs(connection) if log.run_name == "r001"] == ["r003.csv"]
-    is_whole(lab.folder)
-
-
 @pytest.mark.parametrize("case", AGAINST)
 def test_a_contradiction_is_named_and_nothing_is_written(lab: SmallBook, laptop: SmallBook, case: str) -> None:
     here, there, words = AGAINST[case]
@@ -454,21 +427,6 @@ def test_a_charge_in_parts_comes_home_whole(lab: SmallBook, laptop: SmallBook) -
     is_whole(lab.folder)
 
 
-def test_who_came_to_the_same_end_by_another_way_agrees(lab: SmallBook, laptop: SmallBook) -> None:
-    def there(book: Book, files: SmallBook) -> None:
-        change(book, "r004", "duration_s=710")
-        change(book, "r004", "duration_s=730")
-        declared_otherwise(book, "r001.csv", "aux")
-        declared_otherwise(book, "r001.csv", "sync")
-
-    def here(book: Book, files: SmallBook) -> None:
-        change(book, "r004", "duration_s=730")
-        declared_otherwise(book, "r001.csv", "sync")
-
-    go_on(lab, laptop, here, there)
-    assert merged(lab, laptop).entries == {}
-
-
 def test_what_was_taken_back_there_is_taken_back_here(lab: SmallBook, laptop: SmallBook) -> None:
     def there(book: Book, files: SmallBook) -> None:
         take_inbox(book, files, None)
@@ -532,17 +490,6 @@ def test_books_without_a_common_beginning_are_matched_by_names(lab: SmallBook, s
     is_whole(lab.folder)
 
 
-def test_the_book_of_another_study_is_refused(lab: SmallBook, stranger: SmallBook) -> None:
-    text = small_toml(two_people=True)
-    name = tomllib.loads(text)["study"]["name"]
-    shutil.rmtree(stranger.folder)
-    stranger.folder.mkdir()
-    stranger.toml.write_text(text.replace(f'"{name}"', '"swimming"', 1), encoding="utf-8")
-    make_book(stranger.folder, BEN)
-    with pytest.raises(InputRefused, match="swimming"):
-        merged(lab, stranger)
-
-
 def test_another_configuration_is_refused_until_both_say_the_same(lab: SmallBook, laptop: SmallBook) -> None:
     text = laptop.toml.read_text().replace('"Ben Ode" = "BO"', '"Ben Ode" = "BO"\n"Cy Dee" = "CD"')
     laptop.toml.write_text(text)
@@ -581,14 +528,6 @@ def test_a_journal_cut_there_is_refused(lab: SmallBook, laptop: SmallBook) -> No
     with pytest.raises(BookDamaged, match="rebuild --journal"):
         merged(lab, laptop)
     assert contents(lab.folder) == before
-
-
-def test_what_is_no_other_book_is_refused(lab: SmallBook, tmp_path: Path) -> None:
-    with lab.open() as book:
-        with pytest.raises(UsageError):
-            merge(book, lab.folder, ADA)
-        with pytest.raises(BookMissing):
-            merge(book, tmp_path, ADA)
 
 
 def test_a_book_on_postgresql_takes_in_one_on_sqlite(tmp_path: Path, postgres_url: str) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.engine import writing
-from data_schema.errors import BookBusy, BookDamaged, UnknownName, UsageError
+from data_schema.errors import BookBusy, UsageError
 from labbook.actions.files import ingesting
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.upkeep.health import Health, check_book
@@ -85,20 +85,6 @@ def test_old_databases_and_what_was_cut_off_go_and_the_book_stays(book: SmallBoo
         assert listed(standing) == {}
 
 
-@server_in_a_soak("book")
-def test_only_what_is_named_goes(book: SmallBook) -> None:
-    old = rebuild(book)
-    lay(book, TEMPORARY)
-    with book.open() as standing:
-        with pytest.raises(UnknownName, match=r"'labbook\.toml' is not"):
-            pruned(standing, "labbook.toml")
-        with pytest.raises(UnknownName, match=r"'labbook\.db' is not"):
-            pruned(standing, old, "labbook.db")
-        assert set(listed(standing)) == {old, TEMPORARY}
-        assert pruned(standing, TEMPORARY) == {TEMPORARY}
-        assert set(listed(standing)) == {old}
-
-
 def test_results_that_no_report_shows_go_and_come_again(tmp_path: Path) -> None:
     book = copy_of_whole_book(tmp_path)
     with book.open() as standing:
@@ -113,16 +99,6 @@ def test_results_that_no_report_shows_go_and_come_again(tmp_path: Path) -> None:
     rebuild_database(book.folder, lambda _step: None)
     with book.open() as standing:
         assert all_rows(standing.engine) == before
-
-
-def test_of_a_book_that_is_not_whole_nothing_goes(tmp_path: Path) -> None:
-    book = small_book(tmp_path)
-    old = rebuild(book)
-    min(book.folder.glob("raw/*/*.zst")).unlink()
-    with book.open() as standing:
-        with refuses(BookDamaged, "not whole", "nothing was removed"):
-            pruned(standing)
-        assert set(listed(standing)) == {old}
 
 
 def test_what_the_journal_speaks_of_stays_also_without_a_row(tmp_path: Path, commands: Commands) -> None:

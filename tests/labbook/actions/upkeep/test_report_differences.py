@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import re
 from collections.abc import Callable
 from dataclasses import replace
@@ -11,21 +10,18 @@ from typing import Any
 
 import pytest
 
-from data_schema.engine import writing
 from data_schema.vocabulary import Undefined
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.stored_files import withdraw
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, unvoid, void
 from labbook.actions.runs.jump_review import decide
-from labbook.actions.upkeep.pruning import prune
 from labbook.actions.upkeep.report_causes import CauseKind
 from labbook.actions.upkeep.report_differences import MovedNumber, ReportsCompared, compare_reports, report_named
 from labbook.analysis import algorithms
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.outcomes import run_apexes
 from labbook.book.opening import Book
-from labbook.book.rebuilding import rebuild_database
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, BEN, SmallBook, copy_of, ingest_all, small_book
 from tests.helpers.databases import server_in_a_soak
@@ -154,43 +150,6 @@ def test_nothing_moves_where_nothing_was_said(book: SmallBook) -> None:
     assert same["moved"] == []
 
 
-def test_what_is_rounding_beside_its_error_has_not_moved(before: SmallBook) -> None:
-    with before.open() as book:
-        report(book)
-        with writing(book.engine) as connection:
-            rounding = "value = value + 1e-15 WHERE report = 2 AND result_number IN (SELECT n.id FROM result_number n "
-            kind = "JOIN result r ON r.id = n.result WHERE r.kind = 'pack_deviation')"
-            nudged = connection.exec_driver_sql(f"UPDATE report_item SET {rounding}{kind}").rowcount
-        found = compared(book)
-    assert nudged > 0
-    assert found.moved == ()
-
-
-def test_what_nothing_explains_is_said(before: SmallBook) -> None:
-    with before.open() as book:
-        report(book)
-        with writing(book.engine) as connection:
-            connection.exec_driver_sql("UPDATE report_item SET value = value + 1 WHERE report = 2")
-        found = compared(book)
-    assert [one.causes for one in found.moved] == [()] * len(found.moved)
-    told = good(labbook("reports", "diff", "1", "2", at=before.folder)).out
-    counts = f"{len(found.moved)} of {found.common} numbers"
-    says(told, counts, "labbook db check")
-
-
-@pytest.mark.soak
-def test_a_run_of_another_condition_moves_what_compares_both(before: SmallBook) -> None:
-    """The runs of a comparison are the same then, and what each gives."""
-    with before.open() as book:
-        with book.session(BEN) as session:
-            correct(book, session, "r004", ["b_ad_gain=0"], "misread")
-        report(book)
-        found = compared(book)
-    assert moved_by(found, lambda one: one.now.kind == "comparison")
-    assert {place for one in found.moved for place in one.causes} == {0}
-    assert [one.now.kind for one in found.moved if not one.causes] == []
-
-
 @pytest.mark.soak
 def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> None:
     with before.open() as book:
@@ -224,48 +183,6 @@ def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> Non
             unvoid(session, "r006", "it was tight")
         report(book)
         assert [(one.kind, one.what) for one in compared(book).causes] == [(CauseKind.VOID, "run r006 counts again")]
-
-
-@pytest.mark.soak
-def test_a_setting_moves_what_is_computed_otherwise_by_it(before: SmallBook) -> None:
-    text = before.toml.read_text(encoding="utf-8")
-    before.toml.write_text(text.replace("exclude_first_jumps = 0", "exclude_first_jumps = 1"), encoding="utf-8")
-    with before.open() as book:
-        report(book)
-        found = compared(book)
-    (cause,) = found.causes
-    says(cause.what, "labbook.toml", "protocol.exclude_first_jumps", "0", "1")
-    assert cause.moved == len(found.moved) > 0
-
-
-def test_reports_of_different_runs_share_the_numbers_of_single_runs(before: SmallBook) -> None:
-    with before.open() as book:
-        report(book, "foot=small")
-        found = compared(book)
-    assert found.common > 0
-    assert found.moved == ()
-    assert found.only_before
-    assert found.only_after
-    told = good(labbook("reports", "diff", "1", "2", "--full", at=before.folder)).out
-    says(told.splitlines()[0], "selections differ", "all runs before", "foot=small after")
-    assert told.count("foot=small") > 1
-
-
-@pytest.mark.soak
-def test_results_that_are_gone_cannot_be_matched(before: SmallBook, monkeypatch: pytest.MonkeyPatch) -> None:
-    raise_apexes(monkeypatch)
-    with before.open() as book:
-        report(book)
-        prune(book, (), lambda _total: contextlib.nullcontext(lambda _step: None))
-        assert compared(book).unmatched == (0, 0)
-    rebuild_database(before.folder, lambda _step: None)
-    with before.open() as book:
-        found = compared(book)
-    assert found.unmatched[0] > 0
-    assert found.unmatched[1] == 0
-    told = good(labbook("reports", "diff", "1", "2", at=before.folder)).out
-    says(told, found.unmatched[0], "1 cannot")
-    says(good(labbook("reports", "show", "1", at=before.folder)).out, "book has no")
 
 
 def test_reports_are_called_by_number_place_and_id(before: SmallBook) -> None:

@@ -122,17 +122,6 @@ def test_a_store_elsewhere_is_brought_into_the_book_and_left_alone_there(tmp_pat
     assert rows(tmp_path / "restored") == rows(book.folder)
 
 
-@pytest.mark.parametrize("said", ['store.path = "s"', 'store = { path = "s" }'])
-def test_a_form_of_the_configuration_that_is_not_understood_is_not_changed(
-    tmp_path: Path, said: str, source: Path
-) -> None:
-    path = source / "labbook.toml"
-    path.write_text(f"{said}\n{path.read_text()}")
-    with refuses(UsageError, "[database]", "[store]"):
-        restored(source, tmp_path / "restored")
-    assert not (tmp_path / "restored").exists()
-
-
 def test_a_folder_that_holds_anything_else_is_left_alone(quick: Path, tmp_path: Path) -> None:
     source = quick / "backup"
     theirs = tmp_path / "theirs"
@@ -157,14 +146,6 @@ def test_a_folder_that_holds_anything_else_is_left_alone(quick: Path, tmp_path: 
     lost.write_bytes(kept)
     restored(source, begun)
     assert rows(begun) == rows(quick / "book")
-
-
-def test_a_backup_without_labbook_toml_has_it_in_its_journal(quick: Path, tmp_path: Path) -> None:
-    source = quick / "backup"
-    text = (source / "labbook.toml").read_text(encoding="utf-8")
-    (source / "labbook.toml").unlink()
-    restored(source, tmp_path / "restored")
-    assert (tmp_path / "restored" / "labbook.toml").read_text(encoding="utf-8") == text
 
 
 def test_what_is_no_complete_backup_is_refused(source: Path, tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ import pytest
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal_file import JournalFile
 from ingest.store import Store, raw_path
-from labbook.book.copies.backing_up import Backup, back_up, backup_line, last_backup
+from labbook.book.copies.backing_up import Backup, back_up, last_backup
 from labbook.book.copies.copying import raw_of
 from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
@@ -112,13 +112,6 @@ def test_a_journal_that_is_short_of_the_database_is_not_taken(book: SmallBook, t
     assert not (tmp_path / "backup" / "journal.jsonl").exists()
 
 
-def test_without_its_database_a_book_is_backed_up_all_the_same(whole: SmallBook, tmp_path: Path) -> None:
-    whole.database.unlink()
-    (remark,) = backup(whole, tmp_path / "backup").remarks
-    says(remark, "not be asked")
-    check_backup(tmp_path / "backup")
-
-
 def test_a_folder_that_is_no_backup_of_this_book_is_left_alone(whole: SmallBook, tmp_path: Path) -> None:
     other = small_book(tmp_path / "other", ingested=False, two_people=True)
     backup(other, tmp_path / "of other")
@@ -165,21 +158,6 @@ def test_a_damaged_journal_of_a_backup_is_told_and_written_anew(whole: SmallBook
     (remark,) = backup(whole, tmp_path / "backup").remarks
     assert "is written anew" in remark
     assert journal.read_bytes() == whole.journal.read_bytes()
-
-
-def test_a_folder_that_cannot_be_made_is_a_sentence(whole: SmallBook) -> None:
-    with refuses(UsageError, "cannot be made"):
-        backup(whole, Path("/proc/labbook"))
-
-
-def test_the_line_of_today_says_what_was_gained_since(whole: SmallBook, tmp_path: Path) -> None:
-    done = backup(whole, tmp_path / "backup")
-    assert backup_line(None, 3).startswith("no backup yet")
-    says(backup_line(done.last, done.last.entries), "nothing was stated")
-    assert backup_line(done.last, done.last.entries + 2).endswith("2 entries since.")
-    (whole.folder / "last-backup.json").write_text("{")
-    with whole.open() as standing:
-        assert last_backup(standing.store) is None
 
 
 # --- while others write, and cut off
@@ -241,12 +219,3 @@ def test_two_backups_at_once_are_one_after_the_other(whole: SmallBook, tmp_path:
     if codes == [0, 3]:
         assert any("another program" in text for text in said)
     finish(whole, tmp_path / "backup", commands)
-
-
-def test_a_folder_in_which_only_the_marker_was_begun_is_as_good_as_empty(whole: SmallBook, tmp_path: Path) -> None:
-    for name in ("backup.json", ".backup.json.part"):
-        destination = tmp_path / name
-        destination.mkdir()
-        (destination / name).touch()
-        assert backup(whole, destination).raw.written == 14
-        assert json.loads((destination / "backup.json").read_text())["book"]
