@@ -108,7 +108,7 @@ def test_a_book_without_configuration_does_not_write_to_one_above_it(left: str, 
     inner.mkdir()
     shutil.copy(stated.folder / left, inner)
     with unchanged(stated.folder):
-        refused(labbook("note", "r001", "x", at=inner), 2, "labbook.toml", f"labbook init {inner}")
+        refused(labbook("note", "r001", "x", at=inner), 2, "labbook.toml", "from a backup")
     (inner / left).unlink()
     good(labbook("note", "r001", "x", at=inner))
 
