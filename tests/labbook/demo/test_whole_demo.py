@@ -72,7 +72,7 @@ def test_the_demonstration_gives_what_was_drawn() -> None:
 def check_drawn(campaign: Campaign, folder: Path) -> None:
     with opened(folder) as book:
         content = analysed(book).content
-        calibrated = calibrate_book(book, None, ["kg_scale"], 0, 1, 0.999, lambda _step: None)
+        calibrated = calibrate_book(book, None, ["kg_scale"], 0.999, lambda _step: None)
     drawn = joules_drawn(campaign)
     conditions = {run.name: run.condition for run in campaign.of_kind(RunKind.JUMPS)}
     reported: dict[str, float] = {}
