@@ -105,7 +105,6 @@ def test_effects() -> None:
         ([], "drag", "--effects 'drag' does not say on or off: write +drag or -drag."),
         ([], "+dragg", "'dragg' is not a known effect: did you mean 'drag'?"),
         ([], "+drag,-drag", "drag is to be both on and off"),
-        ([], "auto", "auto among the effects is for labbook sim run and sim sweep, which take its tolerance"),
     ],
 )
 def test_refused_words(sets: list[str], effects: str | None, said: str) -> None:
