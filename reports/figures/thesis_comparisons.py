@@ -65,35 +65,33 @@ class Compared:
         return np.asarray(PERCENT * (self.ce - self.ad) / self.ce)
 
 
-def _compared(title: str, label: str, jumps: Pair[Jumps], values: Callable[[Jumps], FloatArray]) -> Compared:
-    ce, ad = jumps.ce, jumps.ad
+Quantity = tuple[str, str, Callable[[Jumps], FloatArray]]
+"""A quantity of jumps: its title, its label with the unit, its values."""
+COST: tuple[Quantity, Quantity] = (
+    ("Cost", "Cost (J)", lambda jumps: jumps.cost_j),
+    ("Efficiency", "Efficiency (%)", lambda jumps: PERCENT * jumps.efficiency),
+)
+"""What a jump costs, and the mechanical energy as a share of that."""
+APEX: tuple[Quantity, Quantity] = (
+    ("Apex", "Apex height (m)", lambda jumps: jumps.apex_height_m),
+    ("Mechanical", "Mechanical (J)", lambda jumps: jumps.mechanical_j),
+)
+"""How high a jump gets, and the mechanical energy for it."""
+
+
+def _compared(quantity: Quantity, jumps: Pair[Jumps]) -> Compared:
+    (title, label, values), ce, ad = quantity, jumps.ce, jumps.ad
     return Compared(title, label, values(ce), values(ad), ce.ill_conditioned, ad.ill_conditioned)
 
 
-def _efficiency_percent(jumps: Jumps) -> FloatArray:
-    return PERCENT * jumps.efficiency
-
-
-def draw_cost_over_speed(data: OverVelocity) -> Figure:
-    """Draw cost and efficiency."""
-    cost = _compared("Cost of a jump", "Cost (J)", data.jumps, lambda jumps: jumps.cost_j)
-    efficiency = _compared("Efficiency of the motors", "Efficiency (%)", data.jumps, _efficiency_percent)
-    return _draw_over_speed(data.touchdown_speed_m_s, cost, efficiency)
-
-
-def draw_apex_over_speed(data: OverVelocity) -> Figure:
-    """Draw apex height and mechanical energy."""
-    apex = _compared("Apex height", "Apex height (m)", data.jumps, lambda jumps: jumps.apex_height_m)
-    mechanical = _compared("Mechanical energy", "Mechanical energy (J)", data.jumps, lambda jumps: jumps.mechanical_j)
-    return _draw_over_speed(data.touchdown_speed_m_s, apex, mechanical)
-
-
-def _draw_over_speed(speed_m_s: FloatArray, left: Compared, right: Compared) -> Figure:
+def draw_over_speed(data: OverVelocity, quantities: tuple[Quantity, Quantity]) -> Figure:
     """Draw two quantities side by side, from 0 on, and under each the difference as a share of CE's value."""
+    speed_m_s = data.touchdown_speed_m_s
     with publication_style():
         figure = new_figure(TWO_COLUMNS_IN, 3.4)
         grid = figure.subplots(2, 2, sharex=True, height_ratios=(5, 4))
-        for (above, below), quantity in zip(grid.T, (left, right), strict=True):
+        for (above, below), each in zip(grid.T, quantities, strict=True):
+            quantity = _compared(each, data.jumps)
             either = (CE_LOOK, quantity.ce, quantity.ce_flagged), (AD_LOOK, quantity.ad, quantity.ad_flagged)
             for look, values, flagged in either:
                 above.plot(speed_m_s, values, color=look.colour, linestyle=look.line_style, label=look.label)
@@ -137,27 +135,13 @@ APEX_OVER_GROUNDS_CAPTION = (
 )
 
 
-def draw_cost_over_grounds(data: OverGround) -> Figure:
-    """Draw cost and efficiency."""
-    cost = _compared("Cost", "Cost (J)", data.jumps, lambda jumps: jumps.cost_j)
-    efficiency = _compared("Efficiency", "Efficiency (%)", data.jumps, _efficiency_percent)
-    return _draw_over_grounds(data, cost, efficiency)
-
-
-def draw_apex_over_grounds(data: OverGround) -> Figure:
-    """Draw apex height and mechanical energy."""
-    apex = _compared("Apex", "Apex height (m)", data.jumps, lambda jumps: jumps.apex_height_m)
-    mechanical = _compared("Mechanical", "Mechanical (J)", data.jumps, lambda jumps: jumps.mechanical_j)
-    return _draw_over_grounds(data, apex, mechanical)
-
-
-def _draw_over_grounds(grounds: OverGround, above: Compared, below: Compared) -> Figure:
+def draw_over_grounds(grounds: OverGround, quantities: tuple[Quantity, Quantity]) -> Figure:
     """Draw CE, AD and their relative difference for either quantity; CE and AD have one scale of colours."""
     with publication_style():
         figure = new_figure(TWO_COLUMNS_IN, 4.0)
         grid = figure.subplots(2, 3, sharex=True, sharey=True)
-        for (*values, difference), quantity in zip(grid, (above, below), strict=True):
-            _draw_quantity(figure, grounds, quantity, values, difference)
+        for (*values, difference), each in zip(grid, quantities, strict=True):
+            _draw_quantity(figure, grounds, _compared(each, grounds.jumps), values, difference)
         for axes in grid[:, 0]:
             axes.set_ylabel("Drag scale b_g")
         for axes in grid[-1]:

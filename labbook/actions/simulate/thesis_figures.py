@@ -90,7 +90,7 @@ _ALL = (
         "cost_over_velocity",
         "Cost and efficiency over the initial velocity",
         comparisons.COST_OVER_SPEED_CAPTION,
-        lambda data: comparisons.draw_cost_over_speed(data.over_velocity),
+        lambda data: comparisons.draw_over_speed(data.over_velocity, comparisons.COST),
         _over_speed,
     ),
     ThesisFigure(
@@ -98,7 +98,7 @@ _ALL = (
         "apex_over_velocity",
         "Apex height and mechanical energy over the initial velocity",
         comparisons.APEX_OVER_SPEED_CAPTION,
-        lambda data: comparisons.draw_apex_over_speed(data.over_velocity),
+        lambda data: comparisons.draw_over_speed(data.over_velocity, comparisons.APEX),
         _over_speed,
     ),
     ThesisFigure(
@@ -106,7 +106,7 @@ _ALL = (
         "cost_over_ground",
         "Cost and efficiency over the ground",
         comparisons.COST_OVER_GROUNDS_CAPTION,
-        lambda data: comparisons.draw_cost_over_grounds(data.over_ground),
+        lambda data: comparisons.draw_over_grounds(data.over_ground, comparisons.COST),
         _over_ground,
     ),
     ThesisFigure(
@@ -114,7 +114,7 @@ _ALL = (
         "apex_over_ground",
         "Apex height and mechanical energy over the ground",
         comparisons.APEX_OVER_GROUNDS_CAPTION,
-        lambda data: comparisons.draw_apex_over_grounds(data.over_ground),
+        lambda data: comparisons.draw_over_grounds(data.over_ground, comparisons.APEX),
         _over_ground,
     ),
     ThesisFigure(

@@ -13,12 +13,12 @@ from matplotlib.lines import Line2D
 from reports.figures.kind import svg_bytes
 from reports.figures.style import TWO_COLUMNS_IN
 from reports.figures.thesis_comparisons import (
+    APEX,
+    COST,
     Compared,
-    draw_apex_over_grounds,
-    draw_apex_over_speed,
-    draw_cost_over_grounds,
-    draw_cost_over_speed,
     draw_joules_by_damping,
+    draw_over_grounds,
+    draw_over_speed,
 )
 from reports.figures.thesis_jumps import draw_body_and_toe, draw_energies, draw_ground_functions, draw_power_surface
 from simulator.thesis.figures import (
@@ -95,10 +95,10 @@ DRAWN: dict[str, Callable[[], Figure]] = {
     "3.4": lambda: draw_body_and_toe(PATHS),
     "3.5": lambda: draw_energies(Pair(energies(5.0), energies(4.0))),
     "3.6": lambda: draw_power_surface(POWER),
-    "3.8": lambda: draw_cost_over_speed(OVER_SPEED),
-    "3.9": lambda: draw_apex_over_speed(OVER_SPEED),
-    "3.11": lambda: draw_cost_over_grounds(GROUNDS),
-    "3.12": lambda: draw_apex_over_grounds(GROUNDS),
+    "3.8": lambda: draw_over_speed(OVER_SPEED, COST),
+    "3.9": lambda: draw_over_speed(OVER_SPEED, APEX),
+    "3.11": lambda: draw_over_grounds(GROUNDS, COST),
+    "3.12": lambda: draw_over_grounds(GROUNDS, APEX),
     "3.13": lambda: draw_joules_by_damping(COSTS),
 }
 OF_APEXES = ("3.9", "3.12")
@@ -126,7 +126,7 @@ def test_every_figure_has_its_width_and_labels_with_units(number: str) -> None:
 
 
 def test_the_controllers_are_told_apart_by_more_than_colour() -> None:
-    above = draw_cost_over_speed(OVER_SPEED).axes[0]
+    above = draw_over_speed(OVER_SPEED, COST).axes[0]
     ce, _, ad, _ = above.get_lines()  # each with its ill-conditioned points
     assert (ce.get_linestyle(), ad.get_linestyle()) == ("--", "-")
     assert ce.get_color() != ad.get_color()
@@ -138,18 +138,18 @@ def test_the_difference_is_a_share_of_what_compression_extension_needs() -> None
     none = np.zeros(2, np.bool_)
     compared = Compared("Cost", "Cost (J)", np.array([30.0, 20.0]), np.array([24.0, 25.0]), none, none)
     assert compared.share_percent == pytest.approx([20.0, -25.0])
-    figure = draw_cost_over_speed(OVER_SPEED)
+    figure = draw_over_speed(OVER_SPEED, COST)
     share = figure.axes[2].get_lines()[0]
     assert share.get_ydata() == pytest.approx(np.full(SPEED.size, 20.0))
 
 
 def test_maps_of_both_controllers_have_one_scale_and_a_difference_of_both_signs_has_white_at_0() -> None:
-    figure = draw_apex_over_grounds(GROUNDS)
+    figure = draw_over_grounds(GROUNDS, APEX)
     ce, ad, difference = (axes.collections[0] for axes in figure.axes[:3])
     assert ce.get_clim() == ad.get_clim()
     assert difference.get_cmap().name == "viridis"  # all of one sign
     mixed = over_ground(jumps(GRID, 1.0), jumps(4.0 - GRID, 1.0))
-    difference = draw_apex_over_grounds(mixed).axes[2].collections[0]
+    difference = draw_over_grounds(mixed, APEX).axes[2].collections[0]
     assert difference.get_cmap().name == "PuOr"
     assert difference.norm(np.zeros(1)) == 0.5
 
@@ -185,6 +185,6 @@ def test_costs_have_a_panel_a_stiffness_and_a_line_a_foot_and_gain_with_a_band_o
 
 def test_a_jump_that_is_missing_leaves_a_gap() -> None:
     broken = jumps(np.where(SPEED > 1.5, np.nan, SPEED), 1.0)
-    figure = draw_cost_over_speed(OverVelocity(SPEED, Pair(broken, jumps(SPEED, 0.8))))
+    figure = draw_over_speed(OverVelocity(SPEED, Pair(broken, jumps(SPEED, 0.8))), COST)
     assert np.isnan(figure.axes[0].get_lines()[0].get_ydata()).sum() == (SPEED > 1.5).sum()
     ElementTree.fromstring(svg_bytes(figure))
