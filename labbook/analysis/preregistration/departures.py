@@ -54,14 +54,7 @@ class DepartureKind(Enum):
     REPLACED = "{now} replaced {was} as the {source} of run {run} after a report had been made ({by})"
     ADDED = "{name} was added to the {source} of run {run} after a report had been made ({by})"
     SURPLUS = "{name} came to run {run} when it had its {source} ({by}){lost}"
-    GIVEN_LATE = (
-        "the {source} of run {run} was in the book when a report was made, and was given to it only afterwards ({by})"
-    )
     VOIDED = "{runs} made void ({reason}) after a report had been made ({by})"
-    COMPARISONS_LOST = (
-        "planned and not made: {compared}, because no run of {conditions} counts any more{after}; Holm's p of the "
-        "others does not count it"
-    )
     RUNS_UNSELECTED = "the selection leaves out {runs} of the condition {condition} and takes its other runs"
     LEVELS_UNSELECTED = "the selection compares some levels of a group and leaves out {count} of it whole: {conditions}"
     CONDITIONS_UNSELECTED = (
@@ -328,12 +321,10 @@ def _replaced(states: _States) -> Iterator[Departure]:
 
 
 def _came_late(states: _States) -> Iterator[Departure]:
-    """Find what came to a run that had all it can have, or was added to what it had at a report, and what was in the
-    book at a report and came to its run later.
+    """Find what came to a run that had all it can have, or was added to what it had at a report.
 
-    The first acts as an exclusion, unless one command brought all. Inboxes must be emptied: the last is only listed.
+    The first acts as an exclusion, unless one command brought all.
     """
-    replacing = {(item, uid) for uid, _, _, came in states.exchanged for item in came}
     for uid, source in ((uid, source) for uid in states.given for source in SOURCES):
         items, most = list(states.now.contents(uid, source)), states.now.most(uid, source)
         if not states.reports and len(items) <= most:
@@ -353,13 +344,6 @@ def _came_late(states: _States) -> Iterator[Departure]:
             if states.was_added(item, uid, source):
                 words |= {"name": states.named([item]), "by": _by(states.arrival(item, uid))}
                 yield Departure(DepartureKind.ADDED, words, states.outcomes(uid, source), states.about(uid))
-                continue
-            read = states.history.entry_of(item)
-            missed = [
-                seq for seq, state in states.reports.items() if read and read.seq < seq and not state.has(uid, item)
-            ]
-            if missed and (item, uid) not in replacing and not states.moved(item, uid):
-                yield Departure(DepartureKind.GIVEN_LATE, {**words, "by": _by(states.arrival(item, uid))})
 
 
 def _voided(states: _States, reported_elsewhere: Collection[str]) -> Iterator[Departure]:

@@ -8,8 +8,7 @@ What the choice of runs for a report or a comparison leaves out: it could have b
 
 Some runs of a condition are another condition, and some levels of a group, compared without its others, are another
 comparison than the planned one. A group that is left out whole takes nothing from the others' means, but its
-comparisons belong to the planned family: Holm's p of a report counts them too (`unselected_comparisons`). Comparisons
-are lost where all runs of a condition that gave numbers are void.
+comparisons belong to the planned family: Holm's p of a report counts them too.
 """
 
 from __future__ import annotations
@@ -27,7 +26,6 @@ from data_schema.vocabulary import FileRole, ReasonCode, RunKind, RunState
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.pairing import place_configured
 from labbook.analysis.preregistration.book_state import (
-    BookHistory,
     BookState,
     read_history,
     reported_states,
@@ -209,7 +207,6 @@ def planned_analysis(
     left_out = _disallowed(state, stood.exclusions)
     void_runs = [item.run for item in left_out if item.jumps is None]
     since_first = departures_since(history, state, reports, first.seq, void_runs)
-    since_first += _comparisons_lost(history, state, first.seq, configuration, stood, since_first)
     further = [*_changed_jump_rules(before[-1][0].text, configuration), *since_first]
     further += [] if selected is None else _unselected(state, configuration, selected)
     departing = [*_changed_settings(stood, now, configurations), *map(not_allowed, left_out)]
@@ -344,49 +341,3 @@ def _since(history: Sequence[tuple[RecordedConfiguration, Any]], value: object) 
 
 def _time_and_person(item: RecordedConfiguration | None) -> tuple[str | None, str | None]:
     return (None, None) if item is None else (item.at_utc, item.person)
-
-
-def _comparisons_lost(
-    history: BookHistory,
-    now: BookState,
-    first_seq: int,
-    configuration: Configuration,
-    settings: AnalysisSettings,
-    since: Sequence[Departure],
-) -> list[Departure]:
-    """List group by group the comparisons of the primary outcome that void runs took away, after an entry.
-
-    Where a report had seen these runs, which the departures `since` that entry show, all other comparisons are
-    exploratory: one that was seen and taken away makes Holm's p of the others smaller.
-    """
-    swept, outcome = pairing.swept_factor(configuration), settings.primary_outcome
-    void = {uid for uid, run in now.runs.items() if run.state is RunState.VOID and run.kind is RunKind.JUMPS}
-    if swept is None or not void:
-        return []
-    before, control = state_at(history, first_seq, arrivals=False), configuration.factors[swept].control
-    groups: dict[tuple[tuple[str, str], ...], dict[str, bool]] = {}
-    counting = set[str]()
-    for uid, run in now.runs.items():
-        counts = run.kind is RunKind.JUMPS and outcome in now.given(uid)
-        if swept in run.levels and (counts or (uid in void and outcome in before.given(uid, surplus=False))):
-            group = tuple(sorted((name, label) for name, label in run.levels.items() if name != swept))
-            groups.setdefault(group, {})[run.condition_key] = run.levels[swept] == control
-            counting |= {run.condition_key} if counts else set()
-    seen = {key for item in since if item.kind is DepartureKind.VOIDED for key in item.conditions or ()}
-    found = []
-    for conditions in groups.values():
-        treated, gone = [key for key in conditions if not conditions[key]], conditions.keys() - counting
-        alone = all(key in gone for key in conditions if conditions[key])  # no control counts
-        lost = [key for key in treated if alone or key in gone]
-        pooled = settings.family is Family.POOLED
-        if not gone or len(treated) == len(conditions) or not lost or (pooled and len(lost) < len(treated)):
-            continue
-        named, after = first_named(lost, "; "), " after a report had been made" if seen & gone else ""
-        one = pooled or len(lost) == 1
-        words = {
-            "compared": f"comparison{'' if one else 's'} of {named} with the control",
-            "conditions": first_named([key for key in conditions if key in gone], "; "),
-            "after": after,
-        }
-        found.append(Departure(DepartureKind.COMPARISONS_LOST, words, (outcome,) if after else ()))
-    return found

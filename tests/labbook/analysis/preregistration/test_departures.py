@@ -151,32 +151,24 @@ def test_a_run_without_numbers_may_be_left_out(honest: SmallBook) -> None:
     assert found.departures == ()
 
 
-@pytest.mark.parametrize("seen", [pytest.param(False, marks=pytest.mark.soak), True])
-def test_a_planned_comparison_whose_runs_are_all_void_is_told(honest: SmallBook, *, seen: bool) -> None:
-    """Its runs were left out for a reason that is allowed; after a report, no other comparison is planned for it."""
+def test_runs_made_void_after_a_report_make_their_comparison_exploratory(honest: SmallBook) -> None:
+    """Whatever the reason, and though it is allowed: their numbers had been seen."""
     key = key_of(honest, "r002")
     with honest.open() as book, book.reading() as connection:
         query = f"SELECT run.name FROM run JOIN condition ON run.condition = condition.id WHERE condition.key = '{key}'"
         names = list(connection.exec_driver_sql(query).scalars())
-    if seen:
-        reported(honest, None)
+    reported(honest, None)
     with honest.open() as book, book.session(ADA) as session:
         for name in names:
             void(session, name, "misfire")
     found, _why = reported(honest, None)
-    said = found.departures[-1]
-    says(said, "planned and not made", key, "no run of", "does not count it")
-    assert len(found.departures) == 1 + seen
-    other = key_of(honest, "r003")
-    if seen:
-        says(found.departures[0], "made void (misfire) after a report had been made", ADA, *names)
-        says(str(found.exploratory(Outcome.JOULES, POOLED, [key])), "made void")
-        assert found.exploratory(Outcome.JOULES, POOLED, [other]) == said
-    else:
-        assert found.exploratory(Outcome.JOULES, POOLED, [other]) is None
+    (said,) = found.departures
+    says(said, "made void (misfire) after a report had been made", ADA, *names)
+    says(str(found.exploratory(Outcome.JOULES, POOLED, [key])), "made void")
+    assert found.exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r003")]) is None
     with honest.open() as book:
         content = state_report(book, None, ADA, lambda _step: None).content
-    assert content.departed == 1 + seen
+    assert content.departed == 1
     assert content.void == f"Void: {', '.join(names)} (misfire)."
 
 

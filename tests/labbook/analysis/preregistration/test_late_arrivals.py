@@ -129,22 +129,6 @@ def test_a_charge_that_is_added_to_one_that_a_report_showed_makes_the_condition_
     assert planned(honest) == found
 
 
-@pytest.mark.parametrize("report_first", [True, pytest.param(False, marks=pytest.mark.soak)])
-def test_what_lay_in_the_inbox_while_a_report_was_made_is_told(tmp_path: Path, report_first: bool) -> None:
-    made = decided_book(tmp_path, without="r002.csv")
-    ingests(made, made.instruments / "loose.csv")
-    steps: list[Callable[[], None]] = [lambda: reports(made), lambda: assigns(made, "loose.csv", "r002")]
-    for step in steps if report_first else steps[::-1]:
-        step()
-    found = planned(made)
-    if not report_first:
-        assert found.departures == ()
-        return
-    (said,) = found.departures
-    says(said, "r002", "when a report")
-    assert found.exploratory_equivalence(POOLED) is None
-
-
 def test_a_log_taken_off_and_put_back_after_a_report_is_no_departure(reported: SmallBook) -> None:
     assigns(reported, "r002.csv", "none", "was it this one?")
     assigns(reported, "r002.csv", "r002")
