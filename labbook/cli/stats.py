@@ -77,10 +77,6 @@ RouteOption = Annotated[
         help="A test of all values, whatever their days: welch, student, or f_then_t (thesis: F-test, then either).",
     ),
 ]
-TestRouteOption = Annotated[
-    str | None,
-    typer.Option("--route", metavar="NAME", help="Tests of all values, whatever their days: welch or student."),
-]
 VariancesOption = Annotated[
     str,
     typer.Option(
@@ -196,12 +192,11 @@ def equivalence(
     low: LowOption = None,
     high: HighOption = None,
     percent: PercentOption = False,
-    route: TestRouteOption = None,
     pooled: PooledOption = False,
 ) -> None:
     """Test whether groups differ from the control by less than what matters: two one-sided t-tests (TOST), or one for a
     single bound. The interval has level 1 - 2 alpha. Where days are known the test is the report's by shared days, as
-    in `stats compare`; a single bound is tested on all values.
+    in `stats compare`; without days all values are as of one day.
 
     On the book the values are one a run, those of the report; for its apex heights (in metres) the bounds of its
     [analysis] are taken where none are given.
@@ -211,4 +206,4 @@ def equivalence(
     """
     from labbook.actions.stats.answering import equal
 
-    shared.answer(functools.partial(equal, given=(low, high, percent), route=route), pooled=pooled)
+    shared.answer(functools.partial(equal, given=(low, high, percent)), pooled=pooled)

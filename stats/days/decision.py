@@ -78,6 +78,7 @@ class Bounded:
     value: float | Undefined
     low: float
     high: float
+    """Infinite where there is no such bound."""
     ci: tuple[float, float] | Undefined
     alpha: float
     t_low: float | Undefined
@@ -91,6 +92,9 @@ class Bounded:
     """Whether p is at most alpha; the interval lies within the bounds just then."""
 
 
+_NO_LOW, _NO_HIGH = Undefined(Reason.NO_LOWER_BOUND), Undefined(Reason.NO_UPPER_BOUND)
+
+
 def bounds_tests(
     value: float | Undefined,
     bounds: tuple[float, float],
@@ -99,11 +103,14 @@ def bounds_tests(
     t: tuple[float, float],
     df: float,
 ) -> Bounded:
-    """Return two one-sided tests from their t at the lower and the upper bound."""
-    p_low, p_high = t_upper(t[0], df).p, t_upper(-t[1], df).p
-    p = max(p_low, p_high)
+    """Return two one-sided tests from their t at the lower and the upper bound, or the one of a single bound."""
+    (t_low, p_low), (t_high, p_high) = (
+        (at, t_upper(sign * at, df).p) if math.isfinite(bound) else (none, none)
+        for at, sign, bound, none in zip(t, (1.0, -1.0), bounds, (_NO_LOW, _NO_HIGH), strict=True)
+    )
+    p = max(each for each in (p_low, p_high) if isinstance(each, float))
     equivalent = p <= alpha and not isinstance(ci, Undefined)
-    return Bounded(value, *bounds, ci, alpha, t[0], p_low, t[1], p_high, df, p, equivalent)
+    return Bounded(value, *bounds, ci, alpha, t_low, p_low, t_high, p_high, df, p, equivalent)
 
 
 def undefined_estimate(why: Undefined, level: float, value: float | Undefined) -> Estimate:
@@ -206,19 +213,31 @@ class Contrast:
             *self._tested(self._control - self._treated, test),
         )
 
-    def equivalence(self, low: float, high: float, alpha: float = 0.05, *, percent: bool = True) -> Bounded:
-        """Test that treatment less control lies within bounds, in percent of the control's mean or in its unit."""
-        low, high = as_number("low", low, above=-100.0 if percent else -math.inf), as_number("high", high)
+    def equivalence(
+        self, low: float | None, high: float | None, alpha: float = 0.05, *, percent: bool = True
+    ) -> Bounded:
+        """Test that treatment less control lies within bounds, in percent of the control's mean or in its unit.
+
+        `low` alone is non-inferiority, `high` alone its mirror image. Raises `InputRefused` for no bound at all, bounds
+        in the wrong order or at most -100 percent, and alpha from 0.5.
+        """
+        if low is None and high is None:
+            raise InputRefused("Neither bound is given: give low, high or both.")
+        lowest = -100.0 if percent else -math.inf
+        low = -math.inf if low is None else as_number("low", low, above=lowest)
+        high = math.inf if high is None else as_number("high", high, above=lowest)
+        if as_level("alpha", alpha) >= 0.5:
+            raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5, for example 0.05.")
         if low >= high:
             raise InputRefused(f"the bounds are {low!r} to {high!r}: give the lower one first.")
-        level = 1.0 - 2.0 * as_level("alpha", alpha)
+        level = 1.0 - 2.0 * alpha
         value = self._percent() if percent else self._sized(self._difference())
         if self.why is not None:
             return undefined_bounds(self.why, (low, high), alpha, value)
         if isinstance(value, Undefined):
             why = Undefined(Reason.CONTROL_MEAN_NOT_POSITIVE) if percent else value
             return undefined_bounds(why, (low, high), alpha, value)
-        ratios = [1.0 + bound / 100.0 if percent else 1.0 for bound in (low, high)]
+        ratios = [1.0 + bound / 100.0 if percent and math.isfinite(bound) else 1.0 for bound in (low, high)]
         shifts = [0.0, 0.0] if percent else [times_power(bound, -self.scale.exponent) for bound in (low, high)]
         errors = [self._test(ratio, level).error for ratio in ratios]
         if min(errors) == 0.0:

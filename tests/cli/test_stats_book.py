@@ -156,14 +156,14 @@ def test_bounds_of_the_book_are_taken_for_its_heights(tmp_path: Path) -> None:
     refused(labbook("stats", "equivalence", "--quantity", "apex", at=book.folder), 2, "add --low and --high")
     text = book.toml.read_text(encoding="utf-8")
     book.toml.write_text(f"{text}\n[analysis]\nalpha = 0.1\napex_bounds_percent = [-4, 5]\n", encoding="utf-8")
-    words = ("stats", "equivalence", "--quantity", "apex", *SMALL, "--route", "welch")
-    (found,) = good(labbook(*words, "--json", at=book.folder)).json["equivalence"]
-    assert (found["low"], found["high"], found["bounds"], found["alpha"]) == (-4.0, 5.0, "percent", 0.1)
+    words = ("stats", "equivalence", "--quantity", "apex", *SMALL)
+    (found,) = good(labbook(*words, "--json", at=book.folder)).json["decisions"]
+    assert (found["low"], found["high"], found["alpha"]) == (-4.0, 5.0, 0.1)
     (other,) = good(
         labbook("stats", "equivalence", "--quantity", "apex", *SMALL, "--low", "-0.1", "--json", at=book.folder)
-    ).json["equivalence"]
+    ).json["decisions"]
     assert (other["low"], other["high"]) == (-0.1, None)
-    says(other["high_reason"], "no upper bound")
+    says(other["t_high"]["reason"], "no upper bound")
     millimetres = labbook("stats", "equivalence", "--quantity", "apex", *SMALL, "--low=-5", at=book.folder)
     refused(millimetres, 2, "--low -5 is in metres", "write --low -0.005")
 

@@ -25,9 +25,7 @@ from labbook.analysis.observations import Observations
 from labbook.config.model import Bounds
 from reports.figures.estimation import Estimation
 from reports.figures.kind import check_form
-from stats.checks import Missing, as_level
-from stats.compare.equivalence import equivalence
-from stats.compare.savings import percent_savings
+from stats.checks import Missing, as_level, as_values
 from stats.compare.two_sample import ROUTES, Route, TwoSample, compare_two
 from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day
 from stats.exact.tails import t_upper
@@ -212,7 +210,7 @@ def _by_days(question: Question, *, savings: bool = False) -> Answer:
     settings, of_plan = observed.settings, observed.plan is not None and observed.measured.has_savings
     one_sided = of_plan and settings is not None and settings.one_sided and math.isclose(alpha, settings.alpha)
     level = 1.0 - (2.0 * alpha if one_sided else alpha)
-    contrasts = _contrasts(observed)
+    contrasts = _contrasts(question)
     tested = {
         label: one.savings(level) if savings or of_plan else one.difference(level) for label, one in contrasts.items()
     }
@@ -268,7 +266,7 @@ def _described(question: Question, label: str, contrast: Contrast) -> dict[str, 
         "b": question.control,
         "alpha": question.alpha,
         "rule": str(contrast.rule),
-        "days": list(contrast.days),
+        "days": [day for day in contrast.days if day],
         "n_a": contrast.n[1],
         "n_b": contrast.n[0],
         "other_days": every - sum(contrast.n),
@@ -314,6 +312,8 @@ def _sentence(
 
 
 def _rule_text(contrast: Contrast) -> str:
+    if not any(contrast.days):
+        return "All values" if contrast.days else f"By shared days ({contrast.rule})"
     days = len(contrast.days)
     count = f", {days} day{'' if days == 1 else 's'}" if days else ""
     only = "; holds for the days measured" if contrast.rule is Rule.WITHIN else ""
@@ -336,9 +336,16 @@ def _days_left_out(observed: Observations) -> list[str]:
     return [DAYS_LEFT_OUT] if days_decide(observed) else []
 
 
-def _contrasts(observed: Observations) -> dict[str, Contrast]:
-    """Return the contrast of every group with the control by the days that both share, by label."""
-    known = observed.known()
+def _contrasts(question: Question) -> dict[str, Contrast]:
+    """Return the contrast of every group with the control by label, by the days that both share where these are known.
+
+    Without days all values are as of one day.
+    """
+    observed, known = question.observed, question.observed.known()
+    by_days = days_decide(observed)
+    if not by_days and question.missing == "refuse":
+        for label in observed.labels:
+            as_values(observed.name(label), observed.values(label))
     control = [row for row in known.rows if row.label == known.control]
     found = {}
     for label in observed.others():
@@ -346,8 +353,8 @@ def _contrasts(observed: Observations) -> dict[str, Contrast]:
         found[label] = contrast_by_day(
             [float(value) for value in known.values(label)],
             [float(value) for value in known.values(known.control)],
-            days_treated=[row.day for row in treated],
-            days_control=[row.day for row in control],
+            days_treated=[row.day for row in treated] if by_days else None,
+            days_control=[row.day for row in control] if by_days else None,
             shared_treated=[row.shared for row in treated],
             shared_control=[row.shared for row in control],
             strata_treated=[", ".join(row.pooled) or "all" for row in treated],
@@ -364,130 +371,63 @@ def save(question: Question) -> Answer:
             f"Savings are of what is consumed, and {observed.measured} is not: these are percent of the control's that "
             "are lost."
         )
-    if days_decide(observed):
-        return replace(_by_days(question, savings=True), notes=notes)
-    found = {
-        label: percent_savings(
-            observed.values(observed.control),
-            observed.values(label),
-            shared_in_control=observed.shared(observed.control),
-            shared_in_treated=observed.shared(label),
-            level=question.level,
-            missing=question.missing,
-            names=(question.control, question.name(label)),
-        )
-        for label in observed.others()
-    }
-    return Answer(
-        [result.sentence() for result in found.values()],
-        {
-            "savings": [
-                {"treated": question.name(label), "control": question.control, **as_dict(result)}
-                for label, result in found.items()
-            ]
-        },
-        lambda: estimation_of(
-            observed,
-            {
-                label: difference_number(result.percent, result.percent_ci, question.level, "%")
-                for label, result in found.items()
-            },
-            difference="Savings against",
-            interval="Fieller's",
-        ),
-        notes,
-    )
+    return replace(_by_days(question, savings=True), notes=notes)
 
 
 Limits = tuple[float | None, float | None, bool]
 """Both bounds, None for one that is not there, and whether they are in percent."""
 
 
-def equal(question: Question, given: Limits, route: str | None = None) -> Answer:
+def equal(question: Question, given: Limits) -> Answer:
     """Test every group against the bounds, by shared days where these are known; in the values' unit or in percent."""
     observed = question.observed
-    if route not in (None, "welch", "student"):
-        raise unknown_name("route", str(route), ("welch", "student"))
     low, high, percent = _bounds(given, question)
     if not percent:
         low, high = (None if end is None else question.scale * end for end in (low, high))
     unit, level = "%" if percent else observed.unit, 1.0 - 2.0 * question.alpha
-    ends = [bound for bound in (low, high) if bound is not None]
-    if route is None and low is not None and high is not None and days_decide(observed):
-        contrasts = _contrasts(observed)
-        bounded = {
-            label: one.equivalence(low, high, question.alpha, percent=percent) for label, one in contrasts.items()
-        }
-        return Answer(
-            [_bounded_sentence(question, label, contrasts[label], one, unit) for label, one in bounded.items()],
-            {
-                "decisions": [
-                    {
-                        **_described(question, label, contrasts[label]),
-                        "low": one.low,
-                        "high": one.high,
-                        **_estimate("estimate", one),
-                        "t_low": one.t_low,
-                        "t_high": one.t_high,
-                        "df": one.df,
-                        "p": one.p,
-                        "equivalent": one.equivalent,
-                    }
-                    for label, one in bounded.items()
-                ]
-            },
-            lambda: estimation_of(
-                observed,
-                {label: difference_number(one.value, one.ci, level, unit) for label, one in bounded.items()},
-                ends,
-                interval="both one-sided tests by shared days",
-            ),
-        )
-    found = {
-        label: equivalence(
-            observed.values(label),
-            observed.values(observed.control),
-            low=low,
-            high=high,
-            bounds="percent" if percent else "raw",
-            route="student" if route == "student" else "welch",
-            alpha=question.alpha,
-            missing=question.missing,
-            names=(question.name(label), question.control),
-        )
-        for label in observed.others()
-    }
-    one_bound = " Give both bounds for the test by shared days." if len(ends) == 1 else ""
-    notes = [f"{note}{one_bound}" for note in _days_left_out(observed)]
+    contrasts = _contrasts(question)
+    bounded = {label: one.equivalence(low, high, question.alpha, percent=percent) for label, one in contrasts.items()}
     return Answer(
-        [result.sentence(unit=observed.unit) for result in found.values()],
+        [_bounded_sentence(question, label, contrasts[label], one, unit) for label, one in bounded.items()],
         {
-            "equivalence": [
-                {"a": question.name(label), "b": question.control, **as_dict(result)} for label, result in found.items()
+            "decisions": [
+                {
+                    **_described(question, label, contrasts[label]),
+                    "low": low,
+                    "high": high,
+                    **_estimate("estimate", one),
+                    "t_low": one.t_low,
+                    "t_high": one.t_high,
+                    "df": one.df,
+                    "p": one.p,
+                    "equivalent": one.equivalent,
+                }
+                for label, one in bounded.items()
             ]
         },
         lambda: estimation_of(
             observed,
-            {
-                label: difference_number(result.estimate, result.estimate_ci, level, unit)
-                for label, result in found.items()
-            },
-            ends,
-            interval=f"both one-sided tests ({(route or 'welch').capitalize()})",
+            {label: difference_number(one.value, one.ci, level, unit) for label, one in bounded.items()},
+            [bound for bound in (low, high) if bound is not None],
+            interval="one-sided tests by shared days" if days_decide(observed) else "one-sided tests",
         ),
-        notes,
     )
 
 
 def _bounded_sentence(question: Question, label: str, contrast: Contrast, found: Bounded, unit: str) -> str:
     head = f"{_rule_text(contrast)}: {question.name(label)} minus {question.control}"
-    bounds = f"{number_text(found.low)} to {number_text(found.high)}{with_unit(unit)}"
+    ends = [f"{number_text(end)}{with_unit(unit)}" for end in (found.low, found.high) if math.isfinite(end)]
+    bounds = f"{number_text(found.low)} to {ends[-1]}"
+    if len(ends) == 1:
+        bounds = f"{'above' if math.isfinite(found.low) else 'below'} {ends[0]}"
+    within = "within " if len(ends) == 2 else ""
     if isinstance(found.p, Undefined) or isinstance(found.value, Undefined) or isinstance(found.df, Undefined):
         why = next(each for each in (found.value, found.p, found.df) if isinstance(each, Undefined))
-        return f"{head}: whether it lies within {bounds} cannot be told: {why.reason}."
+        return f"{head}: whether it lies {within}{bounds} cannot be told: {why.reason}."
     value = f"{number_text(found.value, error=error_of(found.ci))}{with_unit(unit)}"
-    verdict = f"is {'shown' if found.equivalent is True else 'not shown'} to lie within {bounds}"
-    tests = " and ".join(statistic_text("t", t, (found.df,)) for t in (found.t_low, found.t_high))
+    verdict = f"is {'shown' if found.equivalent is True else 'not shown'} to lie {within}{bounds}"
+    known = [t for t in (found.t_low, found.t_high) if isinstance(t, float)]
+    tests = " and ".join(statistic_text("t", t, (found.df,)) for t in known)
     interval = interval_text(found.ci, 1.0 - 2.0 * found.alpha, unit)
     return f"{head}: {value} {verdict} ({interval}; {tests}, {p_text(found.p, question.alpha)}; {_counted(contrast)})."
 

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import optimize
 from scipy import stats as scipy_stats
+from statsmodels.stats.weightstats import ttost_ind
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
@@ -18,7 +19,7 @@ from stats.compare.shared_error import SharedError
 from stats.days.decision import Contrast, contrast_by_day
 from stats.days.overall import overall_equivalence, overall_savings
 from tests.helpers.campaigns import DESIGNS, LAYOUTS, campaign
-from tests.helpers.wording import refuses
+from tests.helpers.wording import refuses, says
 
 # Runs of four days, joules (control, treated) and apex heights in mm.
 JOULES = [
@@ -205,6 +206,27 @@ def test_equivalence_is_shown_just_where_the_interval_lies_within_the_bounds(
     assert result.equivalent == (low <= result.ci[0] and result.ci[1] <= high)
 
 
+@pytest.mark.parametrize("percent", [True, False])
+def test_one_bound_alone_is_one_of_both_tests(percent: bool) -> None:
+    found = contrast(JOULES)
+    both, low, high = (found.equivalence(*ends, percent=percent) for ends in ((-3.0, 4.0), (-3.0, None), (None, 4.0)))
+    assert (low.t_low, high.t_high) == (both.t_low, both.t_high)
+    assert isinstance(low.p, float)
+    assert isinstance(high.p, float)
+    assert isinstance(low.t_high, Undefined)
+    assert both.p == max(low.p, high.p)
+    assert low.ci == both.ci == high.ci
+    says(low.t_high.reason, "no upper bound")
+
+
+def test_without_days_equivalence_is_two_one_sided_tests_with_the_smaller_degrees_of_freedom() -> None:
+    a, b = [0.4123, 0.4098, 0.4151, 0.4119, 0.4107, 0.4140], [0.4131, 0.4102, 0.4127, 0.4156, 0.4118]
+    found = contrast_by_day(a, b).equivalence(-0.004, 0.003, percent=False)
+    _p, low, high = ttost_ind(np.array(a), np.array(b), -0.004, 0.003, usevar="unequal")
+    assert (found.t_low, found.t_high) == pytest.approx((low[0], high[0]), rel=1e-9)
+    assert found.df == 4
+
+
 def test_an_error_in_common_cancels_in_the_difference_and_stays_in_the_ratio() -> None:
     with_drain, without = contrast(JOULES, DRAIN), contrast(JOULES)
     assert with_drain.difference().t == without.difference().t
@@ -269,6 +291,10 @@ def test_what_cannot_be_compared_is_refused() -> None:
         contrast_by_day([1.0, 2.0], [2.0], days_treated=["monday"], days_control=["monday"])
     with pytest.raises(InputRefused, match="lower one first"):
         contrast(JOULES).equivalence(3.0, -3.0)
+    with pytest.raises(InputRefused, match="Neither bound"):
+        contrast(JOULES).equivalence(None, None)
+    with pytest.raises(InputRefused, match=r"greater than -100"):
+        contrast(JOULES).equivalence(-100.0, None)
 
 
 def test_the_overall_effect_of_one_group_is_that_group_by_its_delta_interval() -> None:
