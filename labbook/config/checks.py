@@ -298,16 +298,9 @@ def _check_contrast(
     if contrast.kind is ContrastKind.TREND and control in contrast.levels:
         faults.append(f"{path}.levels: {control} is the control, which saves nothing: leave it out.")
     _check_several(contrast.levels, path, faults)
-    if contrast.kind not in (ContrastKind.TREND, ContrastKind.LEVELS_OFF):
-        return
-    if factors[factor].kind is not FactorKind.NUMBER:
+    rises = contrast.kind in (ContrastKind.TREND, ContrastKind.LEVELS_OFF)
+    if rises and factors[factor].kind is not FactorKind.NUMBER:
         faults.append(f"{path}.kind: the levels of {factor} are no numbers, so nothing rises with them: compare them.")
-    elif contrast.at is not None:
-        values = [one.value for one in factors[factor].levels if one.value is not None and one.label != control]
-        if sum(one <= contrast.at for one in values) < 2 or sum(one >= contrast.at for one in values) < 2:
-            faults.append(
-                f"{path}.at: {contrast.at:g} has not two treated levels of {factor} on either side: name one that has."
-            )
 
 
 def _check_several(levels: Collection[str], path: str, faults: Faults) -> None:

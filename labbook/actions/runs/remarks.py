@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import datetime
-import re
 import shlex
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -124,13 +123,9 @@ def remarks_on_check(earlier: Sequence[CheckRow], kind: str, value: float | None
     units = [check.unit for check in earlier if check.kind == kind and check.unit]
     if value is None or not units or unit in units:
         return []
-    if unit:
-        message = (
-            f"{kind} {value:g} is in {unit} and earlier ones were in {units[-1]}: make the check again if that is wrong"
-        )
-        return _remark("check_in_other_unit", {kind: message})
-    message = f"{kind} {value:g} has no unit and earlier ones were in {units[-1]}: make the check again with --unit"
-    return _remark("check_without_unit", {kind: message})
+    has = f"is in {unit}" if unit else "has no unit"
+    message = f"{kind} {value:g} {has} and earlier ones were in {units[-1]}: make the check again if that is wrong"
+    return _remark("check_in_other_unit" if unit else "check_without_unit", {kind: message})
 
 
 def remarks_on_names(names: Sequence[str], known: Collection[str], scheme: RunNames) -> list[Remark]:
@@ -293,15 +288,7 @@ def _plan(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) 
         return None
     if planned.condition_key is None:
         return f"run {run.name} was planned as an idle run"
-    levels = _levels(planned.condition_key, tuple(run.levels))
-    differing = " ".join(f"{name}={label}" for name, label in levels.items() if run.levels.get(name) != label)
-    return f"run {run.name} was planned with {differing or planned.condition_key}"
-
-
-def _levels(condition_key: str, factors: Sequence[str]) -> dict[str, str]:
-    """Read the levels in a condition's name; empty where it is not of these factors."""
-    found = re.fullmatch(" ".join(f"{re.escape(name)}=(.+)" for name in factors), condition_key)
-    return {} if found is None else dict(zip(factors, found.groups(), strict=True))
+    return f"run {run.name} was planned with {planned.condition_key}"
 
 
 def _calibration(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
