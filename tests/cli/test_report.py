@@ -83,7 +83,6 @@ def test_the_drain_line_is_shown_where_the_protocol_has_no_run_duration(whole: S
     ]
     assert len(found.table("idle_runs")) == 4
     says(html.unescape(found.page), "The electronics draw", f"in {minutes} min")
-    says(html.unescape(found.page), "The diamond", f"passive drain over {minutes} min")
 
 
 def test_numbers_are_those_of_the_instruments_files(reported: Reported) -> None:
