@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -19,7 +19,6 @@ from stats.checks import as_level
 
 S_co = TypeVar("S_co", bound=Study, covariant=True)
 V = TypeVar("V")
-_OPTIONS = ("sheet", "decimal", "grain_mm", "where", "window", "constant", "ratio", "same_percent", "level")
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,9 +38,8 @@ class Asked:
     def settled(self, study: str, configuration: Configuration) -> StudyProtocol:
         """Return the options, each as given, else as `[studies.NAME]` says."""
         of_book = configuration.studies.get(study, StudyProtocol())
-        return StudyProtocol(
-            **{name: first_given(getattr(self.options, name), getattr(of_book, name)) for name in _OPTIONS}
-        )
+        given = {one.name: getattr(self.options, one.name) for one in fields(StudyProtocol)}
+        return replace(of_book, **{name: value for name, value in given.items() if value is not None})
 
 
 def first_given(option: V | None, usual: V) -> V:
