@@ -1,8 +1,5 @@
 """What every function here does with its input first: real numbers of any type, one dimension, nothing infinite.
 
-Whole numbers above 2^53, `Decimal` and `Fraction` are no doubles; `as_sample` keeps what the doubles leave of them, so
-that decimals at a large offset (NIST's SmLs07 to 09 and NumAcc4) lose none of their digits.
-
 Of columns that belong together a row without a value in any of them is refused, or left out and counted.
 """
 
@@ -12,8 +9,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
-from fractions import Fraction
-from numbers import Rational, Real
+from numbers import Real
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -52,24 +48,19 @@ MISSING: tuple[Missing, ...] = ("refuse", "drop")
 
 _LEVELS = {"alpha": 0.05, "power": 0.8}
 """What such a number usually is, by its name."""
-_LARGEST_EXACT = 2**53
 NO_VALUE = ("NAType", "NaTType", "NoneType")
 """Types of a missing value, by name: pandas itself need not be loaded."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sample:
-    """Finite values as doubles, and what the doubles leave of them."""
+    """Finite values, shape (n,), and how many were left out as missing."""
 
     values: NDArray[np.float64]
-    """Nearest doubles, shape (n,)."""
-    rest: NDArray[np.float64] | None
-    """Given values minus doubles, shape (n,); None where the doubles are exact."""
     missing: int
-    """How many values were left out as NaN."""
 
 
-def as_sample(name: str, values: ArrayLike | Iterable[Decimal | Fraction], missing: Missing = "refuse") -> Sample:
+def as_sample(name: str, values: ArrayLike | Iterable[Decimal], missing: Missing = "refuse") -> Sample:
     """Return real numbers of any type (also of pandas and xarray), shape (n,), as a sample.
 
     `name` is what the sentence of a refusal calls them. NaN, None, pandas' NA and masked values are missing: refused,
@@ -79,14 +70,14 @@ def as_sample(name: str, values: ArrayLike | Iterable[Decimal | Fraction], missi
     if missing not in MISSING:
         raise unknown_name("way with missing values", missing, MISSING)
     require_list(name, values)
-    doubles, rest = _doubles(name, values)
+    doubles = _doubles(name, values)
     if doubles.ndim == 0:
         raise InputRefused(f"{name} is a single value: give a list of numbers.")
     if doubles.ndim != 1:
         raise InputRefused(f"{name} has {doubles.ndim} dimensions where one is allowed: give a plain list of numbers.")
     finite = np.isfinite(doubles)
     if finite.all():
-        return Sample(doubles, rest, 0)
+        return Sample(doubles, 0)
     bad = ~finite if missing == "refuse" else np.isinf(doubles)
     if bad.any():
         what, way_out = "infinite", "leave infinite values out before calling"
@@ -99,7 +90,7 @@ def as_sample(name: str, values: ArrayLike | Iterable[Decimal | Fraction], missi
             f"{name} holds {int(bad.sum())} of {doubles.size} values that are {what}, the first at position "
             f"{int(np.argmax(bad)) + 1}: {way_out}."
         )
-    return Sample(doubles[finite], None if rest is None else rest[finite], int(doubles.size - finite.sum()))
+    return Sample(doubles[finite], int(doubles.size - finite.sum()))
 
 
 def as_groups(groups: Any) -> dict[str, ArrayLike]:
@@ -196,66 +187,39 @@ def _one(name: str, value: Any) -> float:
         raise InputRefused(f"{name} is {value!r}: give a number.") from error
 
 
-def _doubles(name: str, values: Any) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    """Return the nearest doubles, NaN for missing values, and what they leave of exact numbers."""
-    no_number = f"{name} holds something that is not a number: give real numbers only."
+def _doubles(name: str, values: Any) -> NDArray[np.float64]:
+    """Return real numbers of any type as doubles, NaN for missing values."""
+    no_number = InputRefused(f"{name} holds something that is not a number: give real numbers only.")
     try:
         array = np.asarray(values)
     except (TypeError, ValueError) as error:
-        raise InputRefused(no_number) from error
-    hidden = np.ma.getmaskarray(values) if isinstance(values, np.ma.MaskedArray) else None
-    if array.size == 0 and array.dtype.kind not in "OUSMmbc":
-        return array.astype(np.float64), None
-    if array.dtype.kind == "f":
-        with np.errstate(over="ignore"):  # a long double that is too large becomes infinite and is refused as such
-            doubles, rest = array.astype(np.float64), None
-    elif array.dtype.kind in "iu" and (array.itemsize < 8 or _small(array)):
-        doubles, rest = array.astype(np.float64), None
-    elif array.dtype.kind in "iuO":
-        if array.ndim != 1:
-            return np.empty(array.shape), None
-        doubles, rest = _exact(name, array.tolist(), no_number)
-    else:
-        raise InputRefused(no_number)
-    if hidden is not None and hidden.any():
-        doubles = np.where(hidden, np.nan, doubles)
-    return doubles, rest
+        raise no_number from error
+    if array.dtype.kind == "O" and array.ndim == 1:
+        array = np.array([_double(name, value, no_number) for value in array.tolist()], dtype=np.float64)
+    elif array.dtype.kind not in "fiu" or (array.dtype.kind == "O" and array.size):
+        raise no_number
+    with np.errstate(over="ignore"):  # a long double that is too large becomes infinite and is refused as such
+        doubles = array.astype(np.float64)
+    if isinstance(values, np.ma.MaskedArray):
+        doubles = np.where(np.ma.getmaskarray(values), np.nan, doubles)
+    return doubles
 
 
-def _small(array: NDArray[Any]) -> bool:
-    return int(array.min()) >= -_LARGEST_EXACT and int(array.max()) <= _LARGEST_EXACT
-
-
-def _exact(name: str, values: list[Any], no_number: str) -> tuple[NDArray[np.float64], NDArray[np.float64] | None]:
-    doubles, rest = np.empty(len(values)), np.zeros(len(values))
-    for place, value in enumerate(values):
-        if type(value).__name__ in NO_VALUE:
-            doubles[place] = np.nan
-            continue
-        if isinstance(value, (bool, np.bool_)) or not isinstance(value, (Real, Decimal)):
-            raise InputRefused(no_number)
-        try:
-            doubles[place] = float(value)
-        except OverflowError:
-            doubles[place] = np.inf
-        except ValueError as error:  # a signalling NaN
-            raise InputRefused(no_number) from error
-        if isinstance(value, Decimal) and not value.is_finite():
-            continue
-        if isinstance(value, (Rational, Decimal)):
-            if np.isinf(doubles[place]):
-                raise InputRefused(f"{name} holds a number beyond 1.8e308: give smaller numbers.")
-            if value and doubles[place] == 0.0:
-                raise InputRefused(f"{name} holds a number that falls below 5e-324: change units.")
-            rest[place] = float(Fraction(value) - Fraction(float(doubles[place])))
-    return doubles, rest if rest.any() else None
+def _double(name: str, value: Any, no_number: InputRefused) -> float:
+    if type(value).__name__ in NO_VALUE:
+        return math.nan
+    if isinstance(value, bool | np.bool_) or not isinstance(value, Real | Decimal):
+        raise no_number
+    try:
+        return float(value)
+    except OverflowError as error:
+        raise InputRefused(f"{name} holds a number beyond 1.8e308: give smaller numbers.") from error
+    except ValueError as error:  # a signalling NaN
+        raise no_number from error
 
 
 Labels = Sequence[object] | ArrayLike
 """Names of conditions, days or runs, one for each value: words, numbers or anything with a text of its own."""
-
-_LARGEST_BROKEN = 2**53
-"""From here on doubles are whole numbers."""
 
 
 def complete_rows(columns: Sequence[Any], missing: Missing) -> tuple[list[Any], int]:
@@ -306,15 +270,9 @@ def label_text(label: Any) -> str:
     """Return what a label is called: numbers that are equal, as 0, 0.0 and Decimal(0), by one name; "" if infinite."""
     if isinstance(label, str | bool | np.bool_) or not isinstance(label, Real | Decimal):
         return str(label)
-    try:
-        whole = int(label)  # type: ignore[arg-type]
-    except OverflowError:
+    if not math.isfinite(label):
         return ""
-    if whole == label:
-        return str(whole)
-    if isinstance(label, Rational | Decimal) and abs(whole) < _LARGEST_BROKEN and float(label) == label:
-        return str(float(label))
-    return f"{label:f}".rstrip("0") if isinstance(label, Decimal) else str(label)
+    return str(int(float(label))) if float(label).is_integer() else str(float(label))
 
 
 def missing_mask(values: Any) -> NDArray[np.bool_]:

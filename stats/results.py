@@ -12,7 +12,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
-from fractions import Fraction
 from functools import cache
 from html import escape
 from types import UnionType
@@ -122,8 +121,6 @@ def _plain(value: Any) -> Any:
         return value.text
     if isinstance(value, Enum):
         return value.value
-    if isinstance(value, Fraction):
-        return float(value)
     if isinstance(value, np.generic):
         return value.item()
     if isinstance(value, np.ndarray):

@@ -93,6 +93,14 @@ def scale_of(*samples: Floats) -> Scale:
     return Scale(middle, math.frexp(away)[1] + 1 if away else 0)
 
 
+def mean_of(values: Floats) -> float:
+    """Return the mean of finite values, shape (n,), n at least 1, rounded once."""
+    try:
+        return math.fsum(values.tolist()) / values.size
+    except OverflowError:
+        return 4.0 * (math.fsum(np.ldexp(values, -2).tolist()) / values.size)
+
+
 @dataclass(frozen=True, slots=True)
 class Group:
     """One sample in a scale: its mean, and the sum of squares about it, exactly 0 where all values are equal."""
@@ -135,6 +143,8 @@ class Groups:
     filled: tuple[Group, ...]
     empty: tuple[str, ...]
     """Names of groups without a value."""
+    means: tuple[float, ...]
+    """Means of the filled groups in the unit of the values."""
     scale: Scale
     missing: int
     """How many values were left out as NaN."""
@@ -150,11 +160,6 @@ class Groups:
         return tuple(group.n for group in self.filled)
 
     @property
-    def means(self) -> tuple[float, ...]:
-        """Their means in the unit of the values."""
-        return tuple(self.scale.place(group.mean) for group in self.filled)
-
-    @property
     def df_within(self) -> int:
         """Degrees of freedom of the scatter within all groups."""
         return sum(self.sizes) - len(self.filled)
@@ -163,6 +168,12 @@ class Groups:
     def squares_within(self) -> float:
         """Sum of squares within all groups, in the scale."""
         return math.fsum(group.squares for group in self.filled)
+
+    @property
+    def squares_between(self) -> float:
+        """Sum of squares between the groups, in the scale."""
+        grand = math.fsum(group.n * group.mean for group in self.filled) / sum(self.sizes)
+        return math.fsum(group.n * (group.mean - grand) ** 2 for group in self.filled)
 
     def in_squared_unit(self, scaled: float) -> float | Undefined:
         """Return a sum of squares in the values' unit squared, where doubles reach so far."""
@@ -182,6 +193,7 @@ def read_groups(samples: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing:
     return Groups(
         filled=tuple(group_of(name, scale.scaled(values)) for name, values in filled.items()),
         empty=tuple(name for name in checked if name not in filled),
+        means=tuple(map(mean_of, filled.values())),
         scale=scale,
         missing=sum(sample.missing for sample in checked.values()),
     )

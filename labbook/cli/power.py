@@ -41,7 +41,8 @@ def power(
         list[int] | None,
         typer.Option(
             "--n",
-            help="Show the power of so many runs of each condition, or values a group; not for anova also two.",
+            help="Show the power of so many runs of each condition, or values a group; not for anova also two, the "
+            "control's first for tost.",
         ),
     ] = None,
     wanted: Annotated[

@@ -25,7 +25,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import SharedError, shared_of_mean
-from stats.exact.tails import df_of_doubles, t_quantile, t_two_sided
+from stats.tails import satterthwaite_df, t_quantile, t_two_sided
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,9 +106,9 @@ def _interval(bias: float, parts: Sequence[tuple[float, float]], level: float) -
     se = math.sqrt(math.fsum(variance for variance, _df in parts))
     if se == 0.0:
         return Undefined(Reason.BOTH_EXACT)
-    df = df_of_doubles(parts)
+    df = satterthwaite_df(parts)
     half_width = t_quantile(level, df) * se
-    return Interval(se, df, (bias - half_width, bias + half_width), t_two_sided(bias / se, df).p)
+    return Interval(se, df, (bias - half_width, bias + half_width), t_two_sided(bias / se, df))
 
 
 def joint_p(ps: Sequence[float | Undefined]) -> float | Undefined:

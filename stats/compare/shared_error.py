@@ -12,19 +12,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.reasons import Reason
-from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
+from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
 from stats.compare.summary import Summary, describe
-from stats.exact.numbers import QUANTILE_BEYOND_DOUBLES, as_interval, finite, refuse_beyond, times_power
-from stats.exact.tails import df_of_doubles, normal_two_sided, t_quantile, t_two_sided
 from stats.results import Result, missing_text, with_unit
+from stats.scatter import as_interval, finite
+from stats.tails import satterthwaite_df, t_quantile
 
 CANCELLED = 1e-9
 """What is left of two equal terms after their difference is rounding, not error."""
@@ -62,7 +60,8 @@ class SharedError:
                 raise InputRefused(
                     f"there are no degrees of freedom of {key[0]}: give them beside its errors, as {{{key[0]!r}: 5}}."
                 )
-        refuse_beyond("the standard error of all shared terms together", [self.se])
+        if not math.isfinite(self.se):
+            raise InputRefused("the standard error of all shared terms together exceeds 1.8e308: change units.")
 
     @property
     def se(self) -> float:
@@ -72,11 +71,10 @@ class SharedError:
     @property
     def degrees_of_freedom(self) -> float:
         """Those of the fit; of several fits after Welch and Satterthwaite; infinite where there is no error."""
-        variances = dict.fromkeys(self.df, 0.0)
-        exponent = math.frexp(self.se)[1]  # only proportions count
+        variances, se = dict.fromkeys(self.df, 0.0), self.se or 1.0  # only proportions count
         for (fit, _term), value in self.terms.items():
-            variances[fit] += math.ldexp(value, -exponent) ** 2
-        return df_of_doubles([(variance, self.df[fit]) for fit, variance in variances.items()])
+            variances[fit] += (value / se) ** 2
+        return satterthwaite_df([(variance, self.df[fit]) for fit, variance in variances.items()])
 
     def times(self, factor: float) -> SharedError:
         """Return the error of `factor` times the value; raises `InputRefused` for a factor that is no finite number."""
@@ -149,56 +147,22 @@ ENOUGH_DEGREES = 4.0
 """Degrees of freedom of a fit (six idle runs) from which Welch and Satterthwaite's approximation holds."""
 
 
-@dataclass(frozen=True, slots=True)
-class Joint:
-    """How scatter and a shared error bound an estimate: half width = quantile * sqrt(variance + more * shared.se^2)."""
+def joined_half_width(se: float, df: float, shared: SharedError, level: float) -> float:
+    """Return the half width of an interval of an estimate that scatters by `se` (with df) and has a shared error.
 
-    quantile: float
-    df: float
-    """Degrees of freedom of the quantile."""
-    more: float
-    """How much more the shared variance counts than the scatter's."""
-
-
-def joint(scatter: Sequence[tuple[float, float]], shared: SharedError, level: float) -> Joint:
-    """Return the one of `joints` that makes the wider interval about an estimate."""
-    widest, *others = joints(scatter, shared, level)
-    variance = math.fsum(part for part, _df in scatter)
-    for other in others:
-        wider = other.quantile / widest.quantile
-        if wider * wider * (variance + other.more * shared.se**2) >= variance + widest.more * shared.se**2:
-            widest = other
-    return widest
-
-
-def joints(scatter: Sequence[tuple[float, float]], shared: SharedError, level: float) -> tuple[Joint, ...]:
-    """Return how the scatter, as (variance, degrees of freedom) of its independent parts, and a shared error join.
-
-    The interval is the least that holds those of all that are returned. With enough degrees of freedom in the fit there
-    is one quantile, after Welch and Satterthwaite over all parts, and `more` is 1. With fewer that covers too rarely
-    (90 % at a stated 95 % for three idle runs whose error dominates), so the shared error keeps the quantile of its own
-    degrees of freedom: half widths in quadrature cover 95 to 99 %. Nor does a further error ever make an interval
-    narrower, as it would where the scatter has few degrees of freedom: that of the scatter alone stands beside.
+    With enough degrees of freedom in the fit there is one quantile, after Welch and Satterthwaite over both parts, but
+    no less than the scatter alone has. With fewer that covers too rarely (90 % at a stated 95 % for three idle runs
+    whose error dominates), so the shared error keeps the quantile of its own degrees of freedom: half widths in
+    quadrature cover 95 to 99 %.
     """
-    own_df = shared.degrees_of_freedom
-    if not any(variance for variance, _df in scatter):
-        return (Joint(t_quantile(level, own_df), own_df, 1.0),)
-    alone_df = df_of_doubles(scatter)
-    alone = t_quantile(level, alone_df)
+    own_df, unit = shared.degrees_of_freedom, math.hypot(se, shared.se) or 1.0
+    if se == 0.0:
+        return t_quantile(level, own_df) * shared.se
+    alone = t_quantile(level, df) * se
     if own_df < ENOUGH_DEGREES:
-        ratio = t_quantile(level, own_df) / alone
-        return (Joint(alone, alone_df, ratio * ratio),)
-    together_df = df_of_doubles([*scatter, (shared.se**2, own_df)])
-    return Joint(alone, alone_df, 0.0), Joint(t_quantile(level, together_df), together_df, 1.0)
-
-
-def join_errors(se: float, df: float, shared: SharedError, level: float) -> tuple[Joint, float, int]:
-    """Join a standard error and a shared one of any sizes; the half width is in units of a power of two, and that."""
-    exponent = math.frexp(max(se, shared.se))[1]
-    of_scatter = math.ldexp(se, -exponent)
-    error = SharedError({term: math.ldexp(value, -exponent) for term, value in shared.terms.items()}, shared.df)
-    both = joint([(of_scatter * of_scatter, df)], error, level)
-    return both, both.quantile * math.sqrt(of_scatter * of_scatter + both.more * error.se**2), exponent
+        return math.hypot(alone, t_quantile(level, own_df) * shared.se)
+    together = satterthwaite_df([((se / unit) ** 2, df), ((shared.se / unit) ** 2, own_df)])
+    return max(alone, t_quantile(level, together) * unit)
 
 
 def joined_variance(one: SharedError, other: SharedError, level: float, df: float) -> float:
@@ -258,106 +222,6 @@ def describe_shared(
     mean, se = scatter.mean, scatter.se
     if isinstance(mean, Undefined) or isinstance(se, Undefined) or not (se or shared.se):
         return SharedSummary(scatter, shared.se, scatter.ci_low, scatter.ci_high, level)
-    _both, half, exponent = join_errors(se, scatter.n - 1, shared, level)
-    half = times_power(half, exponent)
+    half = joined_half_width(se, scatter.n - 1.0, shared, level)
     low, high = (finite(end, "an end of the interval") for end in (mean - half, mean + half))
     return SharedSummary(scatter, shared.se, low, high, level)
-
-
-NORMAL = Undefined(Reason.NORMAL)
-
-
-@dataclass(frozen=True, slots=True)
-class SharedTest(Result):
-    """A t-test of a difference and its interval, both with what is left of a shared error."""
-
-    t: float | Undefined
-    """Difference over both errors together."""
-    df: float | Undefined
-    """Degrees of freedom of the quantile (`joint`)."""
-    p: float | Undefined
-    """Two-sided."""
-    ci_low: float | Undefined
-    """Lower end of the interval of the difference, in the unit of the values."""
-    ci_high: float | Undefined
-    """Its upper end, in the unit of the values."""
-    level: float
-    """Level of the interval."""
-
-    @property
-    def log10_p(self) -> float | Undefined:
-        """Decimal logarithm of p, right at any size."""
-        if isinstance(self.t, Undefined):
-            return self.t
-        if isinstance(self.df, Undefined):
-            return finite(normal_two_sided(self.t).log10_p, "log10 p") if self.df == NORMAL else self.df
-        return finite(t_two_sided(self.t, self.df).log10_p, "log10 p")
-
-    def sentence(self, difference: str = "the difference", unit: str = "") -> str:
-        """Return the test in words: t, df, p, interval."""
-        if isinstance(self.t, Undefined):
-            return f"No test of {difference} with its shared error: {self.t.reason}."
-        ends = as_interval(self.ci_low, self.ci_high)
-        df, letter = ((), "z") if self.df == NORMAL else ((self.df,), "t")
-        return (
-            f"With its shared error {difference} has the {interval_text(ends, self.level, unit)}, "
-            f"{statistic_text(letter, self.t, df)}, {p_text(self.p, alpha_of_level(self.level))}."
-        )
-
-
-def difference_with_shared(
-    t: float | Undefined,
-    df: float | Undefined,
-    p: float | Undefined,
-    interval: tuple[float, float] | Undefined,
-    shared: SharedError,
-    level: float = 0.95,
-) -> SharedTest:
-    """Add what is left of a shared error to the test of a difference; p <= 1 - level where 0 does not lie inside.
-
-    `t`, `df`, `p` and the `interval` of that level are those of the scatter alone, each a number or undefined. Raises
-    `InputRefused` for anything else, such as an interval whose ends are no two finite numbers in order.
-    """
-    level, shared = as_level("level", level), as_shared("shared", shared)
-    _check_test(t, df, p)
-    if not isinstance(interval, Undefined):
-        interval = _two_ends(interval)
-    if isinstance(interval, Undefined):
-        return SharedTest(t, df, p, interval, interval, level)
-    if isinstance(df, Undefined) or shared.se == 0.0:
-        return SharedTest(t, df, p, *interval, level)
-    middle, scatter_half = interval[0] / 2.0 + interval[1] / 2.0, interval[1] / 2.0 - interval[0] / 2.0
-    se = finite(scatter_half / t_quantile(level, df), "the standard error")
-    if isinstance(se, Undefined):
-        return SharedTest(se, df, se, se, se, level)
-    both, half, exponent = join_errors(se, df, shared, level)
-    shown_df = both.df if math.isfinite(both.df) else NORMAL
-    if half == 0.0 or math.isinf(half):
-        none = Undefined(Reason.NO_WIDTH) if half == 0.0 else QUANTILE_BEYOND_DOUBLES
-        return SharedTest(none, shown_df, none, none, none, level)
-    t = finite(times_power(middle, -exponent) / half * both.quantile, "t")
-    p = t if isinstance(t, Undefined) else t_two_sided(t, both.df).p
-    half = times_power(half, exponent)
-    low, high = (finite(end, "an end of the interval") for end in (middle - half, middle + half))
-    return SharedTest(t, shown_df, p, low, high, level)
-
-
-def _check_test(t: Any, df: Any, p: Any) -> None:
-    """Raise `InputRefused` for what is neither undefined nor a number that a t-test can have."""
-    if not isinstance(t, Undefined):
-        as_number("t", t)
-    if not isinstance(df, Undefined) and df != math.inf:
-        as_number("the degrees of freedom", df, above=0.0)
-    if not isinstance(p, Undefined) and as_number("p", p, low=0.0) > 1.0:
-        raise InputRefused(f"p is {p!r}: give a probability, from 0 to 1.")
-
-
-def _two_ends(interval: Any) -> tuple[float, float]:
-    try:
-        low, high = interval
-    except (TypeError, ValueError) as error:
-        raise InputRefused(f"the interval is {interval!r}: give its two ends, as (-1.0, 3.0).") from error
-    low, high = as_number("the interval's lower end", low), as_number("its upper end", high)
-    if low > high:
-        raise InputRefused(f"the interval goes from {low:g} to {high:g}: give its lower end first.")
-    return low, high

@@ -1,15 +1,9 @@
-"""Samples in numbers: one, two by Student's and Welch's t-tests, several ready for comparison.
-
-Statistics are fractions until the end: each number of a result is rounded once. Several groups are scaled by one power
-of two, which changes no digit and no ratio and keeps the fractions short.
-"""
+"""Samples in numbers: mean and scatter of one, autocorrelation of a series, two by Student's and Welch's t-tests."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -18,24 +12,10 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_count, as_groups, as_level, as_sample, complete_rows
-from stats.exact.numbers import (
-    Interval,
-    Moments,
-    Number,
-    as_interval,
-    deviations,
-    exact_root,
-    exact_sum,
-    finite,
-    finite_pair,
-    interval_about,
-    moments,
-    to_120_bits,
-    to_double,
-)
-from stats.exact.tails import exact_df, t_quantile, t_two_sided
+from stats.checks import Missing, as_count, as_level, as_sample, complete_rows
 from stats.results import Result, missing_text, with_unit
+from stats.scatter import Group, Interval, Scale, as_interval, finite, group_of, mean_of, scale_of
+from stats.tails import satterthwaite_df, t_quantile, t_two_sided
 
 _NO_SCATTER = Undefined(Reason.NO_SCATTER)
 
@@ -88,24 +68,19 @@ def describe(values: ArrayLike, level: float = 0.95, missing: Missing = "refuse"
     if n == 0:
         none = Undefined(Reason.NO_VALUE)
         return Summary(0, none, none, none, none, none, level, sample.missing)
-    about = moments(sample.values, sample.rest)
+    scale = scale_of(sample.values)
+    group = group_of("", scale.scaled(sample.values))
+    mean = mean_of(sample.values)
     if n < 2:
         one = Undefined(Reason.SINGLE_NO_SCATTER)
-        return Summary(1, about.mean, one, one, one, one, level, sample.missing)
-    sd, se = exact_root(about.exact_variance), exact_root(about.exact_variance / n)
-    half = Fraction(t_quantile(level, n - 1)) * se
-    ends = about.exact_mean - half, about.exact_mean + half
-    low, high = (finite(end, "an end of the interval") if se else _NO_SCATTER for end in ends)
-    return Summary(
-        n,
-        about.mean,
-        finite(sd, "the standard deviation"),
-        finite(se, "the standard error"),
-        low,
-        high,
-        level,
-        sample.missing,
+        return Summary(1, mean, one, one, one, one, level, sample.missing)
+    sd, se = scale.length(math.sqrt(group.variance), "the standard deviation"), math.sqrt(group.mean_variance)
+    half = t_quantile(level, n - 1) * se
+    low, high = (
+        _NO_SCATTER if group.constant else finite(scale.place(group.mean + side * half), "an end of the interval")
+        for side in (-1.0, 1.0)
     )
+    return Summary(n, mean, sd, scale.length(se, "the standard error"), low, high, level, sample.missing)
 
 
 @dataclass(frozen=True, slots=True)
@@ -147,11 +122,12 @@ def autocorrelation(values: ArrayLike, lag: int = 1) -> Autocorrelation:
     if n <= lag:
         few = Undefined(Reason.TOO_SHORT_SERIES, n=n, lag=lag, needed=lag + 1)
         return Autocorrelation(few, lag, n)
-    away, _exponent = deviations(exact_sum(series.values, series.rest) / n, series.values, series.rest)
-    squares = math.fsum((away * away).tolist())
-    if squares == 0.0:
+    away = scale_of(series.values).scaled(series.values)
+    away = away - away.mean()
+    squares = float(away @ away)
+    if float(series.values.min()) == float(series.values.max()):
         return Autocorrelation(Undefined(Reason.SERIES_CONSTANT), lag, n)
-    return Autocorrelation(math.fsum((away[: n - lag] * away[lag:]).tolist()) / squares, lag, n)
+    return Autocorrelation(float(away[: n - lag] @ away[lag:]) / squares, lag, n)
 
 
 Names = tuple[str, str]
@@ -173,148 +149,38 @@ class TTest:
     t: float | Undefined
     df: float | Undefined
     p: float | Undefined
-    log10_p: float | Undefined
-    """Decimal logarithm of p, right where p itself is too small for a double."""
     ci: Interval | Undefined
     se: float | Undefined
     """Standard error of the difference."""
 
 
-def student(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AND_B) -> TTest:
+def student(a: Group, b: Group, scale: Scale, level: float = 0.95) -> TTest:
     """Return Student's test of mean(a) - mean(b), with one variance pooled from both groups."""
     df = a.n + b.n - 2
-    if a.n == 0 or b.n == 0:
-        return _no_test(empty(a, names))
     if df < 1:
         return _no_test(Undefined(Reason.TOO_FEW_POOLED, n_a=a.n, n_b=b.n))
-    pooled = (a.exact_sum_squares + b.exact_sum_squares) / df
-    return t_test(a.exact_mean - b.exact_mean, pooled * (Fraction(1, a.n) + Fraction(1, b.n)), Fraction(df), level)
+    pooled = (a.squares + b.squares) / df
+    return _t_test(a.mean - b.mean, pooled * (1.0 / a.n + 1.0 / b.n), float(df), scale, level)
 
 
-def welch(a: Moments, b: Moments, level: Number = 0.95, names: Names = AS_A_AND_B) -> TTest:
+def welch(a: Group, b: Group, scale: Scale, level: float = 0.95) -> TTest:
     """Return Welch's test of mean(a) - mean(b), with Welch and Satterthwaite's degrees of freedom."""
-    if a.n == 0 or b.n == 0:
-        return _no_test(empty(a, names))
-    small = too_small(a, b, names)
-    if small is not None:
-        return _no_test(small)
-    part_a, part_b = a.exact_mean_variance, b.exact_mean_variance
-    total = part_a + part_b
-    if total == 0:
-        return _no_test(Undefined(Reason.GROUPS_WITHOUT_SCATTER))
-    df = to_120_bits(exact_df([(part_a, a.n - 1), (part_b, b.n - 1)]))
-    return t_test(a.exact_mean - b.exact_mean, total, df, level)
-
-
-def too_small(a: Moments, b: Moments, names: Names = AS_A_AND_B) -> Undefined | None:
-    """Return why a group has no variance, or None where both have one."""
-    for name, group in zip(names, (a, b), strict=True):
+    for group in (a, b):
         if group.n < 2:
-            return Undefined(Reason.TOO_FEW_FOR_VARIANCE, group=f"group {name}", n=group.n)
-    return None
+            return _no_test(Undefined(Reason.TOO_FEW_FOR_VARIANCE, group=f"group {group.name}", n=group.n))
+    parts = [(group.mean_variance, group.n - 1.0) for group in (a, b)]
+    return _t_test(a.mean - b.mean, a.mean_variance + b.mean_variance, satterthwaite_df(parts), scale, level)
 
 
-def t_test(difference: Fraction, se_squared: Fraction, df: Fraction, level: Number) -> TTest:
-    """Return the two-sided test of a difference with this squared standard error and degrees of freedom."""
-    if se_squared == 0:
+def _t_test(difference: float, se_squared: float, df: float, scale: Scale, level: float) -> TTest:
+    """Return the two-sided test of a scaled difference with this squared standard error and degrees of freedom."""
+    if se_squared == 0.0:
         return _no_test(Undefined(Reason.GROUPS_WITHOUT_SCATTER))
-    se = exact_root(se_squared)
-    t = to_120_bits(difference / se)
-    tail = t_two_sided(t, df)
-    interval = interval_about(difference, t_quantile(level, float(df)), se)
-    return TTest(finite(t, "t"), float(df), tail.p, tail.log10_p, interval, finite(se, "the standard error"))
+    se = math.sqrt(se_squared)
+    t, half = difference / se, t_quantile(level, df) * se
+    interval = scale.interval(difference - half, difference + half)
+    return TTest(t, df, t_two_sided(t, df), interval, scale.length(se, "the standard error"))
 
 
 def _no_test(none: Undefined) -> TTest:
-    return TTest(none, none, none, none, none, none)
-
-
-def empty(a: Moments, names: Names = AS_A_AND_B) -> Undefined:
-    """Return that the first group is empty, or else the second."""
-    return Undefined(Reason.GROUP_EMPTY, group=f"group {names[0 if a.n == 0 else 1]}")
-
-
-@dataclass(frozen=True, slots=True)
-class Group(Moments):
-    """One group in scaled units."""
-
-    name: str
-
-
-@dataclass(frozen=True, slots=True)
-class Groups:
-    """All groups that hold values, and what leads back to their unit."""
-
-    filled: tuple[Group, ...]
-    empty: tuple[str, ...]
-    """Names of groups without a value."""
-    exponent: int
-    """Scaled numbers times 2**exponent are in the values' unit."""
-    missing: int
-    """How many values were left out as NaN."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the groups that hold values."""
-        return tuple(group.name for group in self.filled)
-
-    @property
-    def sizes(self) -> tuple[int, ...]:
-        """Their numbers of values."""
-        return tuple(group.n for group in self.filled)
-
-    @property
-    def means(self) -> tuple[float, ...]:
-        """Their means in the values' unit."""
-        return tuple(float(group.exact_mean * Fraction(2) ** self.exponent) for group in self.filled)
-
-    @property
-    def df_within(self) -> int:
-        """Degrees of freedom of the scatter within all groups."""
-        return sum(self.sizes) - len(self.filled)
-
-    @property
-    def squares_within(self) -> Fraction:
-        """Sum of squares within all groups, in scaled units."""
-        return sum((group.exact_sum_squares for group in self.filled), Fraction(0))
-
-    def in_unit(self, scaled: Number, what: str = "the difference") -> float | Undefined:
-        """Return a mean, a difference or a standard deviation in the values' unit, if doubles reach so far."""
-        return finite(Fraction(scaled) * Fraction(2) ** self.exponent, what)
-
-    def pair_in_unit(self, low: Fraction, high: Fraction) -> Interval | Undefined:
-        """Return the ends of an interval in the values' unit, if doubles reach so far."""
-        unit = Fraction(2) ** self.exponent
-        return finite_pair(low * unit, high * unit)
-
-    def in_squared_unit(self, scaled: Fraction) -> float | Undefined:
-        """Return a sum of squares in the values' unit squared, if doubles reach so far."""
-        found = to_double(scaled * Fraction(4) ** self.exponent)
-        lost = math.isinf(found) or (found == 0.0 and scaled != 0)
-        return Undefined(Reason.OUTSIDE_DOUBLES) if lost else found
-
-
-def read_groups(samples: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing = "refuse") -> Groups:
-    """Check and summarise samples of shape (n_i,) in one unit; raises `InputRefused` naming the group."""
-    checked = {name: as_sample(f"group {name!r}", values, missing) for name, values in as_groups(samples).items()}
-    found = {name: moments(sample.values, sample.rest) for name, sample in checked.items() if sample.values.size}
-    exponent = _exponent(list(found.values()))
-    unit = Fraction(2) ** exponent
-    return Groups(
-        filled=tuple(_group(name, one, unit) for name, one in found.items()),
-        empty=tuple(name for name in checked if name not in found),
-        exponent=exponent,
-        missing=sum(sample.missing for sample in checked.values()),
-    )
-
-
-def _exponent(found: list[Moments]) -> int:
-    """Return e so that neither a scatter nor a distance between means is above 2**e by much; 0 where there are none."""
-    squares = [one.exact_sum_squares for one in found]
-    squares += [(one.exact_mean - found[0].exact_mean) ** 2 for one in found[1:]]
-    largest = max(squares, default=Fraction(0))
-    return (largest.numerator.bit_length() - largest.denominator.bit_length()) // 2 if largest else 0
-
-
-def _group(name: str, one: Moments, unit: Fraction) -> Group:
-    return Group(one.n, one.exact_mean / unit, one.exact_sum_squares / unit**2, name=name)
+    return TTest(none, none, none, none, none)

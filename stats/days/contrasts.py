@@ -34,8 +34,8 @@ from stats.checks import as_level, as_number
 from stats.compare.shared_error import CANCELLED, SharedError, joined_variance
 from stats.days.decision import Contrast, Estimate, contrast_of_runs, undefined_estimate
 from stats.days.runs_by_day import Means, RunsByDay, RunsOfCondition, SharedDay, scale_of_runs, weights_of
-from stats.exact.tails import df_of_doubles, t_quantile, t_two_sided
 from stats.scatter import Scale
+from stats.tails import satterthwaite_df, t_quantile, t_two_sided
 
 _ROUNDING = 16.0 * sys.float_info.epsilon
 """Of the means compared: what a day departs by less is rounding."""
@@ -106,7 +106,7 @@ def linear_contrast(
         return LinearContrast(Rule.NONE, days, _runs(known), estimate if percent else _in_unit(estimate, scale))
     by_days = _by_days([each for each in known if each.found.rule is Rule.PAIRED])
     by_runs = _by_runs([each for each in known if each.found.rule is Rule.WITHIN])
-    df = df_of_doubles([each for each in (by_days, by_runs) if each[0] > 0.0])
+    df = satterthwaite_df([each for each in (by_days, by_runs) if each[0] > 0.0])
     estimate = _estimate(value, by_days[0] + by_runs[0], _shared(known), df, level)
     return LinearContrast(rule, days, _runs(known), estimate if percent else _in_unit(estimate, scale))
 
@@ -222,10 +222,9 @@ def _estimate(value: float, variance: float, shared: SharedError, df: float, lev
     if variance == 0.0:
         return undefined_estimate(Undefined(Reason.GROUPS_WITHOUT_SCATTER), level, value)
     error = math.sqrt(variance + joined_variance(shared, shared, level, df))
-    half, tail = t_quantile(level, df) * error, t_two_sided(value / error, df)
+    half, p = t_quantile(level, df) * error, t_two_sided(value / error, df)
     return Estimate(
-        value, math.sqrt(variance), shared.se, (value - half, value + half), level, value / error, df, tail.p,
-        tail.log10_p,
+        value, math.sqrt(variance), shared.se, (value - half, value + half), level, value / error, df, p,
     )  # fmt: skip
 
 

@@ -49,8 +49,8 @@ from stats.days.runs_by_day import (
     scale_of_runs,
     weights_of,
 )
-from stats.exact.tails import t_quantile, t_two_sided, t_upper
 from stats.scatter import Scale, times_power
+from stats.tails import t_quantile, t_two_sided, t_upper
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +68,6 @@ class Estimate:
     df: float | Undefined
     p: float | Undefined
     """Two-sided."""
-    log10_p: float | Undefined
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +104,7 @@ def bounds_tests(
 ) -> Bounded:
     """Return two one-sided tests from their t at the lower and the upper bound, or the one of a single bound."""
     (t_low, p_low), (t_high, p_high) = (
-        (at, t_upper(sign * at, df).p) if math.isfinite(bound) else (none, none)
+        (at, t_upper(sign * at, df)) if math.isfinite(bound) else (none, none)
         for at, sign, bound, none in zip(t, (1.0, -1.0), bounds, (_NO_LOW, _NO_HIGH), strict=True)
     )
     p = max(each for each in (p_low, p_high) if isinstance(each, float))
@@ -115,7 +114,7 @@ def bounds_tests(
 
 def undefined_estimate(why: Undefined, level: float, value: float | Undefined) -> Estimate:
     """Return an estimate without interval and test."""
-    return Estimate(value, why, why, why, level, why, why, why, why)
+    return Estimate(value, why, why, why, level, why, why, why)
 
 
 def undefined_bounds(why: Undefined, bounds: tuple[float, float], alpha: float, value: float | Undefined) -> Bounded:
@@ -335,14 +334,11 @@ class Contrast:
             return Undefined(Reason.SAME_ON_EVERY_DAY, a=TREATED, b=CONTROL)
         return Undefined(Reason.GROUPS_WITHOUT_SCATTER)
 
-    def _tested(
-        self, value: float, test: _Error
-    ) -> tuple[float | Undefined, float, float | Undefined, float | Undefined]:
-        """Return t, its degrees of freedom, the two-sided p and its decimal logarithm."""
+    def _tested(self, value: float, test: _Error) -> tuple[float | Undefined, float, float | Undefined]:
+        """Return t, its degrees of freedom and the two-sided p."""
         if test.error == 0.0:
-            return self._no_scatter, float(self.df), self._no_scatter, self._no_scatter
-        tail = t_two_sided(value / test.error, self.df)
-        return value / test.error, float(self.df), tail.p, tail.log10_p
+            return self._no_scatter, float(self.df), self._no_scatter
+        return value / test.error, float(self.df), t_two_sided(value / test.error, self.df)
 
     def _test(self, ratio: float, level: float) -> _Error:
         shared = self.shared(ratio)

@@ -30,7 +30,7 @@ from data_schema.vocabulary import Rule, Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import CANCELLED, SharedError, joined_variance, shared_of_mean
 from stats.days.decision import Bounded, Contrast, Estimate, bounds_tests, undefined_bounds, undefined_estimate
-from stats.exact.tails import f_upper, t_quantile, t_two_sided
+from stats.tails import f_upper, t_quantile, t_two_sided
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +104,6 @@ def overall_savings(groups: Mapping[str, Contrast], level: float = 0.95) -> Over
         return OverallSavings(undefined_estimate(found, level, found), scope, found, found)
     error, percent = found.error(level), 100.0 * found.saved
     half = 100.0 * t_quantile(level, found.df) * error
-    tail = t_two_sided(found.saved / error, found.df)
     estimate = Estimate(
         value=percent,
         se=100.0 * math.sqrt(found.variance),
@@ -113,8 +112,7 @@ def overall_savings(groups: Mapping[str, Contrast], level: float = 0.95) -> Over
         level=level,
         t=found.saved / error,
         df=found.df,
-        p=tail.p,
-        log10_p=tail.log10_p,
+        p=t_two_sided(found.saved / error, found.df),
     )
     return OverallSavings(estimate, scope, _spread(claimed), _heterogeneity(claimed, level))
 
@@ -228,7 +226,7 @@ def _heterogeneity(groups: Mapping[str, Contrast], level: float) -> Heterogeneit
     box = total**2 / float(np.sum(covariance * covariance))
     apart = _centred(np.array([[1.0 - one.ratio] for one in groups.values()]))
     f, dfs = float(np.sum(apart * apart)) / total, (box, min(df, box * (len(by_day) - 1)) if by_day else df)
-    return Heterogeneity(f, dfs, f_upper(f, *dfs).p)
+    return Heterogeneity(f, dfs, f_upper(f, *dfs))
 
 
 def _centred(columns: NDArray[np.float64]) -> NDArray[np.float64]:

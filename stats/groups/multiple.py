@@ -47,12 +47,8 @@ class HolmMember(Result):
     """Of the test."""
     p: float | Undefined
     """As given, 0 to 1."""
-    log10_p: float | Undefined
-    """Its decimal logarithm."""
     adjusted_p: float | Undefined
     """Holm's p-value."""
-    adjusted_log10_p: float | Undefined
-    """Its decimal logarithm."""
     rejected: bool | Undefined
     """Whether the adjusted p is at most alpha."""
 
@@ -67,24 +63,20 @@ class HolmFamily(Result):
     """Of the m tests, in the order given; shape (m,)."""
     p: tuple[float | Undefined, ...]
     """The p-values as given, shape (m,)."""
-    log10_p: tuple[float | Undefined, ...]
-    """Their logarithms, as given where p is below all doubles; shape (m,)."""
     adjusted_p: tuple[float | Undefined, ...]
     """Holm's p-values (Holm 1979), each to be compared with alpha; at most 1; shape (m,)."""
-    adjusted_log10_p: tuple[float | Undefined, ...]
-    """Their logarithms, right also where p is below all doubles if log10_p was given; shape (m,)."""
     rejected: tuple[bool | Undefined, ...]
-    """Whether the adjusted p is at most alpha, shape (m,); a caller who knows why a p cannot tell leaves that open."""
+    """Whether the adjusted p is at most alpha, shape (m,)."""
     alpha: float
     """The chance allowed of rejecting any true hypothesis of the family."""
 
     def rows(self) -> tuple[HolmMember, ...]:
         """Return the tests, for `to_frame`."""
-        columns = self.names, self.p, self.log10_p, self.adjusted_p, self.adjusted_log10_p, self.rejected
+        columns = self.names, self.p, self.adjusted_p, self.rejected
         return tuple(HolmMember(*row) for row in zip(*columns, strict=True))
 
     def sentence(self) -> str:
-        """Return the family in words: which tests are rejected, with adjusted p, or left open, or not made, and why."""
+        """Return the family in words: which tests are rejected, with adjusted p, or not made, and why."""
         untested = [(name, p.reason) for name, p in zip(self.names, self.p, strict=True) if isinstance(p, Undefined)]
         tested = len(self.names) - len(untested)
         undefined = f", {len(untested)} of them undefined and counted all the same" if untested else ""
@@ -97,60 +89,39 @@ class HolmFamily(Result):
         return f"{head}: {tested} tested, {self._verdicts()}; not tested: {reasons_text(untested)}."
 
     def _verdicts(self) -> str:
-        """Return which tests are rejected and which are left open."""
-        members = [(f"{one.name} ({p_text(one.adjusted_p, self.alpha)})", one) for one in self.rows()]
-        found = [text for text, one in members if one.rejected is True]
-        left_open = [
-            text
-            for text, one in members
-            if isinstance(one.rejected, Undefined) and not isinstance(one.adjusted_p, Undefined)
-        ]
-        verdicts = [f"{', '.join(left_open)} left open"] if left_open else []
-        if not members or len(left_open) < len(members):
-            verdicts = [f"{', '.join(found) or 'none'} rejected", *verdicts]
-        return ", ".join(verdicts)
+        """Return which tests are rejected."""
+        found = [f"{one.name} ({p_text(one.adjusted_p, self.alpha)})" for one in self.rows() if one.rejected is True]
+        return f"{', '.join(found) or 'none'} rejected"
 
 
 def holm(
     p_values: Mapping[str, float | Undefined],
     family: str,
     *,
-    log10_p: Mapping[str, float | Undefined] | None = None,
     alpha: float = 0.05,
 ) -> HolmFamily:
     """Adjust the p-values of a family by Holm's step-down method.
 
     The smallest of m is multiplied by m, the next by m - 1 and so on; none becomes smaller than one before it. A test
-    whose p is undefined belongs to the family still: it counts in m. `log10_p` is needed only where p underflows to 0.
-    Raises `InputRefused` for a p that is no number or outside 0 to 1, or a p of 0 whose logarithm is not given.
+    whose p is undefined belongs to the family still: it counts in m. Raises `InputRefused` for a p that is no number or
+    outside 0 to 1.
 
     >>> holm({"height": 0.04, "joules": 0.01}, "outcomes").adjusted_p
     (0.04, 0.02)
     """
     alpha = as_level("alpha", alpha)
     p_values = {name: p if isinstance(p, Undefined) else _as_p(name, p) for name, p in p_values.items()}
-    logs: dict[str, float | Undefined] = {}
-    for name, p in p_values.items():
-        given = None if log10_p is None else log10_p.get(name)
-        logs[name] = p if isinstance(p, Undefined) else _log10(name, p, given)
-    defined = sorted((log, name) for name, log in logs.items() if not isinstance(log, Undefined))
-    adjusted_p: dict[str, float | Undefined] = {}
-    adjusted_log: dict[str, float | Undefined] = {}
-    worst_p, worst_log = 0.0, -math.inf
-    for place, (log, name) in enumerate(defined):
-        factor = len(p_values) - place
-        p = p_values[name]
-        worst_p = max(worst_p, min(1.0, factor * (0.0 if isinstance(p, Undefined) else p)))
-        worst_log = max(worst_log, min(0.0, math.log10(factor) + log))
-        adjusted_p[name], adjusted_log[name] = worst_p, worst_log
+    defined = sorted((p, name) for name, p in p_values.items() if not isinstance(p, Undefined))
+    adjusted_p: dict[str, float] = {}
+    worst = 0.0
+    for place, (p, name) in enumerate(defined):
+        worst = adjusted_p[name] = max(worst, min(1.0, (len(p_values) - place) * p))
     adjusted = tuple(adjusted_p.get(name, p) for name, p in p_values.items())
     return HolmFamily(
         family=family,
         names=tuple(p_values),
         p=tuple(p_values.values()),
-        log10_p=tuple(logs.values()),
         adjusted_p=adjusted,
-        adjusted_log10_p=tuple(adjusted_log.get(name, p) for name, p in p_values.items()),
         rejected=tuple(p if isinstance(p, Undefined) else p <= alpha for p in adjusted),
         alpha=alpha,
     )
@@ -164,11 +135,3 @@ def _as_p(name: str, p: float) -> float:
     if not 0.0 <= number <= 1.0:
         raise InputRefused(f"the p-value of {name!r} is {p!r}: give a number from 0 to 1.")
     return number
-
-
-def _log10(name: str, p: float, given: float | Undefined | None) -> float:
-    if isinstance(given, float | int):
-        return float(given)
-    if p == 0.0:
-        raise InputRefused(f"The p-value of {name!r} is 0, below all doubles: give its logarithm as log10_p too.")
-    return math.log10(p)

@@ -7,32 +7,20 @@ forces).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
-from fractions import Fraction
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy import special
 
-from data_schema.errors import InputRefused, unknown_name
+from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.rounding import level_text, number_text
 from data_schema.vocabulary import Undefined
-from stats.checks import Labels, Missing, Sample, as_groups, as_labels, as_level, as_sample, complete_rows
-from stats.exact.numbers import (
-    Floats,
-    common_shift,
-    exact_root,
-    finite,
-    greatest,
-    moments,
-    out_of_range,
-    refuse_beyond,
-    times_power,
-    to_double,
-)
+from stats.checks import Missing, as_groups, as_level, as_sample, complete_rows
 from stats.results import Result, missing_text, plural, with_unit
+from stats.scatter import Floats, finite, read_groups, scale_of
 
 _SD = "the residual standard deviation"
 
@@ -59,14 +47,15 @@ class Residuals(Result):
     """Residual standard deviation."""
     df: int
     """Its degrees of freedom."""
-    _basis: Floats = field(repr=False, compare=False)
-    """Orthonormal columns that span what the model can fit, shape (n, n - df)."""
+    group_ns: tuple[int, ...]
+    """Sizes of the groups, in their order; shape (k,)."""
     missing: int = 0
-    """Values left out because they, or a label of theirs, were missing."""
+    """Values left out because they were missing."""
 
     def of_noise(self, drawn: Floats) -> Floats:
-        """Return what the same model leaves of values drawn, shape (n, draws), over the SD of each draw."""
-        left = drawn - self._basis @ (self._basis.T @ drawn)
+        """Return what the group means leave of values drawn, shape (n, draws), over the SD of each draw."""
+        parts = np.split(drawn, np.cumsum(self.group_ns)[:-1])
+        left = np.concatenate([part - part.mean(axis=0) for part in parts])
         return np.asarray(left / np.sqrt(np.sum(left * left, axis=0) / self.df))
 
     def rows(self) -> tuple[Residual, ...]:
@@ -92,74 +81,19 @@ def residuals_of_groups(
 
     The standard deviation is pooled. Raises `InputRefused` for infinite values, and for NaN unless `missing` is "drop".
     """
-    values: list[Fraction] = []
-    fitted: list[float] = []
-    sizes: dict[str, int] = {}
-    squares, df, left_out = Fraction(0), 0, 0
-    for name, given in as_groups(groups).items():
-        sample = as_sample(f"group {name!r}", given, missing)
-        left_out += sample.missing
-        if sample.values.size == 0:
-            continue
-        sizes[name] = sample.values.size
-        about = moments(sample.values, sample.rest)
-        rest = np.zeros(about.n) if sample.rest is None else sample.rest
-        values += [
-            Fraction(float(value)) + Fraction(float(more)) - about.exact_mean
-            for value, more in zip(sample.values, rest, strict=True)
-        ]
-        fitted += [about.mean] * about.n
-        squares, df = squares + about.exact_sum_squares, df + about.n - 1
-    none = Undefined(Reason.NO_GROUP_OF_TWO if values else Reason.NO_VALUE)
-    sd = finite(exact_root(squares / df), _SD) if df else none
-    left = tuple(map(to_double, values))
-    refuse_beyond("a residual", map(abs, left))
-    design = _dummies([name for name, size in sizes.items() for _ in range(size)])
-    return Residuals(left, tuple(fitted), sd, df, design / np.sqrt(design.sum(axis=0)), left_out)
-
-
-def additive_residuals(values: ArrayLike, condition: Labels, day: Labels, missing: Missing = "refuse") -> Residuals:
-    """Return values of shape (n,) less what condition and day add up to (least squares, both held fixed).
-
-    Raises `InputRefused` for infinite values, labels of another length, and for missing values or labels unless
-    `missing` is "drop".
-    """
-    labels = {"condition": as_labels("condition", condition, missing), "day": as_labels("day", day, missing)}
-    (values, *present), left_out = complete_rows([values, *labels.values()], missing)
-    n = int(np.size(values))
-    for name, of_each in zip(labels, present, strict=True):
-        if of_each.size != n:
-            raise InputRefused(
-                f"there are {n} values and {of_each.size} labels of {name}: give one label for each value."
-            )
-    sample = as_sample("values", values)
-    exponent = out_of_range(sample.values)
-    numbers = np.ldexp(sample.values, -exponent)
-    shift = common_shift(numbers) if numbers.size else 0.0
-    numbers = numbers - shift
-    if sample.rest is not None:
-        numbers = numbers + np.ldexp(sample.rest, -exponent)
-    design = np.concatenate([_dummies(of_each) for of_each in present], axis=1)
-    left_vectors, singular, _right = np.linalg.svd(design, full_matrices=False)
-    basis = left_vectors[:, singular > singular.max(initial=0.0) * numbers.size * np.finfo(np.float64).eps]
-    fitted = basis @ (basis.T @ numbers)
-    left = numbers - fitted
-    # What a fit without a rest leaves is rounding: 1e-16 is no scatter.
-    left[np.abs(left) <= numbers.size * np.finfo(np.float64).eps * np.max(np.abs(numbers), initial=0.0)] = 0.0
-    df = numbers.size - basis.shape[1]
-    sd: float | Undefined = Undefined(Reason.ALL_ALONE if numbers.size else Reason.NO_VALUE)
-    if df:
-        sd = finite(times_power(math.hypot(*left) / math.sqrt(df), exponent), _SD)
-    residuals, fitted_values = (
-        [times_power(number, exponent) for number in part.tolist()] for part in (left, shift + fitted)
-    )
-    refuse_beyond("a residual or a fitted value", map(abs, [*residuals, *fitted_values]))
-    return Residuals(tuple(residuals), tuple(fitted_values), sd, df, basis, left_out)
-
-
-def _dummies(labels: Sequence[object]) -> Floats:
-    _names, codes = np.unique(np.asarray(labels, dtype=object).astype(str), return_inverse=True)
-    return np.asarray(np.eye(int(codes.max(initial=-1)) + 1)[codes])
+    given = {name: as_sample(f"group {name!r}", values, missing) for name, values in as_groups(groups).items()}
+    read = read_groups({name: sample.values for name, sample in given.items()})
+    left, fitted = [], []
+    for group in read.filled:
+        scaled = read.scale.scaled(given[group.name].values)
+        left += [read.scale.length(away, "a residual") for away in (scaled - group.mean).tolist()]
+        fitted += [read.scale.place(group.mean)] * group.n
+    df, none = read.df_within, Undefined(Reason.NO_GROUP_OF_TWO if left else Reason.NO_VALUE)
+    sd = read.scale.length(math.sqrt(read.squares_within / df), _SD) if df else none
+    if not all(isinstance(each, float) for each in left):
+        raise InputRefused("a residual exceeds 1.8e308: change units.")
+    known = tuple(each for each in left if isinstance(each, float))
+    return Residuals(known, tuple(fitted), sd, df, read.sizes, sum(sample.missing for sample in given.values()))
 
 
 _SEED = 2021
@@ -242,7 +176,7 @@ def normal_quantiles(residuals: Residuals, level: float = 0.95) -> NormalQuantil
     of normal values put through the same model, drawn from a fixed seed.
     """
     if not isinstance(residuals, Residuals):
-        raise InputRefused(f"residuals are {residuals!r}: give those of `residuals_of_groups` or `additive_residuals`.")
+        raise InputRefused(f"residuals are {residuals!r}: give those of `residuals_of_groups`.")
     level = as_level("level", level)
     n = len(residuals.values)
     place = np.arange(1.0, n + 1.0)
@@ -284,19 +218,6 @@ def _band(residuals: Residuals, level: float) -> tuple[tuple[float, ...], ...] |
     return tuple(tuple(line.tolist()) for line in lines)
 
 
-QUARTILES: dict[str, Callable[[int, float], float]] = {
-    "linear": lambda n, share: share * (n - 1),
-    "median_unbiased": lambda n, share: share * (n + 1.0 / 3.0) - 2.0 / 3.0,
-    "hazen": lambda n, share: share * n - 0.5,
-    "weibull": lambda n, share: share * (n + 1) - 1.0,
-}
-"""Definitions of a quantile by name: where among n ordered values, counted from 0, it is read by interpolation.
-
-"linear" is the default of numpy, scipy and R, with which published ratios were formed, and is therefore the default
-here; "median_unbiased" (Hyndman and Fan 1996, their advice) is wider for few values: 6.46 for 5.63 on eight (W27).
-"""
-
-
 @dataclass(frozen=True, slots=True)
 class RmseOverIqr(Result):
     """Error of a prediction in interquartile ranges of what was measured."""
@@ -311,8 +232,6 @@ class RmseOverIqr(Result):
     """Lower quartile of the measured values, in their unit."""
     quartile_high: float
     """Upper quartile of the measured values, in their unit."""
-    definition: str
-    """Of the quartiles: a name of `QUARTILES`."""
     n: int
     """Number of pairs."""
     missing: int = 0
@@ -325,23 +244,17 @@ class RmseOverIqr(Result):
             ratio = f"undefined, because {self.ratio.reason}"
         return (
             f"RMSE of {what} {number_text(self.rmse)}{with_unit(unit)}, RMSE/IQR {ratio} (IQR of the measured values "
-            f"{number_text(self.iqr)}{with_unit(unit)}, quartiles {self.definition.replace('_', '-')}, n = {self.n}"
+            f"{number_text(self.iqr)}{with_unit(unit)}, quartiles as numpy's, n = {self.n}"
             f"{missing_text(self.missing)})."
         )
 
 
-def rmse_over_iqr(
-    measured: ArrayLike, predicted: ArrayLike, *, definition: str = "linear", missing: Missing = "refuse"
-) -> RmseOverIqr:
-    """Compare predictions with measurements, both of shape (n,), in one unit.
+def rmse_over_iqr(measured: ArrayLike, predicted: ArrayLike, *, missing: Missing = "refuse") -> RmseOverIqr:
+    """Compare predictions with measurements, both of shape (n,), in one unit; quartiles are numpy's default.
 
-    Differences are taken whatever the input's type, of decimals as they are written, and scaled before squaring: int16
-    and 1e200 are right (W25), and neither ratio nor error loses a digit to an offset. Raises `UnknownName` for another
-    definition, `InputRefused` for no values, infinite ones, NaN unless `missing` is "drop" (which leaves out pairs), or
-    lengths that differ.
+    Raises `InputRefused` for no values, infinite ones, NaN unless `missing` is
+    "drop" (which leaves out pairs), or lengths that differ.
     """
-    if definition not in QUARTILES:
-        raise unknown_name("definition of quartiles", definition, QUARTILES)
     (measured, predicted), left_out = complete_rows([measured, predicted], missing)
     truth, guess = as_sample("the measured values", measured), as_sample("the predicted values", predicted)
     n = truth.values.size
@@ -350,47 +263,17 @@ def rmse_over_iqr(
             f"there are {n} measured and {guess.values.size} predicted values: give one prediction for each "
             "measurement, and at least one."
         )
-    rmse = _root_mean_square(*_differences(truth, guess))
-    order = np.lexsort((_rest(truth), truth.values))
-    low, high = (_quantile(truth, order, share, definition) for share in (0.25, 0.75))
+    scale = scale_of(truth.values, guess.values)
+    measured_scaled, away = scale.scaled(truth.values), scale.scaled(guess.values) - scale.scaled(truth.values)
+    rmse = math.sqrt(float(away @ away) / n)
+    low, high = np.percentile(measured_scaled, (25.0, 75.0)).tolist()
     iqr = high - low
-    ratio: float | Undefined = Undefined(Reason.NO_QUARTILE_RANGE)
-    if iqr > 0:
-        ratio = finite(rmse / iqr, "the ratio")
     return RmseOverIqr(
-        ratio=ratio,
-        rmse=finite(rmse, "the root mean square error"),
-        iqr=finite(iqr, "the interquartile range"),
-        quartile_low=float(low),
-        quartile_high=float(high),
-        definition=definition,
+        ratio=finite(rmse / iqr, "the ratio") if iqr > 0.0 else Undefined(Reason.NO_QUARTILE_RANGE),
+        rmse=scale.length(rmse, "the root mean square error"),
+        iqr=scale.length(iqr, "the interquartile range"),
+        quartile_low=scale.place(low),
+        quartile_high=scale.place(high),
         n=n,
         missing=left_out,
     )
-
-
-def _differences(truth: Sample, guess: Sample) -> tuple[Floats, int]:
-    """Return guess minus truth in units of a power of two, each rounded once, and that power."""
-    exponent = 2 if max(greatest(truth.values), greatest(guess.values)) > 2.0**1000 else 0
-    far = np.ldexp(guess.values, -exponent) - np.ldexp(truth.values, -exponent)
-    return far + np.ldexp(_rest(guess) - _rest(truth), -exponent), exponent
-
-
-def _root_mean_square(values: Floats, exponent: int) -> Fraction:
-    largest = math.frexp(greatest(values))[1]
-    values = np.ldexp(values, -largest)
-    return Fraction(math.sqrt(math.fsum(values * values) / values.size)) * Fraction(2) ** (largest + exponent)
-
-
-def _rest(sample: Sample) -> Floats:
-    return np.zeros(sample.values.size) if sample.rest is None else sample.rest
-
-
-def _quantile(sample: Sample, order: NDArray[np.intp], share: float, definition: str) -> Fraction:
-    place = min(max(QUARTILES[definition](order.size, share), 0.0), order.size - 1.0)
-    below = int(place)
-    low, high = (
-        Fraction(float(sample.values[i])) + Fraction(float(_rest(sample)[i]))
-        for i in order[[below, min(below + 1, order.size - 1)]]
-    )
-    return low + Fraction(place - below) * (high - low)

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.exact.tails import t_quantile
+from stats.tails import t_quantile
 
 Floats = NDArray[np.float64]
 Residuals = Callable[[Floats], Floats]

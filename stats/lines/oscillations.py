@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.optimize
-import scipy.stats
 from numpy.typing import NDArray
 
 from data_schema.errors import InputRefused
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from stats.lines.stiffness import Stiffness, fit_stiffness, force_points
+from stats.tails import t_quantile
 
 Floats = NDArray[np.float64]
 _WEIGHINGS, _LEAST = 3, 1e-12
@@ -129,7 +129,7 @@ def fitted_with(
     ]
     meat = inflation[0] * of_rows[0] + inflation[1] * of_rows[1]
     covariance = bread @ meat @ bread * 2.0 * fit.cost / df
-    half = float(scipy.stats.t.ppf(0.5 + 0.5 * level, max(df / max(inflation), 1.0)))
+    half = t_quantile(level, max(df / max(inflation), 1.0))
     values, errors = (fit.x * scale).tolist(), (np.sqrt(np.diag(covariance)) * scale).tolist()
     stiffness, damping = (
         Coefficient(value, se, (value - half * se, value + half * se))

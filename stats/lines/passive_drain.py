@@ -10,7 +10,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,11 +19,10 @@ from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import MINIMUM_ROWS, Missing, as_level, as_number, as_values, complete_rows
-from stats.exact.numbers import Floats, Interval, as_interval, moments, refuse_beyond
-from stats.exact.tails import t_quantile
-from stats.lines.fit import EXACT
-from stats.lines.regression import fit_linear
+from stats.lines.regression import EXACT, fit_linear
 from stats.results import Result, bounded_texts, missing_text, share_text
+from stats.scatter import Floats, Interval, as_interval
+from stats.tails import t_quantile
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,18 +100,16 @@ class PassiveDrain(Result):
         return math.sqrt(self.covariance[0][0])
 
     def slope_ci_mah_s(self, level: float = 0.95) -> Interval | Undefined:
-        """Student's interval of the slope; raises `InputRefused` where an end is beyond the doubles."""
-        return self._interval("the slope", self.slope_mah_s, self.slope_se_mah_s, level)
+        """Student's interval of the slope."""
+        return self._interval(self.slope_mah_s, self.slope_se_mah_s, level)
 
     def intercept_ci_mah(self, level: float = 0.95) -> Interval | Undefined:
-        """Student's interval of the intercept; raises `InputRefused` where an end is beyond the doubles."""
-        return self._interval("the intercept", self.intercept_mah, self.intercept_se_mah, level)
+        """Student's interval of the intercept."""
+        return self._interval(self.intercept_mah, self.intercept_se_mah, level)
 
-    def _interval(self, of: str, middle: float, se: float, level: float) -> Interval | Undefined:
+    def _interval(self, middle: float, se: float, level: float) -> Interval | Undefined:
         half = t_quantile(as_level("level", level), self.df) * se
-        low, high = middle - half, middle + half
-        refuse_beyond(f"an end of the interval of {of}", (low, high))
-        return (low, high) if self.residual_sd_mah else EXACT
+        return (middle - half, middle + half) if self.residual_sd_mah else EXACT
 
     def error_terms_mah(self, duration_s: float) -> dict[str, float]:
         """Return the two independent errors of the line at a duration: signed standard errors of level and slope."""
@@ -127,8 +123,7 @@ class PassiveDrain(Result):
         """
         se = math.hypot(*self.error_terms_mah(duration_s).values())
         charge = self.charge_mean_mah + self.slope_mah_s * (duration_s - self.duration_mean_s)
-        refuse_beyond("the passive charge over so long a duration", [abs(charge)])
-        ends = self._interval("the passive charge over so long a duration", charge, se, level)
+        ends = self._interval(charge, se, level)
         low, high = (ends, ends) if isinstance(ends, Undefined) else ends
         return DrainEstimate(
             duration_s=duration_s,
@@ -185,7 +180,7 @@ def fit_passive_drain(
     that happen to lie closer to the line than that do not make the line better known.
 
     Raises `InputRefused` for fewer than 3 runs, a single duration, infinite values, for NaN unless `missing` is "drop"
-    (which leaves out runs), lengths that differ, negative durations, and where an uncertainty is beyond the doubles.
+    (which leaves out runs), lengths that differ and negative durations.
 
     >>> line = fit_passive_drain([60, 120, 240, 480], [8, 15, 30, 58])
     >>> round(line.at(300).charge_mah, 2)
@@ -205,26 +200,23 @@ def fit_passive_drain(
             f"{none.reason}{missing_text(left_out)}: give more (`fit_linear` gives the bare line of two)."
         )
     n = durations.size
-    of_duration = moments(durations)
-    of_charge = moments(charges)
-    fit = fit_linear(charge_mah, {"duration": duration_s})
+    fit = fit_linear(charges, {"duration": durations})
     residual_sd_mah = max(fit.spread("the drain line")[1], rounding_sd_mah(resolution_mah))
-    residual_variance, mean = Fraction(residual_sd_mah) ** 2, of_duration.exact_mean
-    slope_variance = residual_variance / of_duration.exact_sum_squares
-    covariance = residual_variance / n + mean * mean * slope_variance, -mean * slope_variance, slope_variance
-    refuse_beyond("a covariance of the drain line", covariance)
-    of_intercept, of_both, of_slope = map(float, covariance)
+    mean = fit.means[0]
+    away = durations - mean
+    of_slope = residual_sd_mah**2 / float(away @ away)
+    of_intercept, of_both = residual_sd_mah**2 / n + mean * mean * of_slope, -mean * of_slope
     return PassiveDrain(
         slope_mah_s=fit.coefficients[1],
         intercept_mah=fit.coefficients[0],
         covariance=((of_intercept, of_both), (of_both, of_slope)),
         residual_sd_mah=residual_sd_mah,
-        r_squared=Undefined(Reason.ALL_CHARGES_EQUAL) if of_charge.constant else fit.r_squared,
+        r_squared=Undefined(Reason.ALL_CHARGES_EQUAL) if np.ptp(charges) == 0.0 else fit.r_squared,
         df=fit.df,
         n=n,
         duration_min_s=float(np.min(durations)),
         duration_max_s=float(np.max(durations)),
-        duration_mean_s=of_duration.mean,
-        charge_mean_mah=of_charge.mean,
+        duration_mean_s=mean,
+        charge_mean_mah=fit.response_mean,
         missing=left_out,
     )

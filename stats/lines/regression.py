@@ -1,11 +1,7 @@
-"""Linear regression whose digits hold: on time stamps, on offsets, on nearly collinear columns.
+"""Linear regression by least squares on centred and scaled columns, so that offsets and units cost no digits.
 
 What the data do not fix is refused with the names of the columns; a plain solver returns the numbers of least norm
-instead, which look like any others (W20).
-
-Polynomials are fitted by Chebyshev's about the middle of the range of x, in whole numbers: of 192 bits, or of all where
-next to nothing of the response is left over. They are carried back to the caller's powers without rounding. Powers
-rounded to doubles cap Filip's data at 8 digits, whatever solves them; numpy's polyfit has no standard errors there.
+instead, which look like any others.
 
 A line through the origin is fitted to values in groups, such as those of a day, whose errors depend on each other; only
 the groups are independent.
@@ -13,57 +9,114 @@ the groups are independent.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from fractions import Fraction
-from operator import mul
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
+from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values, complete_rows
-from stats.compare.shared_error import SharedError, join_errors
-from stats.exact.numbers import exact_root, refuse_beyond, to_120_bits, to_double
-from stats.lines.columns import (
-    as_column,
-    as_ticks,
-    identifiable,
-    named_columns,
-    quoted_list,
-    refuse_unfit,
-    refuse_unidentifiable,
-    time_unit,
-    time_units,
-)
-from stats.lines.fit import (
-    INTERCEPT,
-    ExactFit,
-    Fit,
-    Given,
-    Response,
-    exact_fit,
-    fit_of,
-    in_doubles,
-    response_at,
-    root_of_form,
-)
+from stats.compare.shared_error import SharedError, joined_half_width
+from stats.results import Result, missing_text, share_text, with_unit
+from stats.scatter import Floats, Interval, Scale, scale_of, times_power
+from stats.tails import f_upper, t_quantile, t_two_sided
 
 if TYPE_CHECKING:
     import pandas as pd
 
+INTERCEPT = "intercept"
+EXACT = Undefined(Reason.FIT_EXACT)
+_EPS = float(np.finfo(np.float64).eps)
+
 
 @dataclass(frozen=True, slots=True)
-class LinearFit(Fit):
-    """response = intercept + sum of coefficient * column."""
+class Coefficient(Result):
+    """One coefficient of a least-squares fit, in the unit of the response over that of its column."""
 
+    name: str
+    """Of its column, or "intercept"."""
+    coefficient: float
+    """Its estimate, in the unit of the response over that of its column."""
+    standard_error: float | Undefined
+    """In the unit of the coefficient; 0 where the fit is exact."""
+    t: float | Undefined
+    """Coefficient over standard error."""
+    p: float | Undefined
+    """Two-sided, of the coefficient being 0."""
+    ci: Interval | Undefined
+    """Student's interval, of the fit's level."""
+
+
+@dataclass(frozen=True, slots=True)
+class Response(Result):
+    """The fitted response at one place."""
+
+    value: float
+    """In the unit of the response."""
+    se: float | Undefined
+    """Standard error of the mean response there, not of one more measurement; in the unit of the response."""
+    ci: Interval | Undefined
+    """Student's interval of the mean response; undefined where the fit is exact."""
+    level: float
+    """Level of the interval."""
+    df: int
+    """Degrees of freedom of the fit."""
+    extrapolated: bool
+    """Whether a value lies outside its column's range."""
+
+    def sentence(self, response: str = "the response", unit: str = "") -> str:
+        """Return the response in words, with its interval, degrees of freedom, and whether it is extrapolated."""
+        beyond = ", outside the range that was fitted" if self.extrapolated else ""
+        return (
+            f"{response} is {number_text(self.value, error=error_of(self.ci))}{with_unit(unit)} there "
+            f"({interval_text(self.ci, self.level, unit)}, df = {self.df}{beyond})."
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class LinearFit(Result):
+    """response = intercept + sum of coefficient * column; units are those of the response over its column's."""
+
+    names: tuple[str, ...]
+    """Of the coefficients: "intercept" first where there is one; shape (p,)."""
+    coefficients: tuple[float, ...]
+    """In the order of `names`, shape (p,)."""
+    standard_errors: tuple[float, ...] | Undefined
+    """Of the coefficients, in their units, shape (p,); 0 where the fit is exact."""
+    ci: tuple[Interval, ...] | Undefined
+    """Student's interval of each coefficient, in its unit, shape (p, 2); undefined for an exact fit."""
+    level: float
+    """Level of the intervals."""
+    t: tuple[float, ...] | Undefined
+    """Coefficient over standard error, shape (p,); undefined for an exact fit."""
+    p: tuple[float, ...] | Undefined
+    """Two-sided, of each coefficient being 0; shape (p,)."""
+    r_squared: float | Undefined
+    """About the mean with an intercept, about 0 without; 0 to 1."""
+    f: float | Undefined
+    """Of all coefficients but the intercept being 0, with `df_model` and `df`."""
+    f_p: float | Undefined
+    """P(F >= f)."""
+    residual_sd: float | Undefined
+    """sqrt(SS_residual / df), in the unit of the response; exactly 0 for a fit that is exact but for rounding."""
+    df_model: int
+    """Number of coefficients without the intercept."""
+    df: int
+    """n minus the number of coefficients."""
+    n: int
+    """Number of values."""
+    missing: int
+    """Rows left out because a value in them was NaN."""
     intercept: bool
     """Whether a constant was fitted."""
-    vif: tuple[float, ...]
-    """Variance inflation of each column, 1 / (1 - R squared on the other columns); no intercept, shape (columns,)."""
+    covariance: tuple[tuple[float, ...], ...] | Undefined
+    """Of the coefficients of the columns, without the intercept, in the products of their units."""
     means: tuple[float, ...]
     """Of each column, in its unit, shape (columns,); 0 without an intercept. The fit is evaluated from there."""
     response_mean: float
@@ -73,16 +126,41 @@ class LinearFit(Fit):
     highest: tuple[float, ...]
     """Largest value of each column, in its unit; shape (columns,)."""
 
-    def _inflations(self) -> tuple[float | Undefined, ...]:
-        constant: tuple[float | Undefined, ...] = (Undefined(Reason.INTERCEPT_NO_COLUMN),) if self.intercept else ()
-        return (*constant, *self.vif)
+    @property
+    def exact(self) -> bool:
+        """Whether nothing is left over of the response but rounding."""
+        return self.residual_sd == 0.0
+
+    def rows(self) -> tuple[Coefficient, ...]:
+        """Return the coefficients, for `to_frame`."""
+        of_each = [
+            [part] * len(self.names) if isinstance(part, Undefined) else part
+            for part in (self.standard_errors, self.t, self.p, self.ci)
+        ]
+        return tuple(Coefficient(*row) for row in zip(self.names, self.coefficients, *of_each, strict=True))
+
+    def spread(self, what: str) -> tuple[tuple[float, ...], float]:
+        """Return standard errors and residual standard deviation of what is nothing without them.
+
+        Raises `InputRefused` where one of them is undefined.
+        """
+        errors, sd = self.standard_errors, self.residual_sd
+        if isinstance(errors, Undefined) or isinstance(sd, Undefined):
+            reason = next(part.reason for part in (errors, sd) if isinstance(part, Undefined))
+            raise InputRefused(f"{what} has no uncertainty, because {reason}: give more rows.")
+        return errors, sd
+
+    def intervals(self) -> tuple[Interval | Undefined, ...]:
+        """Return the interval of each coefficient, shape (p,)."""
+        return (self.ci,) * len(self.names) if isinstance(self.ci, Undefined) else self.ci
 
     def at(self, values: Mapping[str, float], level: float = 0.95) -> Response:
         """Return the fitted response where each column has the value given.
 
         Raises `UnknownName` for a name that is no column, `InputRefused` where one is missing or not finite.
         """
-        columns = self.names[1:] if self.intercept else self.names
+        skip = int(self.intercept)
+        columns = self.names[skip:]
         for name in values:
             if name not in columns:
                 raise unknown_name("column", name, columns)
@@ -93,18 +171,44 @@ class LinearFit(Fit):
         place = [as_number(f"the value of {name!r}", values[name]) for name in columns]
         ranges = zip(place, self.lowest, self.highest, strict=True)
         extrapolated = any(not low <= value <= high for value, low, high in ranges)
-        steps = [Fraction(value) - Fraction(mean) for value, mean in zip(place, self.means, strict=True)]
-        skip = int(self.intercept)
-        products = (step * Fraction(slope) for step, slope in zip(steps, self.coefficients[skip:], strict=True))
-        value = sum(products, Fraction(self.response_mean))
-        se: Fraction | Undefined
+        steps = np.array(place) - np.array(self.means)
+        value = self.response_mean + float(steps @ np.array(self.coefficients[skip:]))
         if isinstance(self.covariance, Undefined) or isinstance(self.residual_sd, Undefined):
-            se = self.covariance if isinstance(self.covariance, Undefined) else Undefined(Reason.FIT_WITHOUT_SCATTER)
+            none = Undefined(Reason.FIT_WITHOUT_SCATTER)
+            return Response(value, none, none, level, self.df, extrapolated)
+        of_slopes = math.sqrt(max(0.0, float(steps @ np.array(self.covariance) @ steps)))
+        se = math.hypot(of_slopes, self.residual_sd / math.sqrt(self.n) if self.intercept else 0.0)
+        half = t_quantile(level, self.df) * se
+        ci = EXACT if self.exact else (value - half, value + half)
+        return Response(value, se, ci, level, self.df, extrapolated)
+
+    def sentence(self, response: str = "the response", unit: str = "") -> str:
+        """Return the fit in words: each coefficient with interval, t, df and p; R squared, residual SD, n."""
+        parts = []
+        for row, interval in zip(self.rows(), self.intervals(), strict=True):
+            text = f"{row.name} {number_text(row.coefficient, error=error_of(interval))}"
+            if not isinstance(interval, Undefined):
+                test = f"{statistic_text('t', row.t, (self.df,))}, {p_text(row.p, alpha_of_level(self.level))}"
+                text = f"{text} ({interval_text(interval, self.level)}, {test})"
+            parts.append(text)
+        about = [f"R squared {share_text(self.r_squared)}"]
+        if not isinstance(self.f, Undefined):
+            test = statistic_text("F", self.f, (self.df_model, self.df))
+            about.append(f"{test}, {p_text(self.f_p, alpha_of_level(self.level))}")
+        if isinstance(self.residual_sd, Undefined):
+            about.append(f"no standard errors, because {self.residual_sd.reason}")
         else:
-            of_slopes = root_of_form(steps, [row[skip:] for row in self.covariance[skip:]])
-            level_variance = Fraction(self.residual_sd) ** 2 / self.n if self.intercept else Fraction(0)
-            se = exact_root(level_variance + of_slopes**2)
-        return response_at(value, se, level, self.df, extrapolated=extrapolated, exact=self.ss_residual == 0.0)
+            about.append(f"residual SD {number_text(self.residual_sd)}{with_unit(unit)}")
+            if isinstance(self.ci, Undefined):
+                about.append(f"no intervals, because {self.ci.reason}")
+        n = f"n = {self.n}{missing_text(self.missing)}"
+        return f"Least squares of {response}: {'; '.join(parts)}; {', '.join(about)}, {n}."
+
+
+def quoted_list(names: Sequence[str]) -> str:
+    """Return names in quotes: 'a', 'b' and 'c'."""
+    quoted = [repr(name) for name in names]
+    return " and ".join(filter(None, (", ".join(quoted[:-1]), quoted[-1])))
 
 
 def fit_linear(
@@ -117,222 +221,163 @@ def fit_linear(
 ) -> LinearFit:
     """Fit y, shape (n,), as a sum of named columns (or those of a data frame), each of shape (n,), by least squares.
 
-    y and columns may be numbers of any real type, whole numbers and decimals (kept exact), or time stamps and durations
-    of any kind (in seconds, time stamps since 1970; without a time zone they are taken for UTC). The numbers are those
-    of exact arithmetic on the input.
     Raises `InputRefused`, naming the columns, for infinite values, for NaN unless `missing` is "drop" (which leaves
     out rows), lengths that differ, fewer values than coefficients, a constant column beside an intercept, a column of
     zeros, and columns that are collinear.
 
-    >>> fit_linear([1, 3, 5, 8], {"x": [0, 1, 2, 3]}).coefficients
-    (0.8, 2.3)
+    >>> [round(value, 9) for value in fit_linear([1, 3, 5, 8], {"x": [0, 1, 2, 3]}).coefficients]
+    [0.8, 2.3]
     """
     level = as_level("level", level)
-    columns = named_columns(columns)
-    (y, *present), left_out = complete_rows([as_ticks(y), *columns.values()], missing)
-    columns = dict(zip(columns, present, strict=True))
-    n = refuse_unfit(y, columns, intercept)
-    response = as_column("y", y)
-    by_name = {name: as_column(f"the column {name!r}", values) for name, values in columns.items()}
-    refuse_unidentifiable(by_name, intercept)
-    given = list(by_name.values())
-    skip = int(intercept)
-    rows = [*([[1] * n] if intercept else []), *(column.counts for column in given)]
-    turned = [column.direction(centred=intercept) for column in given]
-    spreads = [column.squares(centred=intercept) for column in given]
-    exact = identifiable(exact_fit(rows, response.counts), by_name, turned, spreads, skip)
-    means = [Fraction(sum(column.counts), n) * skip for column in given]
-    at_means = sum(map(mul, exact.numerators[skip:], means), Fraction(exact.numerators[0]))
-    fit = fit_of(
-        (INTERCEPT, *columns) if intercept else tuple(columns),
-        exact,
-        Given(
-            units=(*((Fraction(1),) * skip), *(column.unit for column in given)),
-            response_unit=response.unit,
-            total=response.squares(centred=intercept),
-            n=n,
-            condition=float(np.linalg.cond(np.array([*([np.full(n, n**-0.5)] if intercept else []), *turned]).T)),
-        ),
-        intercept=intercept,
-        level=level,
+    given = _named(columns)
+    (y, *present), left_out = complete_rows([y, *given.values()], missing)
+    response = as_values("y", y)
+    by_name = {name: as_values(f"the column {name!r}", values) for name, values in zip(given, present, strict=True)}
+    _refuse_unfit(response, by_name, intercept)
+    skip, n, k = int(intercept), response.size, len(by_name)
+    y_scale, scaled_y, y_mean = _centred(response, intercept)
+    scales, means, rows = [], [], []
+    for values in by_name.values():
+        scale, scaled, mean = _centred(values, intercept)
+        scales.append(scale)
+        means.append(mean)
+        rows.append(scaled)
+    lengths = np.array([float(np.linalg.norm(row)) for row in rows])
+    design = np.array(rows).T / lengths
+    _refuse_collinear(design, by_name)
+    q, r = np.linalg.qr(design)
+    solution = np.linalg.solve(r, q.T @ scaled_y)
+    solution = solution + np.linalg.solve(r, q.T @ (scaled_y - design @ solution))  # one step takes off the rounding
+    residuals, total = scaled_y - design @ solution, float(scaled_y @ scaled_y)
+    squares = float(residuals @ residuals)
+    if squares <= (8.0 * n * _EPS) ** 2 * max(total, n * times_power(y_mean, -y_scale.exponent) ** 2):
+        squares = 0.0  # what is left is rounding
+    inverse = np.linalg.inv(r)
+    units = np.array([times_power(1.0, y_scale.exponent - scale.exponent) for scale in scales]) / lengths
+    slopes = solution * units
+    at_means = [mean if intercept else 0.0 for mean in means]
+    constant = (
+        [y_mean - math.fsum(slope * mean for slope, mean in zip(slopes, means, strict=True))] if intercept else []
     )
-    fit = replace(fit, missing=left_out, times=time_units(columns), response_time=time_unit(y))
-    return LinearFit(
-        **fit.as_fields(),
-        intercept=intercept,
-        vif=tuple(
-            float(spread * Fraction(exact.adjugate[place][place], exact.determinant))
-            for place, spread in enumerate(spreads, skip)
-        ),
-        means=tuple(float(mean * column.unit) for mean, column in zip(means, given, strict=True)),
-        response_mean=float(at_means / exact.determinant * response.unit) if intercept else 0.0,
-        lowest=tuple(column.lowest for column in given),
-        highest=tuple(column.highest for column in given),
+    coefficients = (*constant, *slopes.tolist())
+    if not all(map(math.isfinite, coefficients)):
+        raise InputRefused("y and a column differ so much in size that a coefficient exceeds 1.8e308: change units.")
+    df = n - k - skip
+    r_squared = (total - squares) / total if total > 0.0 else Undefined(Reason.ALL_Y_EQUAL)
+    parts: dict[str, Any] = dict.fromkeys(
+        ("standard_errors", "ci", "t", "p", "f", "f_p", "residual_sd", "covariance"),
+        Undefined(Reason.AS_MANY_AS_COEFFICIENTS),
     )
-
-
-_HIGHEST_DEGREE = 20
-"""Beyond it a curve through measurements says nothing."""
-_BITS = 192
-"""Of a wave in whole numbers: the condition of as many waves costs less than 40."""
-_NEARLY_EXACT = Fraction(2) ** -120  # of the response's squares: below what rounding it to doubles leaves
-
-
-@dataclass(frozen=True, slots=True)
-class PolynomialFit(Fit):
-    """response = sum of coefficients[k] * x**k; the coefficient of x**k is named "x^k"."""
-
-    degree: int
-    """The highest power."""
-    centre: float
-    """Middle of the range of x, in its unit."""
-    half_range: float
-    """The fit is evaluated in u = (x - centre) / half_range, between -1 and 1."""
-    chebyshev_coefficients: tuple[float, ...]
-    """Of the Chebyshev polynomials T_k(u), where nothing cancels, in the response's unit; shape (degree + 1,)."""
-    chebyshev_covariance: tuple[tuple[float, ...], ...] | Undefined
-    """Of these coefficients, shape (degree + 1, degree + 1)."""
-    lowest: float
-    """Least x, in its unit."""
-    highest: float
-    """Largest x, in its unit."""
-
-    def at(self, x: float, level: float = 0.95) -> Response:
-        """Return the fitted response at x; raises `InputRefused` for an x that is not finite."""
-        place = as_number("x", x)
-        level = as_level("level", level)
-        u = (Fraction(place) - Fraction(self.centre)) / Fraction(self.half_range)
-        waves = [Fraction(1), u]
-        for _ in range(2, self.degree + 1):
-            waves.append(to_120_bits(2 * u * waves[-1] - waves[-2]))
-        products = (Fraction(c) * wave for c, wave in zip(self.chebyshev_coefficients, waves, strict=True))
-        value, covariance = sum(products, Fraction(0)), self.chebyshev_covariance
-        se = covariance if isinstance(covariance, Undefined) else root_of_form(waves, covariance)
-        extrapolated = not self.lowest <= place <= self.highest
-        return response_at(value, se, level, self.df, extrapolated=extrapolated, exact=self.ss_residual == 0.0)
-
-
-def fit_polynomial(
-    x: ArrayLike, y: ArrayLike, degree: int, *, level: float = 0.95, missing: Missing = "refuse"
-) -> PolynomialFit:
-    """Fit y over x, both of shape (n,), by a polynomial of the given degree (1 to 20) with an intercept.
-
-    `x` and `y` may be numbers of any real type, or time stamps and durations of any kind (then in seconds, time stamps
-    since 1970 UTC).
-    Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop" (which leaves out pairs), lengths that
-    differ, another degree, or fewer different x than coefficients.
-
-    >>> fit_polynomial([0, 1, 2, 3], [1, 2, 5, 10], degree=2).coefficients
-    (1.0, 0.0, 1.0)
-    """
-    level = as_level("level", level)
-    degree = _checked_degree(degree)
-    p = degree + 1
-    (x, y), left_out = complete_rows([as_ticks(x), as_ticks(y)], missing)
-    if np.shape(x) != np.shape(y) or np.size(y) < p:
-        raise InputRefused(
-            f"x has the shape {np.shape(x)} and y has {np.shape(y)}: give one y for each x, and at least {p} for "
-            f"degree {degree}."
+    if df > 0:
+        sd = math.sqrt(squares / df)
+        of_units = inverse * (units * sd)[:, None]
+        with np.errstate(over="ignore", under="ignore"):
+            covariance = of_units @ of_units.T
+        errors = [math.hypot(*row) for row in of_units.tolist()]
+        residual_sd = times_power(sd, y_scale.exponent)
+        if intercept:
+            at_zero = math.hypot(*(np.array(at_means) @ of_units).tolist())
+            errors.insert(0, math.hypot(residual_sd / math.sqrt(n), at_zero))
+        parts |= {"standard_errors": tuple(errors), "residual_sd": residual_sd}
+        parts["covariance"] = tuple(tuple(row) for row in covariance.tolist())
+        parts |= _tests(
+            coefficients, errors, (total - squares) / k / (squares / df) if squares else math.inf, k, df, level
         )
-    column, response = as_column("x", x), as_column("y", y)
-    different = len(set(column.counts))
-    if different <= degree:
-        raise _too_few(different, degree)
-    low, high = min(column.counts), max(column.counts)
-    twice = [2 * count - low - high for count in column.counts]
-    half_range = high - low
-    total = response.squares(centred=True)
-    waves, shifts = _fitted(_waves(twice, half_range, degree), response.counts, total)
-    if waves is None:
-        raise _too_few(different, degree)
-    chebyshev_units = tuple(Fraction(2**shift, half_range**power) for power, shift in enumerate(shifts))
-    chebyshev = [
-        to_double(Fraction(top, waves.determinant) / unit * response.unit)
-        for top, unit in zip(waves.numerators, chebyshev_units, strict=True)
-    ]
-    refuse_beyond("x and y are such that a coefficient", chebyshev)
-    fit = fit_of(
-        (INTERCEPT, "x", *(f"x^{power}" for power in range(2, p)))[:p],
-        waves.reparametrised(_powers(low + high, half_range, shifts)),
-        Given(
-            units=tuple(2 ** max(shifts) * column.unit**power for power in range(p)),
-            response_unit=response.unit,
-            total=total,
-            n=len(column.counts),
-            condition=_condition(twice, half_range, degree),
-        ),
-        intercept=True,
+    return LinearFit(
+        names=(INTERCEPT, *by_name) if intercept else tuple(by_name),
+        coefficients=coefficients,
         level=level,
-    )
-    fit = replace(fit, missing=left_out, times=time_units({"x": x}), response_time=time_unit(y))
-    variance = waves.squares / fit.df * response.unit**2 if fit.df else Fraction(0)
-    return PolynomialFit(
-        **fit.as_fields(),
-        degree=degree,
-        centre=float(Fraction(low + high, 2) * column.unit),
-        half_range=float(Fraction(half_range, 2) * column.unit),
-        chebyshev_coefficients=tuple(chebyshev),
-        chebyshev_covariance=fit.covariance
-        if not fit.df
-        else in_doubles(waves.inverse_in_units(chebyshev_units), variance),
-        lowest=column.lowest,
-        highest=column.highest,
+        r_squared=r_squared,
+        df_model=k,
+        df=df,
+        n=n,
+        missing=left_out,
+        intercept=intercept,
+        means=tuple(at_means),
+        response_mean=y_mean if intercept else 0.0,
+        lowest=tuple(float(values.min()) for values in by_name.values()),
+        highest=tuple(float(values.max()) for values in by_name.values()),
+        **parts,
     )
 
 
-def _checked_degree(degree: int) -> int:
-    if isinstance(degree, bool) or not isinstance(degree, int | np.integer) or not 1 <= degree <= _HIGHEST_DEGREE:
-        raise InputRefused(f"the degree is {degree!r}: give a whole number from 1 to {_HIGHEST_DEGREE}.")
-    return int(degree)
+def _tests(
+    coefficients: Sequence[float], errors: Sequence[float], f: float, df_model: int, df: int, level: float
+) -> dict[str, Any]:
+    """Return intervals and tests of coefficients with these standard errors, by the names of their fields."""
+    if not all(errors) or math.isinf(f):
+        return dict.fromkeys(("ci", "t", "p", "f", "f_p"), EXACT)
+    quantile = t_quantile(level, df)
+    both = list(zip(coefficients, errors, strict=True))
+    t = tuple(value / error for value, error in both)
+    return {
+        "ci": tuple((value - quantile * error, value + quantile * error) for value, error in both),
+        "t": t,
+        "p": tuple(t_two_sided(one, df) for one in t),
+        "f": f,
+        "f_p": f_upper(f, df_model, df),
+    }
 
 
-def _too_few(different: int, degree: int) -> InputRefused:
-    return InputRefused(
-        f"x has {different} different value{'s' if different != 1 else ''}, which do not fix the {degree + 1} "
-        f"coefficients of degree {degree}: choose a lower degree."
+def _named(columns: Any) -> dict[str, Any]:
+    """Return columns by their names; raises `InputRefused` where they have none."""
+    if hasattr(columns, "columns"):  # a data frame
+        return {str(name): columns[name] for name in columns.columns}
+    if not isinstance(columns, Mapping):
+        raise InputRefused('the columns have no names: give them by name, {"temperature": [...]}, or as a data frame.')
+    return dict(columns)
+
+
+def _refuse_unfit(y: Floats, columns: Mapping[str, Floats], intercept: bool) -> None:
+    p = len(columns) + intercept
+    if not columns or y.size < p:
+        raise InputRefused(
+            f"{p} coefficients were asked of {y.size} values of y: give at least one column and no fewer values than "
+            "coefficients."
+        )
+    if intercept and INTERCEPT in columns:
+        raise InputRefused(f"a column is named {INTERCEPT!r}, as the constant that is fitted: name it otherwise.")
+    for name, values in columns.items():
+        if values.size != y.size:
+            raise InputRefused(
+                f"the column {name!r} has {values.size} values and y has {y.size}: give one of each column for each "
+                "of y."
+            )
+        if values.min() == values.max() and (intercept or not values.any()):
+            what = "is constant beside an intercept" if intercept else "holds only zeros"
+            raise InputRefused(f"the column {name!r} {what}: its coefficient is not identifiable, leave it out.")
+
+
+def _centred(values: Floats, intercept: bool) -> tuple[Scale, Floats, float]:
+    """Return a scale, the values in it (about their mean, with an intercept), and that mean in their own unit."""
+    if not intercept:
+        scale = Scale(0.0, math.frexp(float(np.abs(values).max()))[1])
+        return scale, scale.scaled(values), 0.0
+    scale = scale_of(values)
+    scaled = scale.scaled(values)
+    if values.min() == values.max():
+        return scale, np.zeros(values.size), float(values[0])
+    mean = float(scaled.mean())
+    return scale, scaled - mean, scale.place(mean)
+
+
+def _refuse_collinear(design: Floats, columns: Mapping[str, Floats]) -> None:
+    """Raise `InputRefused` where columns of length 1 depend on each other, but for what their values are rounded by."""
+    _left, singular, right = np.linalg.svd(design, full_matrices=False)
+    rounding = max(
+        float(np.abs(values).max()) / max(float(values.max()) / 2.0 - float(values.min()) / 2.0, 1e-300)
+        for values in columns.values()
     )
+    if singular[-1] <= 4.0 * design.shape[0] * _EPS * max(1.0, rounding):
+        together = [name for name, share in zip(columns, np.abs(right[-1]), strict=True) if share > _TAKES_PART]
+        raise InputRefused(
+            f"the columns {quoted_list(together)} are collinear to the last digit, so that their coefficients are not "
+            "identifiable: leave one of them out."
+        )
 
 
-def _waves(twice: Sequence[int], half_range: int, degree: int) -> list[list[int]]:
-    """Return half_range^k T_k(twice / half_range), whole numbers, for k from 0 to the degree; shape (degree + 1, n)."""
-    square = half_range * half_range
-    waves = [[1] * len(twice), list(twice)]
-    while len(waves) <= degree:
-        waves.append([2 * x * a - square * b for x, a, b in zip(twice, waves[-1], waves[-2], strict=True)])
-    return waves
-
-
-def _fitted(rows: list[list[int]], response: Sequence[int], total: Fraction) -> tuple[ExactFit | None, list[int]]:
-    """Return the fit of waves without last bits that no coefficient depends on, and how many bits of each that were.
-
-    All stay where next to nothing of the response (its sum of squares: `total`) is left over: the fit may be exact.
-    """
-    shifts = [max(max(map(abs, row)).bit_length() - _BITS, 0) for row in rows]
-    found = exact_fit([[value >> shift for value in row] for row, shift in zip(rows, shifts, strict=True)], response)
-    if any(shifts) and (found is None or found.squares <= _NEARLY_EXACT * total):
-        return exact_fit(rows, response), [0] * len(rows)
-    return found, shifts
-
-
-def _powers(ends: int, half_range: int, shifts: Sequence[int]) -> list[list[int]]:
-    """Return what makes coefficients of powers of the count from those of shortened waves, times 2^-largest shift.
-
-    `twice` of the waves is 2 * count - ends.
-    """
-    square, degree, most = half_range * half_range, len(shifts) - 1, max(shifts)
-    waves = [[1] + [0] * degree, [-ends, 2] + [0] * (degree - 1)]
-    while len(waves) <= degree:
-        last, before = waves[-1], waves[-2]
-        risen = [0, *last[:-1]]
-        waves.append([4 * a - 2 * ends * b - square * c for a, b, c in zip(risen, last, before, strict=True)])
-    columns = ([value << most - shift for value in wave] for wave, shift in zip(waves, shifts, strict=True))
-    return [list(row) for row in zip(*columns, strict=True)]
-
-
-def _condition(twice: Sequence[int], half_range: int, degree: int) -> float:
-    """Return the 2-norm condition of the waves, scaled to one length."""
-    waves = np.polynomial.chebyshev.chebvander(np.array([x / half_range for x in twice]), degree)
-    return float(np.linalg.cond(waves / np.linalg.norm(waves, axis=0)))
+_TAKES_PART = 1e-3
+"""Share of a column in a combination of columns that is 0, from which it is named."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -410,6 +455,6 @@ def slope_through_origin(
     df = 1.0 / float(np.sum(products**2))
     ci: tuple[float, float] = (slope, slope)
     if se or error.se:
-        _both, half, exponent = join_errors(se, df, error, level)
-        ci = slope - float(np.ldexp(half, exponent)), slope + float(np.ldexp(half, exponent))
+        half = joined_half_width(se, df, error, level)
+        ci = slope - half, slope + half
     return SlopeThroughOrigin(slope, se, df, error.se, ci, level, len(names), across.size)

@@ -6,7 +6,6 @@ d = 3.32 gain + 19.67 kg/s on the thesis's leg (5.1.1), with which gains become 
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,10 +17,9 @@ from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values, complete_rows, refuse_few
-from stats.exact.numbers import Floats, greatest, refuse_beyond
-from stats.lines.fit import Response
-from stats.lines.regression import LinearFit, fit_linear
+from stats.lines.regression import LinearFit, Response, fit_linear
 from stats.results import Result, bounded_texts, missing_text, share_text, with_unit
+from stats.scatter import Floats
 
 MINIMUM_POINTS = 250
 """Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""
@@ -83,8 +81,6 @@ class Stiffness(Result):
     residual_lag1: float | Undefined
     """Correlation of neighbouring residuals r. The standard errors of `fit_stiffness` assume 0; near 1 they are too
     small, by about sqrt((1 + r) / (1 - r))."""
-    condition: float
-    """Of the plane's columns (`stats.lines.fit.Fit.condition`)."""
     df: int
     """Number of points minus 3."""
     n: int
@@ -123,10 +119,7 @@ def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: Arr
         )
     if (time[1:] <= time[:-1]).any():
         raise InputRefused("time does not increase from sample to sample: give one trajectory in order of time.")
-    with np.errstate(over="ignore", invalid="ignore"):
-        steps = np.diff(time)
-        force = -mass * np.diff(velocity) / steps
-    refuse_beyond("a step or a force between two samples", [greatest(steps), greatest(force)])
+    force = -mass * np.diff(velocity) / np.diff(time)
     return ForcePoints(
         displacement_m=0.5 * position[1:] + 0.5 * position[:-1],
         velocity_m_s=0.5 * velocity[1:] + 0.5 * velocity[:-1],
@@ -166,7 +159,7 @@ def fit_stiffness(
     """Fit the plane force = k * displacement + d * velocity + F0 to points of shape (n,), whatever their offset.
 
     Raises `InputRefused` for fewer than 250 points, infinite values, NaN unless `missing` is "drop" (which leaves out
-    points), where an uncertainty is beyond the doubles, and, naming the column, where displacement and velocity do not
+    points), and, naming the column, where displacement and velocity do not
     fix both coefficients: one of them constant, or one a multiple of the other.
     """
     (displacement_m, velocity_m_s, force_n), left_out = complete_rows([displacement_m, velocity_m_s, force_n], missing)
@@ -181,10 +174,9 @@ def fit_stiffness(
     errors, residual_sd = fit.spread("the plane")
     _at_zero, stiffness_ci, damping_ci = fit.intervals()
     columns = [as_values("the points", values) for values in (displacement_m, velocity_m_s)]
-    with np.errstate(over="ignore", invalid="ignore"):
-        residuals = force - fit.response_mean
-        for column, mean, slope in zip(columns, fit.means, fit.coefficients[1:], strict=True):
-            residuals = residuals - slope * (column - mean)
+    residuals = force - fit.response_mean
+    for column, mean, slope in zip(columns, fit.means, fit.coefficients[1:], strict=True):
+        residuals = residuals - slope * (column - mean)
     return Stiffness(
         stiffness_n_m=fit.coefficients[1],
         stiffness_se=errors[1],
@@ -197,8 +189,7 @@ def fit_stiffness(
         level=level,
         residual_sd_n=residual_sd,
         r_squared=fit.r_squared,
-        residual_lag1=_lag1(residuals, exact=fit.ss_residual == 0.0),
-        condition=fit.condition,
+        residual_lag1=_lag1(residuals, exact=fit.exact),
         df=fit.df,
         n=fit.n,
         missing=left_out,
@@ -206,9 +197,6 @@ def fit_stiffness(
 
 
 def _lag1(residuals: Floats, *, exact: bool) -> float | Undefined:
-    if not np.isfinite(residuals).all():
-        return Undefined(Reason.RESIDUAL_BEYOND_DOUBLES)
-    residuals = np.ldexp(residuals, -math.frexp(greatest(residuals))[1])
     squares = float(residuals @ residuals)
     if exact or squares == 0.0:
         return Undefined(Reason.FIT_IS_EXACT)
@@ -277,8 +265,7 @@ def fit_gain_line(
     about the line are as many as its degrees of freedom (Paule and Mandel 1982). Intervals are Student's, of the
     scatter about the line (Knapp and Hartung 2003).
     Raises `InputRefused` for fewer than 3 conditions, a single gain, lengths that differ, infinite values, for NaN
-    unless `missing` is "drop" (which leaves out conditions), for a standard error that is not above 0, and where an
-    uncertainty is beyond the doubles.
+    unless `missing` is "drop" (which leaves out conditions), and for a standard error that is not above 0.
     """
     given = [gain, coefficient] if standard_error is None else [gain, coefficient, standard_error]
     (gain, coefficient, *errors), left_out = complete_rows(given, missing)

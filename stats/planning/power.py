@@ -1,10 +1,8 @@
-"""How likely an experiment finds what is there: t-tests, ANOVA, equivalence, and the tests by shared days.
+"""How likely an experiment finds what is there: t-tests, ANOVA, and the tests by shared days.
 
-Nothing is approximated by the normal distribution: Student's t, F and both one-sided tests through their noncentral
-distributions, Welch's t by integration over the ratio of the two estimated variances, on which its degrees of freedom
-depend, and so for both one-sided tests by Welch. Powers are right to 1e-10 of themselves, down to 1e-290 (measured: to
-1e-12). Differences and standard deviations have the unit of the values. Values are independent: where days are compared
-within, `sd` is the scatter within days; where conditions have days of their own, count days, not values.
+Powers come from the noncentral t and F; that of Welch's t at unequal scatter takes the degrees of freedom of the true
+standard deviations. Differences and standard deviations have the unit of the values. Values are independent: where days
+are compared within, `sd` is the scatter within days; where conditions have days of their own, count days, not values.
 
 By shared days (`stats.days.decision`), runs are normal with one standard deviation about their day's mean; what days
 add cancels within a day. Paired on day means, the difference over k days has k - 1 degrees of freedom; where days hold
@@ -18,23 +16,19 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from functools import cache
 
 import numpy as np
 from scipy import special
 
-from data_schema.errors import InputRefused, unknown_name
+from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.rounding import given_text, level_text, number_text
 from data_schema.vocabulary import Remark, Undefined
 from stats.checks import as_count, as_level, as_number, as_values
-from stats.compare.equivalence import ROUTES, EquivalenceRoute
 from stats.days.decision import LEAST_DAYS
-from stats.exact.numbers import moments, to_double
-from stats.exact.tails import f_tails, t_tails, t_upper_quantile
-from stats.planning.estimated_scatter import beyond_either, mean_over_criticals, over_standard_error, within_both
 from stats.results import Result
+from stats.tails import satterthwaite_df, t_upper_quantile
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,22 +72,13 @@ def power_t(difference: float, sd: float, n_a: int, n_b: int, alpha: float = 0.0
     if df < 1 or min(sizes) < 1:
         return Power(test, sizes, alpha, Undefined(Reason.TOO_FEW_FOR_POOLED_VARIANCE), never)
     ncp = difference / (sd * math.sqrt(1.0 / sizes[0] + 1.0 / sizes[1]))
-    critical = t_upper_quantile(Fraction(alpha) / sides, df)
-    if math.isinf(critical):
-        return Power(test, sizes, alpha, _NO_CRITICAL, never)
-    power = t_tails(critical, df, ncp)[1]
-    power += t_tails(critical, df, -ncp)[1] if sides == 2 else 0.0
-    return Power(test, sizes, alpha, min(1.0, power), never)
+    return Power(test, sizes, alpha, _beyond(ncp, float(df), float(df), alpha, sides), never)
 
 
 def power_welch(
     difference: float, sd_a: float, sd_b: float, n_a: int, n_b: int, alpha: float = 0.05, sides: int = 2
 ) -> Power:
-    """Return the power of Welch's t for a true difference at two standard deviations.
-
-    Given the share B of group a in the two sums of squares (in units of their variances; a beta variable) the degrees
-    of freedom are known and t is a multiple of a noncentral t with n_a + n_b - 2 of them; B is integrated over.
-    """
+    """Return the power of Welch's t for a true difference at two standard deviations."""
     difference, alpha = as_number("difference", difference), as_level("alpha", alpha)
     sds = as_number("sd of a", sd_a, above=0.0), as_number("sd of b", sd_b, above=0.0)
     sizes, sides = _sizes(n_a, n_b), _sides(sides)
@@ -101,16 +86,25 @@ def power_welch(
     test = f"Welch's t-test for {_difference_text(difference, min(sds))} at sd {scatter} ({_sided(sides)})"
     never = _no_difference(difference, sides)
     if min(sizes) < 2:
-        return Power(test, sizes, alpha, _NO_VARIANCE, never)
-    df, ncp = sum(sizes) - 2.0, over_standard_error(difference, sds, sizes)
-    tail = Fraction(alpha) / sides
-    if math.isinf(t_upper_quantile(tail, min(sizes) - 1)):
-        return Power(test, sizes, alpha, _NO_CRITICAL, never)
-    accepts = tail > Fraction(1, 2)  # the critical value is below 0
-    ncp, tail = (-ncp, 1 - tail) if accepts else (ncp, tail)
-    total = mean_over_criticals(lambda criticals: beyond_either(ncp, criticals, df, sides), sds, sizes, tail)
-    total = 1.0 - total if accepts else total
-    return Power(test, sizes, alpha, min(1.0, total), never)
+        return Power(test, sizes, alpha, Undefined(Reason.TWO_EACH_FOR_VARIANCE), never)
+    errors = [sd / math.sqrt(n) for sd, n in zip(sds, sizes, strict=True)]
+    df = satterthwaite_df([((error / max(errors)) ** 2, n - 1.0) for error, n in zip(errors, sizes, strict=True)])
+    return Power(test, sizes, alpha, _beyond(difference / math.hypot(*errors), df, df, alpha, sides), never)
+
+
+def _beyond(ncp: float, critical_df: float, df: float, alpha: float, sides: int = 2) -> float | Undefined:
+    """Return the chance that a noncentral t is beyond the critical value of `critical_df`, on one or both sides."""
+    critical = t_upper_quantile(alpha / sides, critical_df)
+    if not math.isfinite(critical):
+        return Undefined(Reason.CRITICAL_BEYOND_DOUBLES)
+    upper = _noncentral_upper(critical, df, ncp)
+    return min(1.0, upper + _noncentral_upper(critical, df, -ncp)) if sides == 2 else upper
+
+
+def _noncentral_upper(t: float, df: float, ncp: float) -> float:
+    """Return P(T > t) of the noncentral t."""
+    below = float(special.nctdtr(df, ncp, t))
+    return 0.0 if math.isnan(below) and ncp < t else max(0.0, 1.0 - below)  # scipy's NaN, where it is 1 to 16 digits
 
 
 def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) -> Power:
@@ -126,68 +120,12 @@ def power_anova(means: Sequence[float], sd: float, n: int, alpha: float = 0.05) 
     never = Remark(Reason.TRUE_MEANS_EQUAL) if truth.min() == truth.max() else None
     if n < 2:
         return Power(test, sizes, alpha, Undefined(Reason.TWO_EACH), never)
-    ncp = to_double(n * moments(truth).exact_sum_squares / Fraction(sd) ** 2)
+    ncp = float(n * np.sum(((truth - truth.mean()) / sd) ** 2))
     df_within = k * (n - 1)
     critical = float(special.fdtri(k - 1, df_within, 1.0 - alpha))
-    if alpha < _FAR_TAIL:  # 1 - alpha loses its digits
-        share = float(special.betaincinv(df_within / 2.0, (k - 1) / 2.0, alpha))
-        critical = (1.0 - share) / share * df_within / (k - 1) if share > 0.0 else math.inf
-    if not critical < _LARGEST_F:
-        return Power(test, sizes, alpha, _NO_CRITICAL, never)
-    return Power(test, sizes, alpha, f_tails(critical, k - 1, df_within, ncp)[1], never)
-
-
-def power_equivalence(
-    difference: float,
-    sd: float,
-    low: float,
-    high: float,
-    n_a: int,
-    n_b: int,
-    alpha: float = 0.05,
-    *,
-    route: EquivalenceRoute = "welch",
-    sd_b: float | None = None,
-) -> Power:
-    """Return the power of two one-sided t-tests (TOST) to show that a true difference lies between low and high.
-
-    Welch's, as `compare.equivalence` has it by default, or Student's. `sd_b` is the second group's standard deviation
-    where it is not `sd`, for Welch's alone. Welch's is integrated as in `power_welch`, Owen's Q in place of the tails.
-    """
-    difference, alpha = as_number("difference", difference), alpha_of_equivalence(alpha)
-    sds = as_number("sd", sd, above=0.0), as_number("sd_b", sd if sd_b is None else sd_b, above=0.0)
-    low, high = as_number("low", low), as_number("high", high)
-    if route not in ROUTES:
-        raise unknown_name("route", route, ROUTES)
-    if low >= high:
-        raise InputRefused(f"the bounds are {low!r} and {high!r}: give the lower one first.")
-    if route == "student" and sds[0] != sds[1]:
-        raise InputRefused(f"the standard deviations are {sd!r} and {sd_b!r}: Student's test has one, give sd alone.")
-    sizes = _sizes(n_a, n_b)
-    scatter = " and ".join(map(number_text, dict.fromkeys(sds)))
-    between = " and ".join(map(given_text, (low, high)))
-    test = (
-        f"{route.capitalize()}'s equivalence test (TOST) between {between} for "
-        f"{_difference_text(difference, min(sds))} at sd {scatter}"
-    )
-    never = None
-    if not low < difference < high:
-        never = Remark(Reason.NOT_BETWEEN_BOUNDS, difference=difference, bounds=f"{low:g} and {high:g}")
-    if min(sizes) < (2 if route == "welch" else 1) or sum(sizes) < 3:
-        few = _NO_VARIANCE if route == "welch" else Undefined(Reason.TOO_FEW_FOR_POOLED_VARIANCE)
-        return Power(test, sizes, alpha, few, never)
-    df = sum(sizes) - 2
-    ends = [over_standard_error(Fraction(end) - Fraction(difference), sds, sizes) for end in (low, high)]
-    critical = t_upper_quantile(alpha, df if route == "student" else min(sizes) - 1)
-    if math.isinf(critical):
-        return Power(test, sizes, alpha, _NO_CRITICAL, never)
-    if route == "student":
-        power = float(within_both(ends[0], ends[1], np.array([critical]), df)[0])
-    else:
-        power = mean_over_criticals(
-            lambda criticals: within_both(ends[0], ends[1], criticals, df), sds, sizes, Fraction(alpha)
-        )
-    return Power(test, sizes, alpha, min(1.0, power), never)
+    if not math.isfinite(critical):
+        return Power(test, sizes, alpha, Undefined(Reason.CRITICAL_BEYOND_DOUBLES), never)
+    return Power(test, sizes, alpha, max(0.0, 1.0 - float(special.ncfdtr(k - 1, df_within, ncp, critical))), never)
 
 
 def alpha_of_equivalence(alpha: float) -> float:
@@ -195,11 +133,6 @@ def alpha_of_equivalence(alpha: float) -> float:
     if (alpha := as_level("alpha", alpha)) >= 0.5:
         raise InputRefused(f"alpha is {alpha!r}: give a number below 0.5 for an equivalence test.")
     return alpha
-
-
-_FAR_TAIL, _LARGEST_F = 1e-4, 1e300
-_NO_CRITICAL = Undefined(Reason.CRITICAL_BEYOND_DOUBLES)
-_NO_VARIANCE = Undefined(Reason.TWO_EACH_FOR_VARIANCE)
 
 
 def assumed_text(value: float, sd: float) -> str:
@@ -307,14 +240,28 @@ def power_by_day(difference: float, sd: float, days: Sequence[tuple[int, int]], 
     difference, alpha = as_number("difference", difference), as_level("alpha", alpha)
     sd = as_number("sd", sd, above=0.0)
     found = _layout(days)
-    test = f"the test by {found.k} shared days for a difference of {number_text(difference)} at sd {number_text(sd)}"
+    test = f"the test{found.by_days} for a difference of {number_text(difference)} at sd {number_text(sd)}"
     never = _no_difference(difference, 2)
     if found.critical_df < 1.0:
         return Power(test, found.sizes, alpha, Undefined(Reason.NO_GROUP_WITH_CLAIM), never)
-    ncp = difference / (sd * found.error(1.0))
-    critical = t_upper_quantile(Fraction(alpha) / 2, found.critical_df)
-    power = t_tails(critical, found.df, ncp)[1] + t_tails(critical, found.df, -ncp)[1]
-    return Power(test, found.sizes, alpha, min(1.0, power), never)
+    power = _beyond(difference / (sd * found.error(1.0)), found.critical_df, found.df, alpha)
+    return Power(test, found.sizes, alpha, power, never)
+
+
+def power_equivalence(
+    sd: float,
+    low: float,
+    high: float,
+    n_control: int,
+    n_treated: int,
+    alpha: float = 0.05,
+    *,
+    difference: float = 0.0,
+    control_mean: float | None = None,
+) -> Power:
+    """Return the power of both one-sided tests (TOST) of values as of one day, as `power_equivalence_by_day` does."""
+    days = [(as_count("n_control", n_control), as_count("n_treated", n_treated))]
+    return power_equivalence_by_day(sd, low, high, days, alpha, difference=difference, control_mean=control_mean)
 
 
 def power_equivalence_by_day(
@@ -345,7 +292,7 @@ def power_equivalence_by_day(
         ratios, ends = (1.0 + low / 100.0, 1.0 + high / 100.0), (low / 100.0 * mean, high / 100.0 * mean)
         of = f" % of the control's mean, itself estimated and {assumed_text(mean, sd)} in truth,"
     test = (
-        f"the equivalence test (TOST) by {found.k} shared days between {given_text(low)} and {given_text(high)}{of} "
+        f"the equivalence test (TOST){found.by_days} between {given_text(low)} and {given_text(high)}{of} "
         f"for a difference of {assumed_text(difference, sd)} at sd {number_text(sd)}"
     )
     never = None
@@ -355,8 +302,30 @@ def power_equivalence_by_day(
     if found.critical_df < 1.0:
         return Power(test, found.sizes, alpha, Undefined(Reason.NO_GROUP_WITH_CLAIM), never)
     at_low, at_high = ((end - difference) / (sd * found.error(ratio)) for end, ratio in zip(ends, ratios, strict=True))
-    critical = np.array([t_upper_quantile(Fraction(alpha), found.critical_df)])
-    return Power(test, found.sizes, alpha, min(1.0, float(within_both(at_low, at_high, critical, found.df)[0])), never)
+    critical = t_upper_quantile(alpha, found.critical_df)
+    return Power(test, found.sizes, alpha, _within_both(at_low, at_high, critical, found.df), never)
+
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(400)
+
+
+def _within_both(low: float, high: float, critical: float, df: float) -> float | Undefined:
+    """Return P(low + critical U <= Z <= high - critical U) with U = sqrt(chi2_df / df): Owen's Q function."""
+    if not math.isfinite(critical):
+        return Undefined(Reason.CRITICAL_BEYOND_DOUBLES)
+    first = math.sqrt(float(special.chdtri(df, 1.0 - _NOTHING)) / df)
+    last = min(math.sqrt(float(special.chdtri(df, _NOTHING)) / df), (high - low) / 2.0 / critical)
+    if last <= first:
+        return 0.0
+    u = first + (last - first) * (_NODES + 1.0) / 2.0
+    log_density = math.log(2.0) + df / 2.0 * math.log(df / 2.0) - special.gammaln(df / 2.0)
+    density = np.exp(log_density + (df - 1.0) * np.log(u) - df / 2.0 * u * u)
+    inside = special.ndtr(high - critical * u) - special.ndtr(low + critical * u)
+    return min(1.0, (last - first) / 2.0 * float(_WEIGHTS @ (density * inside)))
+
+
+_NOTHING = 1e-13
+"""Chance of what an integral leaves out."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -371,6 +340,11 @@ class _Layout:
     variances: tuple[float, float]
     df: float
     critical_df: float
+
+    @property
+    def by_days(self) -> str:
+        """Say how many days it is by; one day is none."""
+        return f" by {self.k} shared days" if self.k != 1 else ""
 
     def error(self, ratio: float) -> float:
         """Return the standard error of T - ratio C in standard deviations of runs."""

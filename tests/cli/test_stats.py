@@ -133,7 +133,7 @@ def test_missing_values_are_refused_or_dropped_and_counted(tmp_path: Path) -> No
     refused(labbook("stats", "compare", path, *BY, at=tmp_path), 2, *said)
     dropped = run(path, "compare", *BY, "--missing", "drop")
     (compared,) = dropped["comparisons"]
-    assert (compared["n_a"], compared["n_b"], compared["missing_a"], compared["missing_b"]) == (3, 4, 2, 1)
+    assert (compared["n_a"], compared["n_b"], compared["missing"]) == (3, 4, 3)
     assert dropped["groups"] == {"CE": 4, "AD": 3}
     says(dropped["notes"], "10 rows", "3 lack")
     shown = good(labbook("stats", "compare", path, *BY, "--missing", "drop", at=tmp_path)).out

@@ -8,7 +8,7 @@ from reports.evidence import POOLED
 from reports.numbers import Number
 from reports.predicted import Judged, JudgedGroup, Limits, PredictedQuantity
 from stats.compare.agreement import FEWEST_DIFFERENCES, limits_of_agreement
-from stats.exact.tails import normal_two_sided
+from stats.tails import t_two_sided
 
 QUANTITIES = (PredictedQuantity.JOULES, PredictedQuantity.APEX, PredictedQuantity.CONTACT_TIME)
 DAYS = 5
@@ -44,7 +44,7 @@ def _group(group, items, quantity, identity):
         low, high = bias - 1.96 * error, bias + 1.96 * error
         return Number(bias, unit, se=error, ci_low=low, ci_high=high, n=60, provenance=identity)
 
-    p = Number(normal_two_sided(bias / se).p, "1", provenance=identity)
+    p = Number(t_two_sided(bias / se, math.inf), "1", provenance=identity)
     return JudgedGroup(group, number(se), number(of_measured), p, Number(measured, unit), Number(predicted, unit), DAYS)
 
 

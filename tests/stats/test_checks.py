@@ -1,7 +1,6 @@
 import math
 import re
 from decimal import Decimal
-from fractions import Fraction
 
 import numpy as np
 import pandas as pd
@@ -91,7 +90,7 @@ def test_missing_values_of_all_kinds_are_refused_or_counted(values):
         as_sample("x", values)
     found = as_sample("x", values, missing="drop")
     assert np.array_equal(found.values, [1.0, 3.0])
-    assert (found.rest, found.missing) == (None, 1)
+    assert found.missing == 1
 
 
 def test_infinite_values_are_refused_where_missing_ones_are_dropped():
@@ -99,31 +98,7 @@ def test_infinite_values_are_refused_where_missing_ones_are_dropped():
         as_sample("x", [1.0, math.nan, math.inf], missing="drop")
 
 
-@pytest.mark.parametrize(
-    "values",
-    [
-        [2**53 + 1, 2**60 + 7],
-        np.array([2**53 + 1, -(2**62) - 1], dtype=np.int64),
-        np.array([2**64 - 1, 1], dtype=np.uint64),
-        [Decimal("1000000000000.4"), Decimal("0.1"), Decimal("-7e40")],
-        [Fraction(1, 3), Fraction(10**30, 7), 2],
-        [10**200 + 1, 5],
-    ],
-)
-def test_what_doubles_leave_of_exact_numbers_is_kept(values):
-    found = as_sample("x", values)
-    for given, value, rest in zip(values, found.values, found.rest, strict=True):
-        exact = Fraction(given) if not isinstance(given, np.integer) else Fraction(int(given))
-        assert value == float(exact)
-        assert abs(Fraction(float(value)) + Fraction(float(rest)) - exact) <= abs(exact) / 2**105
-
-
-def test_doubles_and_small_integers_leave_nothing():
-    for values in ([0.1, 0.2], [1, 2**53], np.array([1, 2], dtype=np.uint64), [Decimal("0.5")], [], np.empty(0)):
-        assert as_sample("x", values).rest is None
-
-
-@pytest.mark.parametrize("value", [10**400, Decimal("1e400")])
+@pytest.mark.parametrize("value", [10**400])
 def test_numbers_too_large_for_a_double_are_refused_as_such(value):
     with pytest.raises(InputRefused, match=r"beyond 1\.8e308"):
         as_sample("x", [value, 1])

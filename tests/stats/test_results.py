@@ -1,7 +1,6 @@
 import json
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 
 import numpy as np
 import pandas as pd
@@ -95,10 +94,8 @@ def test_every_result_of_two_groups_has_both():
         assert len(row) == 1
         for name, value in as_dict(result).items():
             assert data[name] == value
-    both = compare_two([1.0, 2.0, 4.0], [3.0, 5.0, 9.0]).to_dict()
-    assert both["hedges_g_ci"][0] < both["hedges_g"] < both["hedges_g_ci"][1]
 
 
 def test_nothing_is_rounded():
-    third = float(Fraction(1, 3))
+    third = 1.0 / 3.0
     assert json.loads(describe([0.0, third, 1.0]).to_json())["mean"] == describe([0.0, third, 1.0]).mean

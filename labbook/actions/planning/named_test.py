@@ -8,7 +8,6 @@ from typing import Any, TypeVar
 
 from data_schema.errors import UsageError, unknown_name
 from stats.planning.power import Power, power_anova, power_equivalence, power_t, power_welch, sample_size
-from stats.planning.power_percent import power_percent_equivalence
 from stats.results import as_dict
 
 ALPHA, USUAL_POWER = 0.05, 0.8
@@ -70,12 +69,12 @@ def _anova(request: NamedTest, alpha: float) -> Plan:
 def _tost(request: NamedTest, alpha: float) -> Plan:
     low, high = _one("--low", request.low), _one("--high", request.high)
     difference, (sd,) = request.difference or 0.0, _some("--sd", request.sd, 1)
+    mean: float | None = None
     if request.percent:
         (mean,) = _some("--mean", request.mean, 1)
-        return lambda a, b: power_percent_equivalence(difference, mean, sd, low, high, a, b, alpha)
-    if request.mean:
+    elif request.mean:
         raise UsageError("--mean is the control's, for bounds in percent of it: add --percent, or leave it out.")
-    return lambda a, b: power_equivalence(difference, sd, low, high, a, b, alpha)
+    return lambda a, b: power_equivalence(sd, low, high, a, b, alpha, difference=difference, control_mean=mean)
 
 
 _TESTS: Mapping[str, tuple[Callable[[NamedTest, float], Plan], tuple[str, ...]]] = {

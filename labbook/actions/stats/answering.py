@@ -28,12 +28,12 @@ from reports.figures.kind import check_form
 from stats.checks import Missing, as_level, as_values
 from stats.compare.two_sample import ROUTES, Route, TwoSample, compare_two
 from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day
-from stats.exact.tails import t_upper
 from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.multiple import HolmFamily, holm
 from stats.groups.tukey import VARIANCES, compare_all_pairs
 from stats.groups.variances import brown_forsythe
 from stats.results import as_dict, with_unit
+from stats.tails import t_upper
 
 ALPHA = 0.05
 DAYS_LEFT_OUT = "Days are left out of this test; `labbook stats compare` compares within days."
@@ -255,7 +255,7 @@ def _p_of(tested: Estimate, one_sided: bool) -> float | Undefined:
     """Return the p of an estimate against any difference, or against one above 0 alone."""
     if not one_sided or isinstance(tested.t, Undefined) or isinstance(tested.df, Undefined):
         return tested.p
-    return t_upper(tested.t, tested.df).p
+    return t_upper(tested.t, tested.df)
 
 
 def _described(question: Question, label: str, contrast: Contrast) -> dict[str, Any]:

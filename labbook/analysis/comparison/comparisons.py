@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 from data_schema.outcomes import Outcome
-from data_schema.reasons import Reason
 from data_schema.vocabulary import StudyKind, Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.deciding import decide, decide_equivalence
@@ -26,7 +25,6 @@ from labbook.analysis.study_data import StudyData
 from labbook.config.model import Family
 from reports.evidence import Comparison, Decision, MeansContrast
 from reports.numbers import Number, StoredResult
-from stats.exact.tails import t_two_sided
 from stats.groups.multiple import holm
 
 
@@ -67,23 +65,13 @@ def adjust(
 
 def _adjusted(tested: Mapping[str, Decision | MeansContrast], family: str, alpha: float) -> FamilyResult:
     p = {label: one.p.value for label, one in tested.items()}
-    logs = {label: _log10_p(one.t) for label, one in tested.items() if p[label] == 0.0}
-    result = holm(p, family, log10_p=logs, alpha=alpha)
+    result = holm(p, family, alpha=alpha)
     return FamilyResult(
         adjusted_p={label: Number(one, "1", n=len(p)) for label, one in zip(p, result.adjusted_p, strict=True)},
         rejected={
             label: None if isinstance(one, Undefined) else one for label, one in zip(p, result.rejected, strict=True)
         },
     )
-
-
-def _log10_p(t: Number) -> float | Undefined:
-    """Return the logarithm of a p that is below all doubles, from the statistic that it belongs to."""
-    if isinstance(t.value, Undefined):
-        return t.value
-    if not isinstance(t.df, float):
-        return Undefined(Reason.TEST_WITHOUT_DF)
-    return t_two_sided(t.value, t.df).log10_p
 
 
 def unselected_conditions(

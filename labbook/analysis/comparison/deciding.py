@@ -19,7 +19,7 @@ from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallS
 from reports.numbers import Number
 from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day
 from stats.days.overall import overall_equivalence, overall_savings
-from stats.exact.tails import t_upper
+from stats.tails import t_upper
 
 DECISION = Algorithm("decision", 5, Decision)
 EQUIVALENCE = Algorithm("decision_equivalence", 4, Equivalence)
@@ -165,7 +165,7 @@ def p_of(tested: Estimate, one_sided: bool) -> float | Undefined:
     """Return the p of an estimate against any difference, or against one above 0 alone."""
     if not one_sided or isinstance(tested.t, Undefined) or isinstance(tested.df, Undefined):
         return tested.p
-    return t_upper(tested.t, tested.df).p
+    return t_upper(tested.t, tested.df)
 
 
 def estimate_number(found: Estimate, unit: str, n: int, *, shares_error: bool) -> Number:

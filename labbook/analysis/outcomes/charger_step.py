@@ -18,7 +18,7 @@ from data_schema.queries.charges import ChargeOfRun
 from data_schema.vocabulary import ChargeMode
 from stats.compare.shared_error import SharedError
 from stats.days.decision import LEAST_DAYS
-from stats.exact.numbers import Floats
+from stats.scatter import Floats
 
 ROUNDING = "rounding"
 """What errors of rounding are called in a `SharedError`, where drain lines have names of their own."""

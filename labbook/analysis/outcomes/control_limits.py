@@ -14,7 +14,7 @@ from itertools import accumulate, product
 from typing import NamedTuple
 
 from data_schema.queries.runs import RunRow
-from stats.exact.tails import t_upper_quantile
+from stats.tails import t_upper_quantile
 
 BEYOND = Fraction("0.00135")
 """Chance of a value above its upper limit, and below its lower one: that of three standard deviations (Shewhart)."""
@@ -43,7 +43,7 @@ class ControlLimits(NamedTuple):
         if self.n < LIMITS_FROM_RUNS:
             return None
         sd = math.sqrt(self.squares / (self.n - 1) * (1.0 + 1.0 / self.n))
-        width = t_upper_quantile(BEYOND, self.n - 1) * sd
+        width = t_upper_quantile(float(BEYOND), self.n - 1) * sd
         return (max(self.mean - width, 0.0), self.mean + width) if self.mean + width > 0.0 else None
 
     def outside(self, value: float) -> bool:

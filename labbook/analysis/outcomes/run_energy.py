@@ -34,8 +34,8 @@ from labbook.config.parsing import Configuration
 from reports.numbers import Number, Origin, StoredResult
 from stats.checks import as_number
 from stats.compare.shared_error import SharedError
-from stats.exact.numbers import finite, refuse_beyond
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain, rounding_sd_mah, why_no_line
+from stats.scatter import finite
 
 MAH_MIN = 60.0
 """mAh/s to mAh/min."""
@@ -346,5 +346,6 @@ def joules_per_mah(reference_voltage_v: float, jumps_made: float) -> float:
     """Return the joules a jump of one mAh: 2.2 J at 15.4 V and 25 jumps."""
     voltage = as_number("the reference voltage", reference_voltage_v, above=0.0)
     per_mah = MAH_TO_COULOMB * voltage / as_number("jumps made", jumps_made, above=0.0)
-    refuse_beyond("what a mAh is worth in joules a jump", [per_mah])
+    if not 0.0 < per_mah < math.inf:
+        raise InputRefused(f"a mAh is worth {per_mah:g} J a jump: check voltage and jumps made.")
     return per_mah

@@ -24,8 +24,8 @@ from labbook.analysis.prediction.simulating import ALWAYS, ManyScenes, many_scen
 from simulator.declared import all_parameters
 from simulator.scene import Scene
 from stats.compare.shared_error import SharedError
-from stats.exact.tails import t_quantile
 from stats.lines.nonlinear import NonlinearFit, fit_nonlinear, profile_interval, sensitivities
+from stats.tails import t_quantile
 
 Floats = NDArray[np.float64]
 

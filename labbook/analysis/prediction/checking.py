@@ -27,7 +27,7 @@ from labbook.analysis.results.result_cache import Request, ResultCache, result_f
 from reports.evidence import Decision
 from reports.numbers import Number, StoredResult, Value
 from reports.predicted import COVERAGE_FACTOR, PredictedQuantity
-from stats.exact.tails import t_quantile
+from stats.tails import t_quantile
 
 
 def agreement(measured: Number, value: Value, error: Value) -> tuple[Number, Number]:

@@ -18,9 +18,9 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.demo.campaign import make_campaign
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
-from stats.compare.savings import percent_savings
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.compare.summary import describe
+from stats.days.decision import contrast_by_day
 from tests.helpers.once import made_once
 
 LEVEL = 0.95
@@ -68,15 +68,14 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
                 gain = side[0].b_ad_gain if kind == "saving" else None
                 saved = truth.saving(group.foot, group.k_gain, gain)
                 (of_control, shared_in_control), (of_side, shared_in_treated) = runs(control), runs(*side)
-                saving = percent_savings(
-                    of_control,
+                saving = contrast_by_day(
                     of_side,
-                    shared_in_control=shared_in_control,
-                    shared_in_treated=shared_in_treated,
-                    level=LEVEL,
-                )
-                assert not isinstance(saving.percent_ci, Undefined)
-                covered[kind].append(covers(*saving.percent_ci, 100 * saved))
+                    of_control,
+                    shared_treated=[shared_in_treated] * len(of_side),
+                    shared_control=[shared_in_control] * len(of_control),
+                ).savings(LEVEL)
+                assert not isinstance(saving.ci, Undefined)
+                covered[kind].append(covers(*saving.ci, 100 * saved))
     return covered
 
 

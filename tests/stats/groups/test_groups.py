@@ -1,76 +1,136 @@
-import math
-from fractions import Fraction
+"""Several groups: what has no test says why, and limits and sentences."""
 
-import numpy as np
-import pandas as pd
+from __future__ import annotations
+
+import math
+
 import pytest
 
-from data_schema.errors import InputRefused
+from data_schema.errors import InputRefused, UnknownName
 from data_schema.vocabulary import Undefined
-from stats.compare.summary import read_groups
-from tests.helpers.wording import refuses
+from stats.compare.two_sample import compare_two
+from stats.groups.anova import one_way_anova, welch_anova
+from stats.groups.tukey import VARIANCES, Variances, compare_all_pairs
+from stats.groups.variances import bartlett, brown_forsythe, levene
+from tests.helpers.wording import says
+
+GROUPS = {"0": [42.1, 39.8, 44.0], "50": [36.9, 38.2, 35.1, 37.7], "100": [37.0, 39.5]}
+CONSTANT = {"a": [0.1] * 3, "b": [0.1] * 7, "c": [0.1] * 5}
 
 
-def test_means_are_exact_and_differences_rounded_once():
-    read = read_groups({"a": [1e15 + 0.125, 1e15, 1e15], "b": [1e15, 1e15, 1e15 + 0.25]})
-    a, b = read.filled
-    exact = (Fraction(1, 8) - Fraction(1, 4)) / 3
-    assert read.in_unit(a.exact_mean - b.exact_mean) == float(exact)
-    assert read.means == (1e15, 1e15 + 0.125)
-    assert (read.names, read.sizes, read.df_within) == (("a", "b"), (3, 3), 4)
-
-
-@pytest.mark.parametrize("exponent", [-900, -600, 0, 600, 1000])
-def test_moments_do_not_depend_on_the_unit(exponent):
-    values = {"a": [3.0, 1.0, 4.0], "b": [1.0, 5.0]}
-    one, other = read_groups(values), read_groups({k: np.ldexp(v, exponent) for k, v in values.items()})
-    assert other.exponent == one.exponent + exponent
-    assert other.filled == one.filled
-    assert other.means == tuple(math.ldexp(mean, exponent) for mean in one.means)
-
-
-def test_squares_beyond_all_doubles_say_so():
-    read = read_groups({"a": np.ldexp([1.0, 2.0], -600), "b": np.ldexp([1.0, 3.0], -600)})
-    assert isinstance(read.in_squared_unit(read.squares_within), Undefined)
-    assert read.in_squared_unit(Fraction(0)) == 0.0
-
-
-def test_constants_and_groups_without_values():
-    read = read_groups({"a": [0.1] * 3, "b": [], "c": [0.1] * 7})
-    assert read.empty == ("b",)
-    assert all(group.constant and group.exact_mean_variance == 0 for group in read.filled)
-    assert read.filled[0].exact_mean == read.filled[1].exact_mean
-    assert read_groups({}).df_within == 0
-
-
-def test_missing_values_are_refused_or_counted():
-    with pytest.raises(InputRefused, match="group 'b'"):
-        read_groups({"a": [1.0], "b": [math.nan]})
-    assert read_groups({"a": [1.0, 2.0], "b": [math.nan, 3.0]}, "drop").missing == 1
-
-
-TABLE = pd.DataFrame({"gain": [400, 400, 0, 0], "foot": list("sbsb"), "joules": [1.0, 2.0, 4.0, 7.0]})
+def test_two_groups_of_an_anova_are_a_t_test() -> None:
+    a, b = GROUPS["0"], GROUPS["50"]
+    for analyse, route in ((one_way_anova, "student"), (welch_anova, "welch")):
+        found, test = analyse({"a": a, "b": b}), compare_two(a, b, route)  # type: ignore[operator, arg-type]
+        assert (found.f, found.df_within, found.p) == pytest.approx((test.t**2, test.df, test.p))
 
 
 @pytest.mark.parametrize(
-    ("groups", "names"),
+    ("groups", "reason"),
     [
-        (TABLE.groupby("gain")["joules"], ("0", "400")),
-        (TABLE["joules"].groupby(TABLE["gain"]), ("0", "400")),
-        (TABLE.groupby(["foot"])["joules"], ("b", "s")),
-        (TABLE.groupby(["gain", "foot"])["joules"], ("0, b", "0, s", "400, b", "400, s")),
-        ([("CE", [1.0, 2.0]), ("AD", [3.0])], ("CE", "AD")),
-        ({"CE": [1.0, 2.0], "AD": [3.0]}.items(), ("CE", "AD")),
-        ([(1.0, 2.0), (3.0, 4.0)], ("1", "2")),
-        (pd.DataFrame({"CE": [1.0], "AD": [3.0]}), ("CE", "AD")),
+        (CONSTANT, "no group has any scatter"),
+        ({"a": [], "b": [1.0, 2.0], "c": [1.0, 3.0]}, "'a' is empty"),  # others report F of the rest
+        ({"b": [1.0, 2.0]}, "at least 2 groups"),
     ],
 )
-def test_groups_come_by_name_as_pandas_groups_them_or_in_a_list(groups, names):
-    assert read_groups(groups).names == names
+def test_what_has_no_analysis_of_variance_says_why(groups: dict[str, list[float]], reason: str) -> None:
+    for found in (one_way_anova(groups), welch_anova(groups)):
+        assert isinstance(found.f, Undefined)
+        assert reason in found.f.reason
+        assert reason in found.sentence()
+        assert found.p == found.omega_squared == found.f
+    assert welch_anova(groups).group_ns == tuple(len(values) for values in groups.values() if values)
 
 
-def test_groups_that_are_no_samples_are_refused():
-    with refuses(InputRefused, "groups are called", "'CE'"):
-        read_groups([("CE", [1.0]), ("CE", [2.0])])
-    with refuses(InputRefused, "'0'", "'joules'"):
-        read_groups(TABLE.groupby("gain")[["joules"]])
+def test_groups_without_scatter_have_a_share_but_no_f() -> None:
+    apart = one_way_anova({"a": [1.0, 1.0], "b": [2.0, 2.0]})
+    assert isinstance(apart.p, Undefined)
+    assert apart.eta_squared == 1.0
+    equal = one_way_anova({"a": [0.1, 0.3], "b": [0.1, 0.3, 0.1, 0.3]})
+    assert (equal.f, equal.p) == pytest.approx((0.0, 1.0), abs=1e-15)
+    assert one_way_anova({"a": [1.0, 3.0], "b": [2.0, 2.5]}).omega_squared == 0.0
+
+
+def test_welch_needs_two_values_a_group_and_no_two_constant_ones() -> None:
+    for groups, reason in (
+        ({"a": [1.0], "b": [1.0, 2.0]}, "'a' has a single value"),
+        ({"a": [1.0, 1.0], "b": [1.0, 1.0], "c": [1.0, 2.0]}, "with two such F has no limit"),
+    ):
+        found = welch_anova(groups)
+        assert isinstance(found.f, Undefined)
+        assert reason in found.f.reason
+
+
+@pytest.mark.parametrize("constant", ["0", "50", "100"])
+def test_one_group_without_scatter_has_a_limit(constant: str) -> None:
+    """scipy and statsmodels give nan, pingouin raises ValueError."""
+    groups = {**GROUPS, constant: [38.0, 38.0, 38.0]}
+    found, near = welch_anova(groups), welch_anova({**groups, constant: [38.0 - 1e-7, 38.0, 38.0 + 1e-7]})
+    assert (found.f, found.df_within, found.p) == pytest.approx((near.f, near.df_within, near.p), rel=1e-8)
+    assert found.constant_group == constant
+    says(found.sentence(), "limit", constant)
+
+
+@pytest.mark.parametrize("variances", VARIANCES)
+def test_pairs_of_two_groups_are_the_t_test(variances: Variances) -> None:
+    a, b = GROUPS["0"], GROUPS["50"]
+    (pair,) = compare_all_pairs({"a": a, "b": b}, variances=variances).pairs
+    test = compare_two(a, b, route="student" if variances == "equal" else "welch")
+    assert (pair.p, pair.df, pair.difference) == pytest.approx((test.p, test.df, test.difference), rel=1e-12)
+    assert pair.difference_ci == pytest.approx(test.difference_ci, rel=1e-11)
+
+
+@pytest.mark.parametrize("variances", VARIANCES)
+def test_the_interval_of_a_pair_leaves_0_out_just_where_p_is_below_alpha(variances: Variances) -> None:
+    found = compare_all_pairs(GROUPS, variances=variances, level=0.9)
+    for pair in found.pairs:
+        assert isinstance(pair.difference_ci, tuple)
+        assert isinstance(pair.p, float)
+        assert (pair.difference_ci[0] > 0.0 or pair.difference_ci[1] < 0.0) == (pair.p < 0.1)
+    assert [(pair.a, pair.b) for pair in found.pairs] == [("0", "50"), ("0", "100"), ("50", "100")]
+    assert found.method == ("Tukey-Kramer" if variances == "equal" else "Games-Howell")
+    says(found.sentence("J"), found.method, "9")
+
+
+def test_pairs_without_a_test_say_why() -> None:
+    for variances in VARIANCES:
+        none = compare_all_pairs(CONSTANT, variances=variances).pairs
+        assert all(isinstance(pair.p, Undefined) and pair.difference == 0.0 for pair in none)
+    empty = compare_all_pairs({**GROUPS, "150": []}).pairs
+    assert all(isinstance(pair.p, Undefined) and "'150' is empty" in pair.p.reason for pair in empty)
+    single = compare_all_pairs({"a": [1.0], "b": [1.0, 2.0, 4.0]}, variances="unequal").pairs[0]
+    assert isinstance(single.p, Undefined)
+    assert "single value" in single.p.reason
+    assert compare_all_pairs({"a": [1.0], "b": [1.0, 2.0, 4.0]}).pairs[0].df == 2.0
+    assert "No pairs" in compare_all_pairs({"a": [1.0]}).sentence()
+
+
+@pytest.mark.parametrize("test", [bartlett, levene, brown_forsythe])
+def test_equal_variances_of_what_has_none(test: object) -> None:
+    for groups, reason in (
+        ({"a": [1.0, 2.0]}, "2 groups"),
+        ({"a": [1.0], "b": [1.0, 2.0]}, "'a'"),
+        ({"a": [], "b": [1.0, 2.0]}, "'a'"),
+        ({"a": [0.1] * 4, "b": [0.2] * 4}, ""),
+    ):
+        found = test(groups)  # type: ignore[operator]
+        assert isinstance(found.p, Undefined)
+        assert reason in found.p.reason
+
+
+def test_distances_that_are_equal_but_for_rounding_have_no_test() -> None:
+    assert isinstance(brown_forsythe([[0.1, 0.4], [0.7, 0.9]]).p, Undefined)
+    assert isinstance(levene([[0.1, 0.4, 0.1, 0.4], [0.2, 0.6, 0.2, 0.6]]).p, Undefined)
+    assert isinstance(levene([[0.1, 0.4, 0.1, 0.4], [0.2, 0.3, 0.2]]).p, float)
+
+
+def test_wrong_input_is_refused() -> None:
+    for function in (one_way_anova, welch_anova, compare_all_pairs, bartlett, levene):
+        with pytest.raises(InputRefused, match="group 'b'"):
+            function({"a": [1.0, 2.0], "b": [1.0, math.inf]})  # type: ignore[operator]
+        dropped = function({"a": [1.0, 2.0, math.nan], "b": [1.0, 4.0]}, missing="drop")  # type: ignore[operator]
+        assert dropped.missing == 1
+    with pytest.raises(UnknownName, match="equal"):
+        compare_all_pairs(GROUPS, variances="equl")  # type: ignore[arg-type]
+    with pytest.raises(InputRefused, match="level"):
+        welch_anova(GROUPS, level=95.0)

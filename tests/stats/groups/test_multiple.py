@@ -1,5 +1,3 @@
-import dataclasses
-import math
 from itertools import combinations
 
 import pytest
@@ -24,7 +22,6 @@ def test_holm_is_bonferroni_over_all_subsets(ps):
     closed = [max(min(1.0, len(s) * min(ps[k] for k in s)) for s in subsets if place in s) for place in places]
     assert found.adjusted_p == pytest.approx(closed, rel=1e-14)
     assert list(found.rejected) == [p <= 0.05 for p in found.adjusted_p]
-    assert [10.0**log for log in found.adjusted_log10_p] == pytest.approx(closed, rel=1e-11)
 
 
 @given(PS, st.randoms())
@@ -43,34 +40,14 @@ def test_holm_is_never_stricter_than_bonferroni(ps):
         assert p <= adjusted <= min(1.0, p * len(ps)) * (1.0 + 1e-15)
 
 
-def test_p_below_all_doubles_goes_by_its_logarithm():
-    found = holm({"a": 0.0, "b": 0.0, "c": 0.5}, "tests", log10_p={"a": -400.0, "b": -2476.7})
-    assert found.adjusted_log10_p == pytest.approx((math.log10(2) - 400.0, math.log10(3) - 2476.7, math.log10(0.5)))
-    assert found.adjusted_p == (0.0, 0.0, 0.5)
-    with pytest.raises(InputRefused, match="give its logarithm"):
-        holm({"a": 0.0}, "tests")
-
-
 def test_a_test_without_p_belongs_to_the_family_still():
     none = Undefined(Reason.NO_GROUP_SCATTERS)
     found = holm({"a": 0.02, "b": none}, "gains against control")
     assert found.adjusted_p == (0.04, none)
     assert found.rejected == (True, none)
-    assert found.adjusted_log10_p[1] == none
     text = found.sentence()
     says(text, "2 tests", "1", "p = .040")
     assert "none rejected" in holm({}, "no tests").sentence()
-
-
-def test_what_a_caller_leaves_open_is_not_rejected_in_words():
-    why = Undefined(Reason.AS_SAID, said="days cannot be told from groups")
-    found = holm({"a": 0.001, "b": 0.01, "c": 0.3}, "gains")
-    some = dataclasses.replace(found, rejected=(why, True, False)).sentence()
-    says(some, "adjusted by Holm", "0.05", "p = .020", "p = .003")
-    none = dataclasses.replace(found, rejected=(why, why, False)).sentence()
-    says(none, "none rejected", "p = .003", "p = .020")
-    every = dataclasses.replace(found, rejected=(why, why, why)).sentence()
-    says(every, "p = .003", "p = .020", "p = .300", "left open")
 
 
 def test_a_family_says_how_many_were_tested_and_why_others_were_not():

@@ -36,7 +36,7 @@ from reports.predicted import PredictedQuantity, Prediction
 from simulator.jump import grown_rounding, simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene, parse_scene, write_scene
-from stats.exact.tails import t_quantile
+from stats.tails import t_quantile
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.wording import says

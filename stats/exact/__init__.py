@@ -1,1 +1,0 @@
-"""Arithmetic behind the rest: sums, tails, quantiles and integrals whose digits hold."""
