@@ -25,7 +25,9 @@ _INTEGER = re.compile(rb"[+-]?\d{1,19}")
 _GROUPED = re.compile(rb"[+-]?\d{1,3}(?:(?:[ '.]\d{3})+(?:,\d+)?|(?:[ ',]\d{3})+(?:\.\d+)?)")
 _MAY_GROUP = re.compile(rb"[+-]?[1-9]\d{0,2}[.,]\d{3}")
 _NAN = re.compile(rb"[+-]?nan(?:\([0-9a-z_]*\))?")
-_MISSING = frozenset({b"", b"na", b"n/a", b"#n/a", b"null", b"none", b"-", b"--", b"1.#qnan", b"1.#ind", b"1.#snan"})
+_MISSING = frozenset(
+    {b"", b"na", b"n/a", b"#n/a", b"null", b"none", b"-", b"--", b"---", b"1.#qnan", b"1.#ind", b"1.#snan"}
+)
 _INFINITE = frozenset({b"inf", b"infinity", b"1.#inf"})
 CLOCK_PATTERN = rb"(?:\d{4}-\d\d-\d\d[ T])?\d{1,2}:\d\d:\d\d(?:[.,]\d+)?(?:Z|[+-]\d\d:?\d\d)?"
 _CLOCK = re.compile(CLOCK_PATTERN + rb"|\d{4}-\d\d-\d\d(?:[ T]\d\d:\d\d)?")
@@ -104,7 +106,8 @@ def integer_of(cell: bytes) -> int | None:
 
 def is_missing(cell: bytes) -> bool:
     """Whether a stripped cell, lower case, is one of the spellings of a missing value."""
-    return cell in _MISSING or cell.lstrip(b"+-") in _MISSING or _NAN.fullmatch(cell) is not None
+    unsigned = cell.lstrip(b"+-") or cell  # a lone plus is what is left of a damaged number
+    return cell in _MISSING or unsigned in _MISSING or _NAN.fullmatch(cell) is not None
 
 
 def is_infinite(cell: bytes) -> bool:
