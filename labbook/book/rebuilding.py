@@ -121,7 +121,8 @@ def _altered(
                 return 0, ()
             suspected = altered_rows(connection)
             if not found.other_versions:  # a hash may have been altered with its row
-                suspected = list(dict.fromkeys((*suspected, *differing(connection, fresh))))
+                known = {(item.kind, item.uid): item for item in (*differing(connection, fresh), *suspected)}
+                suspected = list(known.values())
             return len(suspected), tuple(describe_altered(connection, fresh, suspected[:MOST_NAMED]))
     except (BookError, sa.exc.DBAPIError):
         return 0, ()

@@ -196,7 +196,9 @@ def _altered(connection: sa.Connection, entries: int, replayed_journal: _Replaye
     remedy = "Run `labbook rebuild` to make the database anew from the raw copies and the journal."
     try:
         with replayed_journal(entries) as (fresh, replay):
-            others = [item for item in differing(connection, fresh) if item not in suspected]
+            different = {(item.kind, item.uid): item for item in differing(connection, fresh)}
+            known = {(item.kind, item.uid) for item in suspected}
+            others = [item for what, item in different.items() if what not in known]
             if others and differences(fresh, journal.stored(fresh), replay.without_rows).other_versions:
                 problems.append(
                     f"{len(others)} groups of rows come out otherwise with this labbook's readers and algorithms "
@@ -204,6 +206,7 @@ def _altered(connection: sa.Connection, entries: int, replayed_journal: _Replaye
                 )
             else:
                 suspected += others
+            suspected.sort(key=lambda item: (item.kind, item.uid) not in different)  # the others may lack a hash alone
             found = describe_altered(connection, fresh, suspected[:MOST_NAMED])
     except BookError as error:
         problems.append(f"what should stand in the tables cannot be told: {error}")

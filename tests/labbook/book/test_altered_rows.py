@@ -246,10 +246,9 @@ def test_an_order_that_was_turned_round_is_found(judged: SmallBook, table: str) 
 @pytest.mark.soak
 def test_a_forged_row_is_named_though_all_hashes_were_removed(judged: SmallBook) -> None:
     execute(engine_of(judged), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2", "DELETE FROM row_hash")
-    _no_hashes, problem = check(judged, deep=True).problems
-    says(problem, "charge_mah", "1.0")
+    says(check(judged).problems[0], "charge_mah", "1.0")
     done = rebuild_database(judged.folder, lambda _step: None)
-    assert [rows.rows.kind for rows in done.altered] == ["charge"]
+    assert done.altered[0].rows.kind == "charge"
 
 
 @pytest.mark.soak
