@@ -16,7 +16,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from data_schema.errors import unknown_name
-from ingest.channels.columns import ColumnPlan, unit_flags
+from ingest.channels.columns import ColumnPlan, fitting_units, unit_flags
 from ingest.channels.names import channel_kind, plate_of
 from ingest.channels.plate_load import LOADED_N, MOST_N, Load, change_n, find_load
 from ingest.findings import FILE, NOTE, FindingCollector
@@ -37,6 +37,7 @@ AXES: Mapping[str, Axes] = {
 _VECTOR = re.compile(r"(force|moment|free_moment|cop)_([xyz])((?:_\d+)?)")
 FARTHEST_COP_M = 2.0
 """No centre of pressure is farther from its plate's origin: the belts of the longest treadmills."""
+_FEW = 0.01
 COP_AGREES = 0.15
 MOST_DRIFT_N = 5.0
 
@@ -173,6 +174,7 @@ def check_plates(
         force_column = checked[index["force_z"]].source_name
         if _is_y_up(values, force_column, findings):
             continue
+        _check_axes(values, force_column, findings)
         load = loads.get(plate)
         _check_drift(values["force_z"], load, force_column, findings)
         zero_n = 0.0 if load is None else load.unloaded_n
@@ -193,7 +195,25 @@ def check_plates(
                 elif cop in values:
                     number = index[cop]
                     checked[number] = _fit_cop(checked[number], stored, loaded, expected, load is not None, findings)
+            if cop in values and load is not None:
+                plan = checked[index[cop]]
+                _note_outside(stored[plan.position][usable & is_on], plan, findings)
     return tuple(checked)
+
+
+def _note_outside(cop_m: FloatArray, plan: ColumnPlan, findings: FindingCollector) -> None:
+    """Report centres of pressure of a loaded plate, more than a hundredth, that lie outside any plate."""
+    place = np.abs(cop_m)
+    outside = place[place > FARTHEST_COP_M]
+    if len(outside) <= _FEW * len(place):
+        return
+    units = fitting_units(plan, float(np.median(outside)), 0.0, FARTHEST_COP_M)
+    advice = f"; if its unit is another, say {unit_flags(plan, units)}" if units else ""
+    message = (
+        f"The centre of pressure of the loaded plate lies {np.median(outside):.3g} m from its origin, outside any "
+        f"plate: the room's origin, or not the unit of the file{advice}."
+    )
+    findings.add(NOTE, "cop_outside_plate", message, column=plan.source_name, count=len(outside))
 
 
 def _fit_cop(
@@ -243,6 +263,15 @@ def _range_n(force: FloatArray) -> float:
     """Return how much a force changes, its largest and smallest half per cent of samples left out."""
     force = force[np.abs(force) < MOST_N]
     return float(np.ptp(np.percentile(force, (0.5, 99.5)))) if force.size else 0.0
+
+
+def _check_axes(values: Mapping[str | None, FloatArray], column: str, findings: FindingCollector) -> None:
+    vertical = _range_n(values["force_z"])
+    for axis in ("force_x", "force_y"):
+        sideways = _range_n(values[axis]) if axis in values else 0.0
+        if sideways > LOADED_N and sideways > 1.5 * vertical:
+            message = f"{axis} carries more load than force_z: are the columns swapped?"
+            findings.add(NOTE, "force_axes_suspect", message, column=column)
 
 
 def _is_y_up(values: Mapping[str | None, FloatArray], column: str, findings: FindingCollector) -> bool:

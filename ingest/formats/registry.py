@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from data_schema.errors import InputRefused, UsageError
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats import archive, study_sheets, workbook
-from ingest.formats.chargers import cheali, icharger, icharger_serial, sheet
+from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
 from ingest.formats.force_plates import (
     amti,
     amti_bsf,
@@ -119,6 +119,8 @@ FORMATS: tuple[Format, ...] = (
     icharger.FORMAT,
     icharger_serial.FORMAT,
     cheali.FORMAT,
+    logview.FORMAT,
+    logview_zero.FORMAT,
     minitaur.FORMAT,
     debug_lines.FORMAT,
     labelled_values.FORMAT,

@@ -193,7 +193,11 @@ def report_no_header(split: Split, findings: FindingCollector) -> None:
     if any(b"." in cell and is_number(cell, comma=False) for row in split.rows for cell in row.cells):
         rule, advice = "thousands_separator", "between thousands; export without thousands separators."
     elif numbers == 2 * names:
-        rule, advice = "decimal_comma_unquoted", "in each number; export with semicolons between cells."
+        rule = "decimal_comma_unquoted"
+        advice = "in each number; say so with `--decimal , --delimiter ,`, or export with semicolons between cells."
     else:
-        rule, advice = "decimal_comma_unquoted", "in some numbers; export with semicolons between cells."
+        rule, advice = (
+            "decimal_comma_unquoted",
+            "in some numbers, and which cannot be told; export with semicolons between cells.",
+        )
     findings.add(FILE, rule, counted + advice, lines=[header.line.number])

@@ -188,20 +188,15 @@ def _refuse_parted_decimals(split: Split, declared: Declarations, findings: Find
     """Refuse columns without names that may be the two parts of decimals, `0,021`: the right one of as many digits in
     every row, with zeros in front.
     """
-    if split.delimiter != b"," or parts_names(split):
+    declared_sign = declared.delimiter is not None or declared.decimal_sign is not None
+    if declared_sign or split.delimiter != b"," or parts_names(split):
         return False
-    row = split.rows[0]
-    if declared.delimiter is not None or declared.decimal_sign is not None:
-        if declared.decimal_sign != "," or any(b'"' in row.line.content for row in split.rows):
-            return False
-        message = "A comma cannot be both the decimal sign and what stands between cells: export with semicolons."
-        findings.add(FILE, "decimal_comma_unquoted", message, lines=[row.line.number])
-        return True
     for left, right in pairwise(range(split.width)):
         parts = [row.cells[right] for row in split.rows]
         whole = all(integer_of(row.cells[left]) is not None for row in split.rows)
         digits = all(map(_DIGITS.fullmatch, parts)) and len(set(map(len, parts))) == 1
         if whole and digits and any(part.startswith(b"0") for part in parts):
+            row = split.rows[0]
             number = b",".join(row.cells[left : right + 1]).decode("latin-1")
             message = (
                 f"{number!r} may be one number with a decimal comma, or two: say `--decimal ,` for one, "

@@ -1,4 +1,4 @@
-"""The table in a delimited text: whole numeric blocks at once where these can be proved clean, else line by line.
+"""Reads the data rows of a table: whole numeric blocks at once where these can be proved clean, else line by line.
 
 The fast route hands the bytes, uncopied, to pyarrow's CSV parser. A block counts as clean when every cell is a finite
 number or a missing value and there are as many rows as lines; both routes then give identical values, both
@@ -20,13 +20,13 @@ from typing import TYPE_CHECKING, Any, Protocol
 import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.model import Declarations, IntArray
+from ingest.model import IntArray
 from ingest.spool import ColumnFile, mapped, release_bytes
-from ingest.tables.layout import Layout, check_above, find_layout
+from ingest.tables.layout import Layout
 from ingest.tables.row_reader import read_lines
-from ingest.tables.table import Block, CellKind, Column, Table, Wanted, read_preamble
+from ingest.tables.table import Block, CellKind, Column, Wanted
 from ingest.text.cells import split_cells
-from ingest.text.source import TextSource, refuse_long_line
+from ingest.text.source import TextSource
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -376,24 +376,3 @@ def _lines(block: Block) -> IntArray:
     if block.lines is None:
         return np.arange(block.first_line, block.first_line + block.n_rows, dtype=np.int64)
     return block.lines
-
-
-def text_table(source: TextSource, declared: Declarations, findings: FindingCollector) -> Table | None:
-    """Find the table in a text, its rows not read yet; None, with a finding of severity file, where there is none.
-
-    Raises `SecondHeader` where another table stands above it, as its rows do where one follows.
-    """
-    if source.first_line > 1:  # the lines declared are those of the first table in the text
-        declared = dataclasses.replace(declared, header_row=None, units_row=None, first_row=None)
-    if refuse_long_line(source, findings):
-        return None
-    layout = find_layout(source, declared, findings)
-    if layout is None:
-        return None
-    check_above(source, layout)
-
-    def rows(wanted: Sequence[Wanted]) -> Block:
-        return read_rows(source, layout, wanted, findings)
-
-    preamble = read_preamble((*source.comments, *layout.preamble), declared.date_format)
-    return Table(layout.names, layout.units, layout.kinds, preamble, rows, text=layout.shape)

@@ -7,13 +7,15 @@ from __future__ import annotations
 
 import csv
 import dataclasses
+import functools
+import operator
 import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ingest.findings import NOTE, FindingCollector
+from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.text.source import Line, TextSource
 
 EXPONENT = rb"(?:[eE][+-]?\d+|[dD][+-]\d+)?"
@@ -189,6 +191,80 @@ def with_clock_points(source: TextSource, findings: FindingCollector) -> TextSou
     findings.add(NOTE, "clock_decimal_comma", message)
     data = source.data[: source.start] + _CLOCK_COMMA.sub(b".", source.data[source.start :])
     return dataclasses.replace(source, data=data)
+
+
+_SENTENCE = re.compile(rb"(?m)\$([^$*\r\n]*)\*([0-9A-Fa-f]{2})(?=[ \t]*\r?$)")
+
+
+def without_checksums(source: TextSource, findings: FindingCollector) -> TextSource:
+    """Return a text of the same length with blanks for `$` and checksum of sentences as of NMEA 0183, `$POT,5*52`.
+
+    One that is wrong stays, so that its row is left out; a text in which most are is refused.
+    """
+    lines = [line.content for line in source.head_lines() if line.content.strip()]
+    found = [match for match in map(_SENTENCE.search, lines) if match]
+    if 2 * len(found) <= len(lines):
+        return source
+    if 2 * sum(map(_sum_fits, found)) <= len(found):
+        message = (
+            f"Lines end in checksums, *{found[0][2].decode()}, that are not those of NMEA 0183: the lines are damaged, "
+            "or the sums are of another kind; export without them."
+        )
+        findings.add(FILE, "checksums_wrong", message)
+        return source
+    findings.add(NOTE, "checksums", "Lines end in checksums of NMEA 0183: rows whose sum is wrong are left out.")
+
+    def blanked(match: re.Match[bytes]) -> bytes:
+        return b" " + match[1] + b"   " if _sum_fits(match) else match[0]
+
+    data = source.data[: source.start] + _SENTENCE.sub(blanked, source.data[source.start :])
+    return dataclasses.replace(source, data=data)
+
+
+def _sum_fits(sentence: re.Match[bytes]) -> bool:
+    """Whether the two hexadecimal digits behind the star are the bytes between `$` and it, joined by exclusive or."""
+    return functools.reduce(operator.xor, sentence[1], 0) == int(sentence[2], 16)
+
+
+_IN_QUOTES = re.compile(rb'(?m)^[ \t]*"((?:[^"\r\n]|"")*)"[ \t]*(?=\r?$)')
+
+
+def without_line_quotes(source: TextSource, findings: FindingCollector) -> TextSource:
+    """Return a text with the lines unwrapped that stand wholly in quotes, as programs write that take a line for a
+    cell: `"time (s),h (mm)"`.
+
+    Such a line, which is no single number, holds as many delimiters as the line below it, wrapped or not.
+    """
+    lines = [line.content for line in source.head_lines() if line.content.strip()]
+    wrapped = [_IN_QUOTES.fullmatch(line) for line in lines]
+    plain = [line if found is None else _inside(found) for line, found in zip(lines, wrapped, strict=True)]
+    for sign in CANDIDATES[:-1]:
+        width = next(
+            (
+                line.count(sign)
+                for found, line, below in zip(wrapped, plain, plain[1:], strict=False)
+                if found and 0 < line.count(sign) == below.count(sign) and not _is_one_number(line)
+            ),
+            0,
+        )
+        if width:
+            break
+    else:
+        return source
+    findings.add(NOTE, "lines_in_quotes", "Whole lines stand in quotes, as if each were one cell: read without them.")
+
+    def unwrapped(found: re.Match[bytes]) -> bytes:
+        return _inside(found) if found[1].count(sign) == width else found[0]
+
+    return dataclasses.replace(source, data=_IN_QUOTES.sub(unwrapped, source.data[source.start :]), start=0)
+
+
+def _inside(found: re.Match[bytes]) -> bytes:
+    return found[1].replace(b'""', b'"')
+
+
+def _is_one_number(line: bytes) -> bool:
+    return is_number(line.strip(), comma=True) or is_grouped(line.strip())
 
 
 # A name begins with a letter, so that a row of numbers or clock times, cut anywhere, is none.

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ingest.model import Declarations
+from ingest.model import ColumnDeclaration, Declarations
 from tests.ingest import synthetic_plates as plates
 from tests.ingest.formats import synthetic_chargers as chargers
 from tests.ingest.formats.synthetic_labview import labview
@@ -49,11 +49,16 @@ GOOD_FILES: Mapping[str, Callable[[], bytes]] = {
     "icharger_log": lambda: ("\n".join(icharger_rows(14)) + "\n").encode(),
     "icharger_serial": lambda: chargers.lines(chargers.serial_rows(14)),
     "cheali_log": lambda: chargers.lines(chargers.cheali_rows(14)),
+    "logview_openformat": lambda: chargers.lines(chargers.bare_rows(20)),
     "minitaur_log": lambda: new_log(12),
 }
 
 DECLARED: Mapping[str, Declarations] = {
     "debug_lines": Declarations(rate_hz=100.0),
     "icharger_serial": Declarations(rate_hz=0.5),
+    "logview_openformat": Declarations(
+        time_unit="ms",
+        columns={"value_1": ColumnDeclaration("battery_voltage", "mV"), "value_2": ColumnDeclaration("current", "mA")},
+    ),
 }
 """What has to be said of files that do not say all themselves."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from ingest.model import ColumnDeclaration, Declarations
@@ -128,6 +129,15 @@ def test_a_current_with_its_sign_is_read_beside_the_names_of_steps() -> None:
     assert not result.refused
     (current,) = [channel for channel in result.parts[0].channels if channel.name == "current"]
     assert current.values[[0, 89]].tolist() == [1.5, -1.5]
+
+
+@pytest.mark.parametrize(("cop_m", "named"), [(0.1, False), (3.0, True)])
+def test_a_centre_of_pressure_outside_the_plate_is_named_while_it_is_loaded(cop_m: float, named: bool) -> None:
+    load_n = 500 * np.sin(np.pi * np.arange(400) / 50) + np.random.default_rng(2).normal(0, 1, 400)
+    rows = [f"{k},{max(load, -2):.3f},{cop_m if load > 10 else 99.0}" for k, load in enumerate(load_n)]
+    result = read(text("time [ms],Fz [N],COPx [m]", rows))
+    assert ("cop_outside_plate" in {finding.rule for finding in result.findings}) is named
+    assert not result.refused
 
 
 @pytest.mark.parametrize("case", VALUES, ids=lambda case: case.name)

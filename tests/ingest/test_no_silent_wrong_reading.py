@@ -14,6 +14,7 @@ from data_schema.errors import UsageError
 from ingest.model import ChannelData, ColumnDeclaration, Declarations, Finding, Profile, ReadFile, RobotFacts
 from ingest.read import read_file
 from tests.helpers.wording import says
+from tests.ingest import synthetic_plates as plates
 from tests.ingest.synthetic import LOG_HEADER, robot_rows, text
 
 ROWS = robot_rows()
@@ -52,6 +53,12 @@ def test_a_declared_unit_against_the_header_was_read_as_declared(declared: Decla
     assert all(part in message for part in ("'height [m]'", "says m ", "mm is declared", "--override-units"))
 
 
+def test_a_declared_time_unit_against_the_header_was_read_as_declared() -> None:
+    """300 Hz became 300 kHz."""
+    profile = Profile("p", ("height [m]",), time_column="time [ms]", time_unit="us")
+    assert finding(read(text(LOG_HEADER, ROWS), Declarations(profiles=(profile,))), "unit_contradicts")
+
+
 def test_a_header_that_is_wrong_can_be_overridden_and_one_that_agrees_needs_no_flag() -> None:
     same = Declarations(columns={"height": ColumnDeclaration("body_height", "metre")})
     assert channel(read(text(LOG_HEADER, ROWS), same), "body_height").scale == 1.0
@@ -77,11 +84,22 @@ def test_thousands_points_were_read_as_decimals(delimiter: str, sign: str, first
         assert not read(data, Declarations(decimal_sign=sign)).refused
 
 
+@pytest.mark.parametrize("values", [["320", "1.480", "300", "1.500"], ["100", "1.000", "999", "9.990"]])
+def test_whole_numbers_beside_a_hundredth_of_them_in_three_decimals_are_asked_about(values: list[str]) -> None:
+    rows = [f"{3 * k},{values[k % 4]}" for k in range(100)]
+    assert finding(read(text("time [ms],height [mm]", rows)), "decimal_sign_unclear")
+
+
 @pytest.mark.parametrize("values", [["250.5", "99", "100", "98.25"], ["0", "1.5", "2", "9.125"], ["999", "0.5"]])
 def test_whole_numbers_beside_decimals_of_their_size_are_decimals(values: list[str]) -> None:
     rows = [f"{3 * k},{values[k % len(values)]}" for k in range(100)]
     read_as_written = channel(read(text("time [ms],height [mm]", rows)), "body_height").values[: len(values)]
     assert read_as_written == pytest.approx([float(value) / 1000 for value in values])
+
+
+def test_three_decimals_throughout_are_decimals() -> None:
+    rows = [f"{3 * k}\t{1 + k / 1000:.3f}" for k in range(200)]
+    assert channel(read(text("time [ms]\theight [m]", rows)), "body_height").values[2] == pytest.approx(1.002)
 
 
 HEIGHTS = [f"{0.4 + k % 7 / 100:.3f}" for k in range(60)]
@@ -260,6 +278,12 @@ def test_the_first_of_two_charges_was_taken() -> None:
     assert charge.charge_mah == 520.0
 
 
+def test_a_declared_unit_of_a_sheet_against_its_header_was_read_as_declared() -> None:
+    """461 mAh became 461 000 mAh."""
+    declared = Declarations(columns={"charged": ColumnDeclaration(unit="Ah")})
+    assert finding(sheet("run,charged (mAh)", "r1,461", declared=declared), "unit_contradicts")
+
+
 def test_a_charge_cut_in_the_last_line_was_taken() -> None:
     """79 mAh for 799 mAh."""
     lines = ("run,charged (mAh)", "r1,461", "r2,79")
@@ -347,6 +371,31 @@ def test_a_burst_that_came_late_was_lost_samples(late_ms: dict[int, float]) -> N
     assert part.time_s[-1] == pytest.approx(15.99, rel=1e-3)
 
 
+@pytest.mark.parametrize(("bursts", "within"), [(30, 1e-3), (160, 3e-4)])
+def test_jitter_of_bursts_does_not_lower_their_rate(bursts: int, within: float) -> None:
+    """Lateness was counted from the least of the last burst alone, so that the rate came out low: by 0.3 % in 3 s."""
+    rates = []
+    for seed in range(20):
+        late_ms = np.abs(np.random.default_rng(seed).normal(0, 3, bursts))
+        (part,) = read(bursts_at(dict(enumerate(late_ms)), bursts=bursts)).parts
+        assert part.gaps == ()
+        rates.append(part.rate_hz)
+    assert np.mean(rates) == pytest.approx(100.0, rel=within)
+    assert np.max(np.abs(np.array(rates) - 100.0)) < 400 * within
+
+
+@pytest.mark.parametrize("late_ms", [{}, {48: 60}, {50: 300, 51: 225, 52: 150, 53: 75}, {159: 400}])
+@pytest.mark.parametrize("lost", [(500, 510), (503, 506), (500, 540), (1560, 1570)])
+def test_what_never_came_is_missing_beside_bursts_that_came_late(
+    lost: tuple[int, int], late_ms: dict[int, float]
+) -> None:
+    (part,) = read(bursts_at(late_ms, lost)).parts
+    (gap,) = part.gaps
+    assert gap.samples_missing == lost[1] - lost[0]
+    assert gap.start_s == pytest.approx(lost[0] / 100, abs=0.1)
+    assert part.time_s[-1] == pytest.approx(15.99, rel=1e-3)
+
+
 def test_a_logger_that_records_now_and_then_has_real_holes() -> None:
     """Ten samples in 10 ms of every 100 ms, the height far on after each hole."""
     rows = [f"{k},{0.4 + 0.1 * np.sin(k / 30):.5f}" for k in range(16_000) if k % 100 < 10]
@@ -379,6 +428,12 @@ def test_stamps_at_random_within_a_burst_were_sample_times(share: float, size: i
     (part,) = result.parts
     assert part.rate_hz == pytest.approx(size / 8.33e-3, rel=2e-4)
     assert part.gaps == ()
+
+
+def test_bursts_of_stamps_at_random_that_never_came_are_missing() -> None:
+    (part,) = read(at_random(0.1, lost=frozenset({100, 300, 301}))).parts
+    assert [gap.samples_missing for gap in part.gaps] == [10, 20]
+    assert part.rate_hz == pytest.approx(10 / 8.33e-3, rel=1e-3)
 
 
 def flags_of(message: str) -> list[str]:
@@ -570,6 +625,13 @@ def test_a_header_of_unknown_names_is_not_a_bad_row() -> None:
     assert finding(result, "second_header").line == 602
 
 
+def test_a_short_table_above_a_longer_one_was_left_out_without_a_word() -> None:
+    short = text("time [s],charge [mAh],current [A]", [f"{k},{k}.5,1.0" for k in range(10)])
+    result = read(short + text(LOG_HEADER, ROWS))
+    assert not result.refused, result.findings
+    assert [(part.part, len(part.time_s)) for part in result.parts] == [("log", 10), ("log_table_2", 600)]
+
+
 def test_lines_of_words_are_still_bad_rows() -> None:
     rows = [*ROWS[:300], "ERR,ERR,ERR,ERR", *ROWS[300:]]
     result = read(text(LOG_HEADER, rows))
@@ -695,6 +757,14 @@ def test_heights_that_cannot_be_of_the_robot_say_what_was_read() -> None:
     assert not with_robot(height_log("m", -1.0), no_robot_check=True).refused
 
 
+@pytest.mark.parametrize("scale", [1.0, 4.0, 7.0, 20.0])
+def test_heights_beyond_the_robot_are_refused_and_none_is_stored_with_a_note(scale: float) -> None:
+    """Of four logs of 2 to 4 m one was refused and three were stored."""
+    result = with_robot(height_log("m", scale))
+    assert result.refused is (scale > 1)
+    assert result.refused is ("height_implausible" in {f.rule for f in result.findings})
+
+
 def test_a_robot_that_stands_is_plausible() -> None:
     assert not with_robot(height_log("m", 1.0, hop_m=0.0)).refused
 
@@ -736,6 +806,22 @@ def test_a_comma_more_in_a_row_that_ends_in_a_comma_shifted_its_cells() -> None:
         assert finding(result, "ragged_row").line == 202
 
 
+def test_a_comma_more_in_a_padded_row_of_a_maker_shifted_its_cells() -> None:
+    """6,0209 became forces of 6 N and 209 N, where a program had padded all lines with commas."""
+    lines = plates.vicon(120).split(b"\r\n")
+    lines[26] = lines[26].replace(b".", b",", 1)
+    result = read(b"\r\n".join(lines))
+    assert finding(result, "ragged_row").line == 27
+    assert channel_of_first(result, "force_y").max() == pytest.approx(
+        channel_of_first(read(plates.vicon(120)), "force_y").max()
+    )
+
+
+def channel_of_first(result: ReadFile, name: str) -> np.ndarray:
+    """The values of a channel in the first part."""
+    return next(channel.values for channel in result.parts[0].channels if channel.name == name)
+
+
 @pytest.mark.parametrize("damaged", ["\x0b", "\x0c", "\x1c", "\x1d", "\x1f", "\x85"])
 def test_a_damaged_last_digit_that_counts_as_a_blank_was_stripped(damaged: str) -> None:
     """0.425 became 0.42 and 451 mAh became 45 mAh, for a vertical tab and its like are blanks to a program."""
@@ -764,3 +850,14 @@ def test_a_declared_decimal_comma_stood_between_cells(above: list[str], first_ro
     placed = {} if first_row is None else {"header_row": 0, "first_row": len(above) + 1}
     result = read(data, replace(declared, decimal_sign=",", **placed))
     assert channel(result, "force_z").values == pytest.approx(newtons)
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_fractions_of_a_decimal_comma_were_a_column_of_their_own(sign: int) -> None:
+    newtons = sign * (20 + 0.37 * np.arange(200))
+    data = "".join(f"{value:.2f}\n".replace(".", ",") for value in newtons).encode()
+    declared = Declarations(columns={"1": ColumnDeclaration("force_z", "N")}, rate_hz=1000.0)
+    assert finding(read(data, declared), "decimal_comma_unquoted")
+    assert channel(read(data, replace(declared, decimal_sign=",")), "force_z").values == pytest.approx(newtons)
+    two = read(data, replace(declared, delimiter=","))
+    assert [each.name for each in two.parts[0].channels] == ["force_z", "2"]

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import functools
+import io
 import math
+import operator
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,6 +15,8 @@ import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, Finding, ReadFile
 from ingest.read import read_file
+from ingest.spool import map_and_hash
+from ingest.tables import text_table
 from tests.helpers.wording import says
 from tests.ingest.synthetic_workbooks import workbook
 
@@ -39,26 +45,149 @@ def check_heights(result: ReadFile, rate_hz: float = 200.0) -> None:
     assert part.rate_hz == pytest.approx(rate_hz, rel=1e-5)
 
 
-@pytest.mark.parametrize("declared", [{}, {"decimal_sign": ","}, {"decimal_sign": ",", "delimiter": ","}])
-@pytest.mark.parametrize("header", [["time [s],body_height [mm]"], []])
-def test_a_comma_that_is_both_is_refused(header: list[str], declared: dict[str, str]) -> None:
-    """0,005,300,12 is 0.005 and 300.12, or four whole numbers."""
-    rows = [f"{t},{h}".replace(".", ",") for t, h in zip(TIMES, MM, strict=True)]
-    columns = {"1": ColumnDeclaration("time", "ms"), "2": ColumnDeclaration("body_height", "mm")}
-    said = refusal(read([*header, *rows], **declared, columns={} if header else columns))
-    assert said.rule in ("decimal_comma_unquoted", "header_mismatch", "no_data_rows")
+COMMAS = [f"{t},{h}".replace(".", ",") for t, h in zip(TIMES, MM, strict=True)]
+"""A decimal comma and a comma between cells: 0,005,300,12."""
 
 
-def test_quoted_decimal_commas_between_commas_are_read() -> None:
+@pytest.mark.parametrize("end", ["", ","])
+@pytest.mark.parametrize("title", [[], ["# string pot, 2024-03-04", ""]])
+def test_a_comma_that_is_both_is_read_in_pairs_when_both_are_declared(title: list[str], end: str) -> None:
+    lines = [*title, f"time [s],body_height [mm]{end}", *(row + end for row in COMMAS)]
+    said = refusal(read(lines))
+    assert said.rule == "decimal_comma_unquoted"
+    assert "--delimiter ," in said.message
+    assert "--decimal ," in said.message
+    assert refusal(read(lines, decimal_sign=",")).rule == "decimal_comma_unquoted"
+    check_heights(read(lines, decimal_sign=",", delimiter=","))
+
+
+BY_PLACE = {"1": ColumnDeclaration("time", "ms"), "2": ColumnDeclaration("body_height", "mm")}
+WHOLE = [f"{5 * k},{round(1000 * h)},12,1" for k, h in enumerate(HEIGHTS)]
+
+
+@pytest.mark.parametrize("rows", [COMMAS, WHOLE], ids=["pairs", "whole numbers"])
+@pytest.mark.parametrize("above", [[], ["String pot of Monday"], ["Rig A, Monday"]])
+def test_commas_without_names_may_be_pairs_or_whole_numbers(rows: list[str], above: list[str]) -> None:
+    """A height of 300 mm beside a column of 12 was 0.0121 m."""
+    for header_row in (0, None):
+        result = read([*above, *rows], decimal_sign=",", delimiter=",", columns=BY_PLACE, header_row=header_row)
+        assert refusal(result).rule == "decimal_comma_unquoted"
+
+
+def test_a_title_of_half_as_many_cells_is_no_header_of_pairs() -> None:
+    lines = ["Rig A, Monday", "time [ms],body_height [mm],k_gain,state", *WHOLE]
+    result = read(lines, decimal_sign=",", delimiter=",")
+    assert not result.refused
+    assert result.parts[0].channels[0].values == pytest.approx(np.round(HEIGHTS, 3), abs=1e-12)
+
+
+def test_a_header_row_that_is_declared_names_the_pairs() -> None:
+    lines = ["time [s],body_height [mm]", "# taken on Monday", *COMMAS]
+    check_heights(read(lines, decimal_sign=",", delimiter=",", header_row=1))
+
+
+def test_a_row_that_is_no_row_of_pairs_is_never_guessed_at() -> None:
+    rows = [*COMMAS[:60], "0,300,312", *COMMAS[60:]]
+    result = read(["time [s],body_height [mm]", *rows], decimal_sign=",", delimiter=",")
+    assert (result.rows_kept, result.rows_rejected) == (120, 1)
+    whole = [f"{5 * k},{h}".replace(".", ",") for k, h in enumerate(MM)]
+    said = refusal(read(["time [ms],body_height [mm]", *whole], decimal_sign=",", delimiter=","))
+    assert said.rule == "decimal_comma_unquoted"
+    assert "semicolon" in said.message
+
+
+def test_quoted_decimal_commas_between_commas_need_no_pairs() -> None:
     rows = [f'"{t}","{h}"'.replace(".", ",") for t, h in zip(TIMES, MM, strict=True)]
-    rows = [row.replace('","', '"|"').replace(".", ",").replace('"|"', '","') for row in rows]
-    check_heights(read(["time [s],body_height [mm]", *rows]))
+    check_heights(read(["time [s],body_height [mm]", *rows], decimal_sign=",", delimiter=","))
 
 
-@pytest.mark.parametrize("delimiter", ";\t, ")
-def test_units_in_cells_are_read_as_no_number(delimiter: str) -> None:
-    rows = [f"{t} s{delimiter}{h} mm" for t, h in zip(TIMES, MM, strict=True)]
-    assert read([f"time{delimiter}body_height", *rows]).refused
+def with_units(delimiter: str = ";", decimal: str = ".", blank: str = " ") -> list[str]:
+    return [f"{5 * k}{blank}ms{delimiter}{h.replace('.', decimal)}{blank}mm" for k, h in enumerate(MM)]
+
+
+@pytest.mark.parametrize("blank", ["", " ", "\u00a0"])
+@pytest.mark.parametrize(("delimiter", "decimal"), [(";", "."), (";", ","), ("\t", "."), (",", "."), ("|", ".")])
+def test_units_in_cells_are_those_of_the_columns(delimiter: str, decimal: str, blank: str) -> None:
+    rows = with_units(delimiter, decimal, blank)
+    for header in (f"time{delimiter}body_height", f"time [ms]{delimiter}body_height [mm]"):
+        result = read(["# a title", header, *rows])
+        check_heights(result)
+        (note,) = [finding for finding in result.findings if finding.rule == "units_in_cells"]
+        assert "mm" in note.message
+
+
+def test_units_in_cells_of_one_column_only() -> None:
+    rows = [f"{5 * k};{h} mm;{k % 3}" for k, h in enumerate(MM)]
+    check_heights(read(["time [ms];body_height;state", *rows]))
+
+
+def test_units_in_cells_against_those_of_the_header_are_refused() -> None:
+    said = refusal(read(["time [ms];body_height [m]", *with_units()]))
+    assert said.rule == "unit_contradicts"
+    assert all(part in said.message for part in ("body_height [m]", " m ", " mm"))
+    assert refusal(read(["time;body_height", *with_units()], columns={"body_height": ColumnDeclaration(unit="cm")}))
+
+
+def test_a_row_of_units_against_those_of_the_cells_is_refused() -> None:
+    said = refusal(read(["time;body_height", "ms;m", *with_units()]))
+    assert said.rule == "unit_contradicts"
+    check_heights(read(["time;body_height", "ms;mm", *with_units()]))
+    columns = {"time": ColumnDeclaration("time", "ms"), "body_height": ColumnDeclaration("body_height", "mm")}
+    check_heights(read(["time;body_height", "s;m", *with_units()], columns=columns, override_units=True))
+
+
+def test_two_units_in_one_column_are_refused_with_the_cell() -> None:
+    for odd in ("31.1 cm", "311", "311 furlong"):
+        rows = with_units()
+        rows[70] = f"350 ms;{odd}"
+        said = refusal(read(["time;body_height", *rows]))
+        assert said.rule == "cell_units_differ"
+        assert (said.line, said.value) == (72, odd)
+
+
+@pytest.mark.parametrize(
+    ("above", "below"),
+    [
+        (["load;250", "3;7", "time;body_height"], []),
+        (["3;7", "# time;body_height"], []),
+        (["# 3;250", "time;body_height"], ["# mean"]),
+        (["time;body_height"], ["total;250"]),
+    ],
+    ids=["preamble", "commented header", "comments", "footer"],
+)
+def test_lines_that_are_no_rows_need_no_units(above: list[str], below: list[str]) -> None:
+    header = next(line for line, text in enumerate(above, start=1) if "time" in text)
+    for header_row in (header, None):
+        result = read([*above, *with_units(), *below], header_row=header_row)
+        assert "cell_units_differ" not in {finding.rule for finding in result.findings}
+    check_heights(read([*above, *with_units(), *below], header_row=header))
+
+
+def test_a_row_without_units_above_the_first_with_is_refused() -> None:
+    said = refusal(read(["time;body_height", "0 ms;300", *with_units()]))
+    assert (said.rule, said.line) == ("cell_units_differ", 2)
+
+
+def test_lines_are_counted_across_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(text_table, "_BLOCK_BYTES", 100)
+    rows = with_units()
+    check_heights(read(["time;body_height", *rows]))
+    rows[70:71] = ["", "350 ms;31.1 cm"]
+    assert refusal(read(["time;body_height", *rows])).line == 73
+
+
+def test_units_in_the_cells_of_a_mapped_file_are_refused(tmp_path: Path) -> None:
+    data = "\n".join(["time;body_height", *with_units()]).encode()
+    large, _ = map_and_hash(data, io.BytesIO(), tmp_path)
+    assert refusal(read_file(large, Declarations())).rule == "cell_units_too_large"
+
+
+def test_a_missing_value_among_units_is_missing() -> None:
+    rows = with_units()
+    rows[70] = "350 ms;NaN"
+    result = read(["time;body_height", *rows])
+    assert not result.refused
+    assert np.isnan(result.parts[0].channels[0].values[70])
 
 
 @pytest.mark.parametrize(
@@ -76,6 +205,11 @@ def test_thousands_separators_are_the_one_thing_that_is_told(delimiter: str, cel
         assert result.findings[0].line == 2
 
 
+def test_thousands_between_commas_are_not_taken_for_decimals() -> None:
+    rows = [f"{5 * k},{1000 + float(h):,.2f}" for k, h in enumerate(MM)]
+    assert refusal(read(["time [ms],body_height [mm]", *rows])).rule == "thousands_separator"
+
+
 @pytest.mark.parametrize(
     "header",
     ["time [s] body_height [m]", "time (s)   body_height (m)", "  time [s]  body height [m]", "# time [s] height [m]"],
@@ -83,6 +217,11 @@ def test_thousands_separators_are_the_one_thing_that_is_told(delimiter: str, cel
 def test_units_apart_from_their_names_by_a_blank_belong_to_them(header: str) -> None:
     result = read([header, *(f"{t} {h:.5f}" for t, h in zip(TIMES, HEIGHTS, strict=True))])
     check_heights(result)
+
+
+def test_a_header_by_blanks_with_units_of_some_columns() -> None:
+    rows = [f"{t} {k % 3} {h:.5f}" for k, (t, h) in enumerate(zip(TIMES, HEIGHTS, strict=True))]
+    check_heights(read(["time [s] state body_height [m]", *rows]))
 
 
 def test_a_name_of_two_words_beside_one_without_a_unit_is_refused() -> None:
@@ -127,6 +266,13 @@ def test_a_title_of_a_workbook_that_seems_a_header_is_refused_with_the_key() -> 
     assert "header_row = 2" in said.message
 
 
+def test_a_title_as_wide_as_names_that_nobody_knows_is_none() -> None:
+    rows = [[k * 0.005, round(h, 5)] for k, h in enumerate(HEIGHTS)]
+    said = {"Zeit": ColumnDeclaration("time", "s"), "z": ColumnDeclaration("body_height", "m")}
+    data = workbook({"log": [["Rig A", "of Monday"], ["Zeit", "z"], *rows]})
+    check_heights(read_file(data, Declarations(columns=said)))
+
+
 def dated() -> list[str]:
     return ["Tag;Uhr;body_height [m]", *(f"2024-03-04;12:00:{k * 0.005:06.3f};{h:.5f}" for k, h in enumerate(HEIGHTS))]
 
@@ -149,6 +295,14 @@ def test_columns_of_clock_times_are_called_as_flags_call_them(name: str, flag: s
     says(refusal(read([header.replace("Uhr", name), *lines])).message, f"{flag}=time")
 
 
+def test_what_is_noted_of_a_column_of_clock_times_is_what_is_explained() -> None:
+    result = read(dated())
+    notes = [finding.message for finding in result.findings if finding.column == "Uhr"]
+    (use,) = [column for column in result.explanation.tables[0].columns if column.name == "Uhr"]
+    assert use.left_out is not None
+    assert all("dates or times" in text for text in (use.left_out, *notes))
+
+
 @pytest.mark.parametrize(
     ("header", "flags", "works"),
     [
@@ -166,6 +320,27 @@ def test_an_implausible_rate_names_the_column_and_a_flag_that_works(
     assert f"--unit {name}=UNIT" in said.message
     assert ("--override-units" in said.message) is ("[s]" in header)
     check_heights(read(lines, columns=works, override_units="[s]" in header or None))
+
+
+def summed(sentence: str) -> str:
+    return f"${sentence}*{functools.reduce(operator.xor, sentence.encode()):02X}"
+
+
+@pytest.mark.parametrize("before", ["", "14:02:11 > "])
+def test_checksums_behind_the_last_number_are_compared(before: str) -> None:
+    """No line was a row of numbers."""
+    rows = [f"PPOT,{5 * k},{height}" for k, height in enumerate(MM)]
+    by_place = {"2": ColumnDeclaration("time", "ms"), "3": ColumnDeclaration("body_height", "mm")}
+    lines = [before + summed(row) for row in rows]
+    check_heights(read(lines, columns=by_place))
+    by_word = {"2": ColumnDeclaration("time", "ms"), "PPOT": ColumnDeclaration("body_height", "mm")}
+    if not before:
+        check_heights(read(lines, columns=by_word, trials="1"))
+    damaged = [*lines[:40], lines[40].replace(",", ",1", 1), *lines[41:]]
+    result = read(damaged, columns=by_place)
+    assert (result.rows_kept, result.rows_rejected) == (len(lines) - 1, 1)
+    wrong = [f"${row}*5A" for row in rows]
+    assert refusal(read(wrong, columns=by_place)).rule == "checksums_wrong"
 
 
 def test_a_row_of_units_may_be_shorter_than_that_of_names() -> None:

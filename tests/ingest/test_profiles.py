@@ -135,6 +135,11 @@ def test_flags_stand_over_the_time_of_a_profile(said: dict[str, ColumnDeclaratio
     assert read(text("t;h;x", rows), profile).refused
 
 
+def test_a_flag_that_names_the_time_column_leaves_its_unit_to_the_profile() -> None:
+    profile = Profile("p", ("t", "h"), time_column="t", time_unit="ms", columns={"h": HEIGHT})
+    assert height(read(text("t;h;x", ROWS), profile, columns={"t": ColumnDeclaration("time")})).shape == (60,)
+
+
 GERMAN = """Ladebuch 2021
 Akku;Versuch;Kapazität;geladen;Dauer;Spannung;Programm
 A;r001;6600;812,5;61:30;16,81;Laden
@@ -170,6 +175,15 @@ def test_a_recharge_ended_at_a_date_of_any_order_in_one_column_or_two() -> None:
     assert any("--dates" in finding.message for finding in result.findings if finding.rule == "date_unclear")
     (first, _) = read(unclear, columns=columns, time_zone="UTC", date_format="m/d/y").charges
     assert first.ended_utc == "2021-03-04T14:30:00.000000Z"
+
+
+@pytest.mark.parametrize(("header", "header_row"), [("", 0), ("a;b;c;d;e;f;g\n", None)], ids=["no header", "a header"])
+def test_charger_sheet_by_place(header: str, header_row: int | None) -> None:
+    rows = "\n".join(GERMAN.splitlines()[2:4]) + "\n"
+    columns = {"2": ColumnDeclaration("run"), "4": ColumnDeclaration("charge", "mAh")}
+    profile = Profile("bare", files="*.csv", format="charger_sheet", header_row=header_row, columns=columns)
+    result = read((header + rows).encode(), profile)
+    assert [(charge.stated_run, charge.charge_mah) for charge in result.charges] == [("r001", 812.5), ("r002", 790.0)]
 
 
 def test_file_declared_a_sheet_without_charges_is_refused_with_what_to_say() -> None:

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from data_schema.errors import LabbookError, UsageError
 from data_schema.vocabulary import Severity
+from ingest.formats.registry import FORMATS
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
 from tests.ingest.synthetic import (
@@ -28,6 +29,7 @@ from tests.ingest.synthetic import (
 def test_twenty_faults_of_different_kinds_are_all_found_in_one_reading() -> None:
     data, rules = twenty_faults()
     result = read_file(data, Declarations())
+    assert len(rules) >= 20
     assert rules <= {finding.rule for finding in result.findings}
     assert result.refused
 
@@ -43,6 +45,12 @@ def test_findings_name_line_column_and_value() -> None:
     assert by_rule["ragged_row"].line is not None
     assert lines[by_rule["ragged_row"].line - 1] == b"1,2,3"
     assert by_rule["last_line_cut"].line == len(lines)
+
+
+def test_findings_come_gravest_first() -> None:
+    data, _ = twenty_faults()
+    grades = [finding.severity for finding in read_file(data, Declarations()).findings]
+    assert grades == sorted(grades, key=[Severity.FILE, Severity.ROW, Severity.NOTE].index)
 
 
 def test_a_clean_log_has_no_findings() -> None:
@@ -66,6 +74,11 @@ def test_more_than_one_percent_rejected_refuses(bad: int, refused: bool) -> None
 def test_an_unknown_encoding_is_a_usage_error() -> None:
     with pytest.raises(UsageError, match="cp1252"):
         read_file(robot_log(60), Declarations(encoding="cp99999"))
+
+
+def test_format_names_are_distinct() -> None:
+    names = [known.name for known in FORMATS]
+    assert len(names) == len(set(names))
 
 
 def check_invariants(result: ReadFile) -> None:

@@ -14,7 +14,7 @@ from ingest import spool
 from ingest.model import Declarations, ReadFile
 from ingest.read import read_file
 from ingest.samples import read_samples, signal_sha256
-from ingest.spool import map_and_hash, mapped, read_and_hash
+from ingest.spool import beginning, map_and_hash, mapped, read_and_hash
 from ingest.store import Store
 from ingest.tables import rows
 from tests.ingest.bad_input import Case
@@ -119,3 +119,14 @@ def test_a_file_that_grows_or_is_replaced_meanwhile_is_read_as_it_was(
     path.write_bytes(b"other")
     assert bytes(found) == data
     assert sha256 == hashlib.sha256(data).hexdigest()
+
+
+def test_the_beginning_of_a_mapping_is_no_more_than_asked_for(tmp_path: Path) -> None:
+    found = map_of(b"a,b\r\nc", tmp_path)
+    assert [bytes(beginning(found, stop)) for stop in (0, 1, 5)] == [b"", b"a", b"a,b\r\n"]
+
+
+def test_what_a_mapping_lacks_of_bytes_works_on_a_copy(tmp_path: Path) -> None:
+    found = map_of(b"a,b\r\nc", tmp_path)
+    assert found.split(b",") == [b"a", b"b\r\nc"]
+    assert (b"\r" in found, b"x" in found, found.count(b"a", 1), found.isascii()) == (True, False, 0, True)

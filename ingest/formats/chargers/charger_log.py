@@ -158,6 +158,24 @@ def _counted(
     )
 
 
+def part_charges(parts: Sequence[SignalPart], findings: FindingCollector) -> tuple[ChargeRow, ...]:
+    """Return the charges of signals that have current, charge and battery_voltage under these names, and no states."""
+    charges: list[ChargeRow] = []
+    for part in parts:
+        values = {channel.name: channel.values for channel in part.channels}
+        if not {"current", "charge", "battery_voltage"} <= values.keys():
+            continue
+        counter, active = values["charge"], np.abs(values["current"]) > 0
+        mode = direction_by_voltage(values["battery_voltage"], active, part.part, findings)
+        if mode is not None:
+            signed = mode is ChargeMode.DISCHARGE and counter[-1] < 0
+            counted = CountedCharge(
+                (), part.time_s, values["current"], counter, values["battery_voltage"], active, mode, bool(signed)
+            )
+            charges.append(charge_row(len(charges) + 1, counted, findings))
+    return tuple(charges)
+
+
 def _numbered(parts: Sequence[SignalPart]) -> tuple[SignalPart, ...]:
     """Return the parts named by channel, further ones of a channel numbered through."""
     seen: Counter[str] = Counter()

@@ -1,7 +1,7 @@
 """Records `$channel;state;...;checksum`, one a line, as chargers send them; and the procedures that they make up.
 
-The checksum is the exclusive or of all bytes from `$` to the last `;`, both included. Outputs of a charger interleave;
-each of its starts begins a procedure of its own.
+The checksum is the exclusive or of all bytes from `$` to the last `;`, both included; makers whose chargers send none
+write 0. Outputs of a charger interleave; each of its starts begins a procedure of its own.
 """
 
 from __future__ import annotations
@@ -54,8 +54,13 @@ def checksum_of(body: bytes) -> int:
     return functools.reduce(operator.xor, body, 0)
 
 
-def read_records(head: Head, findings: FindingCollector) -> Iterator[tuple[int, Record | None]]:
-    """Yield line number and record of every line; None, reported, for one that is no record or has a wrong checksum."""
+def read_records(
+    head: Head, findings: FindingCollector, zero_is_none: bool = False
+) -> Iterator[tuple[int, Record | None]]:
+    """Yield line number and record of every line; None, reported, for one that is no record or has a wrong checksum.
+
+    `zero_is_none` takes a checksum of 0 as none.
+    """
     data, start = (head.data, 0) if head.source is None else (head.source.data, head.source.start)
     for number, content in numbered_lines(data, start):
         line = content.strip(b"\0\x1a \t")
@@ -65,15 +70,15 @@ def read_records(head: Head, findings: FindingCollector) -> Iterator[tuple[int, 
             text = line.decode("latin-1")
             findings.add(NOTE, "instrument", f"Written by {text[1:]}.", lines=[number], value=text)
             continue
-        yield number, _record(line, number, findings)
+        yield number, _record(line, number, zero_is_none, findings)
 
 
-def _record(line: bytes, number: int, findings: FindingCollector) -> Record | None:
+def _record(line: bytes, number: int, zero_is_none: bool, findings: FindingCollector) -> Record | None:
     body, _, checksum = line.rpartition(b";")
     if not _RECORD.fullmatch(line) or not checksum.isdigit():
         reject_record(number, line, findings)
         return None
-    if checksum_of(body + b";") != int(checksum):
+    if checksum_of(body + b";") != int(checksum) and not (zero_is_none and int(checksum) == 0):
         message = "The checksum of the line is wrong: bytes were lost or changed; it is left out."
         findings.add(ROW, "checksum_wrong", message, lines=[number], value=line[:_SHOWN].decode("latin-1"))
         return None

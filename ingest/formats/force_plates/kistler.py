@@ -22,8 +22,8 @@ from ingest.formats.format import NAMES, SIGNATURE, Clue, Format, Head, Recognit
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading, SignalPart
 from ingest.signals import read_signals
-from ingest.tables.rows import text_table
 from ingest.tables.table import Preamble
+from ingest.tables.text_table import text_table
 
 _BIOWARE = Instrument("force", Convention("Kistler BioWare", {}, "s"), evidence="BioWare")
 _VERSION = re.compile(r"BioWare\b(?:.*?Version\s+(\d+)\.)?")

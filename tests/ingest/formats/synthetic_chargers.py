@@ -40,3 +40,12 @@ def cheali_rows(
         values += [5] * cells + [20, 30] + ([50, 12] if percent else [])
         rows.append(with_checksum(f"$1;1;{row // 2}.{5 * (row % 2)};" + ";".join(map(str, values)) + ";"))
     return rows
+
+
+def bare_rows(n: int = 100, channel: int = 1, clock: bool = True, checksum: bool = True) -> list[str]:
+    """A device on LogView's OpenFormat: millivolts and milliamperes without names or units."""
+    rows = []
+    for row in range(n):
+        body = f"${channel};1;{row * 1000 if clock else ''};{15600 + row};{-200 - row % 7};"
+        rows.append(with_checksum(body) if checksum else body + "0")
+    return rows

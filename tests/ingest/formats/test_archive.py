@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import io
 import stat
+import time
 import tracemalloc
 import zipfile
 
@@ -49,6 +50,11 @@ def test_a_packed_log_is_the_log() -> None:
     assert same(plain, packed)
     assert [part.part for part in packed.parts] == [part.part for part in plain.parts]
     assert (packed.rows_read, packed.role) == (plain.rows_read, plain.role)
+
+
+def test_two_packed_one_after_another_are_one_text() -> None:
+    half = LOG.index(b"\n", 1000) + 1
+    assert same(read(LOG), read(gzip.compress(LOG[:half]) + gzip.compress(LOG[half:])))
 
 
 def test_parts_of_a_zip_are_named_after_their_members() -> None:
@@ -140,6 +146,13 @@ def test_archives_in_each_other_expand_together_within_the_bound() -> None:
     result = read(packed)
     assert result.refused
     assert any("largest_expansion" in finding.message for finding in result.findings)
+
+
+def test_a_hundred_thousand_members_one_after_another_are_read_in_linear_time() -> None:
+    began_s = time.process_time()
+    assert same(read(LOG), read(gzip.compress(b"") * 100_000 + gzip.compress(LOG)))
+    assert read(gzip.compress(gzip.compress(b"") * 40_000)).refused
+    assert time.process_time() - began_s < 20  # 140 s where what follows a member is copied for each
 
 
 def test_no_cut_and_no_flipped_byte_gives_other_values() -> None:

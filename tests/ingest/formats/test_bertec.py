@@ -54,6 +54,14 @@ def test_force_is_the_upward_reaction_and_the_frame_stays_right_handed() -> None
     assert np.median(stored["force_x"]) == pytest.approx(6.0, abs=0.2)  # written -6, force on the plate
 
 
+@pytest.mark.parametrize("load_n", [60.0, -60.0])
+def test_the_load_is_positive_whatever_the_file_says(load_n: float) -> None:
+    result = read(bertec_acquire(load_n=load_n))
+    stored = values(only_part(result))
+    assert np.median(stored["force_z"][:400]) == pytest.approx(60.0, abs=0.5)
+    assert ("force_sign_flipped" in rules(result)) is (load_n < 0)
+
+
 def test_a_second_plate_has_channels_of_its_own() -> None:
     stored = values(only_part(read(bertec_acquire(plates=2))))
     assert {"force_z", "force_z_2", "moment_x_2", "cop_y_2"} <= stored.keys()
@@ -78,6 +86,10 @@ def test_newton_millimetres_taken_for_newton_metres_are_refused() -> None:
     result = read(rewritten(lambda row: [*row[:7], *(f"{1000 * float(cell):.3f}" for cell in row[7:10]), *row[10:]]))
     assert result.refused
     assert "moment_unit_implausible" in rules(result)
+
+
+def test_load_on_the_wrong_axis_is_noted() -> None:
+    assert "force_axes_suspect" in rules(read(bertec_acquire().replace(b"Fx,Fy,Fz", b"Fz,Fy,Fx")))
 
 
 def test_drift_of_the_unloaded_plate_is_noted() -> None:
@@ -140,6 +152,15 @@ def test_arrival_times_of_another_rate_are_refused() -> None:
     result = read(sdk(lambda number: str(first + (number - number % 8) * 20_000), 1.0))
     assert result.refused
     assert "rate_contradicts" in rules(result)
+
+
+def test_sdk_log_with_a_byte_order_mark_and_a_leading_date() -> None:
+    head, *rows = sdk(lambda number: f"{number / 1000:.3f}", 1.0).decode().split("\r\n")
+    dated = [f"Date;{head}", *(f"2026-03-02 10:11:12.123;{row}" for row in rows)]
+    result = read(b"\xef\xbb\xbf" + "\r\n".join(dated).encode())
+    assert result.format == "bertec_text"
+    assert only_part(result).rate_hz == pytest.approx(1000.0)
+    assert {"force_z", "force_z_2", "cop_x_2"} <= values(only_part(result)).keys()
 
 
 def test_three_further_columns_a_plate_do_not_shift_the_second() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import struct
 from pathlib import Path
 
 import ezc3d
@@ -134,6 +135,12 @@ def test_markers_are_in_metres(length: str, metres: float) -> None:
     assert {channel.unit for channel in markers.channels} == {"m"}
 
 
+def test_units_that_are_none_of_a_force_are_assumed_and_said() -> None:
+    result = read(c3d_bytes(forces(), platform(2), units=["V"] * 8))
+    assert "unit_assumed" in {finding.rule for finding in result.findings}
+    assert result.parts[0].channels[0].assumed
+
+
 @pytest.mark.parametrize("offset", [0, -100, 100])
 def test_integers_are_read_with_their_own_offset(offset: int) -> None:
     analog = np.rint(forces())
@@ -171,3 +178,18 @@ def test_what_the_header_says_against_the_parameters_is_refused(at: int, what: s
     data = bytearray(c3d_bytes(forces(), platform(2)))
     data[at] ^= 0x55
     assert read(bytes(data)).refused, what
+
+
+@pytest.mark.parametrize(("first", "last"), [(9, 8), (1, 0), (0, 0)], ids=["first after last", "no frame", "zero"])
+def test_frames_that_cannot_be_are_refused(first: int, last: int) -> None:
+    data = bytearray(c3d_bytes(forces(), platform(2)))
+    data[6:10] = struct.pack("<2H", first, last)
+    assert read(bytes(data)).refused
+    assert read(c3d_bytes(forces()[:0], platform(2))).refused
+
+
+def test_big_endian_words_in_a_file_that_says_intel_are_refused() -> None:
+    data = bytearray(c3d_bytes(forces(), platform(2)))
+    for word in range(1, 12):
+        data[2 * word : 2 * word + 2] = struct.pack(">H", *struct.unpack("<H", data[2 * word : 2 * word + 2]))
+    assert read(bytes(data)).refused

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ingest.model import Declarations, ReadFile
+from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
 
 N = 300
@@ -64,6 +64,12 @@ def test_a_line_end_inside_a_number_costs_its_pair(place: int) -> None:
     assert result.parts[0].channels[place % 2].values.max() < -2957000
 
 
+def test_a_last_pair_that_is_not_complete_is_counted() -> None:
+    result = read(pairs()[:-1])
+    assert (result.rows_kept, result.rows_rejected) == (N - 1, 1)
+    assert "turn_broken" in rules(result)
+
+
 def test_a_log_cut_at_any_byte_is_never_silently_shorter() -> None:
     data = ("\n".join(pairs(4)) + "\n").encode()
     for stop in range(len(data)):
@@ -89,3 +95,10 @@ def test_a_value_in_another_unit_breaks_its_turn() -> None:
     result = read(lines)
     assert (result.rows_kept, result.rows_rejected) == (N - 1, 1)
     assert result.parts[0].channels[0].values.max() == pytest.approx(0.699)
+
+
+def test_names_can_be_declared() -> None:
+    columns = {"motor1": ColumnDeclaration("leg_length", "mm"), "motor2": ColumnDeclaration("left", "1")}
+    result = read([f"motor{1 + k % 2}: {150 + k % 7}" for k in range(200)], Declarations(rate_hz=50.0, columns=columns))
+    assert [channel.name for channel in result.parts[0].channels] == ["leg_length", "left"]
+    assert result.parts[0].channels[0].values[0] == pytest.approx(0.150)

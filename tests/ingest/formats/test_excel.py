@@ -32,6 +32,12 @@ def test_numbers_keep_all_their_digits() -> None:
     assert part.rate_hz == pytest.approx(300.0)
 
 
+def test_whole_and_broken_numbers_side_by_side_are_no_thousands() -> None:
+    rows: Rows = [["time [ms]", "height [mm]"], *([4.0 * n, 999.0 if n % 2 else 1.002] for n in range(50))]
+    (part,) = read(workbook({"a": rows})).parts
+    assert part.channels[0].values[:2] == pytest.approx([0.001002, 0.999])
+
+
 def test_each_of_two_time_columns_governs_the_columns_to_its_right() -> None:
     rows: Rows = [["time (s)", "state", "time (s)", "height (m)"], [0.0, 1.0, 0.0, 0.4], [2.0, 3.0, 0.01, 0.5]]
     rows += [["", "", n / 100, 0.4 + n / 1000] for n in range(2, 30)]
@@ -45,6 +51,16 @@ def test_sheets_are_parts_and_a_sheet_of_words_is_left_out() -> None:
     result = read(workbook({"a": LOG, "Notes": [["measured by", "M"]], "b": LOG}))
     assert [part.part for part in result.parts] == ["a", "b"]
     assert "sheet_without_numbers" in {finding.rule for finding in result.findings}
+
+
+def test_a_charger_sheet_with_dates_in_a_workbook() -> None:
+    rows: Rows = [["date", "run", "mAh", "minutes", "end_voltage", "pack"]]
+    rows += [[44000.5 + n, f"r{n:03d}", 461.0 + n, 12.5, 16.8, "A"] for n in range(3)]
+    result = read(workbook({"charges": rows}, dates=True))
+    assert (result.refused, result.role) == (False, "charge")
+    assert [charge.charge_mah for charge in result.charges] == [461.0, 462.0, 463.0]
+    assert {charge.resolution_mah for charge in result.charges} == {1.0}
+    assert result.charges[0].ended_original == "2020-06-18 12:00:00"
 
 
 def test_a_log_and_a_charger_sheet_in_one_workbook_are_refused() -> None:
@@ -115,6 +131,19 @@ def test_the_sample_of_two_time_columns() -> None:
     assert (len(log.time_s), log.rate_hz) == (17943, pytest.approx(1000.0))
     force = next(channel for channel in log.channels if channel.name == "grf")
     assert force.values[-1] == -2817.1835327365657
+
+
+def test_blanks_in_the_names_of_a_sheet_part_no_columns() -> None:
+    """`geladen [Ah]` and a date with a time were two cells each; a workbook's columns are known."""
+    names = ["Versuch", "Akku", "geladen [Ah]", "Ende", "Spannung [V]"]
+    rows = [
+        ["r710", "A", 0.812, 45228.6, 16.8],
+        ["r711", "A", 0.799, 45228.7, 16.8],
+        ["r712", "B", 0.844, 45229.5, 16.79],
+    ]
+    declared = {"Versuch": ColumnDeclaration("run"), "geladen": ColumnDeclaration("charge")}
+    result = read_file(workbook({"Laden": [names, *rows]}), Declarations(columns=declared))
+    assert [charge.charge_mah for charge in result.charges] == [812, 799, 844]
 
 
 INFO = [["Logger", "SX50"], ["Rate", 100], ["Mass (kg)", 2]]

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from ingest.model import ColumnDeclaration, Declarations, ReadFile
+from ingest.model import ColumnDeclaration, Declarations, Limits, ReadFile
 from ingest.read import read_file
 
 N = 60
@@ -95,6 +95,18 @@ def test_what_is_refused_and_why(data: bytes, said: str) -> None:
     result = read(data, rate_hz=300.0)
     assert result.refused
     assert said in next(finding.message for finding in result.findings if finding.severity == "file")
+
+
+def test_hdf5_of_any_other_program_is_not_said_to_be_matlabs() -> None:
+    result = read(b"\x89HDF\r\n\x1a\n" + bytes(range(256)) * 4)
+    (found,) = result.findings
+    assert (result.format, found.rule) == ("hdf5", "format_not_read")
+    assert "MATLAB" not in found.message + result.evidence
+
+
+def test_a_limit_can_be_raised() -> None:
+    data = mat({"x": np.zeros(2 << 20)}, packed=True)
+    assert not read(data, rate_hz=1000.0, limits=Limits(largest_expansion=2000)).refused
 
 
 @pytest.mark.parametrize("version", ["4", "5", "packed"])

@@ -114,6 +114,12 @@ def test_lost_bytes_cost_the_records_they_cut_and_are_said(layout: str, record: 
     )
 
 
+def test_a_cut_last_record_is_counted() -> None:
+    result = read(old_log()[:-1])
+    assert (result.refused, result.rows_kept, result.rows_rejected) == (False, 399, 1)
+    assert rules(result)["record_cut"] == 1
+
+
 @pytest.mark.parametrize("layout", LAYOUTS)
 def test_bytes_lost_behind_the_header_cost_one_record(layout: str) -> None:
     header, records = LAYOUTS[layout]

@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from data_schema.errors import UsageError
 from ingest.model import ColumnDeclaration, Declarations, ReadFile, SignalPart
 from ingest.read import read_file
 from tests.helpers.wording import says
@@ -242,6 +243,10 @@ def test_the_tare_of_forcedecks_is_not_taken_off_again() -> None:
         assert "tare_applied" in rules(result)
 
 
+def test_forcedecks_with_another_rate_than_its_stamps_is_refused() -> None:
+    assert "rate_contradicts" in rules(read(made.forcedecks().replace(b"Frequency,500", b"Frequency,1000")))
+
+
 def test_runs_side_by_side_are_parts_of_their_own_length() -> None:
     result = read(made.pasco())
     assert [(part.part, len(part.time_s)) for part in result.parts] == [("run_1", 1000), ("run_2", 600)]
@@ -284,6 +289,10 @@ def test_netforce_without_a_header_is_read_once_instrument_and_rate_are_said() -
     result = read(data, Declarations(instrument="amti", rate_hz=100.0))
     assert (result.format, result.refused) == ("amti_text", False)
     assert {"force_z", "moment_y_2"} <= values(result.parts[0]).keys()
+
+
+def test_a_rate_that_contradicts_the_foreign_header_is_refused() -> None:
+    assert "rate_contradicts" in rules(read(made.amti(), Declarations(rate_hz=1000.0)))
 
 
 def test_a_force_that_is_negative_under_load_is_a_reaction_on_a_plate_with_z_down() -> None:
@@ -363,6 +372,30 @@ def test_a_last_number_that_may_go_on_is_not_taken() -> None:
     assert not read(whole.encode().rstrip(), Declarations(complete=True)).refused
 
 
+@pytest.mark.parametrize("rate", [b"1,000", b"45 0", b"-450", b"0", b"4500000000 kHz"])
+def test_a_rate_that_is_no_plain_number_is_never_half_read(rate: bytes) -> None:
+    result = read(made.cortex().replace(b"SampleRate=450.000000", b"SampleRate=" + rate))
+    assert result.refused
+    assert "layout_unknown" in rules(result)
+
+
+def test_a_plate_that_carries_little_has_the_sign_of_its_maker() -> None:
+    for name, data in (("amti_text", made.amti(load_n=9.0)), ("qualisys_tsv", made.qualisys(load_n=9.0))):
+        result = read(data)
+        assert result.format == name
+        assert "force_sign_flipped" not in rules(result)
+        assert values(result.parts[0])["force_z"].max() == pytest.approx(9.0, abs=0.5)
+
+
+def test_zeros_of_an_unloaded_plate_are_no_held_sensor() -> None:
+    assert "channel_held" not in rules(read(made.forcedecks()))
+
+
+def test_an_unknown_frame_is_refused_with_the_nearest() -> None:
+    with pytest.raises(UsageError, match="y up"):
+        read(made.opensim(), Declarations(axes="y upp"))
+
+
 def test_a_centre_of_pressure_with_a_unit_is_not_fitted_to_the_moments() -> None:
     # Written in mm of the laboratory, far from the plate's middle: it stays, and is said to disagree.
     lines = made.vicon().decode().split("\r\n")
@@ -378,3 +411,15 @@ def test_a_comma_that_may_be_a_thousand_is_asked_about() -> None:
     data = "\r\n".join(["Run #1,Run #1", "Time (s),Normal Force (N)", *rows, ""]).encode()
     assert "decimal_sign_unclear" in rules(read(data))
     assert "decimal_sign_unclear" not in rules(read(data, Declarations(decimal_sign=",")))
+
+
+def test_a_rate_line_that_cannot_be_split_is_refused() -> None:
+    data = made.vicon().split(b"\r\n")
+    data[1] = b'"1000'
+    assert read(b"\r\n".join(data)).refused
+
+
+def test_a_first_row_that_is_damaged_is_no_line_of_the_header() -> None:
+    lines = made.amti().split(b"\r\n")
+    lines[4] = lines[4].replace(b",", b";", 1)
+    assert read(b"\r\n".join(lines)).refused

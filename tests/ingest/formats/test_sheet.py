@@ -100,6 +100,13 @@ def test_a_row_that_cannot_be_read_is_left_out_and_named(row: str, rule: str) ->
     assert [charge.row_number for charge in result.charges] == list(range(1, 37))
 
 
+def test_a_last_row_that_may_be_cut_is_left_out() -> None:
+    rows = "".join(f"r{number},461\n" for number in range(36))
+    result = read(f"run,mAh\n{rows}r36,79")
+    assert (result.findings[0].rule, result.findings[0].line) == ("last_cell_cut", 38)
+    assert (result.rows_kept, result.rows_rejected, result.refused) == (36, 1, False)
+
+
 def test_a_cell_without_the_unit_that_others_have_is_left_out() -> None:
     rows = "".join(f"r{number},461 mAh\n" for number in range(36))
     result = read(f"run,charge\n{rows}r36,461\n")
@@ -130,6 +137,13 @@ def test_a_cell_that_cannot_be_read_is_shown(cell: str, rule: str, said: str) ->
     assert (findings[rule].line, findings[rule].value) == (5, cell)
 
 
+def test_a_share_of_rows_is_a_percentage_below_100() -> None:
+    """It was "2682 of 2687 rows (1e+02 %)"."""
+    rows = "".join(f"r{number},ERR\n" for number in range(2687))
+    messages = [finding.message for finding in read(f"run,mAh\n{rows}r1,461\n").findings]
+    assert any("2687 of 2688 rows (99.9 %)" in message for message in messages)
+
+
 def test_a_day_that_the_calendar_lacks_is_said_with_its_line() -> None:
     """It was `'31.02.2024 11:35' is no ISO date and time`, of a sheet read as d.m.y."""
     declared = Declarations(time_zone="America/New_York", date_format="d.m.y")
@@ -138,6 +152,15 @@ def test_a_day_that_the_calendar_lacks_is_said_with_its_line() -> None:
     (finding,) = [finding for finding in result.findings if finding.rule == "instant_unknown"]
     assert finding.line == 3
     assert finding.message == "There is no day 31.02.2024, read as d.m.y: '31.02.2024 11:35' is kept as text only."
+
+
+@pytest.mark.parametrize("minutes", ["0", "0:00"])
+def test_a_recharge_that_took_no_time_is_left_out(minutes: str) -> None:
+    """The book has no place for it: its sheet could not be stored."""
+    rows = [f"r{number},461,90" for number in range(200)]
+    result = read("\n".join(["run,mAh,minutes", *rows, f"r200,461,{minutes}", "r201,461,90"]) + "\n")
+    assert (result.rows_kept, result.rows_rejected, result.refused) == (201, 1, False)
+    assert "out_of_range" in rules(result)
 
 
 def test_all_that_is_wrong_in_a_row_is_reported() -> None:
@@ -174,6 +197,12 @@ def test_ampere_hours_under_a_heading_of_mah_are_no_thousands(declared: Declarat
     columns = {"Charged mAh": ColumnDeclaration("charge", "Ah")}
     result = read(sheet, replace(declared, columns=columns, override_units=True))
     assert [charge.charge_mah for charge in result.charges] == pytest.approx([170.0, 108.0, 106.0])
+
+
+def test_a_decimal_comma_between_commas_is_refused() -> None:
+    result = read("run,mAh,minutes,end_voltage\nr1,461,12,5,16,8\n")
+    assert result.refused
+    assert "ragged_row" in rules(result)
 
 
 def test_times_are_local_to_the_book() -> None:
@@ -254,6 +283,12 @@ def test_a_sheet_of_energies_asks_for_charges_and_not_for_a_rate(heading: str, r
     assert [charge.charge_mah for charge in read(f"run,{heading},pack\n{rows}", as_said).charges] == [1.12, 1.05]
 
 
+def test_a_log_with_a_column_of_energies_is_none_of_them() -> None:
+    rows = "".join(f"{k * 0.005:.3f},1,{0.3 + k % 7 / 100:.3f},{k}\n" for k in range(60))
+    result = read(f"time [s],trial,body_height [m],energy [Wh]\n{rows}")
+    assert (result.format, result.refused) == ("delimited_log", False)
+
+
 def test_a_sheet_without_runs_is_asked_which_column_names_them_and_that_is_enough() -> None:
     text = "name,mAh,minutes\nr001,112,10\nr002,105,10\n"
     (refusal,) = [finding for finding in read(text).findings if finding.severity == "file"]
@@ -270,6 +305,14 @@ def test_charges_that_none_can_be_name_the_flag_of_the_other_unit() -> None:
     assert len(read(text, Declarations(columns=columns, override_units=True, time_zone="UTC")).charges) == 2
 
 
+def test_durations_as_clock_times_are_asked_for_in_a_unit_that_reads_them() -> None:
+    text = "run,mAh,charge time\nr001,112,12:30\nr002,105,13:30\n"
+    (refusal,) = [finding for finding in read(text).findings if finding.severity == "file"]
+    says(refusal.message, '--column "charge time=duration:UNIT"', "one of min, h)")
+    said = read(text, Declarations(columns={"charge time": ColumnDeclaration("duration", "min")}, time_zone="UTC"))
+    assert [charge.duration_s for charge in said.charges] == [750.0, 810.0]
+
+
 def test_a_sheet_in_words_not_known_here_is_asked_for_run_and_charge() -> None:
     text = "Lauf;Ladung in mAh;Akku\nr001;112;A\nr002;105;B\n"
     (refusal,) = read(text).findings
@@ -279,3 +322,20 @@ def test_a_sheet_in_words_not_known_here_is_asked_for_run_and_charge() -> None:
     assert [charge.charge_mah for charge in read(text, Declarations(columns=columns)).charges] == [112.0, 105.0]
     timed = read("time,mAh\n1,2\n2,3\n3,4\n")
     assert rules(timed) & {"time_unit_missing", "charge_column_missing"} == {"time_unit_missing"}
+
+
+@pytest.mark.parametrize(
+    ("heading", "value", "said"),
+    [
+        ("end voltage (mV)", "16.8", "end_voltage:V"),
+        ("end voltage (V)", "16800", "end_voltage:mV"),
+        ("time (h)", "720", "duration:s"),
+    ],
+)
+def test_values_that_none_can_be_name_the_unit_that_reads_them(heading: str, value: str, said: str) -> None:
+    text = f"run,mAh,{heading}\nr001,112,{value}\n"
+    (row,) = [finding for finding in read(text).findings if finding.severity == "row"]
+    says(row.message, f"={said}", "--override-units")
+    role, unit = said.split(":")
+    columns = {heading: ColumnDeclaration(role, unit)}
+    assert len(read(text, Declarations(columns=columns, override_units=True)).charges) == 1

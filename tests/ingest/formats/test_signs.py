@@ -186,7 +186,12 @@ def test_nothing_is_said_against_moments_of_a_plate_without_a_load() -> None:
     data = plain(Fz1=HOPS_N + noise(0.5), Fz2=idle).decode().splitlines()
     rows = [f"{row},100.0,{cop}" for row, cop in zip(data[1:], zero + 9.0, strict=True)]
     found = rules("\n".join([f"{data[0]},My2 (N*m),COPx2 (m)", *rows, ""]).encode())
-    assert not found & {"moment_unit_implausible", "cop_disagrees"}
+    assert not found & {"moment_unit_implausible", "cop_outside_plate", "cop_disagrees"}
+
+
+def test_a_level_of_nothing_has_no_sign() -> None:
+    result = read(plain(Fz1=HOPS_N / 2, Fz2=-HOPS_N))
+    assert not any("-0 N" in finding.message for finding in result.findings)
 
 
 DECLARED = [
@@ -218,6 +223,15 @@ def test_a_sign_declared_of_the_vertical_force_is_that_of_its_instrument(sign: i
     for channel, column in right.items():
         turned = 1 if channel.startswith(("cop", "sequence", "sync", "aux")) else sign * np.sign(load_n)
         assert stored[channel] == pytest.approx(turned * column, abs=0.6), channel  # their ripple is not turned
+
+
+def test_a_declared_frame_keeps_what_the_maker_says_of_it() -> None:
+    right = values(made.bertec())
+    for declared in (Declarations(axes="z down"), Declarations(instrument="bertec_acquire")):
+        for channel, column in values(made.bertec(), declared).items():
+            assert column == pytest.approx(right[channel]), channel
+    as_written = values(made.bertec(), Declarations(axes="z up"))
+    assert as_written["force_x"] == pytest.approx(-right["force_x"])
 
 
 def test_plates_that_contradict_each_other_have_the_sign_of_the_larger_load() -> None:

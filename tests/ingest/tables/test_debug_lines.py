@@ -42,6 +42,12 @@ def test_a_row_cut_anywhere_is_no_debug_line() -> None:
         assert result.rows_kept < 60 or "k_gain" in {channel.name for channel in result.parts[0].channels}
 
 
+def test_a_line_of_words_for_every_column_is_no_debug_line() -> None:
+    rows = robot_rows(60)
+    result = read(text(HEADER, [*rows[:30], "time: [s],height: [mm],leg: [mm],gain", *rows[30:]]))
+    assert "debug_line" not in rules(result)
+
+
 def test_a_table_of_states_keeps_rows_that_look_like_debug_lines() -> None:
     rows = [f"STANCE: {n % 2},{n},{0.4 + n / 1000}" for n in range(40)]
     result = read(text("state name,time [ms],height [m]", rows))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -32,6 +33,11 @@ def test_the_page_is_declared_and_never_guessed() -> None:
     assert western.encoding == "cp1252"
 
 
+def test_text_is_not_copied() -> None:
+    data = robot_log()
+    assert open_text(data, "cp1252", FindingCollector()).data is data
+
+
 @pytest.mark.parametrize("tail", [500, 100_000])
 def test_a_tail_of_nuls_is_cut_off_and_noted(tail: int) -> None:
     """A preallocated file was neither text nor a format known, or its last row was damaged."""
@@ -52,6 +58,32 @@ def test_utf16_without_a_mark_is_read_as_declared(page: str) -> None:
         read_file(*read).parts for read in ((data, Declarations(encoding=page)), (robot_log(40), Declarations()))
     )
     assert np.array_equal(part.channels[0].values, plain.channels[0].values)
+
+
+def quoted(line: str) -> str:
+    return '"' + line.replace('"', '""') + '"'
+
+
+@pytest.mark.parametrize("wrapped", [lambda _: True, lambda row: row == 0], ids=["every line", "the header"])
+@pytest.mark.parametrize(("delimiter", "decimal"), [(",", "."), (";", ","), ("\t", ".")])
+def test_lines_wholly_in_quotes_are_unwrapped(wrapped: Callable[[int], bool], delimiter: str, decimal: str) -> None:
+    """`"time (s),height (mm)"` was one column, of numbers with thousands separators."""
+    rows = [f"{0.005 * k:.3f}{delimiter}{300 + k % 7}".replace(".", decimal) for k in range(100)]
+    lines = [f"time (s){delimiter}height (mm)", *rows]
+    data = "\n".join(quoted(line) if wrapped(place) else line for place, line in enumerate(lines)) + "\n"
+    result = read_file(data.encode(), Declarations())
+    assert not result.refused, result.findings
+    (part,) = result.parts
+    assert part.rate_hz == pytest.approx(200.0)
+    assert part.channels[0].values == pytest.approx([0.3 + k % 7 / 1000 for k in range(100)])
+
+
+def test_a_quoted_cell_is_no_line_in_quotes() -> None:
+    decimal_commas = text('"height [m]"', [f'"0,4{k % 7}"' for k in range(60)])
+    (part,) = read_file(decimal_commas, Declarations(rate_hz=100.0)).parts
+    assert part.channels[0].values[:2] == pytest.approx([0.40, 0.41])
+    title = b'"Rig A, Monday"\n' + robot_log(40)
+    assert read_file(title, Declarations()).rows_kept == 40
 
 
 def test_binary_is_not_taken_for_text() -> None:

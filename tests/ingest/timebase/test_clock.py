@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from data_schema.errors import UsageError
 from ingest.findings import FindingCollector
 from ingest.timebase.clock import clock_seconds, epoch_time, to_utc
 
@@ -46,6 +47,11 @@ def test_a_clock_never_set_is_noted() -> None:
     findings = FindingCollector()
     assert to_utc("1980-01-01T03:02:40", NEW_YORK, findings) == "1980-01-01T08:02:40.000000Z"
     assert [finding.rule for finding in findings.findings()] == ["clock_implausible"]
+
+
+def test_an_unknown_zone_is_a_usage_error() -> None:
+    with pytest.raises(UsageError, match="America/New_York"):
+        to_utc("2021-06-05 14:30", "Pennsylvania", FindingCollector())
 
 
 def test_only_dates_of_2000_to_2100_are_instants() -> None:

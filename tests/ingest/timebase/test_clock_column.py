@@ -65,6 +65,10 @@ def test_a_date_that_two_orders_allow_is_asked_for_and_read_as_declared() -> Non
         assert (part.start_utc or "").startswith(start)
 
 
+def test_a_year_in_front_contradicts_another_order() -> None:
+    assert "date_contradicts" in rules(read(log(["2021-06-05 10:00:00", "2021-06-05 10:00:01"]), date_format="d.m.y"))
+
+
 def test_minutes_run_on_past_the_hour_and_twelve_thirty_is_asked_about() -> None:
     times = [f"{(59 * 60 + 58 + k) // 60 % 60:02d}:{(58 + k) % 60:02d}" for k in range(5)]
     assert times[1:3] == ["59:59", "00:00"]
@@ -162,6 +166,16 @@ def test_equal_whole_seconds_refuse_no_file(every: int, kept: int, rule: str) ->
     result = read(log([f"{start + timedelta(seconds=k - k // every)}" for k in range(600)]))
     assert (result.refused, result.rows_kept) == (False, kept)
     assert rule in rules(result)
+
+
+def test_ten_rows_a_second_of_a_clock_in_whole_seconds_are_ten_hertz() -> None:
+    """It ended in an exception."""
+    start = day("2021-06-05 14:30:00")
+    result = read(log([f"{start + timedelta(seconds=k // 10)}" for k in range(600)]))
+    (part,) = result.parts
+    assert (result.refused, result.rows_kept) == (False, 600)
+    assert part.time_s == pytest.approx(np.arange(600) / 10)
+    assert part.start_utc == "2021-06-05T14:30:00.000000Z"
 
 
 def local_log(start_utc: str, step_s: float, n: int, zone: str, form: str = "%Y-%m-%d %H:%M:%S.%f") -> bytes:

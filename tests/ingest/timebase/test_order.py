@@ -37,6 +37,12 @@ def test_what_is_kept_always_increases_within_its_segment(seconds: list[float]) 
         assert (np.diff(np.array(seconds)[inside]) > 0).all()
 
 
+def test_increasing_stamps_stay_untouched() -> None:
+    found, rules = order([0.0, 0.003, 0.006, 2.0])
+    assert found.keep.all()
+    assert (found.starts, rules) == ((0,), [])
+
+
 def test_each_fault_has_its_rule_and_spares_its_neighbours() -> None:
     steady = (np.arange(20) * 0.01).tolist()
     for position, stamp, rule in ((7, 0.06, "time_duplicate"), (7, 0.055, "time_backwards"), (7, 50.0, "time_spike")):
@@ -57,6 +63,11 @@ def test_a_32_bit_counter_is_counted_on() -> None:
     ticks = np.asarray((np.arange(100) * 3333.0 + 2**32 - 50_000) % 2**32, dtype=np.float64)
     unwrapped = unwrap(ticks, FindingCollector(), block(100), "time")
     assert np.array_equal(np.diff(unwrapped), np.full(99, 3333.0))
+
+
+def test_a_reboot_is_no_wrap() -> None:
+    ticks = np.concatenate([3e9 + np.arange(50) * 3333.0, np.arange(50) * 3333.0])
+    assert np.array_equal(unwrap(ticks, FindingCollector(), block(100), "time"), ticks)
 
 
 def test_a_slow_clock_that_starts_again_begins_a_segment() -> None:

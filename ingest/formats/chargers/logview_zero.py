@@ -1,0 +1,196 @@
+"""Recordings of LogView Studio in OpenFormat Zero, whose headers name columns and units.
+
+`$N$;name` begins a recording, `$C$;Temp 1 [°C,T];Voltage[V]` names the columns (unit and symbol in brackets),
+`$T$;position;ddHHmmss` says where among the data a time stands, `$I$;1000` how many milliseconds lie between lines,
+`$F$;1;0.1` are factors, `$V$;HEX` says how numbers are written; data are `$5.1;2.3`. Settings hold until changed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ingest.findings import FILE, NOTE, ROW, FindingCollector
+from ingest.formats.chargers.logview import joined, parse_number
+from ingest.formats.chargers.records import reject_record
+from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.instruments import Instrument
+from ingest.model import Declarations, FloatArray, Reading
+from ingest.signals import read_signals
+from ingest.tables.table import Column, Preamble, array_table
+from ingest.text.source import numbered_lines
+
+_HEADER = re.compile(r"\$([A-Z])(\d*)\$;?(.*)")
+_NAMED = re.compile(r"(.*?)\s*\[([^\],]*)(?:,[^\]]*)?\]\s*")
+_TIME_FORMAT = re.compile(r"(?:d{1,2}|H{1,2}|m{1,2}|s{1,2}|[fz]{1,3})+")
+_SECONDS = {"d": 86_400.0, "H": 3600.0, "m": 60.0, "s": 1.0}
+_NOT_READ = {"O": "offsets", "S": "sum offsets"}
+
+
+def _recognise(head: Head) -> Recognition | None:
+    """Header lines as `$N$;` and `$C$;`."""
+    known = [line for line in head.lines[:20] if re.match(r"\$[NC]\d*\$;", line)]
+    return Recognition(SIGNATURE, f"a header {known[0][:12]!r}") if known else None
+
+
+@dataclass(slots=True)
+class _Recording:
+    """One recording: its columns and how its lines are written; and the rows, line by line."""
+
+    columns: list[str] = field(default_factory=list)
+    factors: list[float] = field(default_factory=list)
+    time_position: int | None = None
+    time_format: str = ""
+    interval_ms: float | None = None
+    hexadecimal: bool = False
+    rows: list[list[float]] = field(default_factory=list)
+    seconds: list[float] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+    ordinals: list[int] = field(default_factory=list)
+
+    def next_recording(self) -> _Recording:
+        """Return an empty recording; settings hold until they are changed."""
+        return _Recording(
+            self.columns, self.factors, self.time_position, self.time_format, self.interval_ms, self.hexadecimal
+        )
+
+
+def _read(head: Head, findings: FindingCollector) -> Reading:
+    if head.source is None:
+        return Reading()
+    recordings: list[_Recording] = []
+    rejected = 0
+    unended = head.source.data[-1:] not in (b"\r", b"\n")
+    lines = [(number, line) for number, line in numbered_lines(head.source.data, head.source.start) if line.strip()]
+    for position, (number, content) in enumerate(lines):
+        text = head.source.decode(content).strip("\0\x1a \t")
+        header = _HEADER.fullmatch(text)
+        if header is not None:
+            if header[1] == "N" or not recordings:
+                recordings.append(recordings[-1].next_recording() if recordings else _Recording())
+            _take_header(recordings[-1], header, number, findings)
+        elif text and recordings:
+            if unended and position == len(lines) - 1:
+                message = "The last line has no line end and may be cut: the row is left out."
+                findings.add(ROW, "last_line_cut", message, lines=[number], value=text[:60])
+                rejected += 1
+            elif not _take_row(recordings[-1], text, number, rejected):
+                reject_record(number, content, findings)
+                rejected += 1
+    readings = []
+    for number, recording in enumerate((one for one in recordings if one.rows), start=1):
+        instrument = Instrument("log" if number == 1 else f"log_{number}", steady=True)
+        readings.append(_zero_signals(recording, head.declared, findings, instrument))
+    return joined(readings, rejected, findings)
+
+
+def _take_header(recording: _Recording, header: re.Match[str], line: int, findings: FindingCollector) -> None:
+    letter, channel, text = header[1], header[2], header[3]
+    items = text.split(";")
+    if channel not in ("", "1"):
+        message = "The recording has several channels, which is not read: export each on its own."
+        findings.add(FILE, "several_channels", message, lines=[line])
+    elif letter in _NOT_READ:
+        message = f"The recording has {_NOT_READ[letter]}, which are not read: export it without."
+        findings.add(FILE, "header_not_read", message, lines=[line], value=text[:60])
+    elif letter == "C":
+        recording.columns = [_NAMED.sub(r"\1 [\2]", item).strip() for item in items]
+    elif letter == "V":
+        recording.hexadecimal = text.strip().upper() == "HEX"
+    elif letter in "FI":
+        numbers = [parse_number(item.strip().encode()) for item in items]
+        if any(number is None or not number > 0 for number in numbers):
+            findings.add(FILE, "header_unreadable", "A header line holds no numbers above 0.", lines=[line], value=text)
+        elif letter == "F":
+            recording.factors = [number or 0.0 for number in numbers]
+        else:
+            recording.interval_ms = numbers[0]
+    elif letter == "T":
+        _take_time_header(recording, items, line, findings)
+    elif letter not in "NL":
+        message = "A header line is of no kind known here: it stays in the raw copy only."
+        findings.add(NOTE, "header_ignored", message, lines=[line], value=header[0][:60])
+
+
+def _take_time_header(recording: _Recording, items: Sequence[str], line: int, findings: FindingCollector) -> None:
+    if len(items) == 2 and items[0].isdigit() and _TIME_FORMAT.fullmatch(items[1]):
+        recording.time_position, recording.time_format = int(items[0]), items[1]
+    else:
+        message = "The time is written in a way that is not read: known are d, H, m, s and fractions f, as `ddHHmmss`."
+        findings.add(FILE, "time_format_unknown", message, lines=[line], value=";".join(items))
+
+
+def _take_row(recording: _Recording, text: str, line: int, rejected: int) -> bool:
+    """Add the numbers of a line, or return False where it does not fit the columns."""
+    cells = [cell.strip() for cell in text.removeprefix("$").split(";")]
+    if not text.startswith("$") or len(cells) != len(recording.columns) + (recording.time_position is not None):
+        return False
+    if recording.time_position is not None:
+        if recording.time_position >= len(cells):
+            return False
+        seconds = _clock_seconds(cells.pop(recording.time_position), recording.time_format)
+        if seconds is None:
+            return False
+        recording.seconds.append(seconds)
+    row = [_hexadecimal(cell) if recording.hexadecimal else parse_number(cell.encode()) for cell in cells]
+    numbers = [number for number in row if number is not None]
+    if len(numbers) != len(row):
+        del recording.seconds[len(recording.rows) :]
+        return False
+    recording.rows.append(numbers)
+    recording.lines.append(line)
+    recording.ordinals.append(len(recording.rows) + rejected)
+    return True
+
+
+def _hexadecimal(cell: str) -> float | None:
+    return float(int(cell, 16)) if re.fullmatch(r"[0-9A-Fa-f]{1,12}", cell) else None
+
+
+def _clock_seconds(cell: str, layout: str) -> float | None:
+    """Return the digits of a stamp as seconds by a format as `ddHHmmss`, None where they do not fit it."""
+    if len(cell) != len(layout) or not cell.isascii() or not cell.isdigit():
+        return None
+    seconds, start = 0.0, 0
+    for run in re.finditer(r"(.)\1*", layout):
+        digits = cell[start : start + len(run[0])]
+        start += len(run[0])
+        unit = _SECONDS.get(run[1], 10.0 ** -len(digits))
+        seconds += unit * int(digits)
+    return seconds
+
+
+def _zero_signals(
+    recording: _Recording, declared: Declarations, findings: FindingCollector, instrument: Instrument
+) -> Reading:
+    values: FloatArray = np.array(recording.rows, dtype=np.float64)
+    names: list[str] = list(recording.columns)
+    columns: list[Column] = [values[:, position].copy() for position in range(values.shape[1])]
+    if recording.factors:
+        if len(recording.factors) != len(columns):
+            message = f"{len(recording.factors)} factors stand in the header for {len(columns)} columns."
+            findings.add(FILE, "factors_mismatch", message)
+            return Reading(rows_read=len(values))
+        columns = [
+            np.asarray(column * factor, dtype=np.float64)
+            for column, factor in zip(columns, recording.factors, strict=True)
+        ]
+    if recording.time_position is not None:
+        names.append("time [s]")
+        columns.append(np.array(recording.seconds, dtype=np.float64))
+    rate_hz = None if recording.interval_ms is None else 1000.0 / recording.interval_ms
+    table = array_table(
+        names,
+        [None] * len(names),
+        columns,
+        Preamble(rate_hz, None),
+        np.array(recording.lines, dtype=np.int64),
+        np.array(recording.ordinals, dtype=np.int64),
+    )
+    return read_signals(table, declared, findings, instrument)
+
+
+FORMAT = Format("logview_zero", 3, _recognise, _read, clue=Clue(says=(b"$",)))
