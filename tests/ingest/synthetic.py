@@ -90,7 +90,7 @@ r003,455,12:30,16.81,A
 
 TWENTY_RULES = frozenset(
     {
-        *("encoding_declared", "line_ends_mixed", "rate_contradicts", "unit_missing", "unit_not_convertible"),
+        *("encoding_declared", "rate_contradicts", "unit_missing", "unit_not_convertible"),
         *("duplicate_column", "unknown_column", "text_column", "empty_column", "comment_line", "header_repeated"),
         *("ragged_row", "not_a_number", "value_missing", "not_finite", "out_of_range", "time_duplicate"),
         *("time_backwards", "time_spike", "time_missing", "thousands_separator", "quote_unbalanced"),
