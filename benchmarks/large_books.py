@@ -25,9 +25,9 @@ from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import Book, opened
 from labbook.book.write_session import new_uid
 from labbook.demo.campaign import BATTERIES
-from labbook.demo.files import FACTORS, ROBOT
+from labbook.demo.files import FACTORS
 from labbook.demo.truth import CHAPTER_5
-from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet, string_pot_log
+from labbook.demo.writers import SheetRun, charger_sheet, run_sheet, string_pot_log
 
 RATE_HZ, JUMPS, RUNS_A_DAY = 300, 25, 12
 AT_ONCE = 1000
@@ -69,8 +69,7 @@ def _take_in(book: Book, numbers: range, instruments: Path) -> Grown:
     request, taken_s = IngestRequest(batch=new_uid()), 0.0
     for number in numbers:
         taken_s += _ingest(book, instruments / f"{run_name(number)}.csv", log_of(number), request)
-    charges = [_charge(number) for number in numbers]
-    _ingest(book, instruments / f"charges-{numbers.start}.csv", charger_sheet(charges), request)
+    _ingest(book, instruments / f"charges-{numbers.start}.csv", charger_sheet(map(_row, numbers)), request)
     for number in numbers:
         with book.session(None) as session:
             if number % VERDICT_EVERY == 0:
@@ -119,9 +118,9 @@ def _started(number: int) -> dt.datetime:
     return dt.datetime(2001, 1, 1, 9) + dt.timedelta(days=day, minutes=40 * position)  # noqa: DTZ001 - local time
 
 
-def _row(number: int) -> RunRow:
-    return RunRow(
-        run=run_name(number),
+def _row(number: int) -> SheetRun:
+    return SheetRun(
+        name=run_name(number),
         started=_started(number),
         position=number % RUNS_A_DAY + 1,
         kind=RunKind.JUMPS,
@@ -131,15 +130,8 @@ def _row(number: int) -> RunRow:
             "b_ad_gain": CHAPTER_5.ad_gains[number % len(CHAPTER_5.ad_gains)],
         },
         battery=BATTERIES[number % len(BATTERIES)],
-        robot=ROBOT,
         duration_s=720,
         jumps_made=JUMPS,
-        starts=1,
-        note="",
+        charge_mah=780 + number * 7919 % 97,
+        recharge_ended=_started(number) + dt.timedelta(minutes=39),
     )
-
-
-def _charge(number: int) -> SheetRow:
-    charge_mah = 780 + number * 7919 % 97
-    pack = BATTERIES[number % len(BATTERIES)]
-    return SheetRow(run_name(number), charge_mah, 25, 16.8, pack, _started(number) + dt.timedelta(minutes=39))

@@ -8,7 +8,7 @@ import sqlite3
 import tempfile
 from collections.abc import Callable, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -24,9 +24,9 @@ from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import DATABASE, opened
 from labbook.demo.campaign import BATTERIES
-from labbook.demo.files import FACTORS, ROBOT
+from labbook.demo.files import FACTORS
 from labbook.demo.truth import CHAPTER_5
-from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet
+from labbook.demo.writers import SheetRun, charger_sheet, run_sheet
 from reports.figures.figure_cache import KIND
 
 RUNS_A_DAY, JUMPS, AT_ONCE = 20, 25, 5000
@@ -43,7 +43,7 @@ def book_of_charges(folder: Path, runs: int, levels: Sequence[dict[str, str]]) -
         for first in range(0, runs, AT_ONCE):
             numbers = range(first, min(first + AT_ONCE, runs))
             rows = [_row(number, None if number in idle else levels[number % len(levels)]) for number in numbers]
-            charges = [_charge(row, rng.normal()) for row in rows]
+            charges = [replace(row, charge_mah=_charge_mah(row, rng.normal())) for row in rows]
             with book.session(None) as session:
                 import_runs(book, session, SheetFile(f"runs-{first}.csv", run_sheet(FACTORS, rows)))
             sheet = folder.parent / f"charges-{first}.csv"
@@ -52,27 +52,25 @@ def book_of_charges(folder: Path, runs: int, levels: Sequence[dict[str, str]]) -
             sheet.unlink()
 
 
-def _row(number: int, levels: dict[str, str] | None) -> RunRow:
+def _row(number: int, levels: dict[str, str] | None) -> SheetRun:
     """Return a run, an idle one without `levels`."""
     day, position = divmod(number, RUNS_A_DAY)
-    return RunRow(
-        run=f"r{number:06d}",
-        started=dt.datetime(1990, 1, 1, 7) + dt.timedelta(days=day, minutes=40 * position),  # noqa: DTZ001 - local time
+    started = dt.datetime(1990, 1, 1, 7) + dt.timedelta(days=day, minutes=40 * position)  # noqa: DTZ001 - local time
+    return SheetRun(
+        name=f"r{number:06d}",
+        started=started,
         position=position + 1,
         kind=RunKind.JUMPS if levels else RunKind.IDLE,
         levels=levels or {},
         battery=BATTERIES[number % len(BATTERIES)],
-        robot=ROBOT,
         duration_s=720 if levels else 60 * (6 + number % 7 * 2),
         jumps_made=JUMPS if levels else 0,
-        starts=1,
-        note="",
+        recharge_ended=started + dt.timedelta(minutes=39),
     )
 
 
-def _charge(row: RunRow, scatter: float) -> SheetRow:
-    mah = 800 + 20 * scatter if row.kind is RunKind.JUMPS else 5 + 0.13 * row.duration_s + scatter
-    return SheetRow(row.run, round(mah), 25, 16.8, row.battery, row.started + dt.timedelta(minutes=39))
+def _charge_mah(row: SheetRun, scatter: float) -> int:
+    return round(800 + 20 * scatter if row.kind is RunKind.JUMPS else 5 + 0.13 * row.duration_s + scatter)
 
 
 @dataclass(frozen=True, slots=True)

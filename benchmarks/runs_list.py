@@ -23,9 +23,9 @@ from labbook.book.opening import DATABASE, Book, opened
 from labbook.cli.main import GARBAGE_AFTER
 from labbook.cli.runs import run_lines
 from labbook.demo.campaign import BATTERIES
-from labbook.demo.files import FACTORS, ROBOT
+from labbook.demo.files import FACTORS
 from labbook.demo.truth import CHAPTER_5
-from labbook.demo.writers import RunRow, run_sheet
+from labbook.demo.writers import SheetRun, run_sheet
 
 RUNS, RUNS_A_DAY = 10_000, 12
 REPEATS, FIRST_REPEATS = 25, 7
@@ -98,14 +98,15 @@ def _listed(book: Book) -> list[str]:
     return run_lines(rows)
 
 
-def _rows() -> Iterator[RunRow]:
+def _rows() -> Iterator[SheetRun]:
     feet = sorted({group.foot for group in CHAPTER_5.groups})
     k_gains = sorted({group.k_gain for group in CHAPTER_5.groups})
     for number in range(RUNS):
         day, position = divmod(number, RUNS_A_DAY)
-        yield RunRow(
-            run=f"r{number:05d}",
-            started=dt.datetime(2001, 1, 1, 9) + dt.timedelta(days=day, minutes=30 * position),  # noqa: DTZ001
+        started = dt.datetime(2001, 1, 1, 9) + dt.timedelta(days=day, minutes=30 * position)  # noqa: DTZ001
+        yield SheetRun(
+            name=f"r{number:05d}",
+            started=started,
             position=position + 1,
             kind=RunKind.JUMPS,
             levels={
@@ -114,11 +115,9 @@ def _rows() -> Iterator[RunRow]:
                 "b_ad_gain": CHAPTER_5.ad_gains[number % len(CHAPTER_5.ad_gains)],
             },
             battery=BATTERIES[number % len(BATTERIES)],
-            robot=ROBOT,
             duration_s=720,
             jumps_made=25,
-            starts=1,
-            note="",
+            recharge_ended=started + dt.timedelta(minutes=29),
         )
 
 

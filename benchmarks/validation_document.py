@@ -95,7 +95,7 @@ def in_memory(run: PlateStudyRun, measured_j: float) -> PlateRun:
         condition=f"k_gain {run.gain}",
         measured_j=measured_j,
         shared=SharedError(),
-        hops=run.jumps,
+        hops=run.jumps_made,
         foot_mass_kg=scene["foot_mass"],
         drive=Drive(**links, **{name: scene[name] for name in MOTOR_PARAMETERS}),
         plate_time_s=run.plate.time_ms / 1e3,

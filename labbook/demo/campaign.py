@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import datetime as dt
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 from data_schema.errors import UsageError
 from data_schema.vocabulary import RunKind
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition, Truth
+from labbook.demo.writers import SheetRun
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,31 +33,17 @@ class Correction:
     why: str
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class DemoRun:
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class DemoRun(SheetRun):
     """One run as it truly was, with what the instruments measured of it.
 
     `apex_heights_m` and `misfired` have one element a jump made; the apex of a misfired jump was never reached.
     Idle and characterisation runs have no elements in either.
     """
 
-    name: str
-    date: dt.date
-    position: int
-    kind: RunKind
     condition: Condition | None
-    battery: str
-    started: dt.datetime
-    duration_s: int
-    jumps_made: int
-    starts: int
-    note: str
-    charge_mah: int
-    recharge_minutes: int
-    recharge_ended: dt.datetime
-    end_voltage_v: float
-    apex_heights_m: NDArray[np.float64]
-    misfired: NDArray[np.bool_]
+    apex_heights_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
+    misfired: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
 
     @property
     def reached_apexes_m(self) -> NDArray[np.float64]:
@@ -222,18 +210,6 @@ def make_campaign(
     return Campaign(seed, truth, tuple(runs), _wrong_foot(rng, runs))
 
 
-@dataclass(slots=True)
-class _Drawn:
-    """What happened in a run: jumps, apexes, the charge above passive, remarks."""
-
-    charge_mah: float = 0.0
-    jumps_made: int = 0
-    starts: int = 1
-    apex_heights_m: NDArray[np.float64] = field(default_factory=lambda: np.zeros(0))
-    misfired: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    notes: list[str] = field(default_factory=list)
-
-
 def _day_runs(
     rng: np.random.Generator, truth: Truth, day: Day, n_before: int, jumps_per_run: int, rested: bool
 ) -> list[DemoRun]:
@@ -243,35 +219,32 @@ def _day_runs(
     clock = dt.datetime.combine(day.date, dt.time(9, 10 + int(rng.integers(0, 40))))
     runs = []
     for position, slot in enumerate(day.slots, start=1):
-        drawn = _draw(rng, truth, slot, jumps_per_run, day_joules, day_apex_m)
+        above_passive_mah, notes, drawn = _draw(rng, truth, slot, jumps_per_run, day_joules, day_apex_m)
         if position == 1:
             cycled = ", packs cycled with 30 jumps first" if rested else ""
-            drawn.notes.insert(0, f"rail within 1 degree, rod oiled{cycled}")
+            notes.insert(0, f"rail within 1 degree, rod oiled{cycled}")
         nominal_s = truth.run_duration_s if slot.idle_minutes is None else 60 * slot.idle_minutes
         duration_s = int(nominal_s + rng.integers(-2, 5))
-        charge_mah = truth.drain.charge_mah(duration_s) + drawn.charge_mah
+        charge_mah = truth.drain.charge_mah(duration_s) + above_passive_mah
         charge_mah += rng.normal(0, truth.scatter.recharge_mah)
         recharge_minutes = int(np.ceil(charge_mah / _CHARGER_MAH_PER_MINUTE)) + _BALANCING_MINUTES
         off = (clock + dt.timedelta(seconds=duration_s)).replace(second=0)
         runs.append(
             DemoRun(
                 name=f"r{n_before + position:03d}",
-                date=day.date,
                 position=position,
                 kind=slot.kind,
+                levels={} if slot.condition is None else asdict(slot.condition),
                 condition=slot.condition,
                 battery=BATTERIES[(position - 1) % len(BATTERIES)],
                 started=clock,
                 duration_s=duration_s,
-                jumps_made=drawn.jumps_made,
-                starts=drawn.starts,
-                note="; ".join(drawn.notes),
+                note="; ".join(notes),
                 charge_mah=round(charge_mah),
                 recharge_minutes=recharge_minutes,
                 recharge_ended=off + dt.timedelta(minutes=recharge_minutes + 1),
                 end_voltage_v=round(truth.reference_voltage_v + rng.normal(0, 0.01), 2),
-                apex_heights_m=drawn.apex_heights_m,
-                misfired=drawn.misfired,
+                **drawn,
             )
         )
         clock = off + dt.timedelta(minutes=int(rng.integers(9, 16)))
@@ -285,13 +258,13 @@ def _draw(
     jumps_per_run: int,
     day_joules: float,
     day_apex_m: float,
-) -> _Drawn:
-    """Draw what a slot's kind of run does beyond hanging on its clamp."""
+) -> tuple[float, list[str], dict[str, Any]]:
+    """Draw what a slot's kind of run does beyond hanging on its clamp: its charge, remarks, and facts by field."""
     if slot.condition is None:
-        return _Drawn(notes=["hanging from the clamp, motors off"])
+        return 0.0, ["hanging from the clamp, motors off"], {"jumps_made": 0}
     if slot.kind is RunKind.CHARACTERISATION:
         charge_mah = _PLATE_HOPS * truth.jump_charge_mah(truth.joules_per_jump(slot.condition))
-        return _Drawn(charge_mah, _PLATE_HOPS, notes=["force plate, rigid ground, synthetic"])
+        return charge_mah, ["force plate, rigid ground, synthetic"], {"jumps_made": _PLATE_HOPS}
     return _draw_jumps(rng, truth, slot.condition, jumps_per_run, day_joules, day_apex_m)
 
 
@@ -302,7 +275,7 @@ def _draw_jumps(
     jumps_per_run: int,
     day_joules: float,
     day_apex_m: float,
-) -> _Drawn:
+) -> tuple[float, list[str], dict[str, Any]]:
     """Charge above passive = jumps made x joules a jump + scatter; a misfired jump costs what any jump does."""
     scatter = truth.scatter
     starts = 1 + int(rng.choice(len(_STARTS_CHANCES), p=_STARTS_CHANCES))
@@ -315,14 +288,10 @@ def _draw_jumps(
     notes += [f"jump {jump} did not leave the ground" for jump in np.flatnonzero(misfired) + 1]
     run_apex_m = truth.apex_height_m(condition) + day_apex_m + rng.normal(0, scatter.run_apex_m)
     joules = truth.joules_per_jump(condition) + day_joules
-    return _Drawn(
-        charge_mah=jumps_made * truth.jump_charge_mah(joules) + rng.normal(0, scatter.run_mah),
-        jumps_made=jumps_made,
-        starts=starts,
-        apex_heights_m=run_apex_m + rng.normal(0, scatter.jump_apex_m, jumps_made),
-        misfired=misfired,
-        notes=notes,
-    )
+    charge_mah = jumps_made * truth.jump_charge_mah(joules) + rng.normal(0, scatter.run_mah)
+    apex_heights_m = run_apex_m + rng.normal(0, scatter.jump_apex_m, jumps_made)
+    drawn = {"jumps_made": jumps_made, "starts": starts, "apex_heights_m": apex_heights_m, "misfired": misfired}
+    return charge_mah, notes, drawn
 
 
 def _wrong_foot(rng: np.random.Generator, runs: list[DemoRun]) -> tuple[Correction, ...]:

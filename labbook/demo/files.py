@@ -6,8 +6,8 @@ A logging charger sees a recharge at 1 Hz: constant current, then less and less.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterator
-from dataclasses import asdict
+from collections.abc import Callable
+from dataclasses import asdict, replace
 from itertools import groupby
 from pathlib import Path
 
@@ -19,16 +19,7 @@ from labbook.demo.campaign import BATTERIES, IDLE_MINUTES, JUMPS_PER_RUN, Campai
 from labbook.demo.logger import DECIMALS, RunLog, run_log
 from labbook.demo.plate import hopping_record
 from labbook.demo.truth import CONTROL_GAIN, FOOT_RADIUS_M, Truth
-from labbook.demo.writers import (
-    Recharge,
-    RunRow,
-    SheetRow,
-    bertec_text,
-    charger_sheet,
-    icharger_log,
-    run_sheet,
-    string_pot_log,
-)
+from labbook.demo.writers import Recharge, bertec_text, charger_sheet, icharger_log, run_sheet, string_pot_log
 
 FACTORS = ("foot", "k_gain", "b_ad_gain")
 ROBOT = "hopper"
@@ -248,8 +239,8 @@ def write_campaign(campaign: Campaign, folder: Path, *, full: bool = False, prog
     """
     logged = campaign.of_kind(RunKind.JUMPS)
     plated = [(run, run.condition) for run in campaign.of_kind(RunKind.CHARACTERISATION) if run.condition is not None]
-    sheets = list(_charger_sheets(campaign))
-    total = len(logged) + len(sheets) + 2 * len(plated) + 3
+    days = [(date, list(runs)) for date, runs in groupby(campaign.runs, key=lambda run: run.date)]
+    total = len(logged) + len(days) + 2 * len(plated) + 3
     written = 0
 
     def write(name: str, content: bytes) -> None:
@@ -262,9 +253,13 @@ def write_campaign(campaign: Campaign, folder: Path, *, full: bool = False, prog
             progress(written, total)
 
     write("labbook.toml", book_toml(campaign.truth))
-    write("instruments/runs.csv", run_sheet(FACTORS, _run_rows(campaign)))
-    for name, content in sheets:
-        write(name, content)
+    mistakes = {correction.run: {correction.field: correction.written} for correction in campaign.corrections}
+    written_down = (replace(run, levels={**run.levels, **mistakes.get(run.name, {})}) for run in campaign.runs)
+    write("instruments/runs.csv", run_sheet(FACTORS, written_down))
+    for date, runs in days:
+        # A run on the force plate has a charger's own log instead.
+        sheet = charger_sheet(run for run in runs if run.kind is not RunKind.CHARACTERISATION)
+        write(f"instruments/charger/{date:%Y-%m-%d}_charger_{MARK}.csv", sheet)
     for run, condition in plated:
         plate = hopping_record(campaign.seed, condition.k_gain, run.jumps_made)
         course = recharge_course(campaign.seed, run.charge_mah, run.end_voltage_v)
@@ -286,48 +281,6 @@ def write_campaign(campaign: Campaign, folder: Path, *, full: bool = False, prog
         "runs": run_truths,
     }
     write("truth.json", json.dumps(truth, indent=1).encode() + b"\n")
-
-
-def _run_rows(campaign: Campaign) -> Iterator[RunRow]:
-    """Rows of the run sheet as they were first written, mistakes included."""
-    mistakes = {correction.run: correction for correction in campaign.corrections}
-    for run in campaign.runs:
-        levels: dict[str, object] = {}
-        if run.condition is not None:
-            levels = asdict(run.condition)
-        if run.name in mistakes:
-            levels[mistakes[run.name].field] = mistakes[run.name].written
-        yield RunRow(
-            run.name,
-            run.started,
-            run.position,
-            run.kind,
-            levels,
-            run.battery,
-            ROBOT,
-            run.duration_s,
-            run.jumps_made,
-            run.starts,
-            run.note,
-        )
-
-
-def _charger_sheets(campaign: Campaign) -> Iterator[tuple[str, bytes]]:
-    """One sheet a day; runs on the force plate have a charger's own log instead."""
-    for date, runs in groupby(campaign.runs, key=lambda run: run.date):
-        rows = [
-            SheetRow(
-                run.name,
-                run.charge_mah,
-                run.recharge_minutes,
-                run.end_voltage_v,
-                run.battery,
-                run.recharge_ended,
-            )
-            for run in runs
-            if run.kind is not RunKind.CHARACTERISATION
-        ]
-        yield f"instruments/charger/{date:%Y-%m-%d}_charger_{MARK}.csv", charger_sheet(rows)
 
 
 def _run_truth(run: DemoRun, log: RunLog) -> dict[str, object]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 
 from data_schema.errors import UsageError
@@ -109,7 +109,7 @@ class Stopwatch:
 
 def _state_runs(book: Book, campaign: Campaign, sheet: Path) -> None:
     dates = sorted({run.date for run in campaign.runs})
-    entries = [PlannedEntry(run.name, dates.index(run.date) + 1, _block(run), _levels(run)) for run in campaign.runs]
+    entries = [PlannedEntry(run.name, dates.index(run.date) + 1, _block(run), _planned(run)) for run in campaign.runs]
     with book.session(None) as session:
         state_plan(session, book.configuration, campaign.seed, PlanMethod.BLOCKED, entries)
         import_runs(book, session, SheetFile(str(sheet), sheet.read_bytes()))
@@ -122,8 +122,8 @@ def _block(run: DemoRun) -> str:
     return "" if run.condition is None else f"{run.condition.foot} {run.condition.k_gain}"
 
 
-def _levels(run: DemoRun) -> dict[str, str] | None:
-    return None if run.condition is None else {name: str(level) for name, level in asdict(run.condition).items()}
+def _planned(run: DemoRun) -> dict[str, str] | None:
+    return {name: str(level) for name, level in run.levels.items()} or None
 
 
 def _ingest(book: Book, folder: Path, step: Callable[[str], None]) -> Counter[str]:

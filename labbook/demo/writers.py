@@ -14,6 +14,7 @@ import operator
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -141,78 +142,79 @@ def checksum(line: bytes) -> int:
     return functools.reduce(operator.xor, line, 0)
 
 
-@dataclass(frozen=True, slots=True)
-class SheetRow:
-    """One recharge as typed from the charger's display; `ended` is local time."""
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class SheetRun:
+    """One run as people write it down, on the run sheet and from the charger's display; times are local.
 
-    run: str
-    charge_mah: int
-    minutes: int
-    end_voltage_v: float
-    pack: str
-    ended: dt.datetime
+    `levels` maps factor names to levels and is empty for an idle run.
+    """
 
-
-def charger_sheet(rows: Iterable[SheetRow]) -> bytes:
-    """Return the sheet, one row a recharge, in the order given."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    writer.writerow(["run", "mAh", "minutes", "end_voltage", "pack", "ended"])
-    for row in rows:
-        writer.writerow(
-            [
-                row.run,
-                row.charge_mah,
-                row.minutes,
-                f"{row.end_voltage_v:.2f}",
-                row.pack,
-                f"{row.ended:%Y-%m-%d %H:%M}",
-            ]
-        )
-    return stream.getvalue().encode()
-
-
-@dataclass(frozen=True, slots=True)
-class RunRow:
-    """One run as written down; `levels` maps factor names to levels and is empty for an idle run."""
-
-    run: str
+    name: str
     started: dt.datetime
     position: int
     kind: RunKind
-    levels: Mapping[str, object]
-    battery: str
-    robot: str
+    levels: Mapping[str, Any]
+    battery: str = "A"
+    robot: str = "hopper"
     duration_s: int
     jumps_made: int
-    starts: int
-    note: str
+    starts: int = 1
+    note: str = ""
+    charge_mah: int = 0
+    recharge_minutes: int = 25
+    recharge_ended: dt.datetime
+    end_voltage_v: float = 16.8
+
+    @property
+    def date(self) -> dt.date:
+        """The day on which it was made."""
+        return self.started.date()
 
 
-def run_sheet(factors: Sequence[str], rows: Iterable[RunRow]) -> bytes:
-    """Return the sheet with a column for each of `factors`, in the order given; times are local."""
-    stream = io.StringIO()
-    writer = csv.writer(stream, lineterminator="\n")
-    before, after = (
-        ["run", "date", "position", "kind"],
-        ["battery", "robot", "started", "duration_s", "jumps_made", "starts", "note"],
-    )
-    writer.writerow([*before, *factors, *after])
-    for row in rows:
-        writer.writerow(
+def charger_sheet(runs: Iterable[SheetRun]) -> bytes:
+    """Return the sheet of recharges, one row a run, in the order given."""
+    return _sheet(
+        ["run", "mAh", "minutes", "end_voltage", "pack", "ended"],
+        (
             [
-                row.run,
-                f"{row.started:%Y-%m-%d}",
-                row.position,
-                row.kind.value,
-                *(row.levels.get(factor, "") for factor in factors),
-                row.battery,
-                row.robot,
-                f"{row.started:%H:%M}",
-                row.duration_s,
-                row.jumps_made,
-                row.starts,
-                row.note,
+                run.name,
+                run.charge_mah,
+                run.recharge_minutes,
+                f"{run.end_voltage_v:.2f}",
+                run.battery,
+                f"{run.recharge_ended:%Y-%m-%d %H:%M}",
             ]
-        )
+            for run in runs
+        ),
+    )
+
+
+def run_sheet(factors: Sequence[str], runs: Iterable[SheetRun]) -> bytes:
+    """Return the sheet of runs with a column for each of `factors`, in the order given."""
+    before, after = ["run", "date", "position", "kind"], ["battery", "robot", "started", "duration_s"]
+    return _sheet(
+        [*before, *factors, *after, "jumps_made", "starts", "note"],
+        (
+            [
+                run.name,
+                run.date,
+                run.position,
+                run.kind.value,
+                *(run.levels.get(factor, "") for factor in factors),
+                run.battery,
+                run.robot,
+                f"{run.started:%H:%M}",
+                run.duration_s,
+                run.jumps_made,
+                run.starts,
+                run.note,
+            ]
+            for run in runs
+        ),
+    )
+
+
+def _sheet(head: Sequence[str], rows: Iterable[Sequence[object]]) -> bytes:
+    stream = io.StringIO()
+    csv.writer(stream, lineterminator="\n").writerows([head, *rows])
     return stream.getvalue().encode()

@@ -27,10 +27,10 @@ from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import Book, opened
 from labbook.demo.campaign import DemoRun
-from labbook.demo.files import FACTORS, ROBOT, book_toml
+from labbook.demo.files import FACTORS, book_toml
 from labbook.demo.logger import DECIMALS, run_log
 from labbook.demo.truth import Condition
-from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet, string_pot_log
+from labbook.demo.writers import charger_sheet, run_sheet, string_pot_log
 from tests.helpers.once import made_once
 from tests.helpers.postgres import cluster_of
 from tests.helpers.stated_campaign import GROUPS, STATED
@@ -148,10 +148,9 @@ def on_server(name: str, make: Callable[[Path], SmallBook], folder: Path, databa
 def instrument_files() -> Mapping[str, bytes]:
     """What the instruments wrote, by path below `instruments`; the same bytes in every process."""
     made = small_runs()
-    files = {"runs.csv": run_sheet(FACTORS, [_sheet_row(run) for run in made])}
+    files = {"runs.csv": run_sheet(FACTORS, made)}
     for date in DAYS:
-        rows = [_charge(run) for run in made if run.date == date]
-        files[f"charger/{date:%Y-%m-%d}.csv"] = charger_sheet(rows)
+        files[f"charger/{date:%Y-%m-%d}.csv"] = charger_sheet(run for run in made if run.date == date)
     for run in made:
         if run.kind is RunKind.JUMPS:
             log = run_log(SEED, TRUTH, run)
@@ -238,41 +237,18 @@ def _run(
         apexes_m = TRUTH.apex_height_m(condition) + rng.normal(0, 0.003, jumps)
     return DemoRun(
         name=f"r{number:03d}",
-        date=started.date(),
         position=position,
         kind=kind,
+        levels={} if condition is None else asdict(condition),
         condition=condition,
         battery="ABC"[(position - 1) % 3],
         started=started,
         duration_s=60 * minutes,
         jumps_made=jumps,
-        starts=1,
         note="rail within 1 degree" if position == 1 else "",
         charge_mah=round(charge_mah),
         recharge_minutes=10,
         recharge_ended=started + dt.timedelta(minutes=minutes + 11),
-        end_voltage_v=16.8,
         apex_heights_m=apexes_m,
         misfired=np.zeros(jumps, dtype=np.bool_),
     )
-
-
-def _sheet_row(run: DemoRun) -> RunRow:
-    levels = {} if run.condition is None else asdict(run.condition)
-    return RunRow(
-        run.name,
-        run.started,
-        run.position,
-        run.kind,
-        levels,
-        run.battery,
-        ROBOT,
-        run.duration_s,
-        run.jumps_made,
-        run.starts,
-        run.note,
-    )
-
-
-def _charge(run: DemoRun) -> SheetRow:
-    return SheetRow(run.name, run.charge_mah, run.recharge_minutes, run.end_voltage_v, run.battery, run.recharge_ended)

@@ -17,7 +17,7 @@ from data_schema.vocabulary import RunKind
 from labbook.book.opening import CONFIGURATION
 from labbook.demo.files import MARK, STUDY_TOML
 from labbook.demo.running import RUN_SHEET, Stopwatch, make_book_of
-from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet, string_pot_log
+from labbook.demo.writers import SheetRun, charger_sheet, run_sheet, string_pot_log
 
 RUNS_TOML = (
     """\
@@ -61,27 +61,37 @@ capacity_mah = {capacity_mah}
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class StudyRun:
-    """A run of a campaign: what it was made with, by factor (nothing: idle), how long it took, and its recharge.
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class StudyRun(SheetRun):
+    """A run of a campaign.
 
     The log's channels, by name with unit, have one element a recorded sample of `log_ms`.
     """
 
-    name: str
-    date: dt.date
-    position: int
-    levels: Mapping[str, int]
-    jumps: int
-    duration_s: int
-    charge_mah: int
     log_ms: NDArray[np.int64] | None = None
     channels: Mapping[str, NDArray[np.float64]] = field(default_factory=dict)
 
-    @property
-    def started(self) -> dt.datetime:
-        """Local time at which it began."""
-        return dt.datetime.combine(self.date, dt.time(9, 0)) + (self.position - 1) * dt.timedelta(minutes=25)
+
+def written_run(
+    number: int, date: dt.date, position: int, levels: Mapping[str, int], jumps: int, duration_s: int, charge_mah: int
+) -> dict[str, Any]:
+    """Return what is written down of a run of some jumps (none: idle), by field; runs are 25 minutes apart."""
+    started = dt.datetime.combine(date, dt.time(9, 0)) + (position - 1) * dt.timedelta(minutes=25)
+    minutes = charge_mah // 16 + 4
+    ended = started + dt.timedelta(seconds=duration_s, minutes=minutes + 1)
+    return {
+        "name": f"r{number:03d}",
+        "started": started,
+        "position": position,
+        "kind": RunKind.JUMPS if jumps else RunKind.IDLE,
+        "levels": levels,
+        "duration_s": duration_s,
+        "jumps_made": jumps,
+        "note": "synthetic" if jumps else "held, motors off",
+        "charge_mah": charge_mah,
+        "recharge_minutes": minutes,
+        "recharge_ended": ended.replace(second=0),
+    }
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +99,7 @@ class StudyFiles:
     """What is written of a campaign: its configuration, its sheets, logs and records, and what is true.
 
     `records` are paths below `instruments` and contents, made one after the other. `runs`, if there are any, are made
-    with `factors`, from batteries of `voltage_v`.
+    with `factors`.
     """
 
     configuration: str
@@ -97,7 +107,6 @@ class StudyFiles:
     truth: Mapping[str, Any]
     runs: Sequence[StudyRun] = ()
     factors: tuple[str, ...] = ()
-    voltage_v: float = 0.0
 
 
 def logs_of(runs: Iterable[StudyRun], decimals: Mapping[str, int]) -> Iterator[tuple[str, bytes]]:
@@ -124,29 +133,6 @@ def make_study_book(folder: Path, files: StudyFiles, step: Callable[[str], None]
 def _sheets(files: StudyFiles) -> Iterator[tuple[str, bytes]]:
     """Write the run sheet, and the charger's sheet of each day."""
     if files.runs:
-        yield RUN_SHEET, run_sheet(files.factors, map(_row, files.runs))
+        yield RUN_SHEET, run_sheet(files.factors, files.runs)
     for date, of_day in groupby(files.runs, key=lambda run: run.date):
-        sheet = charger_sheet([_recharge(run, files.voltage_v) for run in of_day])
-        yield f"charger/{date:%Y-%m-%d}_charger_{MARK}.csv", sheet
-
-
-def _row(run: StudyRun) -> RunRow:
-    return RunRow(
-        run=run.name,
-        started=run.started,
-        position=run.position,
-        kind=RunKind.JUMPS if run.jumps else RunKind.IDLE,
-        levels=run.levels,
-        battery="A",
-        robot="hopper",
-        duration_s=run.duration_s,
-        jumps_made=run.jumps,
-        starts=1,
-        note="synthetic" if run.jumps else "held, motors off",
-    )
-
-
-def _recharge(run: StudyRun, voltage_v: float) -> SheetRow:
-    minutes = run.charge_mah // 16 + 4
-    ended = (run.started + dt.timedelta(seconds=run.duration_s, minutes=minutes + 1)).replace(second=0)
-    return SheetRow(run.name, run.charge_mah, minutes, voltage_v, "A", ended)
+        yield f"charger/{date:%Y-%m-%d}_charger_{MARK}.csv", charger_sheet(of_day)

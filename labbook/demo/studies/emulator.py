@@ -13,12 +13,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labbook.demo.logger import samples_not_dropped
-from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, logs_of, make_study_book
+from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, logs_of, make_study_book, written_run
 from labbook.demo.truth import recharged_mah
 
 FloatArray = NDArray[np.float64]
@@ -99,19 +100,20 @@ def emulator_campaign(seed: int, *, days: int = DAYS, jumps: int = JUMPS, logs: 
         day_share = rng.normal(0.0, scatter.day)
         order: list[tuple[int, int] | None] = [None, *(conditions[i] for i in rng.permutation(len(conditions))), None]
         for position, condition in enumerate(order, start=1):
-            name = f"r{len(runs) + 1:03d}"
             if condition is None:
                 duration_s = IDLE_S[position > 1] + int(rng.integers(-2, 3))
                 charge = recharged_mah(rng, duration_s, 0.0, VOLTAGE_V, scatter.recharge_mah)
-                runs.append(StudyRun(name, date, position, {}, 0, duration_s, charge))
+                written = written_run(len(runs) + 1, date, position, {}, 0, duration_s, charge)
+                runs.append(StudyRun(**written, end_voltage_v=VOLTAGE_V))
                 continue
             truth, time_s, height_m, number = _motion(*condition, jumps)
             duration_s = int(time_s[-1] + 2 * _HELD_S) + _OVERHEAD_S
             share = 1.0 + day_share + rng.normal(0.0, scatter.run)
             charge = recharged_mah(rng, duration_s, share * truth.joules * jumps, VOLTAGE_V, scatter.recharge_mah)
-            log = _log(rng, (time_s, height_m, number), condition, scatter, jumps) if logs else ()
+            log = _log(rng, (time_s, height_m, number), condition, scatter, jumps) if logs else {}
             levels = dict(zip(_FACTORS, condition, strict=True))
-            runs.append(StudyRun(name, date, position, levels, jumps, duration_s, charge, *log))
+            written = written_run(len(runs) + 1, date, position, levels, jumps, duration_s, charge)
+            runs.append(StudyRun(**written, end_voltage_v=VOLTAGE_V, **log))
     return runs
 
 
@@ -121,8 +123,10 @@ def _log(
     condition: tuple[int, int],
     scatter: EmulatorScatter,
     jumps: int,
-) -> tuple[NDArray[np.int64], dict[str, FloatArray]]:
-    """Record a run: heights above the touchdown's are stretched by what the run and each jump differ by."""
+) -> dict[str, Any]:
+    """Record a run, by field of `StudyRun`: heights above the touchdown's are stretched by what it and its jumps differ
+    by.
+    """
     times_s, heights_m, numbers = motion
     shares = 1.0 + rng.normal(0.0, scatter.run_height) + rng.normal(0.0, scatter.jump_height, jumps)
     above_m = np.maximum(heights_m - REST_LENGTH_M, 0.0)
@@ -138,7 +142,7 @@ def _log(
         "k_gain": np.full(time_s.size, float(gain)),
         "b_ad_gain": np.full(time_s.size, float(damping)),
     }
-    return log_ms[recorded], {name: values[recorded] for name, values in channels.items()}
+    return {"log_ms": log_ms[recorded], "channels": {name: values[recorded] for name, values in channels.items()}}
 
 
 _FURTHER = """\
@@ -201,7 +205,7 @@ def make_emulator_book(
     folder: Path, campaign: Sequence[StudyRun], step: Callable[[str], None], say: Callable[[str], None]
 ) -> Path:
     """Write the campaign's files and ingest them into a new book; returns the book's folder."""
-    jumps = max(run.jumps for run in campaign)
+    jumps = max(run.jumps_made for run in campaign)
     further = _FURTHER.format(dampings=sorted({damping for gain in GAINS for damping in dampings(gain)}))
     text = RUNS_TOML.format(
         study="emulator",
@@ -218,7 +222,5 @@ def make_emulator_book(
         capacity_mah=7200,
     )
     truth = {"conditions": [asdict(one) for one in truths(jumps)]}
-    files = StudyFiles(
-        text + further, logs_of(campaign, dict.fromkeys(_FACTORS, 1)), truth, campaign, _FACTORS, VOLTAGE_V
-    )
+    files = StudyFiles(text + further, logs_of(campaign, dict.fromkeys(_FACTORS, 1)), truth, campaign, _FACTORS)
     return make_study_book(folder, files, step, say)

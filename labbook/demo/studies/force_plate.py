@@ -10,15 +10,16 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from labbook.demo.files import MARK
 from labbook.demo.logger import samples_not_dropped
 from labbook.demo.plate import HELD_S, RATE_HZ, Hopping, PlateRecord, apex_of, pieces, record_of
-from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, logs_of, make_study_book
+from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, logs_of, make_study_book, written_run
 from labbook.demo.truth import recharged_mah
 from labbook.demo.writers import bertec_text
 
@@ -48,23 +49,20 @@ class PlateScatter:
     recharge_mah: float = 0.35
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class PlateStudyRun(StudyRun):
     """A run as it was, and what both instruments recorded of it.
 
     `clocks` are the true offset in s (what the log's clock shows at the plate's first sample, from the log's first on)
-    and drift of the log's clock against the plate's; `cost_j` and `stance_j` are the means over its jumps.
+    and drift of the log's clock against the plate's; `cost_j` and `stance_j` are the means over its jumps. An idle run
+    has no `gain`.
     """
 
     cost_j: float = 0.0
     stance_j: float = 0.0
     clocks: tuple[float, float] = (0.0, 0.0)
     plate: PlateRecord | None = None
-
-    @property
-    def gain(self) -> int | None:
-        """Its extension gain, None of an idle run."""
-        return self.levels.get("k_gain")
+    gain: int | None = None
 
 
 def plate_campaign(
@@ -79,25 +77,26 @@ def plate_campaign(
         day_share = rng.normal(0.0, scatter.day)
         of_day = [(None, IDLE_S[0]), *((gain, 0) for gain in GAINS), (None, IDLE_S[1])]
         for position, (gain, idle_s) in enumerate(of_day, start=1):
-            name = f"r{len(runs) + 1:03d}"
             if gain is None:
                 duration_s = idle_s + int(rng.integers(-2, 3))
                 charge = recharged_mah(rng, duration_s, 0.0, VOLTAGE_V, scatter.recharge_mah)
-                runs.append(PlateStudyRun(name, date, position, {}, 0, duration_s, charge))
+                written = written_run(len(runs) + 1, date, position, {}, 0, duration_s, charge)
+                runs.append(PlateStudyRun(**written, end_voltage_v=VOLTAGE_V))
                 continue
             share = (1.0 + day_share) * (1.0 + rng.normal(0.0, scatter.run))
             settling, settled = pieces(gain)
             jumps = [*settling, *(settled[which] for which in rng.integers(len(settled), size=hops))][:hops]
-            run = PlateStudyRun(name, date, position, {"k_gain": gain}, hops, 0, 0)
-            run = _recorded(rng, Hopping.of(jumps), run, noise)
-            joules = share * run.cost_j * hops
-            charge = recharged_mah(rng, run.duration_s, joules, VOLTAGE_V, scatter.recharge_mah)
-            runs.append(replace(run, charge_mah=charge))
+            hopping = Hopping.of(jumps)
+            recorded = _recorded(rng, hopping, gain, noise)
+            duration_s, joules = int(hopping.last_s) + _OVERHEAD_S, share * recorded["cost_j"] * hops
+            charge = recharged_mah(rng, duration_s, joules, VOLTAGE_V, scatter.recharge_mah)
+            written = written_run(len(runs) + 1, date, position, {"k_gain": gain}, hops, duration_s, charge)
+            runs.append(PlateStudyRun(**written, end_voltage_v=VOLTAGE_V, gain=gain, **recorded))
     return runs
 
 
-def _recorded(rng: np.random.Generator, hopping: Hopping, run: PlateStudyRun, noise: float) -> PlateStudyRun:
-    """Record a run by both instruments; its charge is not drawn."""
+def _recorded(rng: np.random.Generator, hopping: Hopping, gain: int, noise: float) -> dict[str, Any]:
+    """Record a run by both instruments: what both saw and what is true of it, by field of `PlateStudyRun`."""
     jumps, last_s = hopping.jumps, hopping.last_s
     # The plate's clock is true but for its stamps; the log's runs slow by its drift.
     begin_s, log_begin_s = rng.uniform(0.0, _WATCHED_S, 2).tolist()
@@ -119,20 +118,18 @@ def _recorded(rng: np.random.Generator, hopping: Hopping, run: PlateStudyRun, no
             ("leg_velocity [m/s]", "leg_rate_m_s", 0.0, 0.0, _LEG_RATE_NOISE_M_S),
         )
     }
-    channels["k_gain"] = np.full(n, float(run.gain or 0))
-    dropped = int(rng.binomial(run.jumps, min(noise * _DROP_CHANCE, 1.0)))
+    channels["k_gain"] = np.full(n, float(gain))
+    dropped = int(rng.binomial(len(jumps), min(noise * _DROP_CHANCE, 1.0)))
     recorded = samples_not_dropped(rng, n, dropped, _LONGEST_DROP)
     recorded[0] = True
-    return replace(
-        run,
-        duration_s=int(last_s) + _OVERHEAD_S,
-        cost_j=float(np.mean([piece.cost_j for piece in jumps])),
-        stance_j=float(np.mean([piece.stance_j for piece in jumps])),
-        clocks=((begin_s - log_begin_s) / (1.0 + drift), 1.0 / (1.0 + drift) / per_plate - 1.0),
-        plate=plate,
-        log_ms=log_ms[recorded],
-        channels={channel: values[recorded] for channel, values in channels.items()},
-    )
+    return {
+        "cost_j": float(np.mean([piece.cost_j for piece in jumps])),
+        "stance_j": float(np.mean([piece.stance_j for piece in jumps])),
+        "clocks": ((begin_s - log_begin_s) / (1.0 + drift), 1.0 / (1.0 + drift) / per_plate - 1.0),
+        "plate": plate,
+        "log_ms": log_ms[recorded],
+        "channels": {channel: values[recorded] for channel, values in channels.items()},
+    }
 
 
 _FURTHER = """\
@@ -165,7 +162,7 @@ def make_plate_book(
         capacity_mah=6600,
     )
     truth = {"runs": [_truth(run) for run in campaign if run.gain is not None]}
-    files = StudyFiles(text + _FURTHER, _records(campaign), truth, campaign, ("k_gain",), VOLTAGE_V)
+    files = StudyFiles(text + _FURTHER, _records(campaign), truth, campaign, ("k_gain",))
     return make_study_book(folder, files, step, say)
 
 

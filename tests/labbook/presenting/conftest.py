@@ -18,7 +18,7 @@ from labbook.actions.report_command import state_report
 from labbook.book.making import make_book
 from labbook.book.opening import opened
 from labbook.demo.campaign import DemoRun
-from labbook.demo.writers import RunRow, SheetRow, charger_sheet, run_sheet
+from labbook.demo.writers import charger_sheet, run_sheet
 from labbook.presenting.report.content import MadeReport
 from tests.helpers.books import ADA, DAYS, TRUTH, import_sheet, ingest_all, small_runs, write_instruments
 from tests.helpers.pages import quick_page
@@ -108,25 +108,14 @@ def _levels(run: DemoRun) -> dict[str, object]:
     return {"surface": surface, "drop_height": 30 if run.condition.foot == "small" else 45}
 
 
-def _row(run: DemoRun) -> RunRow:
-    return RunRow(
-        run.name, run.started, run.position, run.kind, _levels(run), run.battery, _robot(run), run.duration_s,
-        run.jumps_made, run.starts, run.note,
-    )  # fmt: skip
-
-
 def report_of(folder: Path, *, control: bool, robots: bool) -> Told:
     """Make a book below the folder and its report; without `robots` all runs are the flea's."""
     instruments = write_instruments(folder)
     made = _runs()
-    rows = [_row(run) if robots else replace(_row(run), robot=FLEA) for run in made]
+    rows = [replace(run, levels=_levels(run), robot=_robot(run) if robots else FLEA) for run in made]
     (instruments / "runs.csv").write_bytes(run_sheet(("surface", "drop_height"), rows))
     for date in DAYS:
-        sheet = [
-            SheetRow(run.name, run.charge_mah, run.recharge_minutes, run.end_voltage_v, run.battery, run.recharge_ended)
-            for run in made
-            if run.date == date
-        ]
+        sheet = [run for run in made if run.date == date]
         (instruments / "charger" / f"{date:%Y-%m-%d}.csv").write_bytes(charger_sheet(sheet))
     book_folder = folder / "book"
     book_folder.mkdir()
