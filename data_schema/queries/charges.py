@@ -71,7 +71,7 @@ def _of_runs() -> sa.Select[Any]:
     return _charges().where(charge.c.run.is_not(None), _COUNTED)
 
 
-_COUNTED = charge.c.state == str(ChargeState.COUNTED)
+_COUNTED = charge.c.state == ChargeState.COUNTED
 _ADDED = charge.c.added == 1
 
 
@@ -104,14 +104,26 @@ class SheetRow:
     uid: str
     row_number: int
     line: int | None
-    run_uid: str | None
     stated_run: str | None
-    repeats: str | None
     state: ChargeState
     charge_mah: float
+    resolution_mah: float
+    duration_s: float | None
     end_voltage_v: float | None
     mode: str
+    stated_pack: str | None
+    ended_utc: str | None
+    ended_original: str | None
+    run_uid: str | None = None
+    run_name: str | None = None
+    repeats: str | None = None
     added: bool = False
+
+    @property
+    def contents(self) -> tuple[object, ...]:
+        """What the row says, and whose it is; not where it stands, nor whether it counts."""
+        stated = (self.stated_run, self.stated_pack, self.ended_utc, self.ended_original, self.run_uid)
+        return (self.charge_mah, self.resolution_mah, self.duration_s, self.end_voltage_v, self.mode, *stated)
 
 
 def rows_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:
@@ -136,7 +148,7 @@ def rows_with_uids(connection: sa.Connection, uids: Sequence[str]) -> list[Sheet
 
 def rows_about(connection: sa.Connection, run_uids: Sequence[str], run_names: Sequence[str]) -> list[SheetRow]:
     """Return the charges that belong to some runs, then those that name one and belong to none; dismissed ones too."""
-    counted, dismissed = str(ChargeState.COUNTED), str(ChargeState.DISMISSED)
+    counted, dismissed = ChargeState.COUNTED, ChargeState.DISMISSED
     found = []
     for some in in_chunks(run_uids):
         keys = sa.select(run.c.id).where(run.c.uid.in_(some))
@@ -147,31 +159,11 @@ def rows_about(connection: sa.Connection, run_uids: Sequence[str], run_names: Se
     return found
 
 
-def charge_contents(connection: sa.Connection, file_uid: str) -> dict[str, tuple[Any, ...]]:
-    """Return the values of each charge of a file and its present state, by uid."""
-    query = (
-        sa.select(
-            charge.c.uid,
-            charge.c.charge_mah,
-            charge.c.resolution_mah,
-            charge.c.duration_s,
-            charge.c.end_voltage_v,
-            charge.c.mode,
-            charge.c.stated_run,
-            charge.c.stated_pack,
-            charge.c.ended_utc,
-            charge.c.ended_original,
-            charge.c.run,
-        )
-        .join(file, charge.c.file == file.c.id)
-        .where(file.c.uid == file_uid)
-    )
-    return {row[0]: tuple(row[1:]) for row in connection.execute(query)}
-
-
 def _rows(connection: sa.Connection, wanted: sa.ColumnElement[Any]) -> list[SheetRow]:
     query = (
-        sa.select(*columns_of(SheetRow, charge, order=charge.c.id, run_uid=run.c.uid, added=_ADDED))
+        sa.select(
+            *columns_of(SheetRow, charge, order=charge.c.id, run_uid=run.c.uid, run_name=run.c.name, added=_ADDED)
+        )
         .outerjoin(run, charge.c.run == run.c.id)
         .outerjoin(file, charge.c.file == file.c.id)
         .where(wanted)

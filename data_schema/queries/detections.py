@@ -11,7 +11,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.row_hashes import note_written
-from data_schema.tables.base import CHUNK, columns_of, in_chunks
+from data_schema.tables.base import CHUNK, columns_of, in_chunks, private_keys
 from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.journal import person
 from data_schema.tables.runs import decision, run
@@ -79,11 +79,11 @@ class NewDetection:
 def add_detections(connection: sa.Connection, new: Sequence[NewDetection]) -> None:
     """Store what was found, but for what is stored already; no jumps is a result too."""
     for some in in_chunks(new):
-        stored = _private_keys(connection, detection.c.key, [item.values["key"] for item in some])
+        stored = private_keys(connection, detection.c.key, [item.values["key"] for item in some])
         fresh = {item.values["key"]: item for item in some if item.values["key"] not in stored}
         if not fresh:
             continue
-        signals = _private_keys(connection, signal.c.uid, [item.signal_uid for item in fresh.values()])
+        signals = private_keys(connection, signal.c.uid, [item.signal_uid for item in fresh.values()])
         rows = [
             {"signal": signals[item.signal_uid], "n_jumps": len(item.jumps), **item.values} for item in fresh.values()
         ]
@@ -114,17 +114,6 @@ def jumps_found(connection: sa.Connection, ingest_uid: str, algorithm: str | Non
     if algorithm is not None:
         query = query.where(detection.c.algorithm == algorithm)
     return {row.part: row.n for row in connection.execute(query)}
-
-
-def _private_keys(connection: sa.Connection, name: sa.Column[str], names: Sequence[str]) -> dict[str, int]:
-    return {row[0]: row[1] for row in connection.execute(_KEYS_BY[name.table.name], {"names": list(names)})}
-
-
-_KEYS_BY = {
-    name.table.name: sa.select(name, name.table.c.id).where(name.in_(sa.bindparam("names", expanding=True)))
-    for name in (detection.c.key, signal.c.uid)
-}
-"""Built once: an ingest of many files asks them for each."""
 
 
 def detections_by_key(connection: sa.Connection, keys: Sequence[str]) -> dict[str, DetectionRow]:
@@ -179,7 +168,7 @@ def jump_decisions(
     query = (
         sa.select(*columns_of(DecisionRow, decision, person=person.c.name))
         .join(person, decision.c.person == person.c.id)
-        .where(decision.c.target_kind == str(TargetKind.JUMP))
+        .where(decision.c.target_kind == TargetKind.JUMP)
         .order_by(decision.c.id)
     )
     wanted = None if signals_sha256 is None else {*signals_sha256, *holds_for}
@@ -207,7 +196,7 @@ def _samples_in_force(
     query = (
         sa.select(signal.c.sha256, signal.c.recorded_sha256, now.c.sha256.label("now"))
         .join(now, sa.and_(now.c.file == signal.c.file, _same_times(now)))
-        .join(ingest, sa.and_(ingest.c.id == now.c.ingest, ingest.c.status == str(IngestStatus.IMPORTED)))
+        .join(ingest, sa.and_(ingest.c.id == now.c.ingest, ingest.c.status == IngestStatus.IMPORTED))
     )
     queries = [query]
     if signals_sha256 is not None:
@@ -268,7 +257,7 @@ def verdicts_waiting(connection: sa.Connection, run_uid: str | None = None) -> l
         )
         .join(run, run.c.uid == decision.c.target_uid)
         .join(person, decision.c.person == person.c.id)
-        .where(decision.c.target_kind == str(TargetKind.JUMP))
+        .where(decision.c.target_kind == TargetKind.JUMP)
         .order_by(decision.c.id)
     )
     if run_uid is not None:

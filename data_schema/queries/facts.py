@@ -15,6 +15,7 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.row_hashes import note_written
 from data_schema.tables import FACTS
+from data_schema.tables.base import private_keys
 
 
 def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[str, Any]) -> int:
@@ -70,17 +71,15 @@ def find_uid(connection: sa.Connection, kind: str, **natural: Any) -> str | None
 
 def fact_exists(connection: sa.Connection, kind: str, uid: str) -> bool:
     """Tell whether there is such a row."""
-    table = FACTS[kind]
-    return connection.execute(sa.select(table.c.id).where(table.c.uid == uid)).first() is not None
+    return find_uid(connection, kind, uid=uid) is not None
 
 
 def key_of(connection: sa.Connection, kind: str, uid: str) -> int:
     """Return the private key of a row."""
-    table = FACTS[kind]
-    key = connection.execute(sa.select(table.c.id).where(table.c.uid == uid)).scalar()
+    key = private_keys(connection, FACTS[kind].c.uid, [uid]).get(uid)
     if key is None:
         raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
-    return int(key)
+    return key
 
 
 def _referred(column: sa.Column[Any]) -> sa.Table | None:

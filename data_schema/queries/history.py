@@ -1,4 +1,4 @@
-"""Entries of the journal: of one run, of the whole book, of its first measurement and its configurations."""
+"""Entries of the journal: of runs, charges, files and plans, of the first measurement and the configurations."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.tables import FACTS
-from data_schema.tables.base import columns_of
+from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
-from data_schema.tables.journal import config, journal, person
+from data_schema.tables.journal import journal, person
 from data_schema.tables.runs import charge, note, run
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 
@@ -40,7 +40,7 @@ class NoteRow:
 def files_of_run(connection: sa.Connection, run_uid: str) -> list[RunFileRow]:
     """Return the files of a run: those assigned, and those with a charge of it."""
     of_run = sa.select(run.c.id).where(run.c.uid == run_uid).scalar_subquery()
-    counted = charge.c.state == str(ChargeState.COUNTED)
+    counted = charge.c.state == ChargeState.COUNTED
     linked = sa.union(
         sa.select(run_file.c.file).where(run_file.c.run == of_run),
         sa.select(charge.c.file).where(charge.c.run == of_run, charge.c.file.is_not(None), counted),
@@ -105,13 +105,8 @@ class FileLink:
 
 
 _KINDS = ("run", "charge", "run_file", "file", "ingest", "decision")
-_ACTIONS = [
-    str(action)
-    for action in (
-        *(Action.DECLARE, Action.CORRECT, Action.VOID, Action.ASSIGN),
-        *(Action.DECIDE, Action.INGEST, Action.WITHDRAW, Action.RESTORE),
-    )
-]
+_ACTIONS = (Action.DECLARE, Action.CORRECT, Action.VOID, Action.ASSIGN, Action.DECIDE, Action.INGEST, Action.WITHDRAW,
+            Action.RESTORE)  # fmt: skip
 _BY_WORD = {str(action): action for action in Action}
 
 
@@ -137,7 +132,7 @@ def history_of_run(connection: sa.Connection, run_uid: str, charge_uids: Sequenc
 def corrections_after(connection: sa.Connection, uid: str, report_uids: Sequence[str]) -> list[EntryRow]:
     """Return what was corrected or declared void of a thing after the last of these reports, oldest first."""
     reports = sa.select(sa.func.max(journal.c.seq)).where(journal.c.entity_uid.in_(report_uids)).scalar_subquery()
-    corrected = journal.c.action.in_((str(Action.CORRECT), str(Action.VOID)))
+    corrected = journal.c.action.in_((Action.CORRECT, Action.VOID))
     return _entries(connection, sa.and_(journal.c.entity_uid == uid, corrected, journal.c.seq > reports))
 
 
@@ -146,7 +141,7 @@ def entries_between(connection: sa.Connection, after_seq: int, until_seq: int) -
     return _entries(connection, sa.and_(journal.c.seq > after_seq, journal.c.seq <= until_seq))
 
 
-def _entries(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> list[EntryRow]:
+def _entries(connection: sa.Connection, wanted: sa.ColumnElement[bool], most: int | None = None) -> list[EntryRow]:
     query = (
         sa.select(
             *columns_of(
@@ -161,6 +156,7 @@ def _entries(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> list[
         .join(person, journal.c.person == person.c.id)
         .where(wanted)
         .order_by(journal.c.seq)
+        .limit(most)
     )
     return [
         EntryRow(seq, command, at_utc, name, _BY_WORD[action], *about)
@@ -170,15 +166,13 @@ def _entries(connection: sa.Connection, wanted: sa.ColumnElement[bool]) -> list[
 
 def void_reasons(connection: sa.Connection) -> dict[str, str]:
     """Return why runs were declared void, by their uid, the last time that each was."""
-    query = sa.select(journal.c.entity_uid, journal.c.reason).where(
-        journal.c.entity_kind == "run", journal.c.action == str(Action.VOID)
-    )
-    return {uid: reason or "" for uid, reason in connection.execute(query.order_by(journal.c.seq))}
+    void = _entries(connection, sa.and_(journal.c.entity_kind == "run", journal.c.action == Action.VOID))
+    return {entry.uid: entry.reason or "" for entry in void}
 
 
 def reports_made(connection: sa.Connection) -> list[int]:
     """Return the numbers of the entries of reports, in order."""
-    query = sa.select(journal.c.seq).where(journal.c.action == str(Action.REPORT)).order_by(journal.c.seq)
+    query = sa.select(journal.c.seq).where(journal.c.action == Action.REPORT).order_by(journal.c.seq)
     return list(connection.execute(query).scalars())
 
 
@@ -219,45 +213,34 @@ def words_by_uid(connection: sa.Connection, kind: str, column: str) -> dict[str,
     return {uid: str(word) for uid, word in connection.execute(sa.select(table.c.uid, table.c[column]))}
 
 
-@dataclass(frozen=True, slots=True)
-class FirstMeasurement:
-    """The entry of the journal with which the first measurement came into the book."""
-
-    seq: int
-    at_utc: str
-    person: str
+def first_measurement(connection: sa.Connection) -> EntryRow | None:
+    """Return the entry with which the first measurement came into the book; None before it."""
+    typed_charge = sa.and_(journal.c.action == Action.DECLARE, journal.c.entity_kind == "charge")
+    return next(iter(_entries(connection, sa.or_(journal.c.action == Action.INGEST, typed_charge), most=1)), None)
 
 
-@dataclass(frozen=True, slots=True)
-class RecordedConfiguration:
-    """A text of labbook.toml, and the entry of the journal that took it over."""
-
-    seq: int
-    at_utc: str
-    person: str
-    text: str
+def recorded_configurations(connection: sa.Connection) -> list[EntryRow]:
+    """List the entries that took over a labbook.toml, whose `new` has its text, in the order of the journal."""
+    return _entries(connection, sa.and_(journal.c.entity_kind == "config", journal.c.action == Action.DECLARE))
 
 
-def first_measurement(connection: sa.Connection) -> FirstMeasurement | None:
-    """Return the first measurement; None before it."""
-    typed_charge = sa.and_(journal.c.action == str(Action.DECLARE), journal.c.entity_kind == "charge")
-    row = connection.execute(
-        sa.select(journal.c.seq, journal.c.at_utc, person.c.name)
-        .join(person, journal.c.person == person.c.id)
-        .where(sa.or_(journal.c.action == str(Action.INGEST), typed_charge))
-        .order_by(journal.c.seq)
-        .limit(1)
-    ).first()
-    return None if row is None else FirstMeasurement(*row)
+def statements_about(connection: sa.Connection, uid: str, actions: Sequence[Action]) -> list[EntryRow]:
+    """Return the statements of some actions about a thing, in order."""
+    return _entries(connection, sa.and_(journal.c.entity_uid == uid, journal.c.action.in_(actions)))
 
 
-def recorded_configurations(connection: sa.Connection) -> list[RecordedConfiguration]:
-    """List every configuration that was taken over, in the order of the journal."""
-    query = (
-        sa.select(journal.c.seq, journal.c.at_utc, person.c.name, config.c.text)
-        .join(person, journal.c.person == person.c.id)
-        .join(config, config.c.uid == journal.c.entity_uid)
-        .where(journal.c.entity_kind == "config", journal.c.action == str(Action.DECLARE))
-        .order_by(journal.c.seq)
-    )
-    return [RecordedConfiguration(*row) for row in connection.execute(query)]
+def history_of_charges(connection: sa.Connection, uids: Sequence[str]) -> dict[str, list[EntryRow]]:
+    """Return the statements about each of some charges, in order."""
+    found: dict[str, list[EntryRow]] = {uid: [] for uid in uids}
+    for some in in_chunks(uids):
+        of_charges = sa.and_(journal.c.entity_kind == "charge", journal.c.entity_uid.in_(some))
+        for entry in _entries(connection, of_charges):
+            found[entry.uid].append(entry)
+    return found
+
+
+def reading_entries(connection: sa.Connection, sha256: str) -> list[Mapping[str, Any]]:
+    """Return the content of the journal entry of each reading of an imported file, in order."""
+    readings = sa.select(ingest.c.uid).where(ingest.c.sha256 == sha256)
+    read = journal.c.action.in_((Action.INGEST, Action.READ))
+    return [entry.new for entry in _entries(connection, sa.and_(journal.c.entity_uid.in_(readings), read))]

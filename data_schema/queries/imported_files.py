@@ -8,7 +8,8 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.readings import reading_entries
+from data_schema.queries.charges import SheetRow, rows_of_file
+from data_schema.queries.history import reading_entries
 from data_schema.row_hashes import note_written
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import charge, run
@@ -18,7 +19,7 @@ from data_schema.vocabulary import ChargeState, FileRole, IngestStatus
 
 def runs_of_file(connection: sa.Connection, sha256: str) -> tuple[str, ...]:
     """Return the names of all runs of a file, by assignment or by charge rows."""
-    counted = charge.c.state == str(ChargeState.COUNTED)
+    counted = charge.c.state == ChargeState.COUNTED
     assigned = sa.select(run.c.name).join(run_file, run_file.c.run == run.c.id).join(file, run_file.c.file == file.c.id)
     charged = sa.select(run.c.name).join(charge, charge.c.run == run.c.id).join(file, charge.c.file == file.c.id)
     both = sa.union(assigned.where(file.c.sha256 == sha256), charged.where(file.c.sha256 == sha256, counted))
@@ -32,7 +33,7 @@ def file_keys(connection: sa.Connection) -> dict[str, int]:
 
 def runs_by_file(connection: sa.Connection) -> dict[int, tuple[str, ...]]:
     """Return the same for every file of which there are runs, by the file's key."""
-    counted = sa.and_(charge.c.run == run.c.id, charge.c.state == str(ChargeState.COUNTED))
+    counted = sa.and_(charge.c.run == run.c.id, charge.c.state == ChargeState.COUNTED)
     found: dict[int, list[str]] = {}
     for query in (
         sa.select(run_file.c.file, run.c.name).join(run, run_file.c.run == run.c.id),
@@ -68,19 +69,6 @@ class Link:
     run_name: str
     part: str
     role: str
-
-
-@dataclass(frozen=True, slots=True)
-class ChargeRef:
-    """A charge of a file and the run it belongs to; `added` as in `ChargeOfRun`."""
-
-    uid: str
-    run_uid: str | None
-    run_name: str | None
-    row_number: int
-    added: bool
-    state: ChargeState
-    mode: str
 
 
 def _imported() -> sa.Select[Any]:
@@ -141,21 +129,12 @@ _LINKS = (
 )
 _LINKS_OF_FILE = _LINKS.where(file.c.uid == sa.bindparam("of"))
 _LINKS_OF_RUN = _LINKS.where(run.c.uid == sa.bindparam("of"))
-_IS_LOG = run_file.c.role == str(FileRole.LOG)
+_IS_LOG = run_file.c.role == FileRole.LOG
 
 
-def charges_of_file(connection: sa.Connection, file_uid: str) -> list[ChargeRef]:
+def charges_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:
     """Return the charges that a file holds, by row, but for those that are gone."""
-    query = (
-        sa.select(
-            charge.c.uid, run.c.uid, run.c.name, charge.c.row_number, charge.c.added, charge.c.state, charge.c.mode
-        )
-        .join(file, charge.c.file == file.c.id)
-        .outerjoin(run, charge.c.run == run.c.id)
-        .where(file.c.uid == file_uid, charge.c.state != str(ChargeState.GONE))
-        .order_by(charge.c.row_number)
-    )
-    return [ChargeRef(*row[:4], bool(row.added), ChargeState(row.state), row.mode) for row in connection.execute(query)]
+    return [row for row in rows_of_file(connection, file_uid) if row.state is not ChargeState.GONE]
 
 
 def place_of_charge(connection: sa.Connection, uid: str) -> str | None:
@@ -198,7 +177,7 @@ def parts_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
 
     Those of a file that waits for a declaration are the ones that the entry of its reading names.
     """
-    waiting = sa.and_(ingest.c.file == file.c.id, ingest.c.status == str(IngestStatus.WAITING))
+    waiting = sa.and_(ingest.c.file == file.c.id, ingest.c.status == IngestStatus.WAITING)
     sha256 = connection.execute(sa.select(file.c.sha256).join(ingest, waiting).where(file.c.uid == file_uid)).scalar()
     if sha256 is not None:
         return reading_entries(connection, sha256)[-1]["parts"] or [""]
@@ -224,7 +203,7 @@ def unassigned_charges_of_file(connection: sa.Connection, file_uid: str) -> list
     query = (
         sa.select(charge.c.uid)
         .join(file, charge.c.file == file.c.id)
-        .where(file.c.uid == file_uid, charge.c.run.is_(None), charge.c.state == str(ChargeState.COUNTED))
+        .where(file.c.uid == file_uid, charge.c.run.is_(None), charge.c.state == ChargeState.COUNTED)
         .order_by(charge.c.row_number)
     )
     return list(connection.execute(query).scalars())
@@ -240,7 +219,7 @@ class InboxItem:
     detail: str
 
 
-_NEVER_WAITING = (str(FileRole.CHARGE), str(FileRole.SHEET))
+_NEVER_WAITING = (FileRole.CHARGE, FileRole.SHEET)
 
 
 def inbox(connection: sa.Connection) -> list[InboxItem]:
@@ -265,7 +244,7 @@ def inbox(connection: sa.Connection) -> list[InboxItem]:
         sa.select(charge.c.uid, charge.c.row_number, charge.c.stated_run, charge.c.charge_mah, ingest.c.original_name)
         .join(file, charge.c.file == file.c.id)
         .join(ingest, sa.and_(ingest.c.file == file.c.id, IN_USE))
-        .where(charge.c.run.is_(None), charge.c.state == str(ChargeState.COUNTED))
+        .where(charge.c.run.is_(None), charge.c.state == ChargeState.COUNTED)
         .order_by(charge.c.id)
     )
     items += [
@@ -285,7 +264,7 @@ def _loose_parts(connection: sa.Connection) -> list[InboxItem]:
         .join(file, signal.c.file == file.c.id)
         .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, IN_USE))
         .where(file.c.id.in_(sa.select(run_file.c.file)), ~linked.exists())
-        .where(ingest.c.role != str(FileRole.CHARGE))
+        .where(ingest.c.role != FileRole.CHARGE)
         .order_by(signal.c.id)
     )
     return [
@@ -315,7 +294,7 @@ _WAITING_CHARGES = (
     .where(
         charge.c.stated_run == sa.bindparam("named"),
         charge.c.run.is_(None),
-        charge.c.state == str(ChargeState.COUNTED),
+        charge.c.state == ChargeState.COUNTED,
     )
     .order_by(charge.c.id)
 )

@@ -18,7 +18,7 @@ from data_schema.tables.base import columns_of
 from data_schema.tables.files import LAST_READING, file, finding, ingest
 from data_schema.tables.journal import config, person
 from data_schema.tables.signals import channel, gap, signal
-from data_schema.vocabulary import FileState, IngestStatus
+from data_schema.vocabulary import IngestStatus
 
 LEG = ("height_zero_doubtful", "no_stance_found")
 """Rules of a log whose heights do not fit the leg of its run's robot."""
@@ -66,30 +66,11 @@ def refused_with(connection: sa.Connection, sha256: str, reader: str, options_js
     """Return the settings of each refusal of these bytes by a reader under these options."""
     query = sa.select(ingest.c.declared_json).where(
         ingest.c.sha256 == sha256,
-        ingest.c.status == str(IngestStatus.REFUSED),
+        ingest.c.status == IngestStatus.REFUSED,
         ingest.c.reader == reader,
         ingest.c.options_json == options_json,
     )
     return [json.loads(text) for text in connection.execute(query).scalars()]
-
-
-def add_file(connection: sa.Connection, *, uid: str, sha256: str, n_bytes: int, store_path: str) -> int:
-    """Add the row of a raw copy; returns its key."""
-    values = {"uid": uid, "sha256": sha256, "n_bytes": n_bytes, "store_path": store_path}
-    done = connection.execute(file.insert(), {**values, "state": str(FileState.KEPT)})
-    note_written(connection, "file", [uid])
-    return _key(done)
-
-
-def file_key(connection: sa.Connection, sha256: str) -> int:
-    """Return the key of the raw copy with this hash."""
-    key = connection.execute(sa.select(file.c.id).where(file.c.sha256 == sha256)).scalar_one()
-    return int(key)
-
-
-def ingest_key(connection: sa.Connection, uid: str) -> int:
-    """Return the key of a reading."""
-    return int(connection.execute(sa.select(ingest.c.id).where(ingest.c.uid == uid)).scalar_one())
 
 
 def add_ingest(connection: sa.Connection, *, person_name: str, values: Mapping[str, Any]) -> int:
@@ -206,7 +187,7 @@ _COUNTED = ("rows_read", "rows_kept", "rows_rejected")
 
 def readings(connection: sa.Connection) -> dict[str, Reading]:
     """Return what each reading of a file gave, also an earlier one, by the uid of its ingest; refused ones left out."""
-    gave = ingest.c.status.not_in((str(IngestStatus.REFUSED), str(IngestStatus.WAITING)))
+    gave = ingest.c.status.not_in((IngestStatus.REFUSED, IngestStatus.WAITING))
     columns = [ingest.c[name] for name in ("id", "uid", "reader", "reader_version", *_COUNTED)]
     heads = connection.execute(sa.select(*columns).where(gave).order_by(ingest.c.id)).all()
     signals: dict[int, list[str]] = {row.id: [] for row in heads}

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -12,12 +11,12 @@ import sqlalchemy as sa
 from data_schema.queries.signals import GapRow, gaps_by_signal
 from data_schema.reasons import Reason
 from data_schema.row_hashes import note_written
-from data_schema.tables.base import columns_of, in_chunks
+from data_schema.tables.base import columns_of
 from data_schema.tables.files import LAST_READING, file, finding, ingest, run_file
 from data_schema.tables.journal import config, journal, person
 from data_schema.tables.runs import run
 from data_schema.tables.signals import channel, signal
-from data_schema.vocabulary import Action, IngestStatus, Severity, Undefined
+from data_schema.vocabulary import IngestStatus, Severity, Undefined
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,15 +79,6 @@ class WaitingFile:
         return Undefined(Reason.FILE_WAITS, role=self.role or "file", name=self.name, said=self.message)
 
 
-@dataclass(frozen=True, slots=True)
-class Attribution:
-    """Person, time and reason of a statement about a file."""
-
-    person: str
-    at_utc: str
-    reason: str | None
-
-
 def readings_of(connection: sa.Connection, sha256: str) -> list[ReadingRow]:
     """Return all readings of the bytes with this hash, also refused ones, the oldest first."""
     return _readings(connection, ingest.c.sha256 == sha256)
@@ -101,12 +91,12 @@ def last_readings(connection: sa.Connection) -> list[ReadingRow]:
 
 def readings_in_force(connection: sa.Connection, readers: Sequence[str]) -> list[ReadingRow]:
     """Return the readings in force that some readers made, the oldest first."""
-    return _readings(connection, sa.and_(ingest.c.status == str(IngestStatus.IMPORTED), ingest.c.reader.in_(readers)))
+    return _readings(connection, sa.and_(ingest.c.status == IngestStatus.IMPORTED, ingest.c.reader.in_(readers)))
 
 
 def configurations_of_readings(connection: sa.Connection) -> dict[int, str]:
     """Return the texts of labbook.toml under which readings in force were made, by their keys."""
-    used = sa.select(ingest.c.config).where(ingest.c.status == str(IngestStatus.IMPORTED))
+    used = sa.select(ingest.c.config).where(ingest.c.status == IngestStatus.IMPORTED)
     return {row.id: row.text for row in connection.execute(sa.select(config).where(config.c.id.in_(used)))}
 
 
@@ -114,7 +104,7 @@ def settings_under(connection: sa.Connection, config_key: int) -> list[tuple[str
     """Return the name and the settings, as JSON, of each reading in force that was made under a configuration."""
     query = (
         sa.select(ingest.c.original_name, ingest.c.declared_json)
-        .where(ingest.c.status == str(IngestStatus.IMPORTED), ingest.c.config == config_key)
+        .where(ingest.c.status == IngestStatus.IMPORTED, ingest.c.config == config_key)
         .order_by(ingest.c.id)
     )
     return [(name, settings) for name, settings in connection.execute(query)]
@@ -215,14 +205,14 @@ def waiting_files(connection: sa.Connection) -> list[WaitingFile]:
     rows = connection.execute(
         sa.select(ingest.c.id, file.c.uid, ingest.c.original_name, ingest.c.role)
         .join(file, ingest.c.file == file.c.id)
-        .where(ingest.c.status == str(IngestStatus.WAITING))
+        .where(ingest.c.status == IngestStatus.WAITING)
         .order_by(ingest.c.id)
     ).all()
     found = []
     for row in rows:
         message = connection.execute(
             sa.select(finding.c.message)
-            .where(finding.c.ingest == row.id, finding.c.severity == str(Severity.FILE))
+            .where(finding.c.ingest == row.id, finding.c.severity == Severity.FILE)
             .order_by(finding.c.id)
         ).scalar()
         runs = (
@@ -235,55 +225,3 @@ def waiting_files(connection: sa.Connection) -> list[WaitingFile]:
         of_file = tuple(sorted(connection.execute(runs).scalars()))
         found.append(WaitingFile(row.uid, row.original_name, row.role, message or "it is refused.", of_file))
     return found
-
-
-def last_statement(connection: sa.Connection, uid: str, actions: Sequence[Action]) -> Attribution | None:
-    """Return the last statement of some actions about a thing."""
-    row = connection.execute(
-        sa.select(person.c.name, journal.c.at_utc, journal.c.reason)
-        .join(person, journal.c.person == person.c.id)
-        .where(journal.c.entity_uid == uid, journal.c.action.in_([str(action) for action in actions]))
-        .order_by(journal.c.seq.desc())
-        .limit(1)
-    ).first()
-    return None if row is None else Attribution(*row)
-
-
-def recorded_changes(
-    connection: sa.Connection, uid: str, actions: Sequence[Action]
-) -> list[tuple[dict[str, Any], dict[str, Any]]]:
-    """Return (old, new) of every statement of some actions about a thing, in order."""
-    rows = connection.execute(
-        sa.select(journal.c.old_json, journal.c.new_json)
-        .where(journal.c.entity_uid == uid, journal.c.action.in_([str(action) for action in actions]))
-        .order_by(journal.c.seq)
-    )
-    return [(json.loads(row.old_json or "{}"), json.loads(row.new_json or "{}")) for row in rows]
-
-
-def charge_history(
-    connection: sa.Connection, uids: Sequence[str]
-) -> dict[str, list[tuple[Action, dict[str, Any], dict[str, Any]]]]:
-    """Return (action, old, new) of every statement about each of some charges, in order."""
-    found: dict[str, list[tuple[Action, dict[str, Any], dict[str, Any]]]] = {uid: [] for uid in uids}
-    for some in in_chunks(uids):
-        query = (
-            sa.select(journal.c.entity_uid, journal.c.action, journal.c.old_json, journal.c.new_json)
-            .where(journal.c.entity_kind == "charge", journal.c.entity_uid.in_(some))
-            .order_by(journal.c.seq)
-        )
-        for row in connection.execute(query):
-            old, new = json.loads(row.old_json or "{}"), json.loads(row.new_json or "{}")
-            found[row.entity_uid].append((Action(row.action), old, new))
-    return found
-
-
-def reading_entries(connection: sa.Connection, sha256: str) -> list[dict[str, Any]]:
-    """Return the content of the journal entry of each reading of an imported file, in order."""
-    query = (
-        sa.select(journal.c.new_json)
-        .join(ingest, ingest.c.uid == journal.c.entity_uid)
-        .where(ingest.c.sha256 == sha256, journal.c.action.in_((str(Action.INGEST), str(Action.READ))))
-        .order_by(journal.c.seq)
-    )
-    return [json.loads(text) for text in connection.execute(query).scalars()]

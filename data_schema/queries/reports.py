@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.queries.results import results_depending_on
-from data_schema.tables.base import in_chunks
+from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.journal import journal, person
 from data_schema.tables.results import report, report_item, result, result_input, result_number
 from data_schema.tables.signals import detection
@@ -38,8 +38,10 @@ class ReportRow:
 class ShownRow:
     """A number that a report shows, as printed; the fields after that are None where the book has it no longer."""
 
+    report_uid: str
     number_uid: str
     value: float | None
+    value_now: float | None
     name: str | None
     unit: str | None
     kind: str | None
@@ -76,7 +78,7 @@ def list_reports(connection: sa.Connection) -> list[ReportRow]:
             report.c.versions_json,
             sa.func.coalesce(counts.c.numbers, 0),
         )
-        .join(journal, sa.and_(journal.c.entity_uid == report.c.uid, journal.c.action == str(Action.REPORT)))
+        .join(journal, sa.and_(journal.c.entity_uid == report.c.uid, journal.c.action == Action.REPORT))
         .join(person, journal.c.person == person.c.id)
         .outerjoin(counts, counts.c.report == report.c.id)
         .order_by(journal.c.seq)
@@ -87,23 +89,26 @@ def list_reports(connection: sa.Connection) -> list[ReportRow]:
     ]
 
 
-def shown_by_report(connection: sa.Connection, report_uid: str) -> list[ShownRow]:
-    """List the numbers that a report shows in the order in which they were computed, those that are gone last."""
+def shown_numbers(connection: sa.Connection, report_uid: str | None = None) -> list[ShownRow]:
+    """List the numbers that a report shows, or all do, as they were computed, those that are gone last."""
     query = (
         sa.select(
-            report_item.c.number_uid,
-            report_item.c.value,
-            result_number.c.name,
-            result_number.c.unit,
-            result.c.kind,
-            result.c.scope_json,
-            result.c.uid,
-            result_number.c.se,
+            *columns_of(
+                ShownRow,
+                result_number,
+                report_uid=report.c.uid,
+                number_uid=report_item.c.number_uid,
+                value=report_item.c.value,
+                value_now=result_number.c.value,
+                kind=result.c.kind,
+                scope_json=result.c.scope_json,
+                result_uid=result.c.uid,
+            )
         )
         .join(report, report_item.c.report == report.c.id)
         .outerjoin(result_number, report_item.c.result_number == result_number.c.id)
         .outerjoin(result, result_number.c.result == result.c.id)
-        .where(report.c.uid == report_uid)
+        .where(sa.true() if report_uid is None else report.c.uid == report_uid)
         .order_by(result_number.c.id.is_(None), result_number.c.id, report_item.c.number_uid)
     )
     return [ShownRow(*row) for row in connection.execute(query)]
@@ -144,17 +149,6 @@ class ShownIn:
     versions: Mapping[str, int]
 
 
-@dataclass(frozen=True, slots=True)
-class ShownNumber:
-    """A number as a report printed it, whether the book holds one of that id, and that one's value."""
-
-    report: str
-    number_uid: str
-    printed: float | None
-    known: bool
-    value: float | None
-
-
 def reports_showing(connection: sa.Connection, number_uid: str) -> list[ShownIn]:
     """List the reports that show a number, in the order in which they were made."""
     query = (
@@ -188,20 +182,3 @@ def reports_depending_on(connection: sa.Connection, inputs: Sequence[tuple[str, 
             (row.made_utc, json.loads(row.options_json)["where"] or "all runs") for row in connection.execute(query)
         }
     return [f"{made_utc} ({where})" for made_utc, where in sorted(found)]
-
-
-def shown_numbers(connection: sa.Connection) -> list[ShownNumber]:
-    """List what all reports show, beside what the book holds under the same ids."""
-    query = (
-        sa.select(
-            report.c.uid,
-            report_item.c.number_uid,
-            report_item.c.value,
-            result_number.c.id.is_not(None),
-            result_number.c.value.label("value_now"),
-        )
-        .join(report, report_item.c.report == report.c.id)
-        .outerjoin(result_number, report_item.c.result_number == result_number.c.id)
-        .order_by(report.c.id, report_item.c.number_uid)
-    )
-    return [ShownNumber(row[0], row[1], row[2], bool(row[3]), row[4]) for row in connection.execute(query)]

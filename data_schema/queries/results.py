@@ -9,7 +9,7 @@ from operator import attrgetter
 import sqlalchemy as sa
 
 from data_schema.row_hashes import STALE, note_written
-from data_schema.tables.base import in_chunks, insert_texts
+from data_schema.tables.base import in_chunks, insert_texts, private_keys
 from data_schema.tables.design import condition
 from data_schema.tables.journal import config
 from data_schema.tables.results import prediction, report, report_item, result, result_input, result_number
@@ -110,7 +110,7 @@ def add_results(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
     for some in in_chunks(rows):
         heads = [(*head(row), newest_config, 0) for row in some]
         insert_texts(connection, result, (*_HEAD, "config", "stale"), heads)
-        owners = ids_by_key(connection, [row.key for row in some])
+        owners = private_keys(connection, result.c.key, [row.key for row in some])
         numbers = [
             {"result": owners[row.key], **{name: getattr(number, name) for name in NumberRow.__slots__}}
             for row in some
@@ -138,12 +138,6 @@ def _outdate(connection: sa.Connection, rows: Sequence[ResultRow]) -> None:
         rivals = what.in_([(row.kind, row.scope_json) for row in some])
         outdated = result.update().where(rivals, result.c.stale == 0).values(stale=1).returning(result.c.uid)
         note_written(connection, STALE, connection.execute(outdated).scalars().all())
-
-
-def ids_by_key(connection: sa.Connection, keys: Sequence[str]) -> dict[str, int]:
-    """Return the private keys of stored results among some `keys`, no more than a query takes."""
-    rows = connection.execute(sa.select(result.c.key, result.c.id).where(result.c.key.in_(keys)))
-    return {row.key: row.id for row in rows}
 
 
 def mark_stale(connection: sa.Connection, changed: Iterable[tuple[str, str]]) -> list[tuple[str, str]]:
@@ -248,10 +242,7 @@ def add_report_items(connection: sa.Connection, report_uid: str, shown: Mapping[
     Each is linked to the stored number of that id; it stays without a link where there is none.
     """
     owner = connection.execute(sa.select(report.c.id).where(report.c.uid == report_uid)).scalar_one()
-    keys: dict[str, int] = {}
-    for some in in_chunks(sorted(shown)):
-        query = sa.select(result_number.c.uid, result_number.c.id).where(result_number.c.uid.in_(some))
-        keys |= {row.uid: row.id for row in connection.execute(query)}
+    keys = private_keys(connection, result_number.c.uid, sorted(shown))
     if shown:
         connection.execute(
             report_item.insert(),
@@ -316,10 +307,9 @@ _OWN = ("scene_toml", "effects_json", "accuracy", "outcome", "assumed_json")
 def add_predictions(connection: sa.Connection, rows: Sequence[PredictionRow]) -> None:
     """Store predictions, after the results that they belong to; what is stored already stays as it is."""
     for some in in_chunks(rows):
-        stored = sa.select(prediction.c.uid).where(prediction.c.uid.in_([row.uid for row in some]))
-        known = set(connection.execute(stored).scalars())
-        results = _keys(connection, result.c.uid, result.c.id, [row.result_uid for row in some])
-        conditions = _keys(connection, condition.c.key, condition.c.id, [row.condition_key for row in some])
+        known = private_keys(connection, prediction.c.uid, [row.uid for row in some])
+        results = private_keys(connection, result.c.uid, [row.result_uid for row in some])
+        conditions = private_keys(connection, condition.c.key, [row.condition_key for row in some])
         values = [
             {
                 "uid": row.uid,
@@ -333,10 +323,3 @@ def add_predictions(connection: sa.Connection, rows: Sequence[PredictionRow]) ->
         if values:
             connection.execute(prediction.insert(), values)
             note_written(connection, "result", list(results))
-
-
-def _keys(
-    connection: sa.Connection, name: sa.ColumnElement[str], key: sa.ColumnElement[int], names: Sequence[str]
-) -> dict[str, int]:
-    rows = connection.execute(sa.select(name.label("name"), key.label("key")).where(name.in_(names)))
-    return {row.name: row.key for row in rows}

@@ -13,7 +13,7 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError, nearest
 from data_schema.queries.study import factors
-from data_schema.tables.base import in_chunks
+from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.design import condition, condition_level, day, factor, level, planned_run
 from data_schema.tables.equipment import battery, robot
 from data_schema.tables.runs import run
@@ -75,27 +75,6 @@ def condition_columns(connection: sa.Connection) -> dict[str, dict[str, Any]]:
     }
 
 
-_LISTED = (
-    run.c.uid,
-    run.c.name,
-    run.c.kind,
-    run.c.state,
-    day.c.date_local,
-    run.c.position_in_day,
-    run.c.condition,
-    condition.c.uid,
-    condition.c.key,
-    condition.c.is_control,
-    robot.c.name,
-    robot.c.uid,
-    battery.c.name,
-    run.c.started_utc,
-    run.c.duration_s,
-    run.c.jumps_made,
-    run.c.starts,
-    run.c.planned_run,
-)
-
 _SHOWN = (
     run.c.name,
     day.c.date_local,
@@ -127,20 +106,25 @@ def _values_of_runs(connection: sa.Connection, expression: sa.ColumnElement[Any]
 
 def list_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = None) -> list[RunRow]:
     """List runs by day and position, all of them or those that fulfil `where` (see `where_columns`)."""
-    query = _in_order(_LISTED, where)
     levels = condition_levels(connection)
     nothing: dict[str, str] = {}
+    columns = columns_of(
+        RunRow,
+        run,
+        day=day.c.date_local,
+        condition_uid=condition.c.uid,
+        condition_key=sa.func.coalesce(condition.c.key, ""),
+        is_control=sa.func.coalesce(condition.c.is_control, 0) == 1,
+        levels=run.c.condition,
+        robot=robot.c.name,
+        robot_uid=robot.c.uid,
+        battery=battery.c.name,
+        planned=run.c.planned_run.is_not(None),
+    )
     return [
-        RunRow(
-            uid, name, _KINDS[kind], _STATES[state], date, position, condition_uid, key or "", bool(control),
-            levels.get(condition_id, nothing), robot_name, robot_uid, pack, started, duration_s, jumps_made, starts,
-            planned is not None,
-        )
-        for (
-            uid, name, kind, state, date, position, condition_id, condition_uid, key, control, robot_name, robot_uid,
-            pack, started, duration_s, jumps_made, starts, planned,
-        ) in connection.execute(query).all()
-    ]  # fmt: skip
+        RunRow(*[uid, name, _KINDS[kind], _STATES[state], *rest[:5], levels.get(rest[5], nothing), *rest[6:]])
+        for uid, name, kind, state, *rest in connection.execute(_in_order(columns, where)).all()
+    ]
 
 
 def shown_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = None) -> Sequence[Sequence[Any]]:
@@ -166,7 +150,7 @@ def runs_of_day(connection: sa.Connection, date_local: str) -> list[RunRow]:
 
 def idle_runs(connection: sa.Connection) -> list[RunRow]:
     """List the idle runs by day and position."""
-    return list_runs(connection, run.c.kind == str(RunKind.IDLE))
+    return list_runs(connection, run.c.kind == RunKind.IDLE)
 
 
 def runs_of_conditions(connection: sa.Connection, condition_uids: Sequence[str]) -> list[RunRow]:

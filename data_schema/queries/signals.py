@@ -82,12 +82,7 @@ def signals_of_runs(
         sa.select(
             *columns_of(SignalRow, signal, run_uid=run.c.uid, run_name=run.c.name, role=run_file.c.role, **_OF_OTHERS)
         )
-        .select_from(
-            signal.join(file, signal.c.file == file.c.id)
-            .join(run_file, sa.and_(run_file.c.file == file.c.id, run_file.c.part == signal.c.part))
-            .join(run, run_file.c.run == run.c.id)
-            .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, ingest.c.status == str(IngestStatus.IMPORTED)))
-        )
+        .select_from(_OF_RUNS)
         .order_by(run.c.id, signal.c.id)
     )
     if role is not None:
@@ -98,6 +93,14 @@ def signals_of_runs(
     names = _channel_names(connection, None if run_uid is None else [row.channels for row in rows])
     return [_signal_row(row, names) for row in rows]
 
+
+_OF_RUNS = (
+    signal.join(file, signal.c.file == file.c.id)
+    .join(run_file, sa.and_(run_file.c.file == signal.c.file, run_file.c.part == signal.c.part))
+    .join(run, run_file.c.run == run.c.id)
+    .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, ingest.c.status == IngestStatus.IMPORTED))
+)
+"""The signals in use that belong to a run."""
 
 _OF_OTHERS = {"channels": signal.c.id, "file_sha256": file.c.sha256, "file_name": ingest.c.original_name}
 
@@ -143,13 +146,8 @@ def log_starts(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, 
     for some in in_chunks(run_uids):
         query = (
             sa.select(run.c.uid, signal.c.start_utc)
-            .select_from(
-                signal.join(run_file, sa.and_(run_file.c.file == signal.c.file, run_file.c.part == signal.c.part)).join(
-                    run, run_file.c.run == run.c.id
-                )
-            )
-            .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, ingest.c.status == str(IngestStatus.IMPORTED)))
-            .where(run.c.uid.in_(some), run_file.c.role != str(FileRole.CHARGE))
+            .select_from(_OF_RUNS)
+            .where(run.c.uid.in_(some), run_file.c.role != FileRole.CHARGE)
             .order_by(signal.c.id)
         )
         for uid, start_utc in connection.execute(query):
@@ -189,21 +187,15 @@ def same_samples(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str
 
 def _linked_signals() -> sa.Subquery:
     """Select the signals in use that belong to a run."""
+    names = {
+        "run_uid": run.c.uid,
+        "run_name": run.c.name,
+        "file_sha256": file.c.sha256,
+        "file_name": ingest.c.original_name,
+    }
+    columns = (column.label(name) for name, column in names.items())
     return (
-        sa.select(
-            signal.c.id.label("key"),
-            signal.c.sha256,
-            run.c.uid.label("run_uid"),
-            run.c.name.label("run_name"),
-            signal.c.file,
-            file.c.sha256.label("file_sha256"),
-            ingest.c.original_name.label("file_name"),
-        )
-        .join(file, signal.c.file == file.c.id)
-        .join(run_file, sa.and_(run_file.c.file == signal.c.file, run_file.c.part == signal.c.part))
-        .join(run, run_file.c.run == run.c.id)
-        .join(ingest, sa.and_(ingest.c.id == signal.c.ingest, ingest.c.status == str(IngestStatus.IMPORTED)))
-        .subquery()
+        sa.select(signal.c.id.label("key"), signal.c.sha256, signal.c.file, *columns).select_from(_OF_RUNS).subquery()
     )
 
 
@@ -233,13 +225,9 @@ def calibrated_channels(
             *columns_of(CalibratedChannel, channel, calibration=channel.c.calibration_json, person=person.c.name),
         )
         .select_from(
-            channel.join(signal, channel.c.signal == signal.c.id)
-            .join(ingest, signal.c.ingest == ingest.c.id)
-            .join(person, ingest.c.person == person.c.id)
-            .join(run_file, sa.and_(run_file.c.file == signal.c.file, run_file.c.part == signal.c.part))
-            .join(run, run_file.c.run == run.c.id)
+            _OF_RUNS.join(channel, channel.c.signal == signal.c.id).join(person, ingest.c.person == person.c.id)
         )
-        .where(channel.c.calibration_json.is_not(None), ingest.c.status == str(IngestStatus.IMPORTED))
+        .where(channel.c.calibration_json.is_not(None))
         .order_by(channel.c.signal, channel.c.position)
     )
     if run_uid is not None:
@@ -263,13 +251,11 @@ def gaps_by_signal(connection: sa.Connection, signal_uids: Sequence[str]) -> dic
     found: dict[str, list[GapRow]] = {uid: [] for uid in signal_uids}
     for some in in_chunks(signal_uids):
         query = (
-            sa.select(
-                signal.c.uid, gap.c.start_s, gap.c.length_s, gap.c.samples_expected, gap.c.samples_missing, gap.c.kind
-            )
+            sa.select(signal.c.uid, *columns_of(GapRow, gap))
             .join(signal, gap.c.signal == signal.c.id)
             .where(signal.c.uid.in_(some))
             .order_by(gap.c.signal, gap.c.start_s)
         )
         for row in connection.execute(query):
-            found[row[0]].append(GapRow(*row[1:5], GapKind(row[5])))
+            found[row[0]].append(GapRow(*[*row[1:5], GapKind(row[5])]))
     return {uid: tuple(gaps) for uid, gaps in found.items()}

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.facts import insert_fact, key_of
+from data_schema.queries.facts import find_uid, key_of
 from data_schema.row_hashes import note_written
 from data_schema.tables.base import columns_of
 from data_schema.tables.design import (
@@ -50,15 +49,7 @@ class FactorRow:
 def factors(connection: sa.Connection) -> tuple[FactorRow, ...]:
     """Return all factors and levels in the order of their declaration."""
     rows = connection.execute(
-        sa.select(
-            factor.c.uid,
-            factor.c.name,
-            factor.c.kind,
-            level.c.uid,
-            level.c.label,
-            level.c.value,
-            level.c.attributes_json,
-        )
+        sa.select(factor.c.uid.label("factor_uid"), factor.c.name, factor.c.kind, *columns_of(LevelRow, level))
         .join(level, level.c.factor == factor.c.id)
         .order_by(factor.c.id, level.c.id)
     ).all()
@@ -82,16 +73,7 @@ class StudyRow:
 
 def the_study(connection: sa.Connection) -> StudyRow | None:
     """Return the book's study; a book has one."""
-    row = connection.execute(
-        sa.select(
-            study.c.uid,
-            study.c.name,
-            study.c.kind,
-            study.c.reference_voltage_v,
-            study.c.jumps_nominal,
-            study.c.time_zone,
-        ).order_by(study.c.id)
-    ).first()
+    row = connection.execute(sa.select(*columns_of(StudyRow, study)).order_by(study.c.id)).first()
     return None if row is None else StudyRow(*row)
 
 
@@ -105,11 +87,6 @@ def add_condition_levels(connection: sa.Connection, condition_uid: str, level_ui
         condition_level.insert(), [{"condition": owner, "factor": row.factor, "level": row.id} for row in rows]
     )
     note_written(connection, "condition", [condition_uid])
-
-
-def add_planned_run(connection: sa.Connection, *, uid: str, plan_uid: str, position: int, **values: Any) -> None:
-    """Store one run of a plan."""
-    insert_fact(connection, "planned_run", uid, {"plan": plan_uid, "position": position, **values})
 
 
 def conditions_by_key(connection: sa.Connection) -> Mapping[str, str]:
@@ -159,8 +136,7 @@ def checks_by_day(connection: sa.Connection) -> dict[str, list[CheckRow]]:
 
 def person_uid(connection: sa.Connection, name: str) -> str | None:
     """Return the uid of a person by name."""
-    uid: str | None = connection.execute(sa.select(person.c.uid).where(person.c.name == name)).scalar()
-    return uid
+    return find_uid(connection, "person", name=name)
 
 
 def people(connection: sa.Connection) -> dict[str, str]:
@@ -180,7 +156,7 @@ class ConfigRow:
 
 def config_in_force(connection: sa.Connection) -> ConfigRow | None:
     """Return the newest configuration; None before the first."""
-    newest = sa.select(config.c.uid, config.c.sha256, config.c.text).order_by(config.c.id.desc()).limit(1)
+    newest = sa.select(*columns_of(ConfigRow, config)).order_by(config.c.id.desc()).limit(1)
     row = connection.execute(newest).first()
     return ConfigRow(*row) if row else None
 
@@ -252,6 +228,6 @@ def withdrawn_names(connection: sa.Connection) -> set[str]:
 def _withdrawn_plans() -> sa.Select[tuple[int]]:
     """Select the plans that are void by the journal; a run made after that belongs to none of them."""
     voids_plan = sa.and_(
-        journal.c.entity_uid == plan.c.uid, journal.c.entity_kind == "plan", journal.c.action == str(Action.VOID)
+        journal.c.entity_uid == plan.c.uid, journal.c.entity_kind == "plan", journal.c.action == Action.VOID
     )
     return sa.select(plan.c.id).join(journal, voids_plan)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from enum import StrEnum
+from functools import cache
 from typing import Any, TypeVar
 
 import sqlalchemy as sa
@@ -141,6 +142,20 @@ def in_chunks(items: Sequence[Item]) -> Iterator[Sequence[Item]]:
     """Pass a list on in pieces that fit into a query, in order."""
     for start in range(0, len(items), CHUNK):
         yield items[start : start + CHUNK]
+
+
+def private_keys(connection: sa.Connection, name: sa.Column[str], names: Sequence[str]) -> dict[str, int]:
+    """Return the private keys of the rows with these values in a column, by value."""
+    found: dict[str, int] = {}
+    for some in in_chunks(names):
+        found |= {row[0]: row[1] for row in connection.execute(_keys_by(name), {"names": list(some)})}
+    return found
+
+
+@cache
+def _keys_by(name: sa.Column[str]) -> sa.Select[Any]:
+    """Build the query once: an ingest of many files asks it for each."""
+    return sa.select(name, name.table.c.id).where(name.in_(sa.bindparam("names", expanding=True)))
 
 
 def insert_texts(

@@ -79,8 +79,8 @@ def differences(connection: sa.Connection, entries: Iterable[Entry], without_row
     from labbook.analysis.algorithms import versions_now  # what computes, and takes long to import
 
     shown = shown_numbers(connection)
-    gone = [item for item in shown if not item.known]
-    changed = [item for item in shown if item.known and not equals_printed(item.printed, item.value)]
+    gone = [item for item in shown if item.result_uid is None]
+    changed = [item for item in shown if item.result_uid and not equals_printed(item.value, item.value_now)]
     now = readings(connection)
     versions, other_algorithms, anew = versions_now(), False, []
     for entry in entries:
@@ -93,7 +93,7 @@ def differences(connection: sa.Connection, entries: Iterable[Entry], without_row
                 anew.append((content["rows"], content["signals"]) != (reading.rows, reading.signals))
     return Differences(
         numbers_gone=len(gone),
-        reports_concerned=len({item.report for item in gone}),
+        reports_concerned=len({item.report_uid for item in gone}),
         numbers_changed=len(changed),
         files_read_anew=len(anew),
         files_changed=sum(anew),

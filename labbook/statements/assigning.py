@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from data_schema.journal import Entry
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import fact_exists, insert_fact, read_fact, update_fact
+from data_schema.queries.history import statements_about
 from data_schema.queries.imported_files import (
     links_of_file,
     links_of_run,
@@ -16,7 +17,6 @@ from data_schema.queries.imported_files import (
     unassigned_charges_of_file,
     unlink_file,
 )
-from data_schema.queries.readings import recorded_changes
 from data_schema.queries.results import mark_stale
 from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
@@ -96,7 +96,7 @@ def link_parts_again(
     links = links_of_file(context.connection, file_uid)
     if not links:
         run_uid = run_named(context, stated_run)
-        if run_uid is None or recorded_changes(context.connection, file_uid, [Action.ASSIGN]):
+        if run_uid is None or statements_about(context.connection, file_uid, [Action.ASSIGN]):
             return []
         assign_file(context, file_uid, run_uid, role, parts=parts)
         return [run_uid]

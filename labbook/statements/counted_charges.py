@@ -17,7 +17,7 @@ import sqlalchemy as sa
 
 from data_schema.queries.charges import SheetRow, repeating, rows_about, rows_with_uids
 from data_schema.queries.facts import read_fact, update_fact
-from data_schema.queries.readings import charge_history
+from data_schema.queries.history import EntryRow, history_of_charges
 from data_schema.queries.runs import run_uids_by_name
 from data_schema.vocabulary import Action, ChargeMode, ChargeState, Severity
 from ingest.findings import MORE_LINES
@@ -164,10 +164,8 @@ def predicted_findings(connection: sa.Connection, charges: Sequence[ChargeRow]) 
     for read in charges:
         if read.stated_run not in uids:
             continue
-        row = SheetRow(
-            0, f"row {read.row_number}", read.row_number, read.line, None, read.stated_run, None,
-            ChargeState.COUNTED, read.charge_mah, read.end_voltage_v, read.mode,
-        )  # fmt: skip
+        values = {name: getattr(read, name) for name in SheetRow.__slots__ if hasattr(read, name)}
+        row = SheetRow(**values, order=0, uid=f"row {read.row_number}", state=ChargeState.COUNTED)
         own.add(row.uid)
         others = rows_of_run.setdefault(read.stated_run, [])
         same = next((other for other in others if same_charge(row, other)), None)
@@ -318,17 +316,18 @@ class ManualChanges:
 
 def manual_changes(context: ApplyContext, uids: Sequence[str]) -> dict[str, ManualChanges]:
     """Return what people changed by hand in each of these charges."""
-    return {uid: _changes_in(entries) for uid, entries in charge_history(context.connection, uids).items()}
+    return {uid: _changes_in(entries) for uid, entries in history_of_charges(context.connection, uids).items()}
 
 
-def _changes_in(entries: Sequence[tuple[Action, Mapping[str, Any], Mapping[str, Any]]]) -> ManualChanges:
+def _changes_in(entries: Sequence[EntryRow]) -> ManualChanges:
     corrected: dict[str, tuple[Any, Any]] = {}
     assigned, run_uid, added, dismissed = False, None, False, False
-    for action, old, new in entries:
-        if action in (Action.DISMISS, Action.RESTORE):
-            dismissed = action is Action.DISMISS
-        elif action in (Action.ASSIGN, Action.CORRECT):
-            for name in new.keys() - {"run", "added"} if action is Action.CORRECT else ():
+    for entry in entries:
+        if entry.action in (Action.DISMISS, Action.RESTORE):
+            dismissed = entry.action is Action.DISMISS
+        elif entry.action in (Action.ASSIGN, Action.CORRECT):
+            old, new = entry.old, entry.new
+            for name in new.keys() - {"run", "added"} if entry.action is Action.CORRECT else ():
                 corrected[name] = (corrected[name][0] if name in corrected else old.get(name), new[name])
             if "run" in new:
                 assigned, run_uid, added = True, new["run"], bool(new.get("added"))

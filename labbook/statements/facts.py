@@ -14,7 +14,7 @@ from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import fact_exists, insert_fact, read_fact, update_fact
 from data_schema.queries.imported_files import waiting_for_run
 from data_schema.queries.results import mark_stale
-from data_schema.queries.study import add_condition_levels, add_planned_run
+from data_schema.queries.study import add_condition_levels
 from data_schema.vocabulary import FileRole
 from labbook.statements.apply_context import (
     ApplyContext,
@@ -48,13 +48,8 @@ def _condition_levels(context: ApplyContext, uid: str, values: Mapping[str, Any]
 
 def _planned_runs(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:
     for position, planned in enumerate(values["runs"], start=1):
-        add_planned_run(
-            context.connection,
-            uid=derived_uid("planned_run", uid, position),
-            plan_uid=uid,
-            position=position,
-            **planned,
-        )
+        values_of_run = {"plan": uid, "position": position, **planned}
+        insert_fact(context.connection, "planned_run", derived_uid("planned_run", uid, position), values_of_run)
 
 
 def _link_what_waited(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:

@@ -12,13 +12,13 @@ import numpy as np
 from data_schema.errors import BookBusy, BookError, InputRefused, UsageError
 from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
-from data_schema.queries.charges import charge_contents, rows_of_file
+from data_schema.queries.charges import rows_of_file
 from data_schema.queries.detections import NewDetection, add_detections
-from data_schema.queries.facts import read_fact
+from data_schema.queries.facts import insert_fact, key_of, read_fact
 from data_schema.queries.imported_files import links_of_file, parts_of_file
 from data_schema.queries.readings import ReadingRow, last_reading, parts_of_reading, set_status
 from data_schema.queries.results import mark_stale
-from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
+from data_schema.vocabulary import FileRole, FileState, IngestStatus, RunKind, Severity
 from ingest.declared import flag_of
 from ingest.formats.format import UNKNOWN
 from ingest.model import ChannelData, Finding, ReadFile, SignalPart
@@ -52,13 +52,8 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[
     new = entry.new or {}
     done = _still_there(context, prepared) if isinstance(prepared, PreparedImport) else _read_again(context, new)
     file_uid = derived_uid("file", done.sha256)
-    file_key = imports.add_file(
-        context.connection,
-        uid=file_uid,
-        sha256=done.sha256,
-        n_bytes=done.n_bytes,
-        store_path=raw_path(done.sha256),
-    )
+    values = {"sha256": done.sha256, "n_bytes": done.n_bytes, "store_path": raw_path(done.sha256)}
+    file_key = insert_fact(context.connection, "file", file_uid, {**values, "state": str(FileState.KEPT)})
     role = _role(new, done)
     ingest_key = add_reading(context, entry, done, file_key, role)
     touched = []
@@ -107,7 +102,7 @@ def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> list[tu
     before_parts = parts_of_file(context.connection, before.file_uid)
     set_status(context.connection, before.uid, IngestStatus.SUPERSEDED)
     role = _role(new, done)
-    file_key = imports.file_key(context.connection, done.sha256)
+    file_key = key_of(context.connection, "file", before.file_uid)
     ingest_key = add_reading(context, entry, done, file_key, role)
     changed = [("file", before.file_uid), *(("signal", part.sha256) for part in old_parts)]
     touched = link_parts_again(context, before.file_uid, role, new.get("stated_run"), before_parts, _parts(new, done))
@@ -135,7 +130,6 @@ def _inputs_of_reading(context: ApplyContext, reading: ReadingRow) -> tuple[obje
         parts_of_reading(context.connection, reading.uid),
         links_of_file(context.connection, reading.file_uid),
         rows_of_file(context.connection, reading.file_uid),
-        charge_contents(context.connection, reading.file_uid),
     )
 
 

@@ -19,7 +19,7 @@ import sqlalchemy as sa
 from data_schema.queries import imports
 from data_schema.queries.charges import SheetRow, rows_of_file, rows_with_uids
 from data_schema.queries.facts import find_uid, insert_fact, update_fact
-from data_schema.queries.readings import reading_entries
+from data_schema.queries.history import reading_entries
 from data_schema.vocabulary import ChargeState
 from ingest.model import ChargeRow, ReadFile
 from labbook.statements.apply_context import ApplyContext, derived_uid

@@ -6,12 +6,14 @@ Nothing is deleted: the readings, the samples and the links to runs stay, and no
 from __future__ import annotations
 
 from data_schema.journal import Entry
-from data_schema.queries import imports
 from data_schema.queries.facts import fact_exists, read_fact, update_fact
+from data_schema.queries.history import reading_entries
 from data_schema.queries.imported_files import links_of_file
 from data_schema.queries.imports import findings_of
-from data_schema.queries.readings import last_reading, parts_of_reading, reading_entries, set_status
+from data_schema.queries.readings import last_reading, parts_of_reading, set_status
 from data_schema.queries.results import mark_stale
+from data_schema.tables.base import private_keys
+from data_schema.tables.files import ingest
 from data_schema.vocabulary import ChargeState, IngestStatus, Severity
 from labbook.statements.apply_context import ApplyContext, inputs_around_run, missing_row
 from labbook.statements.sheet_charges import mark_charges_gone, restore_charges
@@ -47,7 +49,7 @@ def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> list[tup
         touched += mark_charges_gone(context, file_uid)
     elif status is IngestStatus.IMPORTED:
         entry = reading_entries(context.connection, sha256)[-1]
-        key = imports.ingest_key(context.connection, reading.uid)
+        key = private_keys(context.connection, ingest.c.uid, [reading.uid])[reading.uid]
         touched += restore_charges(context, file_uid, key, entry)
     changed = [("file", file_uid)]
     changed += [("signal", part.sha256) for part in parts_of_reading(context.connection, reading.uid)]

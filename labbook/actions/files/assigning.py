@@ -8,8 +8,8 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
+from data_schema.queries.charges import SheetRow
 from data_schema.queries.imported_files import (
-    ChargeRef,
     FileRow,
     Link,
     charges_of_file,
@@ -103,7 +103,7 @@ def _take_file_off(session: WriteSession, file: FileRow, what: str, why: str | N
     return f"{what} belongs to run {names} no longer: it is in the inbox."
 
 
-def _charges_with(session: WriteSession, file: FileRow, links: list[Link]) -> list[ChargeRef]:
+def _charges_with(session: WriteSession, file: FileRow, links: list[Link]) -> list[SheetRow]:
     """Return the charges that follow their file: those of the run it is linked to; without a link, its only one."""
     if file.role != FileRole.CHARGE:
         return []
@@ -114,7 +114,7 @@ def _charges_with(session: WriteSession, file: FileRow, links: list[Link]) -> li
     return [charge for charge in charges if len(charges) == 1 and charge.run_uid is not None]
 
 
-def _assign_charge(session: WriteSession, file: FileRow, charge: ChargeRef, run: RunRow, why: str | None) -> str:
+def _assign_charge(session: WriteSession, file: FileRow, charge: SheetRow, run: RunRow, why: str | None) -> str:
     what = f"charge {charge.row_number} of {file.name}"
     if charge.run_uid != run.uid:
         refuse_second_charge(session.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
@@ -130,7 +130,7 @@ def _assign_charge(session: WriteSession, file: FileRow, charge: ChargeRef, run:
     return f"{what} moved to run {run.name}."
 
 
-def _add_charge(session: WriteSession, file: FileRow, charge: ChargeRef, run: RunRow, why: str | None) -> str:
+def _add_charge(session: WriteSession, file: FileRow, charge: SheetRow, run: RunRow, why: str | None) -> str:
     what = f"charge {charge.row_number} of {file.name}"
     if charge.run_uid == run.uid and charge.added:
         return f"{what} is added to that of run {run.name} already."
@@ -147,7 +147,7 @@ def _add_charge(session: WriteSession, file: FileRow, charge: ChargeRef, run: Ru
     return f"{what} is added to that of run {run.name}: the sum counts."
 
 
-def _take_charge_off(session: WriteSession, file: FileRow, charge: ChargeRef, why: str | None) -> str:
+def _take_charge_off(session: WriteSession, file: FileRow, charge: SheetRow, why: str | None) -> str:
     what = f"charge {charge.row_number} of {file.name}"
     if charge.run_uid is None:
         return f"{what} belongs to no run: `labbook runs inbox` lists it."
@@ -157,17 +157,17 @@ def _take_charge_off(session: WriteSession, file: FileRow, charge: ChargeRef, wh
     return f"{what} belongs to run {charge.run_name} no longer: it is in the inbox."
 
 
-def _state_no_run(session: WriteSession, charge: ChargeRef, why: str) -> None:
+def _state_no_run(session: WriteSession, charge: SheetRow, why: str) -> None:
     old, new = _with_added(charge, {"run": charge.run_uid}, {"run": None})
     session.state(Statement(Action.ASSIGN, "charge", charge.uid, new=new, old=old, reason=why))
 
 
-def _with_added(charge: ChargeRef, old: dict[str, Any], new: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+def _with_added(charge: SheetRow, old: dict[str, Any], new: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return old and new values of a charge that leaves a run; one that was added there is so no longer."""
     return ({**old, "added": 1}, {**new, "added": 0}) if charge.added else (old, new)
 
 
-def _names(rows: Sequence[Link | ChargeRef]) -> str:
+def _names(rows: Sequence[Link | SheetRow]) -> str:
     return ", ".join(sorted({row.run_name for row in rows if row.run_name is not None}))
 
 
@@ -183,7 +183,7 @@ def resolve_item(connection: sa.Connection, what: str) -> str:
     return place if len(files) == 1 else f"{of_charge[0].uid}#{row}"
 
 
-def charge_of(connection: sa.Connection, file: FileRow, row_number: int) -> ChargeRef:
+def charge_of(connection: sa.Connection, file: FileRow, row_number: int) -> SheetRow:
     """Return the charge in a row of a file; raises `UsageError` where there is none."""
     for charge in charges_of_file(connection, file.uid):
         if charge.row_number == row_number:

@@ -15,12 +15,13 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError
 from data_schema.journal import canonical
-from data_schema.queries.charges import SheetRow, charge_contents, rows_of_file
+from data_schema.queries.charges import SheetRow, rows_of_file
 from data_schema.queries.detections import jumps_found, verdicts_waiting
 from data_schema.queries.facts import find_uid
+from data_schema.queries.history import statements_about
 from data_schema.queries.imported_files import links_of_file, runs_of_file
 from data_schema.queries.imports import ABOUT_RUNS
-from data_schema.queries.readings import PartRow, ReadingRow, last_reading, last_statement, parts_of_reading
+from data_schema.queries.readings import PartRow, ReadingRow, last_reading, parts_of_reading
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file
@@ -232,14 +233,13 @@ class ReadingContents:
     row: ReadingRow
     parts: Mapping[str, PartRow]
     jumps: Mapping[str, int]
-    charges: Mapping[str, tuple[SheetRow, tuple[Any, ...]]]
+    charges: Mapping[str, SheetRow]
 
     @classmethod
     def of(cls, connection: sa.Connection, row: ReadingRow) -> Self:
         """Look up the contents of a reading, which must be the last of its file."""
         parts = {part.part: part for part in parts_of_reading(connection, row.uid)}
-        contents = charge_contents(connection, row.file_uid or "")
-        rows = {item.uid: (item, contents[item.uid]) for item in rows_of_file(connection, row.file_uid or "")}
+        rows = {item.uid: item for item in rows_of_file(connection, row.file_uid or "")}
         return cls(row, parts, jumps_found(connection, row.uid, _recorded_settings(row).detector), rows)
 
 
@@ -290,15 +290,11 @@ def _part(old: PartRow, new: PartRow) -> list[str]:
 
 
 def _charge_changes(old: ReadingContents, new: ReadingContents) -> list[str]:
-    gone = (ChargeState.GONE,)
+    both = [(old.charges[uid], row) for uid, row in new.charges.items() if uid in old.charges]
     counts = {
-        "new": sum(row.state not in gone for uid, (row, _) in new.charges.items() if uid not in old.charges),
-        "gone": sum(
-            row.state in gone and old.charges[uid][0].state not in gone
-            for uid, (row, _) in new.charges.items()
-            if uid in old.charges
-        ),
-        "changed": sum(values != old.charges[uid][1] for uid, (_, values) in new.charges.items() if uid in old.charges),
+        "new": sum(row.state is not ChargeState.GONE for uid, row in new.charges.items() if uid not in old.charges),
+        "gone": sum(row.state is ChargeState.GONE and was.state is not ChargeState.GONE for was, row in both),
+        "changed": sum(row.contents != was.contents for was, row in both),
     }
     listed = [f"{count} {what}" for what, count in counts.items() if count]
     return [f"charges: {', '.join(listed)}"] if listed else []
@@ -339,9 +335,9 @@ def take_known(
         row = last_reading(connection, sha256)
         assert row is not None  # noqa: S101 - only known bytes come here
         assert row.file_uid is not None  # noqa: S101
-        withdrawn = last_statement(connection, row.file_uid, [Action.WITHDRAW])
+        withdrawals = statements_about(connection, row.file_uid, [Action.WITHDRAW])
     if row.status is IngestStatus.WITHDRAWN:
-        by = "" if withdrawn is None else f" by {withdrawn.person} on {withdrawn.at_utc}: {withdrawn.reason}"
+        by = "".join(f" by {last.person} on {last.at_utc}: {last.reason}" for last in withdrawals[-1:])
         return KnownFile(None, (f"withdrawn{by}; `labbook files restore {row.name}` takes it into use again.",))
     declared = json.loads(row.options_json)
     declared_otherwise = canonical(with_declared(declared, options)) != canonical(declared)

@@ -5,12 +5,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_of_runs, repeating
+from data_schema.queries.history import statements_about
 from data_schema.queries.imported_files import (
     InboxItem,
     charges_of_file,
@@ -25,10 +26,8 @@ from data_schema.queries.readings import (
     PartRow,
     ReadingRow,
     last_readings,
-    last_statement,
     parts_of_reading,
     readings_of,
-    recorded_changes,
     shown_readings,
 )
 from data_schema.queries.runs import run_uids_by_name
@@ -94,7 +93,7 @@ def show_file(connection: sa.Connection, name: str) -> ShownFile:
             row,
             tuple(parts_of_reading(connection, row.uid)),
             tuple(findings_of(connection, row.uid)),
-            recorded_changes(connection, row.uid, _READ)[-1][1].get("plugin"),
+            statements_about(connection, row.uid, _READ)[-1].new.get("plugin"),
         )
         for row in readings
     )
@@ -202,7 +201,8 @@ def restore(session: WriteSession, name: str, why: str | None) -> str:
     file = file_named(session.connection, name, withdrawn=True)
     if file.status is not IngestStatus.WITHDRAWN:
         return f"{file.name} is in use: there is nothing to restore."
-    session.state(Statement(Action.RESTORE, "file", file.uid, new=_runs_left(session.connection, file.uid), reason=why))
+    left = statements_about(session.connection, file.uid, [Action.WITHDRAW])[-1].old
+    session.state(Statement(Action.RESTORE, "file", file.uid, new=left, reason=why))
     return f"{file.name} is in use again."
 
 
@@ -301,17 +301,9 @@ _READ = (Action.INGEST, Action.READ, Action.REFUSE)
 _LAST = (IngestStatus.IMPORTED, IngestStatus.WITHDRAWN, IngestStatus.WAITING)
 
 
-def _runs_left(connection: sa.Connection, file_uid: str) -> dict[str, Any]:
-    """Return the runs that a file left when it was withdrawn, as columns of the statement that restores it."""
-    *_earlier, (old, _new) = recorded_changes(connection, file_uid, [Action.WITHDRAW])
-    return old
-
-
 def _remark(connection: sa.Connection, status: str, file_uid: str, reading_uid: str) -> str:
     if status == IngestStatus.WITHDRAWN:
-        withdrawal = last_statement(connection, file_uid, [Action.WITHDRAW])
-        if withdrawal is None:
-            return "withdrawn"
+        withdrawal = statements_about(connection, file_uid, [Action.WITHDRAW])[-1]
         at = local_text(withdrawal.at_utc, study_of(connection).time_zone)
         return f"withdrawn by {withdrawal.person} on {at}: {withdrawal.reason}"
     if status == IngestStatus.WAITING:

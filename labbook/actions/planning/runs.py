@@ -12,7 +12,7 @@ from zoneinfo import ZoneInfo
 
 from data_schema.disk import replace_together
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.history import FirstMeasurement, first_measurement
+from data_schema.queries.history import EntryRow, first_measurement
 from data_schema.queries.runs import run_names
 from data_schema.queries.study import OpenPlan, open_plans, planned_runs, withdrawn_names
 from data_schema.vocabulary import Action, PlanMethod, RunKind, Undefined
@@ -162,9 +162,7 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     )
 
 
-def _looks(
-    number: int, runs: int, settings: AnalysisSettings, measured: FirstMeasurement | None
-) -> tuple[PlannedLook, ...]:
+def _looks(number: int, runs: int, settings: AnalysisSettings, measured: EntryRow | None) -> tuple[PlannedLook, ...]:
     """Return the looks of a plan at equal parts of its runs; none where one was asked for."""
     if not 1 <= number <= runs:
         raise UsageError(f"--looks {number} is not possible: give a number from 1 to {runs}, the runs of jumps.")

@@ -96,7 +96,7 @@ class _Known:
         self.connection = connection
         self.history = read_history(connection)
         self.file_read = {uid: file_uid for uid, file_uid, _name in queries.files_read(connection)}
-        self.texts = {item.seq: item.text for item in queries.recorded_configurations(connection)}
+        self.texts = {item.seq: str(item.new["text"]) for item in queries.recorded_configurations(connection)}
         self.moves: dict[int, list[Change]] = {}
         for entry, change in self.history.changes:
             if change.column == "run_uid":

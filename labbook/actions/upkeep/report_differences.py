@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import sqlalchemy as sa
 
 from data_schema.errors import UnknownName, nearest, unknown_name
-from data_schema.queries.reports import ReportRow, ResultHead, ShownRow, list_reports, result_heads, shown_by_report
+from data_schema.queries.reports import ReportRow, ResultHead, ShownRow, list_reports, result_heads, shown_numbers
 from labbook.actions.upkeep.report_causes import (
     LOST_RUN,
     OF_RUN,
@@ -99,12 +99,12 @@ def report_named(connection: sa.Connection, name: str) -> ReportRow:
 
 def report_numbers(connection: sa.Connection, report: ReportRow) -> list[ReportNumber]:
     """List what a report shows."""
-    return [_number(row) for row in shown_by_report(connection, report.uid)]
+    return [_number(row) for row in shown_numbers(connection, report.uid)]
 
 
 def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportRow) -> ReportsCompared:
     """Find which numbers moved from one report to another, and the statements between the two that moved them."""
-    old, new = ({_identity(row): row for row in shown_by_report(connection, report.uid)} for report in (before, after))
+    old, new = ({_identity(row): row for row in shown_numbers(connection, report.uid)} for report in (before, after))
     pairs = [(old[what], row) for what, row in new.items() if what in old]
     moved = [(was, now) for was, now in pairs if not equals_printed(was.value, now.value, now.se)]
     causes = causes_between(connection, (before, after))

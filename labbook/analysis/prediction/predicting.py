@@ -21,10 +21,12 @@ from data_schema.errors import LabbookError, unknown_name
 from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import read_fact
-from data_schema.queries.results import PredictionRow, add_predictions, ids_by_key
+from data_schema.queries.results import PredictionRow, add_predictions
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
 from data_schema.second_process import SecondProcess, has_core, run_in_fork
+from data_schema.tables.base import private_keys
+from data_schema.tables.results import result
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.condition_scenes import (
     ROBOT_PARAMETERS,
@@ -188,7 +190,7 @@ def predictions(
 
 def _new(cache: ResultCache, wanted: Wanted) -> dict[str, Request[PredictionResult]]:
     """Return the requests that no book answers, by key."""
-    known = ids_by_key(cache.connection, [request.key for request in wanted.values()])
+    known = private_keys(cache.connection, result.c.key, [request.key for request in wanted.values()])
     return {request.key: request for request in wanted.values() if request.key not in known}
 
 

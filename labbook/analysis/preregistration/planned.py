@@ -20,7 +20,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.history import RecordedConfiguration, first_measurement, recorded_configurations
+from data_schema.queries.history import EntryRow, first_measurement, recorded_configurations
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import FileRole, ReasonCode, RunKind, RunState
 from labbook.analysis.comparison import pairing
@@ -90,7 +90,7 @@ AS_A_WHOLE = "a family counts as planned only as a whole, because Holm's p of ea
 """Why a run left out for a reason that was not allowed concerns groups that it does not belong to."""
 
 
-_History = Sequence[tuple[RecordedConfiguration, AnalysisSettings | None]]
+_History = Sequence[tuple[EntryRow, AnalysisSettings | None]]
 """Every labbook.toml that the journal stores, with its [analysis]."""
 
 
@@ -192,7 +192,7 @@ def planned_analysis(
     `selected` are the uids of the runs that a report or a comparison takes, None where it takes all.
     """
     now, first = configuration.analysis, first_measurement(connection)
-    configurations = [(item, _stored(item.text).analysis) for item in recorded_configurations(connection)]
+    configurations = [(item, _stored(item.new["text"]).analysis) for item in recorded_configurations(connection)]
     before = [item for item in configurations if first is not None and item[0].seq < first.seq]
     stood = before[-1][1] if before else None
     if first is None or stood is None:
@@ -207,7 +207,7 @@ def planned_analysis(
     left_out = _disallowed(state, stood.exclusions)
     void_runs = [item.run for item in left_out if item.jumps is None]
     since_first = departures_since(history, state, reports, first.seq, void_runs)
-    further = [*_changed_jump_rules(before[-1][0].text, configuration), *since_first]
+    further = [*_changed_jump_rules(before[-1][0].new["text"], configuration), *since_first]
     further += [] if selected is None else _unselected(state, configuration, selected)
     departing = [*_changed_settings(stood, now, configurations), *map(not_allowed, left_out)]
     bounds_late = stood.apex_bounds is None and now is not None and now.apex_bounds is not None
@@ -329,7 +329,7 @@ def _run_before(runs: Iterable[RunRow], at_utc: str) -> str | None:
     return min((day for time, day in times if time < at_utc[: len(time)]), default=None)
 
 
-def _since(history: Sequence[tuple[RecordedConfiguration, Any]], value: object) -> RecordedConfiguration | None:
+def _since(history: Sequence[tuple[EntryRow, Any]], value: object) -> EntryRow | None:
     """Return the entry since which a value has stood unbroken to the end of the history."""
     found = None
     for item, recorded in reversed(history):
@@ -339,5 +339,5 @@ def _since(history: Sequence[tuple[RecordedConfiguration, Any]], value: object) 
     return found
 
 
-def _time_and_person(item: RecordedConfiguration | None) -> tuple[str | None, str | None]:
+def _time_and_person(item: EntryRow | None) -> tuple[str | None, str | None]:
     return (None, None) if item is None else (item.at_utc, item.person)

@@ -95,7 +95,7 @@ def test_what_was_decided_stands_in_the_journal_before_the_first_file(either: Sm
     assert said[-2:] == [("config", Action.DECLARE), ("ingest", Action.INGEST)]
     assert first is not None
     assert (first.seq, configurations[-1].seq) == (len(said), len(said) - 1)
-    assert "[analysis]" in configurations[-1].text
+    assert "[analysis]" in configurations[-1].new["text"]
     found = planned(either)
     assert (found.settings, found.stated, found.departures) == (STOOD, True, ())
     assert (found.stated_utc, found.stated_by) == (configurations[-1].at_utc, BEN)
