@@ -115,7 +115,7 @@ def _chosen(
 
 def _candidates(head: Head, findings: FindingCollector) -> list[tuple[Format, Recognition]]:
     """Return the formats that recognise the file, the one with the highest score first."""
-    asked = [each for each in registry.all_formats() if each.clue is None or each.clue.is_in(head)]
+    asked = [each for each in registry.all_formats() if each.may_be(head)]
     found = [(each, seen) for each in asked if (seen := registry.recognition(each, head, findings)) is not None]
     return sorted(found, key=lambda each: -each[1].score)
 

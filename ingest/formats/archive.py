@@ -21,7 +21,7 @@ from ingest.channels.names import clean_name
 from ingest.containers import FREE_BYTES, ArchiveRefusedError, check_zip, member_bytes, workbook_kind
 from ingest.declared import ABSENT
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.format import SIGNATURE, Clue, FileReader, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, FileReader, Format, Head, Recognition
 from ingest.model import ChargeRow, Declarations, Finding, Limits, ReadFile, Reading, SignalPart
 from ingest.signals import combine
 
@@ -254,5 +254,5 @@ def _reading(name: str, result: ReadFile, *, several: bool) -> Reading:
     return Reading(parts, charges, result.rows_read, result.rows_rejected, result.role)
 
 
-ZIP = Format("zip", 4, _recognise_zip, _read_zip, container=True, clue=Clue(begins=(b"PK\3\4", b"PK\5\6")))
-GZIP = Format("gzip", 4, _recognise_gzip, _read_gzip, container=True, clue=Clue(begins=(b"\x1f\x8b",)))
+ZIP = Format("zip", 4, _recognise_zip, _read_zip, container=True)
+GZIP = Format("gzip", 4, _recognise_gzip, _read_gzip, container=True)

@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ingest.findings import FILE, ROW, FindingCollector
+from ingest.formats.format import Head
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Declarations, Reading
 from ingest.signals import read_signals
@@ -127,6 +128,13 @@ def plate_channel(quantity: str, axis: str, plate: int) -> str:
     return f"{quantity}_{axis}" if plate == 1 else f"{quantity}_{axis}_{plate}"
 
 
+def number_among(known: list[str], name: str) -> int:
+    """Return the place of a name, from 1, among those known; a new one joins them."""
+    if name not in known:
+        known.append(name)
+    return known.index(name) + 1
+
+
 def number(text: str | None) -> float | None:
     """Return the number that a header's value is, its decimal sign a point or a comma; None where it is none.
 
@@ -150,18 +158,13 @@ def next_filled(source: TextSource, line: Line) -> Line | None:
 
 
 def read_fixed(
-    source: TextSource,
-    header: FixedHeader,
-    declared: Declarations,
-    findings: FindingCollector,
-    instrument: Instrument,
-    samples: float | None = None,
+    head: Head, header: FixedHeader, findings: FindingCollector, instrument: Instrument, samples: float | None = None
 ) -> Reading:
     """Read the one table below a maker's header; `samples` is the header's number of samples."""
-    table = fixed_table(source, header, declared, findings)
+    table = fixed_table(head.text, header, head.declared, findings)
     if table is None:
         return Reading()
-    reading = read_signals(table, declared, findings, instrument)
+    reading = read_signals(table, head.declared, findings, instrument)
     check_count(reading, samples, findings)
     return reading
 

@@ -15,6 +15,10 @@ HEAD_LINES = 60
 """Lines from which a format is recognised, those that a quoted cell spans counted as one."""
 
 
+class NoText(Exception):
+    """A format of text was asked to read a file that is none."""
+
+
 FileReader = Callable[[bytes, Declarations], ReadFile]
 """What reads one file, as `ingest.read.read_file` does: formats that hold files read these by it."""
 
@@ -34,6 +38,13 @@ class Head:
     lines: tuple[str, ...]
     beginning: bytes
     read_file: FileReader
+
+    @property
+    def text(self) -> TextSource:
+        """Return the text; raises `NoText` where the file is none."""
+        if self.source is None:
+            raise NoText
+        return self.source
 
     def first_line(self) -> str:
         """Return the first line that is not blank, without NULs, or an empty text."""
@@ -89,36 +100,13 @@ class Recognition:
 
 
 @dataclass(frozen=True, slots=True)
-class Clue:
-    """What every file of a format holds, at least one of it: cheap to look for, and no proof.
-
-    `begins` are its first bytes, `says` bytes in its beginning, in lower case; `binary` is a file that is no text, and
-    `instrument` the one that is declared.
-    """
-
-    begins: tuple[bytes, ...] = ()
-    says: tuple[bytes, ...] = ()
-    binary: bool = False
-    instrument: str | None = None
-
-    def is_in(self, head: Head) -> bool:
-        """Whether a file holds any of it."""
-        return (
-            head.data.startswith(self.begins)
-            or (self.binary and head.source is None)
-            or (self.instrument is not None and self.instrument == head.declared.instrument)
-            or any(words in head.beginning for words in self.says)
-        )
-
-
-@dataclass(frozen=True, slots=True)
 class Format:
     """One file format. `version` rises with every change of what its reader gives for the same bytes.
 
-    `recognise` returns None for a file that is not of this format; one without the `clue` is not even shown to it. Of
-    several formats the one with the highest score reads. `what` describes its files, for lists. `plugin` names the
-    distribution and version that a format of somebody else's comes from. A `container` holds files that are read as
-    what is declared.
+    `recognise` returns None for a file that is not of this format. Where there are `clues`, bytes in lower case, a file
+    whose beginning holds none of them is not even shown to it. Of several formats the one with the highest score reads.
+    `what` describes its files, for lists. `plugin` names the distribution and version that a format of somebody else's
+    comes from. A `container` holds files that are read as what is declared.
     """
 
     name: str
@@ -128,4 +116,19 @@ class Format:
     what: str | None = None
     plugin: str | None = None
     container: bool = False
-    clue: Clue | None = None
+    clues: tuple[bytes, ...] = ()
+
+    def may_be(self, head: Head) -> bool:
+        """Whether a file holds one of the clues."""
+        return not self.clues or any(clue in head.beginning for clue in self.clues)
+
+
+def signed(name: str, version: int, begins: str, read: Reader) -> Format:
+    """Return a format of text whose first line begins with its maker's words, in any case."""
+
+    def recognise(head: Head) -> Recognition | None:
+        known = head.source is not None and head.first_line().lower().startswith(begins.lower())
+        return Recognition(SIGNATURE, f"{begins} on the first line") if known else None
+
+    recognise.__doc__ = f"`{begins}` on the first line."
+    return Format(name, version, recognise, read, clues=(begins.lower().encode(),))

@@ -14,7 +14,7 @@ import numpy as np
 from data_schema.vocabulary import FileRole
 from ingest.findings import FindingCollector
 from ingest.formats.chargers.sheet_columns import LIMITS, STORED_UNIT
-from ingest.formats.format import SIGNATURE, Clue, Format, Recognition
+from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.model import ChargeRow, Reading, SignalPart
 
 _NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,63}")
@@ -27,18 +27,11 @@ def check_format(found: Format) -> None:
         raise ValueError(f"its name {found.name!r} is not made of letters, digits and _")
     if not isinstance(found.version, int) or not 1 <= found.version <= _LARGEST_VERSION:
         raise ValueError(f"its version {found.version} is not from 1 to {_LARGEST_VERSION}")
-    if found.clue is not None:
-        _check_clue(found.clue)
+    if any(not clue or clue != clue.lower() or b"\0" in clue for clue in found.clues):
+        raise ValueError("its clues are not in lower case, or empty, or hold a zero byte")
     for name in ("recognise", "read"):
         if not callable(getattr(found, name)):
             raise TypeError(f"its {name} is no function")
-
-
-def _check_clue(clue: Clue) -> None:
-    if any(not words or words != words.lower() or b"\0" in words for words in clue.says):
-        raise ValueError("the words of its clue are not in lower case, or empty, or hold a zero byte")
-    if clue == Clue() or not all(clue.begins):
-        raise ValueError("its clue says nothing that a file can be known by")
 
 
 def check_recognition(found: Recognition | None) -> None:

@@ -9,19 +9,20 @@ formats from being read.
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import importlib.metadata
 import inspect
 import re
 import sys
 import traceback
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
 from data_schema.errors import InputRefused, UsageError
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats import archive, study_sheets, workbook
-from ingest.formats.chargers import cheali, icharger, icharger_serial, logview, logview_zero, sheet
+from ingest.formats.chargers import cheali, icharger, logview, logview_zero, sheet
 from ingest.formats.force_plates import (
     amti,
     amti_bsf,
@@ -35,7 +36,7 @@ from ingest.formats.force_plates import (
     qualisys,
     vicon,
 )
-from ingest.formats.format import SIGNATURE, UNKNOWN, Clue, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, UNKNOWN, Format, Head, NoText, Recognition
 from ingest.formats.loggers import debug_lines, delimited, labelled_values, labview, matlab, minitaur
 from ingest.formats.plugin_results import check_format, check_reading, check_recognition
 from ingest.model import Reading
@@ -44,70 +45,36 @@ from ingest.tables.layout import SecondHeader
 _TEXT = "export its data as delimited text with a header, units and time"
 
 
-@dataclass(frozen=True, slots=True)
-class _Signature:
-    name: str
-    what: str
-    instead: str
-    clue: Clue
-    matches: Callable[[Head], bool] = lambda _head: True
+def _refused(name: str, what: str, instead: str, begins: bytes) -> Format:
+    """Return a format that is only named and refused; `begins` is a pattern of its first bytes."""
 
-
-def _first_line(pattern: str) -> Callable[[Head], bool]:
-    compiled = re.compile(pattern)
-    return lambda head: compiled.match(head.first_line()) is not None
-
-
-_RUN_SHEET = r"run[,;\t]date[,;\t]position[,;\t]kind\b"
-
-_SIGNATURES = (
-    _Signature("pdf", "a PDF document", "give the data it was made from", Clue(begins=(b"%PDF-",))),
-    _Signature("image", "an image", _TEXT, Clue(begins=(b"\x89PNG", b"\xff\xd8\xff", b"GIF8", b"II*\0", b"MM\0*"))),
-    _Signature(
-        "video",
-        "a video",
-        "keep it beside the book",
-        Clue(says=(b"ftyp",)),
-        lambda head: head.data[4:8] == b"ftyp",
-    ),
-    _Signature(
-        "hdf5",
-        "an HDF5 file, as h5py, netCDF-4 and others write",
-        _TEXT,
-        Clue(begins=(b"\x89HDF\r\n\x1a\n",)),
-    ),
-    _Signature(
-        "run_sheet",
-        "a run sheet",
-        "state its runs with `labbook runs import FILE`",
-        Clue(says=(b"position",)),
-        _first_line(_RUN_SHEET),
-    ),
-)
-
-
-def _format(signature: _Signature) -> Format:
     def refuse(_head: Head, findings: FindingCollector) -> Reading:
-        findings.add(FILE, "format_not_read", f"This is {signature.what}, which is not read: {signature.instead}.")
+        findings.add(FILE, "format_not_read", f"This is {what}, which is not read: {instead}.")
         return Reading()
 
     def recognise(head: Head) -> Recognition | None:
         """Its first bytes or lines."""
-        known = signature.clue.is_in(head) and signature.matches(head)
-        return Recognition(SIGNATURE, f"it begins as {signature.what}") if known else None
+        beginnings = (head.data[:_SIGNATURE_BYTES], head.first_line().encode())
+        known = any(re.match(begins, each, re.DOTALL) for each in beginnings)
+        return Recognition(SIGNATURE, f"it begins as {what}") if known else None
 
-    return Format(
-        signature.name,
-        1,
-        recognise,
-        refuse,
-        f"{signature.what[0].upper()}{signature.what[1:]}: not read; {signature.instead}.",
-        clue=signature.clue,
-    )
+    return Format(name, 1, recognise, refuse, f"{what[0].upper()}{what[1:]}: not read; {instead}.")
 
 
-RECOGNISED = tuple(_format(signature) for signature in _SIGNATURES)
-"""One format a signature; their readers refuse."""
+_SIGNATURE_BYTES = 64
+RECOGNISED = (
+    _refused("pdf", "a PDF document", "give the data it was made from", rb"%PDF-"),
+    _refused("image", "an image", _TEXT, rb"\x89PNG|\xff\xd8\xff|GIF8|II\*\0|MM\0\*"),
+    _refused("video", "a video", "keep it beside the book", rb".{4}ftyp"),
+    _refused("hdf5", "an HDF5 file, as h5py, netCDF-4 and others write", _TEXT, rb"\x89HDF\r\n\x1a\n"),
+    _refused(
+        "run_sheet",
+        "a run sheet",
+        "state its runs with `labbook runs import FILE`",
+        rb"run[,;\t]date[,;\t]position[,;\t]kind\b",
+    ),
+)
+"""Formats whose readers refuse."""
 
 
 FORMATS: tuple[Format, ...] = (
@@ -117,7 +84,7 @@ FORMATS: tuple[Format, ...] = (
     *workbook.FORMATS,
     matlab.FORMAT,
     icharger.FORMAT,
-    icharger_serial.FORMAT,
+    icharger.SERIAL,
     cheali.FORMAT,
     logview.FORMAT,
     logview_zero.FORMAT,
@@ -217,7 +184,9 @@ def _formats_of(loaded: object) -> Iterator[Format]:
 def recognition(format_: Format, head: Head, findings: FindingCollector) -> Recognition | None:
     """Return by what a format recognises a file; a plug-in that fails at it does not recognise it, which is noted."""
     if format_.plugin is None:
-        return format_.recognise(head)
+        with contextlib.suppress(NoText):
+            return format_.recognise(head)
+        return None
     try:
         found = format_.recognise(head)
         check_recognition(found)
@@ -230,7 +199,13 @@ def recognition(format_: Format, head: Head, findings: FindingCollector) -> Reco
 def reading(format_: Format, head: Head, findings: FindingCollector) -> Reading:
     """Read a file; a plug-in that fails at it, or gives what cannot be stored, refuses the file."""
     if format_.plugin is None:
-        return format_.read(head, findings)
+        try:
+            return format_.read(head, findings)
+        except NoText:
+            findings.add(
+                FILE, "no_text", f"The file is no text, as files of {format_.name} are: declare another format."
+            )
+            return Reading()
     own = FindingCollector()
     try:
         found = format_.read(head, own)

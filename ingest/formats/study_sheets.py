@@ -20,7 +20,7 @@ from data_schema.errors import InputRefused, UsageError, nearest
 from data_schema.units import conversion
 from data_schema.vocabulary import FileRole
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.format import LAYOUT, Clue, Format, Head, Reader, Recognition
+from ingest.formats.format import LAYOUT, Format, Head, Reader, Recognition
 from ingest.model import FloatArray, Reading
 from ingest.tables.sheet import Sheet, SheetFault, SheetFile, SheetRefused, decimal_sign, numbers_of, read_sheet
 from ingest.text.cells import CANDIDATES, split_cells
@@ -433,7 +433,7 @@ def _sheet(name: str) -> Format:
             return None
         return Recognition(LAYOUT, f"a header with the columns {', '.join(_COLUMNS[name])}")
 
-    return Format(name, 3, recognise, _reader(name), _WHAT[name], clue=Clue(says=(_CLUES[name],)))
+    return Format(name, 3, recognise, _reader(name), _WHAT[name], clues=(_CLUES[name],))
 
 
 def _declared_only(_head: Head) -> Recognition | None:
@@ -443,12 +443,5 @@ def _declared_only(_head: Head) -> Recognition | None:
 
 FORMATS = (
     *(_sheet(name) for name in _COLUMNS if name != STUDY_LOG),
-    Format(
-        STUDY_LOG,
-        3,
-        _declared_only,
-        _reader(STUDY_LOG),
-        _WHAT[STUDY_LOG],
-        clue=Clue(instrument=STUDY_LOG),
-    ),
+    Format(STUDY_LOG, 3, _declared_only, _reader(STUDY_LOG), _WHAT[STUDY_LOG]),
 )

@@ -15,7 +15,7 @@ from ingest.channels.names import TIME_NAMES, parse_header, squash
 from ingest.containers import ArchiveRefusedError, Cell, cell_text, workbook_kind, workbook_sheets
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.archive import read_members
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.model import Declarations, Reading
 from ingest.text.cells import COMMA_NUMBER, is_number
 
@@ -96,16 +96,16 @@ def _text(cell: Cell) -> str:
     return " ".join(cell.replace('"', "'").split()) if isinstance(cell, str) else cell_text(cell)
 
 
-def _format(name: str, version: int, evidence: str, clue: Clue) -> Format:
+def _format(name: str, version: int, evidence: str) -> Format:
     def recognise(head: Head) -> Recognition | None:
         """Its first bytes, or its directory."""
         return Recognition(SIGNATURE, evidence) if workbook_kind(head.data) == name else None
 
-    return Format(name, version, recognise, _read, container=True, clue=clue)
+    return Format(name, version, recognise, _read, container=True)
 
 
 FORMATS = (
-    _format("xlsx", 4, "a zip archive with a workbook in it", Clue(begins=(b"PK",))),
-    _format("xls", 3, "it begins as an old Excel workbook", Clue(begins=(b"\xd0\xcf\x11\xe0",))),
-    _format("ods", 1, "it begins as an OpenDocument spreadsheet", Clue(begins=(b"PK",))),
+    _format("xlsx", 4, "a zip archive with a workbook in it"),
+    _format("xls", 3, "it begins as an old Excel workbook"),
+    _format("ods", 1, "it begins as an OpenDocument spreadsheet"),
 )

@@ -107,23 +107,15 @@ class _Reader:
     def _bad_cell(self, column: Wanted, rule: str, message: str, line: int, cell: bytes) -> None:
         self.findings.add(ROW, rule, message, column=column.name, lines=[line], value=self.source.decode(cell[:80]))
 
-    def block(self, first_line: int, first_ordinal: int) -> Block:
+    def block(self) -> Block:
         """Return the rows accepted."""
         matrix = np.array(self.values, dtype=np.float64).reshape(len(self.lines), len(self.numeric))
         numbers: dict[int, Column] = {
             column.position: np.ascontiguousarray(matrix[:, index]) for index, column in enumerate(self.numeric)
         }
         numbers |= {position: np.array(exact, dtype=np.int64) for position, exact in self.exact.items()}
-        return Block(
-            numbers,
-            self.clocks,
-            len(self.lines),
-            first_line,
-            np.array(self.lines, dtype=np.int64),
-            first_ordinal,
-            np.array(self.ordinals, dtype=np.int64),
-            self.rejected,
-        )
+        lines, ordinals = (np.array(each, dtype=np.int64) for each in (self.lines, self.ordinals))
+        return Block(numbers, self.clocks, lines, ordinals, self.rejected)
 
 
 def read_lines(
@@ -141,7 +133,6 @@ def read_lines(
     line. Raises `SecondHeader` where another table begins.
     """
     reader = _Reader(source, layout, wanted, findings)
-    first_line, first_ordinal = line, ordinal
     position, piece_end, stop = span
     while position < piece_end:
         logical = logical_line(source.data, position, stop)
@@ -152,7 +143,7 @@ def read_lines(
         ordinal += _read_line(reader, logical.content, line, ordinal)
         position = logical.end
         line += logical.spanned
-    return reader.block(first_line, first_ordinal), position, line
+    return reader.block(), position, line
 
 
 def _is_whole_row(content: bytes, layout: Layout) -> bool:

@@ -12,15 +12,14 @@ from __future__ import annotations
 import dataclasses
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.model import IntArray
 from ingest.spool import ColumnFile, mapped, release_bytes
 from ingest.tables.layout import Layout
 from ingest.tables.row_reader import read_lines
@@ -43,7 +42,7 @@ def read_rows(source: TextSource, layout: Layout, wanted: Sequence[Wanted], find
     """Return the wanted columns of all rows that can be read; what cannot be is reported and left out."""
     end = data_end(source, layout, findings)
     large = mapped(source.data)
-    rows = joiner(None if large is None else large.folder)
+    rows = _Rows(None if large is None else large.folder)
     tried_bytes = end.stop - layout.data_start if large is None else BLOCK_BYTES
     start, line, ordinal = layout.data_start, layout.data_line, 0
     while start < end.stop or not rows.filled:
@@ -113,7 +112,8 @@ def _read_clean(
         if column.kind is CellKind.NUMBER and _has_infinity(values):
             return None
         numbers[column.position] = values
-    return Block(numbers, clocks, rows, line, None, ordinal, None, 0)
+    counted = np.arange(rows, dtype=np.int64)
+    return Block(numbers, clocks, line + counted, ordinal + counted, 0)
 
 
 def _parsed(lines: memoryview, layout: Layout, wanted: Sequence[Wanted]) -> pa.Table | None:
@@ -261,118 +261,49 @@ def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
     return bool(above) and len(last[1]) < max(len(shape[1]) for shape in above)
 
 
-class Joiner(Protocol):
-    """Takes blocks in the order of the rows and gives one."""
+class _Rows:
+    """Joins blocks in the order of the rows, in memory or, where `folder` is given, in temporary files of it."""
+
+    def __init__(self, folder: Path | None) -> None:
+        self._folder = folder
+        self._blocks: list[Block] = []
+        self._files: dict[int | str, ColumnFile[Any]] = {}
 
     @property
     def filled(self) -> bool:
         """Whether a block was added."""
+        return bool(self._blocks)
 
     def add(self, block: Block) -> None:
         """Add the block that follows."""
-
-    def joined(self) -> Block:
-        """Return all rows as one block."""
-
-
-def joiner(folder: Path | None) -> Joiner:
-    """Return what joins blocks in memory, or in temporary files of `folder`."""
-    return _InMemory() if folder is None else _InFiles(folder)
-
-
-class _InMemory:
-    def __init__(self) -> None:
-        self._blocks: list[Block] = []
-
-    @property
-    def filled(self) -> bool:
-        return bool(self._blocks)
-
-    def add(self, block: Block) -> None:
+        if self._folder is not None:
+            for key, values in _columns(block).items():
+                if key not in self._files:
+                    self._files[key] = ColumnFile(self._folder, values.dtype)
+                self._files[key].append(values)
+            block = dataclasses.replace(block, numbers={}, lines=_NONE, ordinals=_NONE)
         self._blocks.append(block)
 
     def joined(self) -> Block:
-        blocks = self._blocks
-        if len(blocks) == 1:
-            return blocks[0]
-        numbers = {at: np.concatenate([block.numbers[at] for block in blocks]) for at in blocks[0].numbers}
-        lines, ordinals = None, None
-        if not _follow_on(blocks):
-            lines = np.concatenate([_lines(block) for block in blocks])
-            ordinals = np.concatenate([block.ordinal() for block in blocks])
-        return _whole(blocks, numbers, lines, ordinals)
+        """Return all rows as one block."""
+        first, *further = self._blocks
+        if self._folder is None and not further:
+            return first
+        if self._folder is None:
+            columns = [_columns(block) for block in self._blocks]
+            whole = {key: np.concatenate([each[key] for each in columns]) for key in columns[0]}
+        else:
+            whole = {key: file.finish() for key, file in self._files.items()}
+        clocks = {at: [cell for block in self._blocks for cell in block.clocks[at]] for at in first.clocks}
+        lines, ordinals = whole.pop(_LINES), whole.pop(_ORDINALS)
+        rejected = sum(block.rows_rejected for block in self._blocks)
+        return Block({int(key): values for key, values in whole.items()}, clocks, lines, ordinals, rejected)
 
 
-class _InFiles:
-    """Writes the columns of each block, and the numbers of its lines and rows where these have holes."""
-
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
-        self._blocks: list[Block] = []
-        self._columns: dict[int, ColumnFile[Any]] = {}
-        self._numbers: tuple[ColumnFile[np.int64], ColumnFile[np.int64]] | None = None
-
-    @property
-    def filled(self) -> bool:
-        return bool(self._blocks)
-
-    def add(self, block: Block) -> None:
-        for position, values in block.numbers.items():
-            if position not in self._columns:
-                self._columns[position] = ColumnFile(self._folder, values.dtype)
-            self._columns[position].append(values)
-        before = len(self._blocks)
-        self._blocks.append(dataclasses.replace(block, numbers={}, lines=None, ordinals=None))
-        if self._numbers is None and (block.lines is not None or not _follow_on(self._blocks[-2:])):
-            whole = np.dtype(np.int64)
-            self._numbers = (ColumnFile(self._folder, whole), ColumnFile(self._folder, whole))
-            for earlier in self._blocks[:before]:
-                self._number(earlier)
-        self._number(block)
-
-    def _number(self, block: Block) -> None:
-        if self._numbers is not None:
-            self._numbers[0].append(_lines(block))
-            self._numbers[1].append(block.ordinal())
-
-    def joined(self) -> Block:
-        numbers: dict[int, Column] = {position: column.finish() for position, column in self._columns.items()}
-        lines, ordinals = (None, None) if self._numbers is None else (file.finish() for file in self._numbers)
-        return _whole(self._blocks, numbers, lines, ordinals)
+_NONE = np.empty(0, dtype=np.int64)
+_LINES, _ORDINALS = "lines", "ordinals"
 
 
-def _whole(
-    blocks: Sequence[Block],
-    numbers: Mapping[int, Column],
-    lines: IntArray | None,
-    ordinals: IntArray | None,
-) -> Block:
-    first = blocks[0]
-    clocks = {position: [cell for block in blocks for cell in block.clocks[position]] for position in first.clocks}
-    return Block(
-        numbers,
-        clocks,
-        sum(block.n_rows for block in blocks),
-        first.first_line,
-        lines,
-        first.first_ordinal,
-        ordinals,
-        sum(block.rows_rejected for block in blocks),
-    )
-
-
-def _follow_on(blocks: Sequence[Block]) -> bool:
-    """Whether row follows row and line follows line through all blocks."""
-    line, ordinal = blocks[0].first_line, blocks[0].first_ordinal
-    for block in blocks:
-        numbered = block.lines is not None or block.ordinals is not None
-        if numbered or (block.first_line, block.first_ordinal) != (line, ordinal):
-            return False
-        line, ordinal = line + block.n_rows, ordinal + block.n_rows
-    return True
-
-
-def _lines(block: Block) -> IntArray:
-    if block.lines is None:
-        return np.arange(block.first_line, block.first_line + block.n_rows, dtype=np.int64)
-    return block.lines
+def _columns(block: Block) -> dict[int | str, Column]:
+    """Return all arrays of a block by position, those that number its rows by name."""
+    return {**block.numbers, _LINES: block.lines, _ORDINALS: block.ordinals}

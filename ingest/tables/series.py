@@ -97,15 +97,6 @@ def _table(table: Table, position: int, word: str, unit: str | None, block: Bloc
 def _rows(block: Block, rows: BoolArray, rejected: int) -> Block:
     """Return those rows of a block that `rows`, shape (n_rows,), marks."""
     at = np.flatnonzero(rows)
-    lines = block.first_line + at if block.lines is None else block.lines[at]
     numbers = {position: values[at] for position, values in block.numbers.items()}
     clocks = {position: [cells[row] for row in at.tolist()] for position, cells in block.clocks.items()}
-    return dataclasses.replace(
-        block,
-        numbers=numbers,
-        clocks=clocks,
-        n_rows=len(at),
-        lines=lines,
-        ordinals=block.ordinal()[at],
-        rows_rejected=rejected,
-    )
+    return Block(numbers, clocks, block.lines[at], block.ordinals[at], rejected)

@@ -143,21 +143,22 @@ class Wanted:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Block:
-    """Rows that could be read. `lines` and `ordinals` hold the line and the number of the data row (rejected ones
-    counted, from 0) of each; both are None where row follows row and line follows line from `first_line` and
-    `first_ordinal`.
+    """Rows that could be read. `lines` and `ordinals`, shape (n_rows,), hold the line and the number of the data row
+    (rejected ones counted, from 0) of each.
 
     `numbers` and `clocks` hold the columns by position, shape (n_rows,); `clocks`, and words, as the text of the cells.
     """
 
     numbers: Mapping[int, Column]
     clocks: Mapping[int, Sequence[bytes]]
-    n_rows: int
-    first_line: int
-    lines: IntArray | None
-    first_ordinal: int
-    ordinals: IntArray | None
+    lines: IntArray
+    ordinals: IntArray
     rows_rejected: int
+
+    @property
+    def n_rows(self) -> int:
+        """Rows accepted."""
+        return len(self.lines)
 
     @property
     def rows_read(self) -> int:
@@ -166,15 +167,7 @@ class Block:
 
     def line_of(self, rows: IntArray) -> list[int]:
         """Return the 1-based lines of the first rows given, as many as a finding shows."""
-        shown = rows[:21]
-        found = self.first_line + shown if self.lines is None else self.lines[shown]
-        return [int(line) for line in found]
-
-    def ordinal(self) -> IntArray:
-        """Return the number of each row among all data rows, shape (n_rows,)."""
-        if self.ordinals is None:
-            return np.arange(self.first_ordinal, self.first_ordinal + self.n_rows, dtype=np.int64)
-        return self.ordinals
+        return [int(line) for line in self.lines[rows[:21]]]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -202,8 +195,8 @@ def array_table(
     units: Sequence[str | None],
     columns: Sequence[Column],
     preamble: Preamble = NO_PREAMBLE,
-    lines: IntArray | None = None,
-    ordinals: IntArray | None = None,
+    lines: Sequence[int] | IntArray | None = None,
+    ordinals: Sequence[int] | IntArray | None = None,
     rows_rejected: int = 0,
 ) -> Table:
     """Return the table of a format that holds arrays: `columns` have shape (n_rows,) each, float64 or int64.
@@ -216,6 +209,8 @@ def array_table(
 
     def read_rows(wanted: Sequence[Wanted]) -> Block:
         numbers = {column.position: columns[column.position] for column in wanted}
-        return Block(numbers, {}, n_rows, 1, lines, 0, ordinals, rows_rejected)
+        own_lines = np.asarray(range(1, n_rows + 1) if lines is None else lines, dtype=np.int64)
+        own_ordinals = np.asarray(range(n_rows) if ordinals is None else ordinals, dtype=np.int64)
+        return Block(numbers, {}, own_lines, own_ordinals, rows_rejected)
 
     return Table(tuple(names), tuple(units), kinds, preamble, read_rows)

@@ -106,7 +106,7 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
         return in_bursts
     order = put_in_order(seconds, usable, sources.block, findings, time.source_name)
     found: list[Recording] = []
-    ordinals = sources.block.ordinal()
+    ordinals = sources.block.ordinals
     for rows in _segments(order):
         timebase = from_stamps(take(seconds, rows), take(ordinals, rows))
         _report_gaps(timebase, rows, sources.block, findings)
@@ -370,7 +370,7 @@ def _from_given_rate(sources: TimeSources, usable: BoolArray, findings: FindingC
     rows = np.flatnonzero(usable)
     if not rows.size:
         return Recordings(usable, ())
-    ordinals = sources.block.ordinal()[rows]
+    ordinals = sources.block.ordinals[rows]
     counts = _sequence(sources, rows, findings)
     if counts is None and all(column.channel != SEQUENCE for column in sources.plan.columns):
         counts = _counted_by(sources, rows, findings)
@@ -475,7 +475,7 @@ def _from_bursts(
         starts = np.arange(len(stamps), dtype=np.int64)
     if starts is None:
         return None
-    timebase = from_bursts(stamps, sources.block.ordinal()[rows], starts, _sequence(sources, rows, findings))
+    timebase = from_bursts(stamps, sources.block.ordinals[rows], starts, _sequence(sources, rows, findings))
     given_hz = sources.declared.rate_hz or sources.preamble.rate_hz
     if one_by_one and not _is_rounded_at(given_hz, timebase, stamps, time, findings):
         return None
@@ -538,6 +538,6 @@ def _from_arrivals(
     if span > 0:
         check_rate((len(seconds) - 1) / span, rate, "the amplifier's manual", findings)
     utc, original = _start(sources, time, clocks, rows, first=True, findings=findings)
-    ordinals = sources.block.ordinal()[rows]
+    ordinals = sources.block.ordinals[rows]
     timebase = from_rate(ordinals, ordinals, rate)
     return Recordings(usable, (Recording(slice(None) if usable.all() else rows, timebase, utc, original),))

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +15,8 @@ import numpy as np
 from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.channels.names import factor
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.chargers.records import Procedure
+from ingest.formats.chargers.records import Judge, Parse, Procedure, read_procedures
+from ingest.formats.format import Head
 from ingest.instruments import Instrument
 from ingest.model import BoolArray, ChargeRow, Declarations, FloatArray, Reading, SignalPart
 from ingest.signals import read_signals
@@ -28,11 +29,11 @@ CELLS_APART = 0.01
 
 @dataclass(frozen=True, slots=True)
 class Field:
-    """A field of a record: its position, the channel it holds and the unit it is written in."""
+    """A field of a record: its position, from the end where negative, its channel and the unit it is written in."""
 
     position: int
     name: str
-    unit: str | None
+    unit: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,34 +51,40 @@ class Work:
 @dataclass(frozen=True, slots=True)
 class LogLayout:
     """Where a maker's records hold what: `fields` include the clock, named time, where there is one; cells follow each
-    other from `first_cell` on. `work` returns None, noted, for a procedure that is no recharge.
+    other from `first_cell` on, as many as `cells` has for the number of fields, checksum included. `work` returns
+    None, noted, for a procedure that is no recharge.
     """
 
     fields: tuple[Field, ...]
     first_cell: int
-    n_cells: int
+    cells: Mapping[int, int]
     work: Callable[[Procedure, FindingCollector], Work | None]
 
+    def field(self, name: str) -> Field | None:
+        """Return the field of a channel."""
+        return next((field for field in self.fields if field.name == name), None)
 
-def read_procedures(
-    procedures: Sequence[tuple[Procedure, LogLayout]],
-    rows_rejected: int,
-    declared: Declarations,
-    findings: FindingCollector,
-) -> Reading:
-    """Return one signal and at most one recharge of each procedure; `rows_rejected` were left out before."""
+
+def read_charger_log(head: Head, parse: Parse, judge: Judge, layout: LogLayout, findings: FindingCollector) -> Reading:
+    """Return one signal and at most one recharge of each procedure in a log."""
+    procedures, rows_rejected = read_procedures(head, parse, judge, findings)
     parts: list[SignalPart] = []
     charges: list[ChargeRow] = []
     rows_read = rows_rejected
-    for procedure, layout in procedures:
+    for procedure in procedures:
         work = layout.work(procedure, findings)
-        reading = _signals(procedure, layout, work, declared, findings)
+        reading = _signals(procedure, layout, work, head.declared, findings)
         rows_read += reading.rows_read
         rows_rejected += reading.rows_rejected
         parts.extend(reading.parts)
         seconds = _seconds(procedure, layout, reading, findings)
         if work is not None and seconds is not None:
-            charges.append(charge_row(len(charges) + 1, _counted(procedure, layout, work, seconds, findings), findings))
+            current, counter, voltage = (
+                _stored(procedure, layout.field(name), unit, findings)
+                for name, unit in (("current", "A"), ("charge", "mAh"), ("battery_voltage", "V"))
+            )
+            counted = CountedCharge(procedure.lines, seconds, current, counter, voltage, work)
+            charges.append(charge_row(len(charges) + 1, counted, findings))
     return Reading(_numbered(parts), tuple(charges), rows_read, rows_rejected, FileRole.CHARGE)
 
 
@@ -91,13 +98,8 @@ def _signals(
         values = procedure.column(field.position)
         # Current and charge are stored negative while discharging, also of chargers that write no sign.
         columns.append(-np.abs(values) if downwards and field.name in ("current", "charge") else values)
-    table = array_table(
-        [field.name for field in fields],
-        [field.unit for field in fields],
-        columns,
-        lines=procedure.line_numbers(),
-        ordinals=procedure.row_numbers(),
-    )
+    names, units = [field.name for field in fields], [field.unit for field in fields]
+    table = array_table(names, units, columns, lines=procedure.lines, ordinals=procedure.ordinals)
     return read_signals(table, declared, findings, Instrument(f"channel_{procedure.channel}", steady=True))
 
 
@@ -105,7 +107,7 @@ def _connected_cells(procedure: Procedure, layout: LogLayout, findings: FindingC
     """Return the cells that ever show a voltage; notes loose leads, and cells that do not add up to the pack."""
     connected: list[Field] = []
     total = np.zeros(len(procedure.rows))
-    for cell in range(layout.n_cells):
+    for cell in range(layout.cells[len(procedure.rows[0]) + 1]):
         position, name = layout.first_cell + cell, f"cell_{cell + 1}_voltage"
         millivolts = procedure.column(position)
         if not millivolts.any():
@@ -114,7 +116,7 @@ def _connected_cells(procedure: Procedure, layout: LogLayout, findings: FindingC
         total += millivolts
         if not millivolts.all():
             findings.add(NOTE, "cell_zero", f"Cell {cell + 1} reads 0 V at times: a loose balance lead?", column=name)
-    pack = procedure.column(_field(layout, "battery_voltage").position)
+    pack = 1000.0 * _stored(procedure, layout.field("battery_voltage"), "V", findings)
     apart = np.abs(total - pack) > CELL_SUM_AGREES * np.abs(pack)
     if connected and np.count_nonzero(apart) > CELLS_APART * len(apart):
         message = "The cells do not add up to the pack within 2 %: a cell is not connected, or the leads have losses."
@@ -122,40 +124,23 @@ def _connected_cells(procedure: Procedure, layout: LogLayout, findings: FindingC
     return connected
 
 
-def _field(layout: LogLayout, name: str) -> Field:
-    return next(field for field in layout.fields if field.name == name)
+def _stored(procedure: Procedure, field: Field | None, unit: str, findings: FindingCollector) -> FloatArray:
+    """Return a field that the layout has in another unit, shape (n,)."""
+    if field is None:
+        raise LookupError(unit)
+    scale, _ = factor(field.name, field.unit, unit, findings)
+    return procedure.column(field.position) * scale
 
 
 def _seconds(
     procedure: Procedure, layout: LogLayout, reading: Reading, findings: FindingCollector
 ) -> FloatArray | None:
     """Return elapsed seconds of all records, shape (n,): by the clock, else counted at the rate that was declared."""
-    clock = next((field for field in layout.fields if field.name == "time"), None)
+    clock = layout.field("time")
     if clock is not None:
-        scale, _ = factor(clock.name, clock.unit or "s", "s", findings)
-        return procedure.column(clock.position) * scale
+        return _stored(procedure, clock, "s", findings)
     rate_hz = reading.parts[0].rate_hz if reading.parts else None
-    return None if rate_hz is None else procedure.row_numbers() / rate_hz
-
-
-def _counted(
-    procedure: Procedure, layout: LogLayout, work: Work, seconds: FloatArray, findings: FindingCollector
-) -> CountedCharge:
-    def stored(name: str, unit: str) -> FloatArray:
-        field = _field(layout, name)
-        scale, _ = factor(name, field.unit or unit, unit, findings)
-        return procedure.column(field.position) * scale
-
-    return CountedCharge(
-        procedure.lines,
-        seconds,
-        stored("current", "A"),
-        stored("charge", "mAh"),
-        stored("battery_voltage", "V"),
-        work.active,
-        work.mode,
-        work.signed,
-    )
+    return None if rate_hz is None else np.array(procedure.ordinals) / rate_hz
 
 
 def part_charges(parts: Sequence[SignalPart], findings: FindingCollector) -> tuple[ChargeRow, ...]:
@@ -168,10 +153,8 @@ def part_charges(parts: Sequence[SignalPart], findings: FindingCollector) -> tup
         counter, active = values["charge"], np.abs(values["current"]) > 0
         mode = direction_by_voltage(values["battery_voltage"], active, part.part, findings)
         if mode is not None:
-            signed = mode is ChargeMode.DISCHARGE and counter[-1] < 0
-            counted = CountedCharge(
-                (), part.time_s, values["current"], counter, values["battery_voltage"], active, mode, bool(signed)
-            )
+            work = Work(mode, active, signed=mode is ChargeMode.DISCHARGE and bool(counter[-1] < 0))
+            counted = CountedCharge((), part.time_s, values["current"], counter, values["battery_voltage"], work)
             charges.append(charge_row(len(charges) + 1, counted, findings))
     return tuple(charges)
 
@@ -208,8 +191,7 @@ LONGEST_INTERVAL = 3.0
 @dataclass(frozen=True, slots=True, eq=False)
 class CountedCharge:
     """One value a record, shape (n,), of a procedure of one direction: elapsed seconds, current and counter as written
-    (A, mAh), voltage of the pack, and in which records the charger works. `signed`: current and counter are negative
-    while it discharges; `lines` may be empty.
+    (A, mAh), voltage of the pack; `lines` may be empty.
     """
 
     lines: Sequence[int]
@@ -217,20 +199,19 @@ class CountedCharge:
     current_a: FloatArray
     counter_mah: FloatArray
     voltage_v: FloatArray
-    active: BoolArray
-    mode: ChargeMode
-    signed: bool
+    work: Work
 
 
 def charge_row(row_number: int, counted: CountedCharge, findings: FindingCollector) -> ChargeRow:
     """Return the charge of one procedure; a counter that contradicts mode or current refuses the file."""
-    sign = -1 if counted.signed and counted.mode is ChargeMode.DISCHARGE else 1
+    mode = counted.work.mode
+    sign = -1 if counted.work.signed and mode is ChargeMode.DISCHARGE else 1
     counter = float(counted.counter_mah[-1])
     if counter * sign < 0:
-        message = f"The counter ends at {counter:g} mAh in mode {counted.mode}: the sign contradicts the mode."
+        message = f"The counter ends at {counter:g} mAh in mode {mode}: the sign contradicts the mode."
         findings.add(FILE, "charge_sign", message, lines=counted.lines[-1:], value=f"{counter:g}")
     _check_counter(counted, sign, findings)
-    active = np.flatnonzero(counted.active)
+    active = np.flatnonzero(counted.work.active)
     return ChargeRow(
         row_number,
         None,
@@ -239,7 +220,7 @@ def charge_row(row_number: int, counted: CountedCharge, findings: FindingCollect
         RESOLUTION_MAH,
         float(counted.seconds[active[-1]] - counted.seconds[active[0]]),
         float(counted.voltage_v[active[-1]]),
-        counted.mode,
+        mode,
         None,
         None,
         counted.lines[0] if counted.lines else None,
@@ -255,7 +236,7 @@ def _check_counter(counted: CountedCharge, sign: int, findings: FindingCollector
         findings.add(NOTE, "counter_backwards", "The charge counter runs backwards.", lines=lines)
     seconds = np.diff(counted.seconds)
     current = counted.current_a
-    if not counted.signed and counted.mode is ChargeMode.DISCHARGE and float(current.sum()) < 0:
+    if not counted.work.signed and counted.work.mode is ChargeMode.DISCHARGE and float(current.sum()) < 0:
         current = -current  # such chargers count both directions upwards, and some give the current its sign
     integral = (current[1:] + current[:-1]) / 2 * 1000.0 * seconds / 3600.0
     forward = seconds > 0
@@ -268,33 +249,6 @@ def _check_counter(counted: CountedCharge, sign: int, findings: FindingCollector
             "1 % apart: the scale of one of them is not what it should be, or, where `--rate` was declared, the rate."
         )
         findings.add(FILE, "charge_contradicts_current", message, lines=counted.lines[:1])
-
-
-@dataclass(frozen=True, slots=True)
-class Modes:
-    """Which numbers a charger writes while it charges, discharges, and after an error."""
-
-    charging: frozenset[int]
-    discharging: frozenset[int]
-    error: frozenset[int]
-
-
-def direction_by_modes(
-    modes: FloatArray, known: Modes, lines: Sequence[int], channel: int, findings: FindingCollector
-) -> ChargeMode | None:
-    """Return what a procedure did by its modes, shape (n,); None, noted, when it only watched or did both."""
-    present = {int(mode) for mode in modes}
-    if present & known.error:
-        message = f"The charger stopped channel {channel} with an error: the charge may not be complete."
-        rows = np.flatnonzero(np.isin(modes, list(known.error)))
-        findings.add(NOTE, "charger_error", message, lines=[lines[row] for row in rows[:21].tolist()])
-    charging, discharging = bool(present & known.charging), bool(present & known.discharging)
-    if charging == discharging:
-        what = "both charges and discharges" if charging else "neither charges nor discharges"
-        message = f"Channel {channel} {what}: kept as a signal, no recharge is counted."
-        findings.add(NOTE, "no_recharge", message)
-        return None
-    return ChargeMode.CHARGE if charging else ChargeMode.DISCHARGE
 
 
 def direction_by_voltage(

@@ -6,7 +6,6 @@ does: the direction follows from the pack's voltage. Lines of channels 2 and 3 a
 
 from __future__ import annotations
 
-import dataclasses
 import re
 
 from ingest.findings import NOTE, FindingCollector
@@ -16,29 +15,18 @@ from ingest.formats.chargers.charger_log import (
     LogLayout,
     Work,
     direction_by_voltage,
-    read_procedures,
+    read_charger_log,
 )
-from ingest.formats.chargers.records import (
-    Procedure,
-    Procedures,
-    Sequel,
-    by_clock,
-    head_records,
-    read_records,
-    reject_record,
-    usual_fields,
-)
-from ingest.formats.format import LAYOUT, Clue, Format, Head, Recognition
+from ingest.formats.chargers.records import Procedure, Sequel, by_clock, usual_width
+from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.model import Reading
 
-# Clock, measurements, resistances of cells, pack and leads, checksum; newer firmware adds percent and remaining time.
-_CELLS_OF_WIDTH = {26: 6, 28: 6, 30: 8, 32: 8}
 _STATE, _TIME, _VOLTAGE, _CURRENT, _CHARGE, _FIRST_CELL = 1, 2, 3, 4, 5, 11
 _RUNNING, _FAILED = 1, 2
 _CLOCKED = by_clock(_TIME, 10.0)
 _CLOCK = re.compile(rb"\d{1,9}\.\d")
 _INTEGER = re.compile(rb"\d{1,9}")
-_MEASURED = b"1"
+_MEASURED = "1"
 
 
 def _work(procedure: Procedure, findings: FindingCollector) -> Work | None:
@@ -62,17 +50,17 @@ _LAYOUT = LogLayout(
         Field(8, "temperature_external", "0.01 degC"),
     ),
     _FIRST_CELL,
-    6,
+    # Clock, measurements, resistances of cells, pack and leads, checksum; newer firmware adds percent and time left.
+    {26: 6, 28: 6, 30: 8, 32: 8},
     _work,
 )
 
 
 def _width(head: Head) -> int:
-    """Return the number of fields of a measurement, checksum included; 0 where the records are not of this format."""
-    measured = [record for record in head_records(head) if record[0] == _MEASURED.decode()]
-    width = usual_fields(measured)
-    timed = sum(len(record) == width and _CLOCK.fullmatch(record[_TIME].encode()) is not None for record in measured)
-    return width if width in _CELLS_OF_WIDTH and 2 * timed > len(measured) else 0
+    def clocked(record: list[str]) -> bool:
+        return _CLOCK.fullmatch(record[_TIME].encode()) is not None
+
+    return usual_width(head, _LAYOUT.cells, clocked, of=lambda record: record[0] == _MEASURED)
 
 
 def _recognise(head: Head) -> Recognition | None:
@@ -83,23 +71,19 @@ def _recognise(head: Head) -> Recognition | None:
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
     width = _width(head)
-    procedures = Procedures(_sequel)
-    for line, record in read_records(head, findings):
-        if record is None:
-            procedures.rows_rejected += 1
-        elif record.fields[0] in (b"2", b"3"):
-            message = "Lines of channels 2 and 3 are debug output of the firmware: they stay in the raw copy only."
-            findings.add(NOTE, "debug_line", message, lines=[line])
-        elif len(record.fields) + 1 == width and _is_measurement(record.fields):
-            procedures.add(line, [float(cell) for cell in record.fields], findings)
-        else:
-            reject_record(line, b"$" + b";".join(record.fields), findings)
-            procedures.rows_rejected += 1
     message = "Power, energy and resistances, of which the unit is not known, stay in the raw copy only."
     findings.add(NOTE, "field_ignored", message)
-    layout = dataclasses.replace(_LAYOUT, n_cells=_CELLS_OF_WIDTH.get(width, 0))
-    found = [(procedure, layout) for procedure in procedures.found]
-    return read_procedures(found, procedures.rows_rejected, head.declared, findings)
+
+    def parse(line: int, fields: list[bytes]) -> list[float] | None:
+        if fields[0] in (b"2", b"3"):
+            message = "Lines of channels 2 and 3 are debug output of the firmware: they stay in the raw copy only."
+            findings.add(NOTE, "debug_line", message, lines=[line])
+            return []
+        integers = [*fields[:_TIME], *fields[_TIME + 1 :]]
+        whole = _CLOCK.fullmatch(fields[_TIME]) and all(map(_INTEGER.fullmatch, integers))
+        return [float(cell) for cell in fields] if len(fields) + 1 == width and whole else None
+
+    return read_charger_log(head, parse, _sequel, _LAYOUT, findings)
 
 
 def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
@@ -110,9 +94,4 @@ def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
     return Sequel.BEGINS if clocked is Sequel.GOES_ON and anew else clocked
 
 
-def _is_measurement(fields: list[bytes]) -> bool:
-    clock = _CLOCK.fullmatch(fields[_TIME]) is not None
-    return clock and all(map(_INTEGER.fullmatch, fields[:_TIME] + fields[_TIME + 1 :]))
-
-
-FORMAT = Format("cheali_log", 3, _recognise, _read, clue=Clue(says=(b"$",)))
+FORMAT = Format("cheali_log", 3, _recognise, _read, clues=(b"$",))

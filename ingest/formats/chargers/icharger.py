@@ -1,52 +1,44 @@
-"""Junsi iCharger DUO and X logs from the memory card: one line a second, `$ch;mode;ms;...;checksum`.
+"""Junsi iChargers: logs of DUO and X from the memory card, and what older models send on the serial port.
 
-Scales proved on public logs by comparing the integral of the current with the charge counter: current 10 mA (positive
-while charging), voltages mV, charge mAh with sign, temperatures 0.1 degC, cells mV, 0 for none. Lines of type 128 hold
-internal resistances.
+The log has a line a second, `$ch;mode;ms;...;checksum`. Scales proved on public logs by comparing the integral of the
+current with the charge counter: current 10 mA (positive while charging), voltages mV, charge mAh with sign,
+temperatures 0.1 degC, cells mV, 0 for none. Lines of type 128 hold internal resistances.
+
+Older models send `$ch;mode;;Vin;Vbat;I;cells;T;T;mAh;sum` in the same scales, the charge since the stage began. There
+is no clock: a line about every two seconds is no rate, so the rate is declared.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import re
+from collections.abc import Callable
 
 import numpy as np
 
+from data_schema.vocabulary import ChargeMode
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.chargers.charger_log import Field, LogLayout, Modes, Work, direction_by_modes, read_procedures
-from ingest.formats.chargers.records import (
-    Procedure,
-    Procedures,
-    Record,
-    by_clock,
-    head_records,
-    read_records,
-    reject_record,
-    usual_fields,
-)
-from ingest.formats.format import LAYOUT, Clue, Format, Head, Recognition
+from ingest.formats.chargers.charger_log import COUNTER_ANEW, Field, LogLayout, Work, read_charger_log
+from ingest.formats.chargers.records import Procedure, Sequel, by_clock, usual_width
+from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.model import Reading
 
-_FIELDS = (22, 20)  # DUO with 10 cells, X8 with 8
 RESISTANCES = "128"
 _INTEGER = re.compile(rb"-?\d{1,12}")
-MODE = 1
-_TIME = 2
-_FIRST_CELL = 11
+_MODE, _TIME = 1, 2
 _SOON_MS = 10_000.0
-
-MODES = Modes(frozenset({1, 8, 9}), frozenset({2, 12}), frozenset({7}))
-"""1 charge, 2 discharge, 7 error, 8 and 9 trickle, 12 external discharge; others only watch or wait."""
-
-
-def _work(procedure: Procedure, findings: FindingCollector) -> Work | None:
-    modes = procedure.column(MODE)
-    mode = direction_by_modes(modes, MODES, procedure.lines, procedure.channel, findings)
-    active = np.isin(modes, list(MODES.charging | MODES.discharging))
-    return None if mode is None else Work(mode, active, signed=True)
+_CHARGING, _DISCHARGING, _ERROR = (1, 8, 9), (2, 12), 7
+"""1 charge, 8 and 9 trickle; 2 discharge, 12 external discharge; others only watch or wait."""
 
 
-_LAYOUT = LogLayout(
+def _log_work(procedure: Procedure, findings: FindingCollector) -> Work | None:
+    return _work(procedure, lambda _mode: True, findings)
+
+
+def _serial_work(procedure: Procedure, findings: FindingCollector) -> Work | None:
+    return _work(procedure, lambda mode: mode is ChargeMode.DISCHARGE and procedure.rows[-1][-1] < 0, findings)
+
+
+_DUO = LogLayout(
     (
         Field(_TIME, "time", "ms"),
         Field(5, "current", "10 mA"),
@@ -56,54 +48,119 @@ _LAYOUT = LogLayout(
         Field(9, "temperature_internal", "0.1 degC"),
         Field(10, "temperature_external", "0.1 degC"),
     ),
-    _FIRST_CELL,
-    10,
-    _work,
+    11,
+    {22: 10, 20: 8},  # DUO and X8
+    _log_work,
 )
+_OLDER = LogLayout(
+    (
+        Field(5, "current", "10 mA"),
+        Field(3, "input_voltage", "mV"),
+        Field(4, "battery_voltage", "mV"),
+        Field(-1, "charge", "mAh"),
+        Field(-3, "temperature_internal", "0.1 degC"),
+        Field(-2, "temperature_external", "0.1 degC"),
+    ),
+    6,
+    {16: 6, 18: 8, 20: 10},
+    _serial_work,
+)
+
+
+def _work(procedure: Procedure, signed: Callable[[ChargeMode], bool], findings: FindingCollector) -> Work | None:
+    """Return what a procedure did by its modes; None, noted, when it only watched or did both."""
+    modes, channel = procedure.column(_MODE), procedure.channel
+    failed = np.flatnonzero(modes == _ERROR)
+    if failed.size:
+        message = f"The charger stopped channel {channel} with an error: the charge may not be complete."
+        lines = [procedure.lines[row] for row in failed[:21].tolist()]
+        findings.add(NOTE, "charger_error", message, lines=lines)
+    charging, discharging = (np.isin(modes, known) for known in (_CHARGING, _DISCHARGING))
+    if charging.any() == discharging.any():
+        what = "both charges and discharges" if charging.any() else "neither charges nor discharges"
+        message = f"Channel {channel} {what}: kept as a signal, no recharge is counted."
+        findings.add(NOTE, "no_recharge", message)
+        return None
+    mode = ChargeMode.CHARGE if charging.any() else ChargeMode.DISCHARGE
+    return Work(mode, charging | discharging, signed(mode))
 
 
 def _recognise(head: Head) -> Recognition | None:
     """Records `$channel;mode;milliseconds;...` of 22 or 20 fields."""
-    records = [record for record in head_records(head) if record[MODE] != RESISTANCES]
-    width = usual_fields(records)
-    timed = sum(record[_TIME].isdigit() for record in records)
-    if width not in _FIELDS or 2 * timed <= len(records):
-        return None
-    return Recognition(LAYOUT, f"records of {width} fields with milliseconds in the third")
+    width = usual_width(
+        head, _DUO.cells, lambda record: record[_TIME].isdigit(), of=lambda record: record[_MODE] != RESISTANCES
+    )
+    return Recognition(LAYOUT, f"records of {width} fields with milliseconds in the third") if width else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    procedures = Procedures(by_clock(_TIME, _SOON_MS))
-    for line, record in read_records(head, findings):
-        row = None if record is None else _row(record, findings)
-        if row is None:
-            procedures.rows_rejected += 1
-        elif row[MODE] == int(RESISTANCES):
+    def parse(line: int, fields: list[bytes]) -> list[float] | None:
+        if not all(map(_INTEGER.fullmatch, fields)):
+            return None
+        row = [float(cell) for cell in fields]
+        if row[_MODE] == int(RESISTANCES):
             message = "Lines of type 128 hold internal resistances: they stay in the raw copy only."
             findings.add(NOTE, "resistance_line", message, lines=[line])
-        else:
-            procedures.add(line, row, findings)
-    found = [
-        (procedure, dataclasses.replace(_LAYOUT, n_cells=len(procedure.rows[0]) - _FIRST_CELL))
-        for procedure in procedures.found
-    ]
-    return read_procedures(found, procedures.rows_rejected, head.declared, findings)
+            return []
+        if len(row) + 1 not in _DUO.cells:
+            message = (
+                f"The line has {len(row) + 1} fields where iCharger DUO and X logs have 22 or 20: "
+                "take the other model's lines out, or export from the charger's program as CSV with units."
+            )
+            findings.add(FILE, "icharger_layout_unknown", message, lines=[line])
+            return []
+        return row
+
+    return read_charger_log(head, parse, by_clock(_TIME, _SOON_MS), _DUO, findings)
 
 
-def _row(record: Record, findings: FindingCollector) -> list[float] | None:
-    """Return the numbers of a record, None, reported, where a field is no integer; other widths refuse the file."""
-    if not all(map(_INTEGER.fullmatch, record.fields)):
-        reject_record(record.line, b"$" + b";".join(record.fields), findings)
-        return None
-    row = [float(cell) for cell in record.fields]
-    if len(row) + 1 not in _FIELDS and row[MODE] != int(RESISTANCES):
-        message = (
-            f"The line has {len(row) + 1} fields where iCharger DUO and X logs have 22 or 20: "
-            "take the other model's lines out, or export from the charger's program as CSV with units."
-        )
-        findings.add(FILE, "icharger_layout_unknown", message, lines=[record.line])
-        return None
-    return row
+def _width(head: Head) -> int:
+    return usual_width(head, _OLDER.cells, lambda record: not record[_TIME])
 
 
-FORMAT = Format("icharger_log", 4, _recognise, _read, clue=Clue(says=(b"$",)))
+def _recognise_serial(head: Head) -> Recognition | None:
+    """Records of as many fields as older iChargers write, the third one empty."""
+    width = _width(head)
+    return Recognition(LAYOUT, f"records of {width} fields with an empty third") if width else None
+
+
+def _read_serial(head: Head, findings: FindingCollector) -> Reading:
+    width = _width(head)
+
+    def parse(_line: int, fields: list[bytes]) -> list[float] | None:
+        used = [*fields[:_TIME], *fields[_TIME + 1 :]]
+        if len(fields) + 1 != width or not all(map(_INTEGER.fullmatch, used)):
+            return None
+        row = [float(cell) for cell in used]
+        return [*row[:_TIME], float("nan"), *row[_TIME:]]
+
+    return read_charger_log(head, parse, _sequel, _OLDER, findings)
+
+
+def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
+    """Judge by direction and counter, which begins anew with every stage; a counter that only falls is out of order."""
+    before = procedure.rows[-1]
+    stages = [_CHARGING, _DISCHARGING]
+    turned = any(before[_MODE] in stage and row[_MODE] in other for stage, other in (stages, stages[::-1]))
+    if not turned and abs(row[-1]) >= abs(before[-1]):
+        return Sequel.GOES_ON
+    return Sequel.BEGINS if turned or abs(row[-1]) <= COUNTER_ANEW * abs(before[-1]) else Sequel.OUT_OF_ORDER
+
+
+FORMAT = Format(
+    "icharger_log",
+    4,
+    _recognise,
+    _read,
+    "Junsi iCharger DUO and X logs from the memory card: one line a second, `$ch;mode;ms;...;checksum`.",
+    clues=(b"$",),
+)
+SERIAL = Format(
+    "icharger_serial",
+    2,
+    _recognise_serial,
+    _read_serial,
+    "Older Junsi iCharger models (106B+, 208B and their kin) on the serial port: "
+    "`$ch;mode;;Vin;Vbat;I;cells;T;T;mAh;sum`.",
+    clues=(b"$",),
+)

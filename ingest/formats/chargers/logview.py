@@ -14,16 +14,8 @@ from data_schema.vocabulary import FileRole
 from ingest.declared import declared_columns, with_profile_for_names
 from ingest.findings import FILE, FindingCollector
 from ingest.formats.chargers.charger_log import part_charges
-from ingest.formats.chargers.records import (
-    Procedure,
-    Procedures,
-    Sequel,
-    head_records,
-    read_records,
-    reject_record,
-    usual_fields,
-)
-from ingest.formats.format import NAMES, Clue, Format, Head, Recognition
+from ingest.formats.chargers.records import Procedure, Sequel, head_records, read_procedures, usual_fields
+from ingest.formats.format import NAMES, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading, SignalPart
 from ingest.signals import read_signals
@@ -41,23 +33,17 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    procedures = Procedures(lambda _procedure, _row: Sequel.GOES_ON)
     seen = head_records(head)
     widths = {channel.encode(): usual_fields([one for one in seen if one[0] == channel]) for channel, *_ in seen}
-    unchecked = all(record[-1] == "0" for record in seen)
-    for line, record in read_records(head, findings, zero_is_none=unchecked):
-        if record is None:
-            procedures.rows_rejected += 1
-            continue
-        fields = record.fields
+
+    def parse(_line: int, fields: list[bytes]) -> list[float] | None:
         row = [number for number in map(parse_number, fields) if number is not None]
-        if len(row) == len(fields) and len(fields) + 1 == widths.get(fields[0], len(fields) + 1):
-            procedures.add(line, row, findings)
-        else:
-            reject_record(line, b"$" + b";".join(fields), findings)
-            procedures.rows_rejected += 1
-    readings = [_bare_signals(procedure, head.declared, findings) for procedure in procedures.found]
-    return joined(readings, procedures.rows_rejected, findings)
+        fits = len(row) == len(fields) and len(fields) + 1 == widths.get(fields[0], len(fields) + 1)
+        return row if fits else None
+
+    unchecked = all(record[-1] == "0" for record in seen)
+    procedures, rejected = read_procedures(head, parse, lambda *_: Sequel.GOES_ON, findings, zero_is_none=unchecked)
+    return joined([_signals(procedure, head.declared, findings) for procedure in procedures], rejected, findings)
 
 
 def parse_number(cell: bytes) -> float | None:
@@ -69,7 +55,7 @@ def parse_number(cell: bytes) -> float | None:
     return value_of(cell.replace(b",", b".")) if COMMA_NUMBER.fullmatch(cell) else None
 
 
-def _bare_signals(procedure: Procedure, declared: Declarations, findings: FindingCollector) -> Reading:
+def _signals(procedure: Procedure, declared: Declarations, findings: FindingCollector) -> Reading:
     width = len(procedure.rows[0])
     names = ["channel", "phase", "time", *(f"value_{number}" for number in range(1, width - 2))]
     used = [position for position in range(1, width) if not np.isnan(procedure.column(position)).all()]
@@ -84,8 +70,8 @@ def _bare_signals(procedure: Procedure, declared: Declarations, findings: Findin
         [names[position] for position in used],
         [None] * len(used),
         [procedure.column(position) for position in used],
-        lines=procedure.line_numbers(),
-        ordinals=procedure.row_numbers(),
+        lines=procedure.lines,
+        ordinals=procedure.ordinals,
     )
     return read_signals(table, declared, findings, Instrument(f"channel_{procedure.channel}", steady=True))
 
@@ -103,4 +89,4 @@ def joined(readings: Sequence[Reading], rejected: int, findings: FindingCollecto
     )
 
 
-FORMAT = Format("logview_openformat", 3, _recognise, _read, clue=Clue(says=(b"$",)))
+FORMAT = Format("logview_openformat", 3, _recognise, _read, clues=(b"$",))

@@ -16,7 +16,7 @@ import numpy as np
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.chargers.logview import joined, parse_number
 from ingest.formats.chargers.records import reject_record
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, FloatArray, Reading
 from ingest.signals import read_signals
@@ -59,14 +59,13 @@ class _Recording:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    if head.source is None:
-        return Reading()
+    source = head.text
     recordings: list[_Recording] = []
     rejected = 0
-    unended = head.source.data[-1:] not in (b"\r", b"\n")
-    lines = [(number, line) for number, line in numbered_lines(head.source.data, head.source.start) if line.strip()]
+    unended = source.data[-1:] not in (b"\r", b"\n")
+    lines = [(number, line) for number, line in numbered_lines(source.data, source.start) if line.strip()]
     for position, (number, content) in enumerate(lines):
-        text = head.source.decode(content).strip("\0\x1a \t")
+        text = source.decode(content).strip("\0\x1a \t")
         header = _HEADER.fullmatch(text)
         if header is not None:
             if header[1] == "N" or not recordings:
@@ -182,15 +181,9 @@ def _zero_signals(
         names.append("time [s]")
         columns.append(np.array(recording.seconds, dtype=np.float64))
     rate_hz = None if recording.interval_ms is None else 1000.0 / recording.interval_ms
-    table = array_table(
-        names,
-        [None] * len(names),
-        columns,
-        Preamble(rate_hz, None),
-        np.array(recording.lines, dtype=np.int64),
-        np.array(recording.ordinals, dtype=np.int64),
-    )
+    units = [None] * len(names)
+    table = array_table(names, units, columns, Preamble(rate_hz, None), recording.lines, recording.ordinals)
     return read_signals(table, declared, findings, instrument)
 
 
-FORMAT = Format("logview_zero", 3, _recognise, _read, clue=Clue(says=(b"$",)))
+FORMAT = Format("logview_zero", 3, _recognise, _read, clues=(b"$",))

@@ -10,29 +10,21 @@ import functools
 import operator
 import re
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import NamedTuple
 
 import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.formats.format import Head
-from ingest.model import FloatArray, IntArray
+from ingest.model import FloatArray
 from ingest.text.source import numbered_lines
 
 _RECORD = re.compile(rb"\$\d{1,2}(?:;[^;\x00-\x1f]{0,24})+")
 _HEAD_RECORD = re.compile(r"\$\d{1,2}(?:;[^;]*){3}")
 _SHOWN = 60
 _REPEATED = 20
-
-
-class Record(NamedTuple):
-    """A line that holds a record: its number, and its fields without `$` and checksum, the channel first."""
-
-    line: int
-    fields: list[bytes]
 
 
 def head_records(head: Head) -> list[list[str]]:
@@ -49,17 +41,31 @@ def usual_fields(records: Sequence[Sequence[str]]) -> int:
     return counts.most_common(1)[0][0] if counts else 0
 
 
+def usual_width(
+    head: Head,
+    widths: Collection[int],
+    fits: Callable[[list[str]], bool],
+    of: Callable[[list[str]], bool] | None = None,
+) -> int:
+    """Return the usual number of fields of a file's records, or of those that `of` chooses, checksum included; 0 where
+    it is none of `widths`, or half of the records do not fit.
+    """
+    records = [record for record in head_records(head) if of is None or of(record)]
+    width = usual_fields(records)
+    fitting = sum(len(record) == width and fits(record) for record in records)
+    return width if width in widths and 2 * fitting > len(records) else 0
+
+
 def checksum_of(body: bytes) -> int:
     """Return the exclusive or of the bytes of a record up to the last `;`, which is included."""
     return functools.reduce(operator.xor, body, 0)
 
 
-def read_records(
-    head: Head, findings: FindingCollector, zero_is_none: bool = False
-) -> Iterator[tuple[int, Record | None]]:
-    """Yield line number and record of every line; None, reported, for one that is no record or has a wrong checksum.
-
-    `zero_is_none` takes a checksum of 0 as none.
+def _read_records(
+    head: Head, findings: FindingCollector, zero_is_none: bool
+) -> Iterator[tuple[int, list[bytes] | None]]:
+    """Yield line number and fields, without `$` and checksum, of every line; None, reported, for one that is no record
+    or has a wrong checksum.
     """
     data, start = (head.data, 0) if head.source is None else (head.source.data, head.source.start)
     for number, content in numbered_lines(data, start):
@@ -70,19 +76,16 @@ def read_records(
             text = line.decode("latin-1")
             findings.add(NOTE, "instrument", f"Written by {text[1:]}.", lines=[number], value=text)
             continue
-        yield number, _record(line, number, zero_is_none, findings)
-
-
-def _record(line: bytes, number: int, zero_is_none: bool, findings: FindingCollector) -> Record | None:
-    body, _, checksum = line.rpartition(b";")
-    if not _RECORD.fullmatch(line) or not checksum.isdigit():
-        reject_record(number, line, findings)
-        return None
-    if checksum_of(body + b";") != int(checksum) and not (zero_is_none and int(checksum) == 0):
-        message = "The checksum of the line is wrong: bytes were lost or changed; it is left out."
-        findings.add(ROW, "checksum_wrong", message, lines=[number], value=line[:_SHOWN].decode("latin-1"))
-        return None
-    return Record(number, body[1:].split(b";"))
+        body, _, checksum = line.rpartition(b";")
+        if not _RECORD.fullmatch(line) or not checksum.isdigit():
+            reject_record(number, line, findings)
+            yield number, None
+        elif checksum_of(body + b";") != int(checksum) and not (zero_is_none and int(checksum) == 0):
+            message = "The checksum of the line is wrong: bytes were lost or changed; it is left out."
+            findings.add(ROW, "checksum_wrong", message, lines=[number], value=line[:_SHOWN].decode("latin-1"))
+            yield number, None
+        else:
+            yield number, body[1:].split(b";")
 
 
 def reject_record(number: int, line: bytes, findings: FindingCollector) -> None:
@@ -105,14 +108,6 @@ class Procedure:
     def column(self, position: int) -> FloatArray:
         """Return one field of all records, shape (n,)."""
         return np.array([row[position] for row in self.rows], dtype=np.float64)
-
-    def line_numbers(self) -> IntArray:
-        """Return the 1-based line of every record, shape (n,)."""
-        return np.array(self.lines, dtype=np.int64)
-
-    def row_numbers(self) -> IntArray:
-        """Return the number of every record among the rows of the file that concern it, shape (n,)."""
-        return np.array(self.ordinals, dtype=np.int64)
 
 
 class Sequel(Enum):
@@ -142,35 +137,45 @@ def by_clock(position: int, soon: float) -> Judge:
     return judge
 
 
-class Procedures:
-    """Collects records into procedures; `rows_rejected` counts those left out."""
+Parse = Callable[[int, list[bytes]], list[float] | None]
+"""Line and fields to the numbers of a record, the channel first: none of a line that is skipped, None for no record."""
 
-    __slots__ = ("_judge", "_open", "found", "rows_rejected")
 
-    def __init__(self, judge: Judge) -> None:
-        self.found: list[Procedure] = []
-        self.rows_rejected = 0
-        self._open: dict[int, Procedure] = {}
-        self._judge = judge
+def read_procedures(
+    head: Head, parse: Parse, judge: Judge, findings: FindingCollector, zero_is_none: bool = False
+) -> tuple[list[Procedure], int]:
+    """Return the procedures of all outputs in the order in which they began, and how many lines were left out.
 
-    def add(self, line: int, row: list[float], findings: FindingCollector) -> None:
-        """Take the numbers of one record, the channel first."""
+    `zero_is_none` takes a checksum of 0 as none.
+    """
+    procedures: list[Procedure] = []
+    going_on: dict[int, Procedure] = {}
+    rejected = 0
+    for line, fields in _read_records(head, findings, zero_is_none):
+        row = None if fields is None else parse(line, fields)
+        if row is None:
+            rejected += 1
+            if fields is not None:
+                reject_record(line, b"$" + b";".join(fields), findings)
+        if not row:
+            continue
         channel = int(row[0])
-        procedure = self._open.get(channel)
+        procedure = going_on.get(channel)
         sequel = Sequel.BEGINS
         if procedure is not None and len(row) == len(procedure.rows[0]):
-            sequel = self._judge(procedure, row)
+            sequel = judge(procedure, row)
         if sequel is Sequel.OUT_OF_ORDER:
             message = "The record lies before the one above it: a line repeated or out of order; it is left out."
             findings.add(ROW, "time_backwards", message, column="time", lines=[line])
-            self.rows_rejected += 1
-            return
+            rejected += 1
+            continue
         if procedure is None or sequel is Sequel.BEGINS:
             if procedure is not None:
                 message = "The charger started again: what follows is kept as a procedure of its own."
                 findings.add(NOTE, "time_restarted", message, column="time", lines=[line])
-            procedure = self._open[channel] = Procedure(channel)
-            self.found.append(procedure)
+            procedure = going_on[channel] = Procedure(channel)
+            procedures.append(procedure)
         procedure.rows.append(row)
         procedure.lines.append(line)
-        procedure.ordinals.append(len(procedure.rows) + self.rows_rejected)
+        procedure.ordinals.append(len(procedure.rows) + rejected)
+    return procedures, rejected

@@ -11,7 +11,7 @@ import re
 
 from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, plate_channel, positive, read_fixed, refuse_layout
-from ingest.formats.format import HEAD_LINES, SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import HEAD_LINES, SIGNATURE, Format, Head, Recognition
 from ingest.instruments import INSTRUMENTS
 from ingest.model import Reading
 from ingest.tables.table import Preamble
@@ -39,7 +39,7 @@ def _first_row(head: Head) -> int | None:
 
 def _recognise(head: Head) -> Recognition | None:
     """NetForce's header above rows of six, twelve or more numbers."""
-    first = None if head.source is None else _first_row(head)
+    first = _first_row(head)
     if first is None:
         return None
     if head.declared.instrument == INSTRUMENT:
@@ -50,9 +50,9 @@ def _recognise(head: Head) -> Recognition | None:
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
     first = _first_row(head)
-    if head.source is None or first is None:
+    if first is None:
         return refuse_layout("NetForce", "six numbers for each plate, with commas between them", findings)
-    line = head.source.head_lines(HEAD_LINES)[first]  # fewer would join the lines of a quoted cell otherwise
+    line = head.text.head_lines(HEAD_LINES)[first]  # fewer would join the lines of a quoted cell otherwise
     width = len(split_cells(line.content, b",") or [])
     channels = [
         plate_channel(*component, plate)
@@ -62,7 +62,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     rate = next((positive(match[1]) for match in map(_RATE.match, head.lines[:first]) if match), None)
     names = [str(position + 1) for position in range(width)]
     header = FixedHeader(names, b",", line, channels=channels, preamble=Preamble(rate, None))
-    return read_fixed(head.source, header, head.declared, findings, INSTRUMENTS[INSTRUMENT])
+    return read_fixed(head, header, findings, INSTRUMENTS[INSTRUMENT])
 
 
-FORMAT = Format("amti_text", 4, _recognise, _read, clue=Clue(says=(b"offset",), instrument=INSTRUMENT))
+FORMAT = Format("amti_text", 4, _recognise, _read)

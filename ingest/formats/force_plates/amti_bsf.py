@@ -12,7 +12,7 @@ import numpy as np
 
 from ingest.channels.columns import Convention
 from ingest.findings import FILE, FindingCollector
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -47,12 +47,10 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         findings.add(FILE, "bsf_version", message, value=str(version))
         return Reading()
     start, damage = _first_sample(data, size, n_plates)
-    length_s, rate_hz = 0.0, 0
+    rate_hz = 0
     if not damage:
-        (length_s,), (rate_hz,) = (
-            struct.unpack_from("<d", data, _TRIAL_LENGTH_S),
-            struct.unpack_from("<i", data, _RATE_HZ),
-        )
+        (length_s,) = struct.unpack_from("<d", data, _TRIAL_LENGTH_S)
+        (rate_hz,) = struct.unpack_from("<i", data, _RATE_HZ)
         damage = _size_differs(len(data) - start, 8 * len(_COMPONENTS) * n_plates, length_s, rate_hz)
     if damage:
         message = f"The NetForce file cannot be read: {damage}; copy it again, or export it from NetForce as text."
@@ -90,4 +88,4 @@ def _size_differs(there: int, row: int, length_s: float, rate_hz: int) -> str:
     return f"its header says {samples} samples ({length_s:g} s at {rate_hz} Hz) and it holds {there / row:.6g}"
 
 
-FORMAT = Format("amti_bsf", 4, _recognise, _read, clue=Clue(binary=True))
+FORMAT = Format("amti_bsf", 4, _recognise, _read)

@@ -19,7 +19,7 @@ from itertools import pairwise
 
 from ingest.channels.names import parse_header, squash, strip_comment
 from ingest.findings import FindingCollector
-from ingest.formats.format import LAYOUT, Clue, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.instruments import INSTRUMENTS, Instrument, bertec_sdk
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -69,17 +69,15 @@ def _sdk_time_unit(head: Head) -> str | None:
 
 def _recognise(head: Head) -> Recognition | None:
     """Columns in the order of Bertec's programs."""
-    if head.source is None or _instrument(head) is None:
-        return None
-    return Recognition(LAYOUT, _EVIDENCE)
+    return None if _instrument(head) is None else Recognition(LAYOUT, _EVIDENCE)
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
     instrument = _instrument(head)
-    if head.source is None or instrument is None:
+    if instrument is None:
         return Reading()
-    table = text_table(head.source, head.declared, findings)
+    table = text_table(head.text, head.declared, findings)
     return Reading() if table is None else read_signals(table, head.declared, findings, instrument)
 
 
-FORMAT = Format("bertec_text", 8, _recognise, _read, clue=Clue(says=(b"fz",)))
+FORMAT = Format("bertec_text", 8, _recognise, _read, clues=(b"fz",))

@@ -19,7 +19,7 @@ from ingest.channels.columns import Convention
 from ingest.channels.names import squash
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.force_plates.c3d_sections import C3dDamagedError, C3dSections, read_sections
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import FloatArray, Reading
 from ingest.signals import NamedTable, read_several
@@ -271,4 +271,4 @@ def _to_room(sections: C3dSections, number: int) -> FloatArray:
     return np.roll(turn, 2 - across, axis=0)
 
 
-FORMAT = Format("c3d", 4, _recognise, _read, clue=Clue(binary=True))
+FORMAT = Format("c3d", 4, _recognise, _read)

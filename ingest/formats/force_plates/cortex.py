@@ -25,7 +25,7 @@ from ingest.formats.fixed_table import (
     positive,
     refuse_layout,
 )
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import Head, signed
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -37,15 +37,8 @@ _COLUMN = re.compile(r"(F?[XYZ]|MZ)(\d+)")
 _PER_PLATE = 7
 
 
-def _recognise(head: Head) -> Recognition | None:
-    """`[Force Data]` on the first line."""
-    return Recognition(SIGNATURE, "[Force Data]") if head.first_line() == "[Force Data]" else None
-
-
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    source = head.source
-    if source is None:
-        return Reading()
+    source = head.text
     lines = source.head_lines(20)
     texts = [source.decode(line.content) for line in lines]
     entries = {match[1]: match[2] for match in map(_ENTRY.fullmatch, texts) if match}
@@ -102,4 +95,4 @@ def _frame(block: Block, plates: int, findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = Format("cortex_forces", 4, _recognise, _read, clue=Clue(says=(b"[force data]",)))
+FORMAT = signed("cortex_forces", 4, "[Force Data]", _read)

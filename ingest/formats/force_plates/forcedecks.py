@@ -11,7 +11,7 @@ from ingest.channels.columns import Convention
 from ingest.channels.names import squash
 from ingest.findings import NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, positive, read_fixed, refuse_layout
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import Head, signed
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.tables.table import Preamble
@@ -23,16 +23,8 @@ _VERSIONS = ("1", "2")
 _CHANNELS = {"time": "time", "left": "force_z", "zleft": "force_z", "right": "force_z_2", "zright": "force_z_2"}
 
 
-def _recognise(head: Head) -> Recognition | None:
-    """`ForceDecks Raw Data Export` on the first line."""
-    named = head.first_line().startswith("ForceDecks Raw Data Export")
-    return Recognition(SIGNATURE, "ForceDecks Raw Data Export") if named else None
-
-
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    source = head.source
-    if source is None:
-        return Reading()
+    source = head.text
     lines = source.head_lines(60)
     cells = [[source.decode(cell) for cell in split_cells(line.content, b",") or [b""]] for line in lines]
     named = next((index for index, row in enumerate(cells) if row[0] == "Time"), None)
@@ -51,7 +43,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         findings.add(NOTE, "tare_applied", message)
     preamble = Preamble(positive(entries.get("Frequency")), entries.get("Recording Date") or None)
     header = FixedHeader(names, b",", lines[named + 1], channels=channels, preamble=preamble)
-    return read_fixed(source, header, head.declared, findings, _FORCEDECKS)
+    return read_fixed(head, header, findings, _FORCEDECKS)
 
 
-FORMAT = Format("forcedecks", 4, _recognise, _read, clue=Clue(says=(b"forcedecks raw data export",)))
+FORMAT = signed("forcedecks", 4, "ForceDecks Raw Data Export", _read)

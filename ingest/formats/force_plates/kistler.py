@@ -17,8 +17,16 @@ from ingest.channels.names import channel_kind, parse_header, squash
 from ingest.channels.plate_load import find_load
 from ingest.declared import declared_columns
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.fixed_table import FixedHeader, number, plate_channel, positive, read_fixed, refuse_layout
-from ingest.formats.format import NAMES, SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.fixed_table import (
+    FixedHeader,
+    number,
+    number_among,
+    plate_channel,
+    positive,
+    read_fixed,
+    refuse_layout,
+)
+from ingest.formats.format import NAMES, Format, Head, Recognition, signed
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading, SignalPart
 from ingest.signals import read_signals
@@ -40,17 +48,9 @@ _STANDING = 0.05
 _EIGHT_CHANNELS = {"time", *(f"channel{channel}" for channel in range(8))}
 
 
-def _recognise(head: Head) -> Recognition | None:
-    """`BioWare` on the first line."""
-    return Recognition(SIGNATURE, "BioWare on the first line") if _VERSION.match(head.first_line()) else None
-
-
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    source = head.source
-    if source is None:
-        return Reading()
-    lines = source.head_lines(60)
-    cells = [[cell.strip() for cell in source.decode(line.content).split("\t")] for line in lines]
+    lines = head.text.head_lines(60)
+    cells = [[cell.strip() for cell in head.text.decode(line.content).split("\t")] for line in lines]
     named = next((index for index, row in enumerate(cells) if row[0].startswith("abs time")), None)
     version = _VERSION.match(head.first_line())
     if version is None or (version[1] or _VERSIONS[0]) not in _VERSIONS or named is None or named + 2 >= len(lines):
@@ -71,7 +71,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         channels=_channels(names, entries.get("Device", [])),
         preamble=Preamble(rates.pop(), _start(entries, findings)),
     )
-    reading = read_fixed(source, header, head.declared, findings, _BIOWARE, samples.pop())
+    reading = read_fixed(head, header, findings, _BIOWARE, samples.pop())
     _check_normalised(entries, reading, head.declared, findings)
     return reading
 
@@ -88,10 +88,8 @@ def _channels(names: Sequence[str], devices: Sequence[str]) -> tuple[str | None,
             channels.append(None)
             continue
         device = devices[position] if aligned else ""
-        if device and device not in plates:
-            plates.append(device)
         seen[component[2]] += 1
-        plate = plates.index(device) + 1 if device else seen[component[2]]
+        plate = number_among(plates, device) if device else seen[component[2]]
         quantity, axis = _QUANTITIES[component[2][0]], component[2][1]
         channels.append(plate_channel(quantity, axis, int(component[1] or plate)))
     return tuple(channels)
@@ -146,14 +144,14 @@ def _start(entries: Mapping[str, Sequence[str]], findings: FindingCollector) -> 
 
 def _recognise_channels(head: Head) -> Recognition | None:
     """Eight columns `Channel 0` to `Channel 7`."""
-    named = head.source is not None and any(
+    named = any(
         {squash(parse_header(cell).base) for cell in line.split("\t")} == _EIGHT_CHANNELS for line in head.lines[:40]
     )
     return Recognition(NAMES, "columns Channel 0 to Channel 7") if named else None
 
 
 def _read_channels(head: Head, findings: FindingCollector) -> Reading:
-    table = None if head.source is None else text_table(head.source, head.declared, findings)
+    table = text_table(head.text, head.declared, findings)
     if table is None:
         return Reading()
     message = (
@@ -164,5 +162,5 @@ def _read_channels(head: Head, findings: FindingCollector) -> Reading:
     return read_signals(table, head.declared, findings, Instrument())
 
 
-FORMAT = Format("bioware", 5, _recognise, _read, clue=Clue(says=(b"bioware",)))
-CHANNELS_FORMAT = Format("kistler_channels", 4, _recognise_channels, _read_channels, clue=Clue(says=(b"channel",)))
+FORMAT = signed("bioware", 5, "BioWare", _read)
+CHANNELS_FORMAT = Format("kistler_channels", 4, _recognise_channels, _read_channels, clues=(b"channel",))

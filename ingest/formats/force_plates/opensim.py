@@ -15,11 +15,12 @@ from ingest.formats.fixed_table import (
     FixedHeader,
     next_filled,
     number,
+    number_among,
     plate_channel,
     read_fixed,
     refuse_layout,
 )
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Reading
 
@@ -39,9 +40,7 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    source = head.source
-    if source is None:
-        return Reading()
+    source = head.text
     lines = source.head_lines()
     texts = [source.decode(line.content) for line in lines]
     end = next((index for index, text in enumerate(texts) if text.strip() == "endheader"), None)
@@ -55,7 +54,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     channels = _channels(names)
     instrument = _GROUND_FORCES if any(channels) else _MOTION
     header = FixedHeader(names, b"\t", first, channels=channels)
-    return read_fixed(source, header, head.declared, findings, instrument, samples)
+    return read_fixed(head, header, findings, instrument, samples)
 
 
 def _channels(names: list[str]) -> list[str | None]:
@@ -66,13 +65,11 @@ def _channels(names: list[str]) -> list[str | None]:
         if column is None:
             channels.append(None)
             continue
-        plate = (column[1] + column[3]).strip("_").lower()
-        if plate not in plates:
-            plates.append(plate)
+        plate = number_among(plates, (column[1] + column[3]).strip("_").lower())
         force = column[2].lower() == "force"
         quantity = "free_moment" if not force else "cop" if column[4].lower() == "p" else "force"
-        channels.append(plate_channel(quantity, column[5].lower(), plates.index(plate) + 1))
+        channels.append(plate_channel(quantity, column[5].lower(), plate))
     return channels
 
 
-FORMAT = Format("opensim", 4, _recognise, _read, clue=Clue(says=(b"endheader",)))
+FORMAT = Format("opensim", 4, _recognise, _read, clues=(b"endheader",))

@@ -16,7 +16,7 @@ from ingest.channels.columns import Convention
 from ingest.channels.names import clean_name, parse_header, squash
 from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import combine, read_signals
@@ -32,14 +32,14 @@ _CHANNELS = {"time": "time", "normalforce": "force_z", "dateandtime": "date_and_
 
 def _recognise(head: Head) -> Recognition | None:
     """`Run #1` above every column."""
-    runs = _run_names(head.source)
+    runs = [] if head.source is None else _run_names(head.source)
     return Recognition(SIGNATURE, f"{runs[0]!r} above every column") if runs else None
 
 
-def _run_names(source: TextSource | None) -> list[str]:
+def _run_names(source: TextSource) -> list[str]:
     """Return the run above every column; none where the first line is no row of them."""
-    lines = [] if source is None else source.head_lines(2)
-    if source is None or len(lines) < 2:
+    lines = source.head_lines(2)
+    if len(lines) < 2:
         return []
     for delimiter in _DELIMITERS:
         cells = [source.decode(cell) for cell in split_cells(lines[0].content, delimiter) or []]
@@ -50,10 +50,9 @@ def _run_names(source: TextSource | None) -> list[str]:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    source = head.source
-    runs = _run_names(source)
-    lines = [] if source is None else source.head_lines(3)
-    if source is None or not runs or len(lines) < 3:
+    source = head.text
+    runs, lines = _run_names(source), source.head_lines(3)
+    if not runs or len(lines) < 3:
         return Reading()
     delimiter = next(sign for sign in _DELIMITERS if len(split_cells(lines[0].content, sign) or []) >= len(runs))
     names = [source.decode(cell) for cell in (split_cells(lines[1].content, delimiter) or [])[: len(runs)]]
@@ -84,9 +83,8 @@ def _run_table(table: Table, block: Block, columns: Sequence[int], first: Sequen
         numbers={
             place: block.numbers[position][:stop] for place, position in enumerate(columns) if position in numeric
         },
-        n_rows=stop,
-        lines=None if block.lines is None else block.lines[:stop],
-        ordinals=None if block.ordinals is None else block.ordinals[:stop],
+        lines=block.lines[:stop],
+        ordinals=block.ordinals[:stop],
     )
     names = tuple(table.names[position] for position in columns)
     known = [_CHANNELS.get(squash(parse_header(name).base)) for name in names]
@@ -103,4 +101,4 @@ def _run_table(table: Table, block: Block, columns: Sequence[int], first: Sequen
     )
 
 
-FORMAT = Format("pasco", 4, _recognise, _read, clue=Clue(says=(b"run #",)))
+FORMAT = Format("pasco", 4, _recognise, _read, clues=(b"run #",))

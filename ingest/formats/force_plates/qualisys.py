@@ -15,7 +15,7 @@ import numpy as np
 from ingest.channels.columns import Convention
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, number, positive, read_fixed, refuse_layout
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Reading
 from ingest.tables.table import Preamble
@@ -37,9 +37,7 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    source = head.source
-    if source is None:
-        return Reading()
+    source = head.text
     lines = [line for line in source.head_lines(80) if line.content.strip()]
     texts = [source.decode(line.content) for line in lines]
     # A row of names begins in capitals too, and has more cells than an entry.
@@ -67,7 +65,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     )
     frame = head.declared.axes or _frame(entries, findings)
     instrument = dataclasses.replace(_QUALISYS, frame=frame, action=frame == "z down")
-    return read_fixed(source, header, head.declared, findings, instrument, samples)
+    return read_fixed(head, header, findings, instrument, samples)
 
 
 def _start(stamp: str | None) -> str | None:
@@ -98,4 +96,4 @@ def _frame(entries: Mapping[str, str], findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = Format("qualisys_tsv", 4, _recognise, _read, clue=Clue(says=(b"no_of_samples",)))
+FORMAT = Format("qualisys_tsv", 4, _recognise, _read, clues=(b"no_of_samples",))

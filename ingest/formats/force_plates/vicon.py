@@ -17,8 +17,8 @@ import numpy as np
 from ingest.channels.columns import Convention
 from ingest.channels.names import clean_name
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.fixed_table import FixedHeader, fixed_table, plate_channel, positive, refuse_layout
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.fixed_table import FixedHeader, fixed_table, number_among, plate_channel, positive, refuse_layout
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import combine, read_signals
@@ -40,14 +40,6 @@ _COUNTERS = [b"Frame", b"Sub Frame"]
 
 
 @dataclass(frozen=True, slots=True)
-class _Section:
-    """Where a section lies: its header lines and first line of data, and where it ends."""
-
-    lines: tuple[Line, ...]
-    stop: int
-
-
-@dataclass(frozen=True, slots=True)
 class _Span:
     """The camera frames of a section, and the rate of the camera by the section's own rate."""
 
@@ -65,17 +57,15 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    if head.source is None:
-        return Reading()
     readings = []
     titles: list[str] = []
     spans: list[_Span] = []
-    for section in _sections(head.source):
-        title = head.source.decode(section.lines[0].content).strip(_FILLING)
+    for lines, stop in _sections(head.text):
+        title = head.text.decode(lines[0].content).strip(_FILLING)
         if title == "Events":
             findings.add(NOTE, "section_skipped", "The events stay in the raw copy only.", value=title)
             continue
-        table = _table(head, section, title, spans, findings)
+        table = _table(head, lines, stop, title, spans, findings)
         if table is None:
             return Reading()
         titles.append(clean_name(title))
@@ -85,48 +75,47 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return combine(readings)
 
 
-def _sections(source: TextSource) -> Iterator[_Section]:
-    """Yield the sections, which blank lines part."""
+def _sections(source: TextSource) -> Iterator[tuple[list[Line], int]]:
+    """Yield the sections, which blank lines part: header lines and first line of data, and where each ends."""
     starts = [source.start, *(match.end() for match in _BLANK_LINES.finditer(source.data, source.start))]
     stops = [*(match.start() for match in _BLANK_LINES.finditer(source.data, source.start)), len(source.data)]
     line = 1
     for start, stop, following in zip(starts, stops, [*starts[1:], len(source.data)], strict=True):
         if stop > start:
-            yield _Section(tuple(source.section(stop).lines_at(start, line, _HEADER_LINES + 1)), stop)
+            yield source.section(stop).lines_at(start, line, _HEADER_LINES + 1), stop
         line += source.data.count(b"\n", start, following)
 
 
-def _table(head: Head, section: _Section, title: str, spans: list[_Span], findings: FindingCollector) -> Table | None:
+def _table(
+    head: Head, lines: list[Line], stop: int, title: str, spans: list[_Span], findings: FindingCollector
+) -> Table | None:
     """Return the table of a section, its rows numbered by sample; None where it is not laid out as they are."""
-    source = head.source
-    if source is None or len(section.lines) <= _HEADER_LINES:
+    source = head.text
+    if len(lines) <= _HEADER_LINES:
         refuse_layout("Vicon Nexus", f"five header lines and rows in section {title!r}", findings)
         return None
-    named = section.lines[3]
+    named = lines[3]
     sign = next((each for each in _BETWEEN if (split_cells(named.content, each) or [])[:2] == _COUNTERS), None)
     if sign is None:
         refuse_layout("Vicon Nexus", f"columns Frame and Sub Frame in line {named.number}", findings)
         return None
-    cells = [
-        [source.decode(cell) for cell in split_cells(line.content, sign) or []]
-        for line in section.lines[:_HEADER_LINES]
-    ]
+    cells = [[source.decode(cell) for cell in split_cells(line.content, sign) or []] for line in lines[:_HEADER_LINES]]
     names = _without_blank_end(cells[3])
     rate = positive(next(iter(cells[1]), None))
     if not rate:
-        refuse_layout("Vicon Nexus", f"a rate in line {section.lines[1].number}", findings)
+        refuse_layout("Vicon Nexus", f"a rate in line {lines[1].number}", findings)
         return None
     groups, units = (row + [""] * len(names) for row in (cells[2], cells[4]))
     devices = _filled(groups[: len(names)])
     header = FixedHeader(
         [f"{device} {name}".strip() for device, name in zip(devices, names, strict=True)],
         sign,
-        section.lines[_HEADER_LINES],
+        lines[_HEADER_LINES],
         units=tuple(unit or None for unit in units[: len(names)]),
         channels=_channels(devices, names),
         preamble=Preamble(rate, None),
     )
-    table = fixed_table(source.section(section.stop), header, head.declared, findings)
+    table = fixed_table(source.section(stop), header, head.declared, findings)
     return None if table is None else _numbered(table, title, rate, spans, findings)
 
 
@@ -152,10 +141,8 @@ def _channels(devices: Sequence[str], names: Sequence[str]) -> tuple[str | None,
         if component is None:
             channels.append(None)
             continue
-        plate = device.rpartition(" - ")[0] or device
-        if plate not in plates:
-            plates.append(plate)
-        channels.append(plate_channel(_QUANTITIES[component[1]], component[2], plates.index(plate) + 1))
+        plate = number_among(plates, device.rpartition(" - ")[0] or device)
+        channels.append(plate_channel(_QUANTITIES[component[1]], component[2], plate))
     return tuple(channels)
 
 
@@ -202,4 +189,4 @@ def _compare(spans: Sequence[_Span], findings: FindingCollector) -> None:
 
 
 _SECTIONS = (b"devices", b"joints", b"trajectories", b"model outputs", b"segments", b"events")
-FORMAT = Format("vicon_csv", 4, _recognise, _read, clue=Clue(says=_SECTIONS))
+FORMAT = Format("vicon_csv", 4, _recognise, _read, clues=_SECTIONS)

@@ -11,7 +11,7 @@ from collections import Counter
 import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.formats.format import LAYOUT, Clue, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -28,9 +28,7 @@ _VALUE = re.compile(rb"(" + NUMBER_PATTERN + rb")\s*(\S*)")
 
 def _recognise(head: Head) -> Recognition | None:
     """Lines `name: value`."""
-    if head.source is None:
-        return None
-    sample = [*head.source.head_lines(60), *head.source.sample_lines(0.5)]
+    sample = [*head.text.head_lines(60), *head.text.sample_lines(0.5)]
     lines = list({line.start: line.content for line in sample if line.content.strip()}.values())
     found = [debug for debug in map(debug_line, lines) if debug is not None and is_single_number(debug)]
     values = len(found)
@@ -40,23 +38,22 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    if head.source is None:
-        return Reading()
-    names, units = _names(head.source)
+    source = head.text
+    names, units = _names(source)
     turns = _Turns(names, units, findings)
-    unended = head.source.data[-1:] not in (b"\n", b"\r")
+    unended = source.data[-1:] not in (b"\n", b"\r")
     last = 0
-    for number, content in numbered_lines(head.source.data, head.source.start):
+    for number, content in numbered_lines(source.data, source.start):
         if content.strip(b" \t\0\x1a"):
             turns.take(number, content)
             last = number
     turns.finish(last, unended)
     table = array_table(
-        [head.source.decode(name) for name in names],
-        [head.source.decode(unit) or None for unit in units],
+        [source.decode(name) for name in names],
+        [source.decode(unit) or None for unit in units],
         list(np.array(turns.rows, dtype=np.float64).reshape(len(turns.rows), len(names)).T.copy()),
-        lines=np.array(turns.lines, dtype=np.int64),
-        ordinals=np.array(turns.ordinals, dtype=np.int64),
+        lines=turns.lines,
+        ordinals=turns.ordinals,
         rows_rejected=turns.rejected,
     )
     return read_signals(table, head.declared, findings, _LOG)
@@ -104,7 +101,7 @@ class _Turns:
             self._break(line)
         value = _VALUE.fullmatch(debug.value)
         position = len(self._open)
-        if debug.name != self.names[position] or value is None or not self._fits(value, position):
+        if debug.name != self.names[position] or value is None or value[2] != self.units[position]:
             if not self._skipping:
                 self._break(line)
             return
@@ -117,9 +114,6 @@ class _Turns:
             self.lines.append(self._first_line)
             self.ordinals.append(len(self.rows) + self.rejected)
             self._open = []
-
-    def _fits(self, value: re.Match[bytes], position: int) -> bool:
-        return value[2] == self.units[position]
 
     def _break(self, line: int) -> None:
         message = (
@@ -147,4 +141,4 @@ class _Turns:
             del self.rows[-1], self.lines[-1], self.ordinals[-1]
 
 
-FORMAT = Format("debug_lines", 5, _recognise, _read, clue=Clue(says=(b":", b"=")))
+FORMAT = Format("debug_lines", 5, _recognise, _read, clues=(b":", b"="))

@@ -33,12 +33,10 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    if head.source is None:
-        return Reading()
     own = FindingCollector()
-    reading = _read_tables(head.source, head.declared, own, _LOG)
+    reading = _read_tables(head.text, head.declared, own, _LOG)
     textual, untimed = own.count("no_data_rows"), own.count("rate_missing")
-    advice = advice_on_sheet(head.source, head.declared, charges=not untimed) if textual or untimed else None
+    advice = advice_on_sheet(head.text, head.declared, charges=not untimed) if textual or untimed else None
     if advice is None:
         findings.take_over(own)
         return reading

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from ingest.channels.names import is_unit
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table
-from ingest.formats.format import LAYOUT, Clue, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading
 from ingest.signals import read_signals
@@ -53,9 +53,7 @@ class _Pair(NamedTuple):
 
 def _recognise(head: Head) -> Recognition | None:
     """Lines of several `label: value` or `label=value`, or of JSON objects."""
-    if head.source is None:
-        return None
-    lines = _sample(head.source)
+    lines = _sample(head.text)
     rows = [row for row in map(_pairs, lines) if _is_sample(row)]
     labels = Counter(pair.label for row in rows for pair in row)
     if len(rows) < _FEWEST_LINES or 2 * len(rows) <= len(lines) or 2 * max(labels.values()) < len(rows):
@@ -137,8 +135,8 @@ def _flat(path: str, value: Any) -> Iterator[_Pair]:
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    source = head.source
-    if source is None or refuse_long_line(source, findings):
+    source = head.text
+    if refuse_long_line(source, findings):
         return Reading()
     if mapped(source.data) is not None:
         message = f"Labelled values are read in files of at most {LARGE_BYTES >> 20} MiB: split the file."
@@ -276,4 +274,4 @@ def _whole(rows: Sequence[Sequence[_Pair]], source: TextSource, declared: Declar
     return dataclasses.replace(declared, complete=True) if ends else declared
 
 
-FORMAT = Format("labelled_values", 2, _recognise, _read, clue=Clue(says=(b":", b"=")))
+FORMAT = Format("labelled_values", 2, _recognise, _read, clues=(b":", b"="))

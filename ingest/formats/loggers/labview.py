@@ -12,29 +12,22 @@ from collections.abc import Mapping, Sequence
 
 from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, check_count, next_filled, positive, read_fixed, refuse_layout
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import Head, signed
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading
 from ingest.tables.table import read_preamble
 from ingest.text.cells import split_cells
 from ingest.text.source import Line, TextSource
 
-_BEGIN = "labview measurement"
 _END = b"***End_of_Header***"
 _PROGRAM = "LabVIEW"
 
 
-def _recognise(head: Head) -> Recognition | None:
-    """`LabVIEW Measurement` in the first line."""
-    known = head.source is not None and head.first_line().lower().startswith(_BEGIN)
-    return Recognition(SIGNATURE, "its first line is `LabVIEW Measurement`") if known else None
-
-
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    source = head.source
-    lines = [] if source is None else source.head_lines()
+    source = head.text
+    lines = source.head_lines()
     ends = [number for number, line in enumerate(lines) if line.content.startswith(_END)]
-    if source is None or len(ends) < 2:
+    if len(ends) < 2:
         return refuse_layout(_PROGRAM, "two lines `***End_of_Header***`", findings)
     delimiter = _delimiter(lines)
     facts = _facts(source, lines[: ends[1]], delimiter)
@@ -64,7 +57,8 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         ["time" if timed else None, *[None] * (len(names) - 1)],
         read_preamble([f"Start {started}"]),
     )
-    reading = read_fixed(source, header, _declared(head.declared, facts), findings, Instrument())
+    head = dataclasses.replace(head, declared=_declared(head.declared, facts))
+    reading = read_fixed(head, header, findings, Instrument())
     samples = positive(facts.get("Samples", [""])[0])  # of the first of several blocks where more rows follow
     check_count(reading, None if samples is None or reading.rows_read > samples else samples, findings)
     return reading
@@ -94,4 +88,4 @@ def _declared(declared: Declarations, facts: Mapping[str, list[str]]) -> Declara
     return dataclasses.replace(declared, decimal_sign=sign)
 
 
-FORMAT = Format("labview", 1, _recognise, _read, clue=Clue(says=(_BEGIN.encode(),)))
+FORMAT = signed("labview", 1, "LabVIEW Measurement", _read)

@@ -24,7 +24,7 @@ import numpy as np
 
 from ingest.channels.names import clean_name
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Limits, Reading
 from ingest.signals import NamedTable, read_several
@@ -276,4 +276,4 @@ def _check_matrix(content: memoryview, order: str, deepest: int) -> None:
         raise MatRefusedError(f"it says {count} values and holds others")
 
 
-FORMAT = Format("mat", 5, _recognise, _read, clue=Clue(begins=(_V5, _V73), binary=True))
+FORMAT = Format("mat", 5, _recognise, _read)

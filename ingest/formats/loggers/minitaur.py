@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
-from ingest.formats.format import SIGNATURE, Clue, Format, Head, Recognition
+from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.formats.loggers.framed_records import SYNC, FramedRecords, find_records, spacing
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading
@@ -292,4 +292,4 @@ def _declared_names(declared: Declarations) -> list[str]:
     return [*own, *(name for profile in declared.profiles for name in profile.columns)]
 
 
-FORMAT = Format("minitaur_log", 4, _recognise, _read, clue=Clue(begins=(b"/",), says=(SYNC,)))
+FORMAT = Format("minitaur_log", 4, _recognise, _read)

@@ -21,7 +21,7 @@ USUAL = """
 import numpy as np
 from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.findings import FILE
-from ingest.formats.format import SIGNATURE, Clue, Format, Recognition
+from ingest.formats.format import SIGNATURE, Format, Recognition
 from ingest.instruments import Instrument
 from ingest.model import ChannelData, ChargeRow, Reading, SignalPart
 
@@ -119,8 +119,8 @@ NOT_LOADED = {
             "name of two words": "Format('hop log', 1, recognise, read)",
             "recognise no function": "Format('hop', 1, None, read)",
             "read no function": "Format('hop', 1, recognise, 'read')",
-            "clue in capitals": "Format('hop', 1, recognise, read, clue=Clue(says=(b'HOP1',)))",
-            "clue of nothing": "Format('hop', 1, recognise, read, clue=Clue())",
+            "clue in capitals": "Format('hop', 1, recognise, read, clues=(b'HOP1',))",
+            "clue of nothing": "Format('hop', 1, recognise, read, clues=(b'',))",
         }.items()
     },
 }
