@@ -267,7 +267,7 @@ class _Rows:
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
         self._blocks: list[Block] = []
-        self._files: dict[int | str, ColumnFile[Any]] = {}
+        self._files: dict[int, ColumnFile[Any]] = {}
 
     @property
     def filled(self) -> bool:
@@ -297,13 +297,14 @@ class _Rows:
         clocks = {at: [cell for block in self._blocks for cell in block.clocks[at]] for at in first.clocks}
         lines, ordinals = whole.pop(_LINES), whole.pop(_ORDINALS)
         rejected = sum(block.rows_rejected for block in self._blocks)
-        return Block({int(key): values for key, values in whole.items()}, clocks, lines, ordinals, rejected)
+        return Block(whole, clocks, lines, ordinals, rejected)
 
 
 _NONE = np.empty(0, dtype=np.int64)
-_LINES, _ORDINALS = "lines", "ordinals"
+_LINES, _ORDINALS = -1, -2
+"""Places of the numbers of lines and rows beside those of the columns."""
 
 
-def _columns(block: Block) -> dict[int | str, Column]:
-    """Return all arrays of a block by position, those that number its rows by name."""
+def _columns(block: Block) -> dict[int, Column]:
+    """Return all arrays of a block by place."""
     return {**block.numbers, _LINES: block.lines, _ORDINALS: block.ordinals}
