@@ -12,12 +12,12 @@ import hashlib
 import json
 import math
 import typing
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import MISSING, Field, dataclass, fields, is_dataclass
-from enum import Enum
+from collections.abc import Iterator, Mapping
+from dataclasses import MISSING, Field, dataclass, fields
 from functools import cache
-from types import NoneType, UnionType
 from typing import Any, Generic, TypeVar
+
+import msgspec
 
 from data_schema.errors import BookDamaged
 from data_schema.journal import canonical
@@ -28,10 +28,6 @@ from reports.numbers import Number, Origin, StoredResult
 
 _UNDEFINED = "undefined"
 """Where the payload has, by the names of numbers that do not exist, the codes and parameters of their reasons."""
-
-
-class UnreadablePayload(ValueError):
-    """A stored payload is not that of the class it is read as."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,7 +79,7 @@ def decode(row: ResultRow, result: type[T]) -> T:
     """Return a stored result as what it was computed as; raises `BookDamaged` where it is not of that form."""
     try:
         return _decoded(row, result)
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
+    except (AttributeError, KeyError, TypeError, ValueError, msgspec.ValidationError) as error:
         raise BookDamaged(
             f"result {row.uid} of the database is not as labbook stores a {row.kind} ({error}): run `labbook rebuild` "
             "to make the database anew from the raw copies and the journal."
@@ -95,24 +91,24 @@ def _decoded(row: ResultRow, result: type[T]) -> T:
     payload: dict[str, Any] = json.loads(row.payload_json)
     undefined = payload.pop(_UNDEFINED, {})
     if undefined.keys() != {item.name for item in row.numbers if item.value is None}:
-        raise UnreadablePayload(f"{row.kind} does not say by codes why numbers of it do not exist")
+        raise ValueError(f"{row.kind} does not say by codes why numbers of it do not exist")
     numbers = {item.name: _number(item, undefined.get(item.name)) for item in row.numbers}
     values: dict[str, Any] = {}
     for one in _payload_fields(kind):
         if one.name in payload:
-            values[one.name] = _reader(_hints(kind)[one.name])(payload.pop(one.name))
+            values[one.name] = _read(payload.pop(one.name), _hints(kind)[one.name])
         elif one.default is MISSING:
-            raise UnreadablePayload(f"{row.kind} has no {one.name}")
+            raise ValueError(f"{row.kind} has no {one.name}")
     for one, (head, tail) in _number_fields(kind).items():
         if tail is None:
             values[one.name] = numbers.pop(head, None)
             if values[one.name] is None and one.default is MISSING:
-                raise UnreadablePayload(f"{row.kind} has no number {head}")
+                raise ValueError(f"{row.kind} has no number {head}")
         else:
             found = [name for name in numbers if name.startswith(head) and name.endswith(tail)]
             values[one.name] = {name[len(head) : len(name) - len(tail)]: numbers.pop(name) for name in found}
     if payload or numbers:
-        raise UnreadablePayload(f"{row.kind} has more than is known: {', '.join([*payload, *numbers])}")
+        raise ValueError(f"{row.kind} has more than is known: {', '.join([*payload, *numbers])}")
     return result(**values, origin=Origin(row.key, json.loads(row.scope_json), row.inputs))
 
 
@@ -153,7 +149,7 @@ def _defined(value: float | Undefined | None) -> float | None:
 
 def _decoded_reason(stored: Any) -> Undefined:
     if not isinstance(stored, dict) or stored.get("code") not in Reason.__members__:
-        raise UnreadablePayload(f"{stored} is no code of Reason")
+        raise ValueError(f"{stored} is no code of Reason")
     return Undefined(Reason[stored["code"]], **stored["parameters"])
 
 
@@ -178,69 +174,16 @@ def _number(row: NumberRow, why: Mapping[str, Any] | None) -> Number:
 
 def _plain(value: Any) -> Any:
     """Return a value of the payload as JSON has it."""
-    if type(value) in _AS_THEY_ARE:
-        return value
     if isinstance(value, Undefined):
         return {"code": value.code.name, "parameters": dict(value.parameters)}
-    if isinstance(value, Enum):
-        return value.value
-    if is_dataclass(value):
-        return {one.name: _plain(getattr(value, one.name)) for one in fields(value)}
-    if isinstance(value, Mapping):
-        return {str(key): _plain(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
-    return value
+    return msgspec.to_builtins(value)
 
 
-_AS_THEY_ARE = frozenset({float, int, str, bool, NoneType})
-
-
-@cache
-def _reader(hint: Any) -> Callable[[Any], Any]:
-    """Return what makes of a value from JSON one that a field's annotation has; it raises `UnreadablePayload`."""
-    origin, args = typing.get_origin(hint), typing.get_args(hint)
-    if origin in (UnionType, typing.Union):
-        (kind,) = [each for each in args if each is not NoneType]
-        return lambda value: None if value is None else _reader(kind)(value)
-    if hint is Undefined:
-        return _decoded_reason
-    if origin is tuple:
-        return lambda value: _several(value, hint, args)
-    if isinstance(origin, type) and issubclass(origin, Mapping):
-        return lambda value: _by_name(value, hint, args[1])
-    if is_dataclass(hint):
-        return lambda value: _fields_read(value, hint)
-    if isinstance(hint, type) and issubclass(hint, Enum):
-        return hint
-    if hint is float:
-        return lambda value: float(value) if isinstance(value, int | float) else _as(float, value, hint)
-    return lambda value: _as(hint, value, hint)
-
-
-def _as(kind: Any, value: Any, hint: Any) -> Any:
-    if not isinstance(kind, type) or type(value) is not kind:
-        raise UnreadablePayload(f"{value!r} is no {hint}")
-    return value
-
-
-def _several(value: Any, hint: Any, args: tuple[Any, ...]) -> tuple[Any, ...]:
-    items = _as(list, value, hint)
-    if args[-1] is Ellipsis:
-        return tuple(map(_reader(args[0]), items))
-    return tuple(_reader(kind)(item) for item, kind in zip(items, args, strict=True))
-
-
-def _by_name(value: Any, hint: Any, kind: Any) -> dict[str, Any]:
-    read = _reader(kind)
-    return {key: read(item) for key, item in _as(dict, value, hint).items()}
-
-
-def _fields_read(value: Any, hint: Any) -> Any:
-    hints = _hints(hint)
-    if _as(dict, value, hint).keys() != hints.keys():
-        raise UnreadablePayload(f"{hint} has other fields: {', '.join(value)}")
-    return hint(**{name: _reader(hints[name])(item) for name, item in value.items()})
+def _read(value: Any, hint: Any) -> Any:
+    """Return a value from JSON as a field's annotation has it; raises ValueError or `msgspec.ValidationError`."""
+    if Undefined in typing.get_args(hint):
+        return None if value is None else _decoded_reason(value)
+    return msgspec.convert(value, hint)
 
 
 @cache
