@@ -75,3 +75,10 @@ class StoredResult:
     """Base of all results that are stored; `origin` is empty until the result is."""
 
     origin: Origin = field(default_factory=Origin)
+
+
+@dataclass(frozen=True, slots=True)
+class StoredAs:
+    """Annotates a field whose number has another name in the store, or a mapping of numbers: "{}" is each one's key."""
+
+    name: str

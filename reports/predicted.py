@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Annotated, Self
 
 from data_schema.vocabulary import Undefined
 from reports import display
 from reports.display import sentence_start
-from reports.numbers import Number, Value
+from reports.numbers import Number, StoredAs, StoredResult, Value
 
 if TYPE_CHECKING:
     from simulator.steady.published_results import PublishedResult
@@ -35,11 +35,12 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class HypothesisPart:
+class HypothesisPart(StoredResult):
     """One comparison of a hypothesis: the levels `of` what is compared, and in which what it is set `against` differs.
 
-    Without the latter it is set against the control. The claim is that `measured` lies between `low` and `high`, None
-    for no bound; `no_interval` says why it has no interval. With `savings` savings are compared, not means.
+    Without the latter it is set against the control. `measured` has the interval that decides, `simulated` a standard
+    uncertainty, both in percent of the first mean, or in percentage points where `savings` are compared. The claim is
+    that they lie between `low` and `high`, None for no bound; `no_interval` says why `measured` has no interval.
     """
 
     of: Mapping[str, str]
@@ -99,17 +100,44 @@ class PredictedQuantity(StrEnum):
         return member
 
 
+ACCURACY = "accuracy"
+"""The part of a prediction's error that is the simulator's own; the others go by the names of what was varied."""
+_NEGLIGIBLE = 0.1
+"""Share of a standard uncertainty that changes it by half a percent."""
+
+
+@dataclass(frozen=True, slots=True)
+class PredictionCheck(StoredResult):
+    """What is predicted of runs as they were made, beside what was measured of them.
+
+    `predicted` carries its standard uncertainty as `se`; `errors` are its parts by their source. `difference` is
+    predicted less measured, `error_ratio` that over the expanded uncertainty of both (the E_n of ISO 13528).
+    `numerical_error` is by how much a simulation a hundred times finer differs, in the unit of the prediction; None
+    where one of the two gives no value.
+    """
+
+    predicted: Number
+    difference: Number
+    error_ratio: Number
+    errors: Annotated[Mapping[str, Number], StoredAs("predicted, error by {}")]
+    numerical_error: float | None
+
+    @property
+    def imprecise(self) -> bool:
+        """Whether the numerical error is above what the error has for it, and a tenth of the error or more."""
+        error, se = self.numerical_error, self.predicted.se
+        if not self.errors or error is None:
+            return bool(self.errors)
+        accounted = [self.errors[ACCURACY].value, _NEGLIGIBLE * se if isinstance(se, float) else 0.0]
+        return all(isinstance(part, float) and error > part for part in accounted)
+
+
 @dataclass(frozen=True, slots=True)
 class Prediction:
-    """One quantity of one condition, measured and predicted.
+    """One quantity of a condition, or of a pair with its control, measured and predicted.
 
-    `group` holds the levels in common with the control, `level` that of the swept factor or "pooled" (`POOLED`).
-    `predicted` carries its standard uncertainty as `se`; `n` counts the runs that were measured. `error_ratio` is
-    `difference` (predicted less measured) over the expanded uncertainty of both (the E_n of ISO 13528): they agree
-    where it lies within -1 to 1. `agrees` is None where there is none, or where the prediction is `unsure`, its
-    expanded uncertainty as large as itself. `numerical_error`, in the unit of `predicted`, is by how much a simulation
-    a hundred times finer differs, None where it ends otherwise; the prediction is `imprecise` where that is above what
-    its standard uncertainty has for it, and a tenth of that or more. `published` is what the thesis has of it.
+    `group` holds the levels in common with the control, `level` that of the swept factor or "pooled" (`POOLED`); `n`
+    counts the runs that were measured. `published` is what the thesis has of it.
     """
 
     quantity: PredictedQuantity
@@ -118,18 +146,30 @@ class Prediction:
     control: bool
     n: int
     measured: Number
-    predicted: Number
-    difference: Number
-    error_ratio: Value
-    agrees: bool | None
-    numerical_error: float | None = None
-    imprecise: bool = False
+    check: PredictionCheck
     published: PublishedResult | None = None
-    unsure: bool = False
+
+    @property
+    def unsure(self) -> bool:
+        """Whether the expanded uncertainty of the prediction is as large as what is predicted: agreement says nothing.
+
+        Savings may be near 0, and are never unsure.
+        """
+        value, se = self.check.predicted.value, self.check.predicted.se
+        if self.quantity is PredictedQuantity.SAVINGS or isinstance(value, Undefined) or not isinstance(se, float):
+            return False
+        return COVERAGE_FACTOR * se >= abs(value)
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether both agree, the error ratio within -1 to 1; None where that cannot be decided."""
+        ratio = self.check.error_ratio.value
+        agree = None if isinstance(ratio, Undefined) else abs(ratio) <= 1.0
+        return None if self.unsure and agree else agree
 
 
 @dataclass(frozen=True, slots=True)
-class JudgedGroup:
+class JudgedGroup(StoredResult):
     """The predictions of one group: `bias` is predicted less measured, `of_measured` the same as if they were exact."""
 
     group: Mapping[str, str]
@@ -157,12 +197,12 @@ def _excludes_zero(number: Number) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Limits:
+class Limits(StoredResult):
     """Predicted less measured over conditions: the mean difference, and its limits of agreement."""
 
-    mean: Number
-    low: Number
-    high: Number
+    mean_difference: Number
+    lower_limit: Number
+    upper_limit: Number
 
 
 @dataclass(frozen=True, slots=True)

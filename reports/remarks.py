@@ -122,13 +122,14 @@ def _errors(content: ReportContent) -> str:
 def numerical_text(content: ReportContent) -> str:
     """Say how far predictions move when simulated finer, with a space after it; "" where that is not known."""
     moved = [
-        item.numerical_error / item.predicted.se
+        error / se
         for item in content.predictions.items
-        if item.numerical_error is not None and isinstance(item.predicted.se, float) and item.predicted.se > 0.0
+        for error, se in [(item.check.numerical_error, item.check.predicted.se)]
+        if error is not None and isinstance(se, float) and se > 0.0
     ]
     if not moved:
         return ""
-    marked = sum(item.imprecise for item in content.predictions.items)
+    marked = sum(item.check.imprecise for item in content.predictions.items)
     also = f", and the tables mark {count_text(marked, 'of them', 'of them')} as imprecise" if marked else ""
     most = given_text(float(f"{max(moved):.1g}"))
     return f"Simulated again a hundred times finer, predictions move by at most {most} of their standard error{also}. "

@@ -26,9 +26,9 @@ from labbook.analysis.outcomes.conditions import ConditionValues, condition_valu
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import Judgement, RunApexes, as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_energies
-from labbook.analysis.prediction.bias import Biases, judge
-from labbook.analysis.prediction.checking import Checked, check_conditions, check_savings
-from labbook.analysis.prediction.hypotheses import Tested, judge_hypotheses
+from labbook.analysis.prediction.bias import judge
+from labbook.analysis.prediction.checking import check_conditions, check_savings
+from labbook.analysis.prediction.hypotheses import judge_hypotheses
 from labbook.analysis.prediction.predicting import PredictionResult, predictions, predictions_in_background
 from labbook.analysis.prediction.simulating import ALWAYS, SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
@@ -36,6 +36,7 @@ from labbook.analysis.results.result_cache import ResultCache, RunResults
 from labbook.analysis.study_data import StudyData
 from reports.evidence import Anova, MeansContrast
 from reports.numbers import StoredResult
+from reports.predicted import Hypothesis, Judged, Prediction
 from stats.days.order import PositionsCompared
 
 
@@ -67,9 +68,9 @@ class StudyAnalysis:
     packs: dict[str, PackDeviation]
     budget: JouleBudget | None
     predicted: dict[tuple[str, str], PredictionResult]
-    checked: list[Checked]
-    biases: list[Biases]
-    hypotheses: list[Tested]
+    checked: list[Prediction]
+    biases: list[Judged]
+    hypotheses: list[Hypothesis]
 
 
 def _results(

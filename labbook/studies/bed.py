@@ -90,7 +90,7 @@ class BedStudy(Study):
             (
                 ", ".join(filter(None, [item.quantity.short, block_of(content, item), level_text_of(content, item)])),
                 _text(item.measured),
-                _text(item.predicted),
+                _text(item.check.predicted),
                 published_text(item.published),
             )
             for item in content.predictions.items

@@ -37,15 +37,15 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 
 
 def _draw_panel(axes: Axes, content: ReportContent, one: Judged, limits: Limits) -> None:
-    for number, style in ((limits.mean, "-"), (limits.low, "--"), (limits.high, "--")):
+    for number, style in ((limits.mean_difference, "-"), (limits.lower_limit, "--"), (limits.upper_limit, "--")):
         shown = as_shown(number)
         if isinstance(shown.ci_low, float) and isinstance(shown.ci_high, float):
             axes.axhspan(shown.ci_low, shown.ci_high, color=PALE, alpha=0.5, linewidth=0)
         axes.axhline(_value(shown), color=BLACK, linestyle=style, linewidth=0.8)
     pairs = [
-        (_value(as_shown(item.measured)), _value(as_shown(item.predicted)))
+        (_value(as_shown(item.measured)), _value(as_shown(item.check.predicted)))
         for item in content.predictions.of(one.quantity)
-        if item.level != POOLED and isinstance(item.difference.value, float)
+        if item.level != POOLED and isinstance(item.check.difference.value, float)
     ]
     axes.plot(
         [(measured + predicted) / 2.0 for measured, predicted in pairs],
@@ -55,7 +55,7 @@ def _draw_panel(axes: Axes, content: ReportContent, one: Judged, limits: Limits)
         markersize=3.2,
         markeredgewidth=0,
     )
-    unit = as_shown(limits.mean).unit
+    unit = as_shown(limits.mean_difference).unit
     axes.set_xlabel(f"Mean of both, {one.quantity} ({unit})")
     axes.set_ylabel(f"Predicted less measured ({unit})")
     axes.xaxis.set_major_locator(plain_ticks())
@@ -78,10 +78,10 @@ def alternative(content: ReportContent) -> str:
     """Describe the plot in words: of each quantity the mean difference and its limits."""
     sentences = []
     for one, limits in _judged(content):
-        low, high = (as_shown(each) for each in (limits.low, limits.high))
+        low, high = (as_shown(each) for each in (limits.lower_limit, limits.upper_limit))
         ends = f"{general_text(_value(low))} to {with_unit(general_text(_value(high)), low.unit)}"
-        conditions = count_text(limits.mean.n or 0, "condition")
-        sentences.append(f"{one.quantity}: mean {number_text(limits.mean)}, limits {ends}, {conditions}.")
+        conditions = count_text(limits.mean_difference.n or 0, "condition")
+        sentences.append(f"{one.quantity}: mean {number_text(limits.mean_difference)}, limits {ends}, {conditions}.")
     return f"Differences of predictions from measurements. {' '.join(sentences)}"
 
 

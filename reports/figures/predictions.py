@@ -75,7 +75,7 @@ def _draw_panel(
     for item in content.predictions.of(quantity):
         place = places[_key(content, item)]
         draw_estimate(axes, item.measured, place - _APART, scale=scale)
-        draw_estimate(axes, _expanded(item.predicted), place + _APART, VERMILLION, "D", 0.8 * scale)
+        draw_estimate(axes, _expanded(item.check.predicted), place + _APART, VERMILLION, "D", 0.8 * scale)
     axes.set_xlabel(("\n" if narrow else " ").join([*sentence_start(quantity.short).split(), f"({_unit(quantity)})"]))
     axes.xaxis.set_major_locator(plain_ticks(3 if narrow else 5))
     axes.margins(x=0.08)
@@ -107,7 +107,8 @@ def alternative(content: ReportContent) -> str:
     for quantity in _shown(content):
         items = content.predictions.of(quantity)
         unit, factor = _unit(quantity), shown_unit(quantity.unit)[1]
-        found = [item.difference.value * factor for item in items if isinstance(item.difference.value, int | float)]
+        differences = [item.check.difference.value for item in items]
+        found = [value * factor for value in differences if isinstance(value, int | float)]
         span = (
             f"; predicted less measured {general_text(min(found))} to {general_text(max(found))} {unit}"
             if found

@@ -204,12 +204,12 @@ PREDICTION_BIAS = TableKind("prediction_bias", _make)
 def _limits_of_agreement(content: ReportContent) -> Table:
     columns: Columns[tuple[Judged, Limits]] = (
         (text_column("quantity", fields.QUANTITY), lambda row: words(str(row[0].quantity))),
-        (text_column("unit", fields.UNIT), lambda row: words(shown_unit(row[1].mean.unit)[0])),
-        (Column("conditions", fields.N), lambda row: count(row[1].mean.n)),
-        (_limit_columns("mean", of="mean"), lambda row: _limit_cells(row[1], row[1].mean)),
-        (_limit_columns("lower limit", of="low"), lambda row: _limit_cells(row[1], row[1].low)),
-        (_limit_columns("upper limit", of="high"), lambda row: _limit_cells(row[1], row[1].high)),
-        (PROVENANCE, lambda row: provenance_cell(row[1].mean.provenance)),
+        (text_column("unit", fields.UNIT), lambda row: words(shown_unit(row[1].mean_difference.unit)[0])),
+        (Column("conditions", fields.N), lambda row: count(row[1].mean_difference.n)),
+        (_limit_columns("mean", of="mean"), lambda row: _limit_cells(row[1], row[1].mean_difference)),
+        (_limit_columns("lower limit", of="low"), lambda row: _limit_cells(row[1], row[1].lower_limit)),
+        (_limit_columns("upper limit", of="high"), lambda row: _limit_cells(row[1], row[1].upper_limit)),
+        (PROVENANCE, lambda row: provenance_cell(row[1].mean_difference.provenance)),
     )
     caption = (
         "Predicted less measured over conditions (Bland and Altman): mean difference, and the limits between which "
@@ -225,7 +225,7 @@ def _limit_columns(title: str, *, of: str) -> tuple[Column, Column]:
 
 
 def _limit_cells(limits: Limits, number: Number) -> tuple[Cell, Cell]:
-    places = common_places((limits.mean, limits.low, limits.high))
+    places = common_places((limits.mean_difference, limits.lower_limit, limits.upper_limit))
     return number_cell(number, places), interval_cell(number, places)
 
 

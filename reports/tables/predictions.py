@@ -72,13 +72,13 @@ def block_of(content: ReportContent, item: Prediction) -> str:
 
 def _predicted(item: Prediction, places: int) -> Cell:
     """Make a cell of a prediction, with a mark where the simulation errs by more than it may."""
-    cell = number_cell(item.predicted, places)
-    if not item.imprecise:
+    cell = number_cell(item.check.predicted, places)
+    if not item.check.imprecise:
         return cell
-    if item.numerical_error is None:
+    if item.check.numerical_error is None:
         return replace(cell, note="simulated a hundred times finer, there is no such number")
-    unit, factor = shown_unit(item.predicted.unit)
-    moved = with_unit(f"{item.numerical_error * factor:.1g}", unit)
+    unit, factor = shown_unit(item.check.predicted.unit)
+    moved = with_unit(f"{item.check.numerical_error * factor:.1g}", unit)
     return replace(cell, note=f"simulated a hundred times finer, it moves by {moved}")
 
 
@@ -114,7 +114,7 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
     traced = text_column("published (thesis)", fields.PUBLISHED_RESULT)
     measured = [item.measured for item in items]
     places = common_places(measured)
-    finer = max(places, common_places([item.predicted for item in items], places))
+    finer = max(places, common_places([item.check.predicted for item in items], places))
     columns: Columns[Prediction] = (
         (
             text_column("condition", fields.CONDITION),
@@ -124,19 +124,22 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
         (in_unit("measured", fields.MEASURED, quantity.unit), lambda item: number_cell(item.measured, places)),
         (interval_column(measured, quantity.unit), lambda item: interval_cell(item.measured, places)),
         (in_unit("predicted", fields.PREDICTED, quantity.unit), lambda item: _predicted(item, finer)),
-        (in_unit("std. error", fields.PREDICTED_SE, quantity.unit), lambda item: _error(item.predicted, finer)),
+        (in_unit("std. error", fields.PREDICTED_SE, quantity.unit), lambda item: _error(item.check.predicted, finer)),
         (
             in_unit("numerical error", fields.NUMERICAL_ERROR, quantity.unit, shown=False),
-            lambda item: Cell("", (item.numerical_error,)),
+            lambda item: Cell("", (item.check.numerical_error,)),
         ),
-        (in_unit("difference", fields.DIFFERENCE, quantity.unit), lambda item: number_cell(item.difference, places)),
-        (Column("ratio", fields.ERROR_RATIO), lambda item: value_cell(item.error_ratio, 2)),
+        (
+            in_unit("difference", fields.DIFFERENCE, quantity.unit),
+            lambda item: number_cell(item.check.difference, places),
+        ),
+        (Column("ratio", fields.ERROR_RATIO), lambda item: value_cell(item.check.error_ratio.value, 2)),
         (
             text_column("agree", fields.AGREES),
             lambda item: _UNSURE if item.unsure and item.agrees is None else _VERDICTS[item.agrees],
         ),
         *(((traced, lambda item: _published(item.published)),) if any(item.published for item in items) else ()),
-        (PROVENANCE, lambda item: provenance_cell(item.predicted.provenance)),
+        (PROVENANCE, lambda item: provenance_cell(item.check.predicted.provenance)),
     )
     return table_of(
         name,

@@ -20,7 +20,7 @@ def judged(items, identity=lambda what: ""):
     for quantity in QUANTITIES:
         levels = {}
         for item in items:
-            if item.quantity is quantity and item.level != POOLED and isinstance(item.predicted.value, float):
+            if item.quantity is quantity and item.level != POOLED and isinstance(item.check.predicted.value, float):
                 levels.setdefault(tuple(item.group.items()), []).append(item)
         groups = tuple(_group(dict(group), each, quantity, identity) for group, each in levels.items())
         if groups:
@@ -34,9 +34,9 @@ def judged(items, identity=lambda what: ""):
 
 def _group(group, items, quantity, identity):
     measured = statistics.fmean(item.measured.value for item in items)
-    predicted = statistics.fmean(item.predicted.value for item in items)
+    predicted = statistics.fmean(item.check.predicted.value for item in items)
     of_measured = math.hypot(*(item.measured.se for item in items)) / len(items)
-    se = math.hypot(of_measured, statistics.fmean(item.predicted.se for item in items))
+    se = math.hypot(of_measured, statistics.fmean(item.check.predicted.se for item in items))
     bias, unit = predicted - measured, items[0].measured.unit
     identity = identity(f"bias of {quantity}, {' '.join(group.values())}")
 
@@ -49,7 +49,7 @@ def _group(group, items, quantity, identity):
 
 
 def _limits(items, identity):
-    differences = [item.predicted.value - item.measured.value for item in items]
+    differences = [item.check.predicted.value - item.measured.value for item in items]
     if len(differences) < FEWEST_DIFFERENCES:
         return None
     found, unit = limits_of_agreement(differences), items[0].measured.unit

@@ -48,6 +48,7 @@ from reports.predicted import (
     HypothesisPart,
     PredictedQuantity,
     Prediction,
+    PredictionCheck,
     Predictions,
     Verdict,
 )
@@ -274,10 +275,9 @@ def _prediction(maker, quantity, group, level, control, n, measured, value, se):
     difference = value - measured.value
     end = measured.ci_high if difference > 0 else measured.ci_low
     ratio = difference / math.hypot(end - measured.value, 2 * se)
-    return Prediction(
-        quantity, group, level, control, n, measured, Number(value, measured.unit, se=se, provenance=key),
-        Number(difference, measured.unit), ratio, abs(ratio) <= 1, 1e-7 * abs(value),
-    )  # fmt: skip
+    predicted = Number(value, measured.unit, se=se, provenance=key)
+    check = PredictionCheck(predicted, Number(difference, measured.unit), Number(ratio, "1"), {}, 1e-7 * abs(value))
+    return Prediction(quantity, group, level, control, n, measured, check)
 
 
 def _predictions(maker, conditions, comparisons):
@@ -438,7 +438,7 @@ def plated(content):
             item,
             quantity=quantity,
             measured=Number(0.2, unit, se=0.001, ci_low=0.198, ci_high=0.202, n=item.n),
-            predicted=Number(0.22, unit, se=0.0001),
+            check=dataclasses.replace(item.check, predicted=Number(0.22, unit, se=0.0001)),
         )
         for quantity, unit in zip(plate, ("s", "m"), strict=True)
         for item in about.of(PredictedQuantity.JOULES)

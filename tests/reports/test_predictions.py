@@ -14,7 +14,7 @@ from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
 from reports.page.sections import sections_of
-from reports.predicted import PredictedQuantity, Predictions
+from reports.predicted import ACCURACY, PredictedQuantity, PredictionCheck, Predictions
 from reports.remarks import prediction_sentences
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
@@ -43,19 +43,22 @@ def test_a_table_has_every_prediction_unrounded(content, quantity):
     assert len(items) == 24
     for row, item in zip(rows_of(content, name), items, strict=True):
         assert float(row[f"measured_{slug}"]) == item.measured.value
-        assert float(row[f"predicted_{slug}"]) == item.predicted.value
-        assert float(row[f"predicted_se_{slug}"]) == item.predicted.se
-        assert float(row[f"difference_{slug}"]) == item.difference.value
-        assert float(row["error_ratio"]) == item.error_ratio
-        assert float(row[f"numerical_error_{slug}"]) == item.numerical_error
+        assert float(row[f"predicted_{slug}"]) == item.check.predicted.value
+        assert float(row[f"predicted_se_{slug}"]) == item.check.predicted.se
+        assert float(row[f"difference_{slug}"]) == item.check.difference.value
+        assert float(row["error_ratio"]) == item.check.error_ratio.value
+        assert float(row[f"numerical_error_{slug}"]) == item.check.numerical_error
         assert row["agrees" if "agrees" in row else "agree"] == ("yes" if item.agrees else "no")
-        assert row["provenance"] == item.predicted.provenance
+        assert row["provenance"] == item.check.predicted.provenance
 
 
 def test_a_prediction_that_the_simulation_knows_too_badly_is_marked_and_the_largest_error_is_said(content):
     first, second, *others = content.predictions.items
-    odd = (dataclasses.replace(first, numerical_error=0.0123, imprecise=True),
-           dataclasses.replace(second, numerical_error=None, imprecise=True))  # fmt: skip
+    errors = {ACCURACY: Number(1e-9, "J")}
+    odd = [
+        dataclasses.replace(item, check=dataclasses.replace(item.check, errors=errors, numerical_error=error))
+        for item, error in ((first, 0.0123), (second, None))
+    ]
     about = dataclasses.replace(content.predictions, items=(*odd, *others), ends_otherwise=1)
     changed = dataclasses.replace(content, predictions=about)
     moved, gone = TABLES["predicted_joules"].make(changed).explained.values()
@@ -63,7 +66,11 @@ def test_a_prediction_that_the_simulation_knows_too_badly_is_marked_and_the_larg
     says(gone, "finer", "no such number")
     told = " ".join(prediction_sentences(changed)).replace("\u00a0", " ")
     says(
-        told, "1 condition", "ends otherwise", f"{0.0123 / first.predicted.se:.1g} of their standard error", "2 of them"
+        told,
+        "1 condition",
+        "ends otherwise",
+        f"{0.0123 / first.check.predicted.se:.1g} of their standard error",
+        "2 of them",
     )
     calm = " ".join(prediction_sentences(content))
     assert "mark" not in calm
@@ -131,9 +138,8 @@ def test_without_predictions_there_is_no_section_and_the_figure_says_why(content
 def test_what_does_not_exist_is_told_and_drawn_as_such(content):
     nothing = Undefined(Reason.AS_SAID, said="the simulated jump ends otherwise: leg_folded")
     first, *others = content.predictions.items
-    ended = dataclasses.replace(
-        first, predicted=Number(nothing, "J"), difference=Number(nothing, "J"), error_ratio=nothing, agrees=None
-    )
+    check = PredictionCheck(Number(nothing, "J"), Number(nothing, "J"), Number(nothing, "1"), {}, None)
+    ended = dataclasses.replace(first, check=check)
     changed = dataclasses.replace(
         content,
         predictions=dataclasses.replace(content.predictions, items=(ended, *others), judged=judged((ended, *others))),

@@ -132,11 +132,11 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "n": item.n,
                 "unit": item.measured.unit,
                 "measured": number_data(item.measured),
-                "predicted": number_data(item.predicted),
-                "numerical_error": item.numerical_error,
-                "imprecise": item.imprecise,
-                "difference": value_data(item.difference.value),
-                "error_ratio": value_data(item.error_ratio),
+                "predicted": number_data(item.check.predicted),
+                "numerical_error": item.check.numerical_error,
+                "imprecise": item.check.imprecise,
+                "difference": value_data(item.check.difference.value),
+                "error_ratio": value_data(item.check.error_ratio.value),
                 "agrees": item.agrees,
                 "unsure": item.unsure,
                 "published": published_data(item),
@@ -161,11 +161,11 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
         "limits_of_agreement": [
             {
                 "quantity": str(one.quantity),
-                "unit": one.limits.mean.unit,
-                "n": one.limits.mean.n,
-                "mean": number_data(one.limits.mean),
-                "low": number_data(one.limits.low),
-                "high": number_data(one.limits.high),
+                "unit": one.limits.mean_difference.unit,
+                "n": one.limits.mean_difference.n,
+                "mean": number_data(one.limits.mean_difference),
+                "low": number_data(one.limits.lower_limit),
+                "high": number_data(one.limits.upper_limit),
             }
             for one in about.judged
             if one.limits is not None

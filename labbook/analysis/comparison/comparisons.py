@@ -19,12 +19,12 @@ from labbook.analysis.comparison.thesis_route import routes_over_jumps, routes_o
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.preregistration.planned import FAMILY_OF, Planned
-from labbook.analysis.results.codec import Algorithm, StoredAs
+from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import Family
 from reports.evidence import Comparison, Decision, MeansContrast
-from reports.numbers import Number, StoredResult
+from reports.numbers import Number, StoredAs, StoredResult
 from stats.groups.multiple import holm
 
 

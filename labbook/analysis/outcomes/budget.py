@@ -12,10 +12,10 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.charger_step import rounding_in
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah, usable_charge
-from labbook.analysis.results.codec import Algorithm, StoredAs
+from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
-from reports.numbers import Number, StoredResult
+from reports.numbers import Number, StoredAs, StoredResult
 from stats.compare.shared_error import shared_of_mean
 from stats.compare.summary import describe
 from stats.lines.passive_drain import rounding_sd_mah

@@ -13,11 +13,10 @@ from data_schema.queries.results import InputRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import group_label
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.prediction.checking import Checked
 from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
 from reports.numbers import Number, StoredResult
-from reports.predicted import PredictedQuantity
+from reports.predicted import Judged, JudgedGroup, Limits, Prediction
 from stats.compare.agreement import (
     FEWEST_DIFFERENCES,
     Bias,
@@ -30,18 +29,6 @@ from stats.compare.agreement import (
 
 
 @dataclass(frozen=True, slots=True)
-class BiasResult(StoredResult):
-    """Predicted less measured over the runs of a group; `of_measured` has the interval as if predictions were exact."""
-
-    bias: Number
-    of_measured: Number
-    p: Number
-    measured: Number
-    predicted: Number
-    days: int
-
-
-@dataclass(frozen=True, slots=True)
 class JointBiasResult(StoredResult):
     """Whether no group is biased; `tau` is Kendall's, of the measured and the predicted order of groups."""
 
@@ -49,51 +36,24 @@ class JointBiasResult(StoredResult):
     tau: Number | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class LimitsResult(StoredResult):
-    """Predicted less measured over conditions: the mean, and the limits of agreement below and above it."""
-
-    mean_difference: Number
-    lower_limit: Number
-    upper_limit: Number
-
-
-BIAS = Algorithm("prediction_bias", 1, BiasResult)
+BIAS = Algorithm("prediction_bias", 2, JudgedGroup)
 JOINT_BIAS = Algorithm("joint_bias", 1, JointBiasResult)
-LIMITS = Algorithm("limits_of_agreement", 1, LimitsResult)
-
-
-@dataclass(frozen=True, slots=True)
-class BiasOfGroup:
-    """A group's levels of the factors that are not swept, and the bias of its predictions."""
-
-    group: Mapping[str, str]
-    result: BiasResult
-
-
-@dataclass(frozen=True, slots=True)
-class Biases:
-    """What a quantity's predictions amount to."""
-
-    quantity: PredictedQuantity
-    groups: tuple[BiasOfGroup, ...]
-    joint: JointBiasResult
-    limits: LimitsResult | None
+LIMITS = Algorithm("limits_of_agreement", 1, Limits)
 
 
 def judge(
     cache: ResultCache,
     conditions: Sequence[ConditionValues],
-    checked: Sequence[Checked],
+    checked: Sequence[Prediction],
     outcome: Outcome,
     scope: Mapping[str, Any],
-) -> list[Biases]:
+) -> list[Judged]:
     """Ensure the bias of every group, the joint test, and limits of agreement over three conditions or more.
 
     `checked` has the check of each condition.
     Conditions without a prediction are left out; without one that has one, nothing is judged.
     """
-    groups: dict[str, list[tuple[ConditionValues, Checked]]] = {}
+    groups: dict[str, list[tuple[ConditionValues, Prediction]]] = {}
     for condition, check in zip(conditions, checked, strict=True):
         if _predicted(check) is not None:
             groups.setdefault(group_label(check.group), []).append((condition, check))
@@ -112,61 +72,60 @@ def judge(
             for label, items in groups.items()
         ]
     )
-    found = dict(zip(groups, results, strict=True))
     joint = cache.ensure_one(
         Request(
             JOINT_BIAS,
             about,
-            tuple(result_fingerprint(label, result) for label, result in found.items()),
+            tuple(result_fingerprint(label, result) for label, result in zip(groups, results, strict=True)),
             {},
             lambda: _joint(results),
         )
     )
-    judged = tuple(BiasOfGroup(groups[label][0][1].group, result) for label, result in found.items())
-    return [Biases(checked[0].quantity, judged, joint, _limits(cache, checked, about, outcome.unit))]
+    limits = _limits(cache, checked, about, outcome.unit)
+    return [Judged(checked[0].quantity, tuple(results), joint.p, joint.tau, limits)]
 
 
-def _limits(cache: ResultCache, checked: Sequence[Checked], about: Mapping[str, Any], unit: str) -> LimitsResult | None:
-    known = [(check, value) for check in checked if isinstance(value := check.result.difference.value, float)]
+def _limits(cache: ResultCache, checked: Sequence[Prediction], about: Mapping[str, Any], unit: str) -> Limits | None:
+    known = [(check, value) for check in checked if isinstance(value := check.check.difference.value, float)]
     if len(known) < FEWEST_DIFFERENCES:
         return None
     return cache.ensure_one(
         Request(
             LIMITS,
             about,
-            tuple(result_fingerprint("predicted", check.result) for check, _value in known),
+            tuple(result_fingerprint("predicted", check.check) for check, _value in known),
             {},
             lambda: _limits_result([value for _check, value in known], unit),
         )
     )
 
 
-def _limits_result(differences: Sequence[float], unit: str) -> LimitsResult:
+def _limits_result(differences: Sequence[float], unit: str) -> Limits:
     found = limits_of_agreement(differences)
     n, level = found.n, found.level
-    return LimitsResult(
+    return Limits(
         Number(found.mean, unit, found.se, None, *found.ci, level, df=n - 1, n=n),
         Number(found.low, unit, found.limit_se, None, *found.low_ci, level, df=n - 1, n=n),
         Number(found.high, unit, found.limit_se, None, *found.high_ci, level, df=n - 1, n=n),
     )
 
 
-def _inputs(items: Sequence[tuple[ConditionValues, Checked]]) -> list[InputRow]:
+def _inputs(items: Sequence[tuple[ConditionValues, Prediction]]) -> list[InputRow]:
     runs = [item for condition, _check in items for item in condition.runs]
     return [
-        *(result_fingerprint("predicted", check.result) for _condition, check in items),
+        *(result_fingerprint("predicted", check.check) for _condition, check in items),
         *(result_fingerprint(item.run.name, item.result) for item in runs),
         *(fingerprint("day", "run", item.run.uid, item.run.day) for item in runs),
     ]
 
 
-def _predicted(check: Checked) -> tuple[float, float] | None:
+def _predicted(check: Prediction) -> tuple[float, float] | None:
     """Return a prediction with its standard uncertainty, None where there is none."""
-    value, se = check.result.predicted.value, check.result.predicted.se
+    value, se = check.check.predicted.value, check.check.predicted.se
     return (value, se) if isinstance(value, float) and isinstance(se, float) else None
 
 
-def _bias(items: Sequence[tuple[ConditionValues, Checked]], outcome: Outcome) -> BiasResult:
+def _bias(items: Sequence[tuple[ConditionValues, Prediction]], outcome: Outcome) -> JudgedGroup:
     found = bias_by_day(
         [
             PredictedRun(item.run.day, item.value, item.shared, *predicted)
@@ -176,7 +135,8 @@ def _bias(items: Sequence[tuple[ConditionValues, Checked]], outcome: Outcome) ->
         ]
     )
     p = found.in_all if isinstance(found.in_all, Undefined) else found.in_all.p
-    return BiasResult(
+    return JudgedGroup(
+        group=items[0][1].group,
         bias=_number(found, found.in_all, outcome.unit),
         of_measured=_number(found, found.of_measured, outcome.unit),
         p=Number(p, "1", n=found.n),
@@ -193,7 +153,7 @@ def _number(found: Bias, about: Interval | Undefined, unit: str) -> Number:
     return Number(found.bias, unit, about.se, None, *about.ci, df=df, n=found.n)
 
 
-def _joint(results: Sequence[BiasResult]) -> JointBiasResult:
+def _joint(results: Sequence[JudgedGroup]) -> JointBiasResult:
     p = joint_p([result.p.value for result in results])
     n = sum(result.bias.n or 0 for result in results)
     pairs = list(itertools.combinations(results, 2))

@@ -11,8 +11,7 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Annotated, Any
+from typing import Any
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.results import InputRow
@@ -20,13 +19,13 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
-from labbook.analysis.prediction.predicting import ACCURACY, PredictionResult, error_parts, in_quadrature
+from labbook.analysis.prediction.predicting import PredictionResult, error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
-from labbook.analysis.results.codec import Algorithm, StoredAs
+from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
 from reports.evidence import Decision
-from reports.numbers import Number, StoredResult, Value
-from reports.predicted import COVERAGE_FACTOR, PredictedQuantity
+from reports.numbers import Number, Value
+from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction, PredictionCheck
 from stats.tails import t_quantile
 
 
@@ -56,41 +55,6 @@ def _to_95_percent(measured: Number) -> float:
     return t_quantile(0.95, measured.df) / t_quantile(measured.ci_level, measured.df)
 
 
-@dataclass(frozen=True, slots=True)
-class PredictionCheck(StoredResult):
-    """What is predicted of runs as they were made, beside what was measured of them.
-
-    `errors` are the parts of the prediction's error by their source; `difference` is predicted less measured,
-    `error_ratio` that over the expanded uncertainty of both. `numerical_error` is by how much a simulation a hundred
-    times finer differs, in the unit of the prediction; None where one of the two gives no value.
-    """
-
-    predicted: Number
-    difference: Number
-    error_ratio: Number
-    errors: Annotated[Mapping[str, Number], StoredAs("predicted, error by {}")]
-    numerical_error: float | None
-
-    @property
-    def agrees(self) -> bool | None:
-        """Whether the check found agreement, None where it could not decide."""
-        ratio = self.error_ratio.value
-        return None if isinstance(ratio, Undefined) else abs(ratio) <= 1.0
-
-    @property
-    def imprecise(self) -> bool:
-        """Whether the numerical error is above what the error has for it, and a tenth of the error or more."""
-        error, se = self.numerical_error, self.predicted.se
-        if not self.errors or error is None:
-            return bool(self.errors)
-        accounted = [self.errors[ACCURACY].value, _NEGLIGIBLE * se if isinstance(se, float) else 0.0]
-        return all(isinstance(part, float) and error > part for part in accounted)
-
-
-_NEGLIGIBLE = 0.1
-"""Share of a standard uncertainty that changes it by half a percent."""
-
-
 ALGORITHM = Algorithm("prediction_check", 8, PredictionCheck)
 
 AllPredicted = Mapping[tuple[str, str], PredictionResult]
@@ -102,35 +66,6 @@ Side = Sequence[tuple[PredictionResult, int]]
 _PREDICTED = {outcome: PredictedQuantity(outcome) for outcome in SIMULATED}
 
 
-@dataclass(frozen=True, slots=True)
-class Checked:
-    """One quantity of a condition, or of a pair with its control: measured, predicted, and their difference."""
-
-    quantity: PredictedQuantity
-    group: Mapping[str, str]
-    level: str
-    control: bool
-    n: int
-    measured: Number
-    result: PredictionCheck
-
-    @property
-    def unsure(self) -> bool:
-        """Whether the expanded uncertainty of the prediction is as large as what is predicted: agreement says nothing.
-
-        Savings may be near 0, and are never unsure.
-        """
-        value, se = self.result.predicted.value, self.result.predicted.se
-        if self.quantity is PredictedQuantity.SAVINGS or isinstance(value, Undefined) or not isinstance(se, float):
-            return False
-        return COVERAGE_FACTOR * se >= abs(value)
-
-    @property
-    def agrees(self) -> bool | None:
-        """Whether both agree, None where that cannot be decided."""
-        return None if self.unsure and self.result.agrees else self.result.agrees
-
-
 def check_conditions(
     cache: ResultCache,
     conditions: Sequence[ConditionValues],
@@ -138,7 +73,7 @@ def check_conditions(
     quantity: Outcome,
     swept: str | None,
     scope: Mapping[str, Any],
-) -> list[Checked]:
+) -> list[Prediction]:
     """Ensure the check of every condition's mean against its prediction; nothing where nothing was predicted."""
     if not predicted:
         return []
@@ -156,7 +91,7 @@ def check_conditions(
         ]
     )
     return [
-        Checked(
+        Prediction(
             _PREDICTED[quantity],
             {factor: label for factor, label in condition.levels.items() if factor != swept},
             condition.levels.get(swept or "", ""),
@@ -174,7 +109,7 @@ def check_savings(
     compared: Sequence[tuple[Pair, Decision]],
     predicted: AllPredicted,
     scope: Mapping[str, Any],
-) -> list[Checked]:
+) -> list[Prediction]:
     """Ensure the check of measured savings: each level's, and all levels' pooled; nothing without predictions.
 
     `compared` has the savings that the report claims.
@@ -200,7 +135,7 @@ def check_savings(
         ]
     )
     return [
-        Checked(
+        Prediction(
             PredictedQuantity.SAVINGS,
             pair.group,
             pair.level,

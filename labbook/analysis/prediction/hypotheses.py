@@ -42,31 +42,12 @@ from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
 from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side
 from reports.evidence import Decision
-from reports.numbers import Number, StoredResult
-from reports.predicted import COVERAGE_FACTOR, Verdict
+from reports.numbers import Number
+from reports.predicted import COVERAGE_FACTOR, Hypothesis, HypothesisPart, Verdict
 from stats.days.contrasts import Effect, linear_contrast
 from stats.days.decision import Contrast, Estimate
 
-
-@dataclass(frozen=True, slots=True)
-class ComparisonVerdict(StoredResult):
-    """One comparison of a hypothesis: what was measured and simulated, and what either says.
-
-    `measured` has the interval that decides, `simulated` a standard uncertainty; both are in percent of the
-    first mean, or in percentage points of savings. The claim is that they lie between `low` and `high`, which may be
-    infinite (None). `untold` says why what was measured has no interval.
-    """
-
-    measured: Number
-    simulated: Number
-    verdict: Verdict
-    simulated_verdict: Verdict
-    low: float | None
-    high: float | None
-    untold: Undefined | None
-
-
-ALGORITHM = Algorithm("hypothesis", 3, ComparisonVerdict)
+ALGORITHM = Algorithm("hypothesis", 4, HypothesisPart)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,14 +75,6 @@ class Comparison:
         return [Pair("", self.label, {}, "", a, b) for a, b in zip(self.sides[::2], self.sides[1::2], strict=True)]
 
 
-@dataclass(frozen=True, slots=True)
-class Tested:
-    """A hypothesis and what came of each of its comparisons."""
-
-    settings: HypothesisSettings
-    comparisons: tuple[tuple[Comparison, ComparisonVerdict], ...]
-
-
 def judge_hypotheses(
     cache: ResultCache,
     hypotheses: Sequence[HypothesisSettings],
@@ -111,7 +84,7 @@ def judge_hypotheses(
     swept: str,
     decided: AnalysisSettings,
     scope: Mapping[str, Any],
-) -> list[Tested]:
+) -> list[Hypothesis]:
     """Ensure the test of every comparison of every hypothesis, in order; `swept` is the factor with a control.
 
     `compared` are the study's comparisons, of which the first page claims whether each group saves.
@@ -139,7 +112,7 @@ def judge_hypotheses(
                 for one in comparisons
             ]
         )
-        found.append(Tested(settings, tuple(zip(comparisons, results, strict=True))))
+        found.append(Hypothesis(settings.name, settings.text, settings.source, settings.published, tuple(results)))
     return found
 
 
@@ -208,7 +181,7 @@ def _request(
     decided: AnalysisSettings,
     n_comparisons: int,
     scope: Mapping[str, Any],
-) -> Request[ComparisonVerdict]:
+) -> Request[HypothesisPart]:
     outside = decided.outside if len(one.sides) > 2 else 2.0 * decided.alpha
     simulated = predicted if settings.outcome in SIMULATED else {}
     inputs = [row for pair in one.pairs for row in fingerprints_of_contrast(pair)]
@@ -238,7 +211,7 @@ def _tested(
     outside: float,
     n_comparisons: int,
     claimed: Compared | None = None,
-) -> ComparisonVerdict:
+) -> HypothesisPart:
     """Test a comparison whose interval leaves out `outside`; where the first page claims it, as it does."""
     if claimed is None:
         contrasts = [contrast_of(pair) for pair in one.pairs]
@@ -249,7 +222,9 @@ def _tested(
         verdict = _verdict_of_claim(claimed.shown.decision, 0.5 * outside / n_comparisons)
     simulated = _simulated(one, predicted, outcome)
     ends = _ends(simulated)
-    return ComparisonVerdict(
+    return HypothesisPart(
+        one.of,
+        one.against,
         measured,
         simulated,
         verdict,
@@ -257,6 +232,7 @@ def _tested(
         None if math.isinf(one.low) else one.low,
         None if math.isinf(one.high) else one.high,
         no_interval,
+        savings=len(one.sides) > 2,
     )
 
 

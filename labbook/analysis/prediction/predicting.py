@@ -35,18 +35,15 @@ from labbook.analysis.prediction.condition_scenes import (
     study_scene,
 )
 from labbook.analysis.prediction.simulating import ALWAYS, SIMULATING, mean_values, simulate_means, simulate_varied
-from labbook.analysis.results.codec import Algorithm, StoredAs, decode
+from labbook.analysis.results.codec import Algorithm, decode
 from labbook.analysis.results.result_cache import Request, ResultCache, condition_input, fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
-from reports.numbers import Number, StoredResult
+from reports.numbers import Number, StoredAs, StoredResult
+from reports.predicted import ACCURACY
 
 if TYPE_CHECKING:
     from simulator.scene import Scene
-
-
-ACCURACY = "accuracy"
-"""The part of an error that is the simulator's own; the others go by the names of what was varied."""
 
 
 def error_parts(

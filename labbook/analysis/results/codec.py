@@ -24,17 +24,10 @@ from data_schema.journal import canonical
 from data_schema.queries.results import NumberRow, ResultRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.numbers import Number, Origin, StoredResult
+from reports.numbers import Number, Origin, StoredAs, StoredResult
 
 _UNDEFINED = "undefined"
 """Where the payload has, by the names of numbers that do not exist, the codes and parameters of their reasons."""
-
-
-@dataclass(frozen=True, slots=True)
-class StoredAs:
-    """Annotates a field whose number has another name in the store, or a mapping of numbers: "{}" is each one's key."""
-
-    name: str
 
 
 T = TypeVar("T", bound=StoredResult)

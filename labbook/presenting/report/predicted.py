@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import StudyKind, Undefined
-from labbook.analysis.prediction.bias import BiasOfGroup, LimitsResult
-from labbook.analysis.prediction.checking import Checked
 from labbook.analysis.prediction.condition_scenes import study_scene, unconverted_factors
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.study import StudyAnalysis
@@ -21,10 +19,7 @@ from reports.numbers import Value
 from reports.predicted import (
     AssumedInput,
     Hypothesis,
-    HypothesisPart,
     Judged,
-    JudgedGroup,
-    Limits,
     PredictedQuantity,
     Prediction,
     Predictions,
@@ -69,31 +64,13 @@ def predictions(analysis: StudyAnalysis, shown: ShownNumbers) -> Predictions:
 
 
 def hypotheses(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Hypothesis, ...]:
-    """Return the study's hypotheses and what came of their comparisons."""
-    return tuple(
-        Hypothesis(
-            one.settings.name,
-            one.settings.text,
-            one.settings.source,
-            one.settings.published,
-            tuple(
-                HypothesisPart(
-                    compared.of,
-                    compared.against,
-                    shown.number(result.measured),
-                    shown.number(result.simulated),
-                    result.verdict,
-                    result.simulated_verdict,
-                    result.low,
-                    result.high,
-                    result.untold,
-                    savings=len(compared.sides) > 2,
-                )
-                for compared, result in sorted(one.comparisons, key=lambda each: _place(analysis, each[0].of))
-            ),
-        )
+    """Return the study's hypotheses, each with its comparisons in the order of groups."""
+    found = [
+        replace(one, parts=tuple(sorted(one.parts, key=lambda part: _place(analysis, part.of))))
         for one in analysis.hypotheses
-    )
+    ]
+    shown.all(number for one in found for part in one.parts for number in (part.measured, part.simulated))
+    return tuple(found)
 
 
 def _conditions(analysis: StudyAnalysis, holds: Callable[[PredictionResult], bool]) -> int:
@@ -101,19 +78,15 @@ def _conditions(analysis: StudyAnalysis, holds: Callable[[PredictionResult], boo
     return len({key for (key, _robot), one in analysis.predicted.items() if holds(one)})
 
 
-def _in_order(analysis: StudyAnalysis) -> list[Checked]:
+def _in_order(analysis: StudyAnalysis) -> list[Prediction]:
     """Sort as conditions are shown: by the factors' levels, the swept one last, what is pooled after its levels."""
     swept = [level.label for row in analysis.evidence.factors if row.name == analysis.swept for level in row.levels]
 
-    def place(item: Checked) -> tuple[int, list[int], int]:
+    def place(item: Prediction) -> tuple[int, list[int], int]:
         level = swept.index(item.level) if item.level in swept else len(swept)
         return list(PredictedQuantity).index(item.quantity), _place(analysis, item.group), level
 
     return sorted(analysis.checked, key=place)
-
-
-def _by_level(analysis: StudyAnalysis, groups: Sequence[BiasOfGroup]) -> list[BiasOfGroup]:
-    return sorted(groups, key=lambda each: _place(analysis, each.group))
 
 
 def _place(analysis: StudyAnalysis, group: Mapping[str, str]) -> list[int]:
@@ -124,30 +97,16 @@ def _place(analysis: StudyAnalysis, group: Mapping[str, str]) -> list[int]:
     ]
 
 
-def _prediction(analysis: StudyAnalysis, item: Checked, shown: ShownNumbers) -> Prediction:
-    return Prediction(
-        quantity=item.quantity,
-        group=item.group,
-        level=item.level,
-        control=item.control,
-        n=item.n,
-        measured=shown.number(item.measured),
-        predicted=replace(shown.number(item.result.predicted), n=None),
-        difference=shown.number(item.result.difference),
-        error_ratio=shown.value(item.result.error_ratio),
-        agrees=item.agrees,
-        unsure=item.unsure,
-        numerical_error=item.result.numerical_error,
-        imprecise=item.result.imprecise,
-        published=_published(analysis, item),
-    )
+def _prediction(analysis: StudyAnalysis, item: Prediction, shown: ShownNumbers) -> Prediction:
+    shown.all((item.measured, item.check.predicted, item.check.difference, item.check.error_ratio))
+    return replace(item, published=_published(analysis, item))
 
 
 _WITH_FOOT = {StudyKind.BED: True, StudyKind.EMULATOR: False}
 """Studies of which single conditions are published, and whether a foot was varied."""
 
 
-def _published(analysis: StudyAnalysis, item: Checked) -> PublishedResult | None:
+def _published(analysis: StudyAnalysis, item: Prediction) -> PublishedResult | None:
     """Return what the thesis has of the apex or saving at these gains, and on the bed with this foot, if anything."""
     from simulator.steady.published_results import result_of
 
@@ -169,33 +128,16 @@ def _published(analysis: StudyAnalysis, item: Checked) -> PublishedResult | None
 
 
 def _judged(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Judged, ...]:
-    return tuple(
-        Judged(
-            one.quantity,
-            tuple(_judged_group(each, shown) for each in _by_level(analysis, one.groups)),
-            shown.number(one.joint.p),
-            None if one.joint.tau is None else shown.number(one.joint.tau),
-            None if one.limits is None else _limits(one.limits, shown),
-        )
-        for one in analysis.biases
-    )
-
-
-def _limits(found: LimitsResult, shown: ShownNumbers) -> Limits:
-    return Limits(*(shown.number(each) for each in (found.mean_difference, found.lower_limit, found.upper_limit)))
-
-
-def _judged_group(each: BiasOfGroup, shown: ShownNumbers) -> JudgedGroup:
-    result = each.result
-    return JudgedGroup(
-        each.group,
-        bias=shown.number(result.bias),
-        of_measured=shown.number(result.of_measured),
-        p=shown.number(result.p),
-        measured=shown.number(result.measured),
-        predicted=shown.number(result.predicted),
-        days=result.days,
-    )
+    found = []
+    for one in analysis.biases:
+        groups = sorted(one.groups, key=lambda each: _place(analysis, each.group))
+        for each in groups:
+            shown.all((each.bias, each.of_measured, each.p, each.measured, each.predicted))
+        shown.all((one.joint_p, one.tau))
+        if one.limits is not None:
+            shown.all((one.limits.mean_difference, one.limits.lower_limit, one.limits.upper_limit))
+        found.append(replace(one, groups=tuple(groups)))
+    return tuple(found)
 
 
 def _assumed(analysis: StudyAnalysis, settings: SimulationSettings) -> tuple[AssumedInput, ...]:
@@ -219,7 +161,7 @@ def _assumed(analysis: StudyAnalysis, settings: SimulationSettings) -> tuple[Ass
 
 def _most(analysis: StudyAnalysis, quantity: PredictedQuantity, source: str) -> Value | None:
     """Return the largest part of an error by a source; undefined where one of them is, None where there is none."""
-    checks = [item.result.errors for item in analysis.checked if item.quantity is quantity]
+    checks = [item.check.errors for item in analysis.checked if item.quantity is quantity]
     values = [errors[source].value for errors in checks if source in errors]
     undefined = next((value for value in values if isinstance(value, Undefined)), None)
     if undefined is not None:

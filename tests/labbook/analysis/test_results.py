@@ -22,11 +22,11 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.jump_review import decide
-from labbook.analysis.results.codec import Algorithm, StoredAs
+from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, keep
 from labbook.book.opening import Book
 from labbook.book.write_session import WriteSession
-from reports.numbers import Number, StoredResult
+from reports.numbers import Number, StoredAs, StoredResult
 from tests.helpers.books import ADA, SmallBook, reported_book, small_book
 from tests.helpers.wording import refuses
 

@@ -22,7 +22,8 @@ def shifted(content, shift_j, se=0.1, groups=GROUPS):
         key = item.group["foot"], item.group["k_gain"]
         if key in groups:
             value = item.measured.value + shift_j.get(key, 0.0)
-            items.append(dataclasses.replace(item, predicted=dataclasses.replace(item.predicted, value=value, se=se)))
+            predicted = dataclasses.replace(item.check.predicted, value=value, se=se)
+            items.append(dataclasses.replace(item, check=dataclasses.replace(item.check, predicted=predicted)))
     return judging(content, items)
 
 
@@ -108,7 +109,8 @@ def test_the_verdict_stands_once_on_the_page(content):
 def test_without_errors_or_predictions_nothing_is_judged(content):
     none = Undefined(Reason.AS_SAID, said="it folds")
     items = tuple(
-        dataclasses.replace(item, predicted=Number(none, item.predicted.unit)) for item in content.predictions.items
+        dataclasses.replace(item, check=dataclasses.replace(item.check, predicted=Number(none, item.measured.unit)))
+        for item in content.predictions.items
     )
     for changed in (judging(content, items), dataclasses.replace(content, predictions=Predictions())):
         assert changed.predictions.judged == ()

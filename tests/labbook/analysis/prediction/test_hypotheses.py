@@ -14,9 +14,9 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from labbook.actions.report_command import state_report
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
-from labbook.analysis.prediction.hypotheses import Comparison, ComparisonVerdict, _tested
+from labbook.analysis.prediction.hypotheses import Comparison, _tested
 from reports.numbers import Number, StoredResult
-from reports.predicted import Verdict
+from reports.predicted import HypothesisPart, Verdict
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from stats.compare.shared_error import SharedError
@@ -195,7 +195,7 @@ def conditions_of(*values: float) -> tuple[ConditionValues, ...]:
 def test_one_of_several_comparisons_fails_only_beyond_the_interval_of_alpha_by_their_number() -> None:
     sides = (conditions_of(100.0, 104.0, 97.0, 101.0), conditions_of(91.0, 95.0, 88.0, 94.0))
 
-    def judged(low: float, n_comparisons: int) -> ComparisonVerdict:
+    def judged(low: float, n_comparisons: int) -> HypothesisPart:
         return _tested(Comparison({}, {}, sides, low=low), {}, Outcome.JOULES, 0.1, n_comparisons)
 
     def upper_end(n_comparisons: int) -> float:

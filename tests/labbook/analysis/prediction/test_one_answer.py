@@ -15,12 +15,12 @@ from labbook.analysis.comparison.deciding import decide_pair
 from labbook.analysis.comparison.pairing import POOLED, Pair
 from labbook.analysis.comparison.thesis_route import thesis_route
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
-from labbook.analysis.prediction.hypotheses import Comparison, ComparisonVerdict, _tested
+from labbook.analysis.prediction.hypotheses import Comparison, _tested
 from labbook.config.model import Alternative, AnalysisSettings
 from reports.evidence import Comparison as Shown
 from reports.evidence import Decision
 from reports.numbers import Number, StoredResult
-from reports.predicted import Verdict
+from reports.predicted import HypothesisPart, Verdict
 from stats.compare.shared_error import SharedError
 from tests.cli.shell import labbook
 from tests.helpers.books import SmallBook, small_book
@@ -41,7 +41,7 @@ def side(values: Any) -> tuple[ConditionValues, ...]:
     return (ConditionValues("", False, {}, runs, ConditionSummary(NONE, NONE, ())),)
 
 
-def answers(control: Any, treated: Any, *, one_sided: bool) -> tuple[Decision, ComparisonVerdict]:
+def answers(control: Any, treated: Any, *, one_sided: bool) -> tuple[Decision, HypothesisPart]:
     """The comparison as the first page has it, and what comes of the hypothesis that the treatment saves."""
     pair = Pair(POOLED, "g", {}, "pooled", side(control), side(treated))
     settings = AnalysisSettings(alternative=Alternative.ONE_SIDED if one_sided else Alternative.TWO_SIDED)

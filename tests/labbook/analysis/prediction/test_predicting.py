@@ -24,7 +24,6 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.upkeep.tracing import trace, trace_lines
-from labbook.analysis.prediction.checking import Checked, PredictionCheck
 from labbook.analysis.prediction.condition_scenes import decays_within_steps
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.results.codec import decode
@@ -32,7 +31,7 @@ from labbook.book.opening import opened
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.report.content import MadeReport
 from reports.numbers import Number
-from reports.predicted import PredictedQuantity, Prediction
+from reports.predicted import PredictedQuantity, Prediction, PredictionCheck
 from simulator.jump import grown_rounding, simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene, parse_scene, write_scene
@@ -112,9 +111,9 @@ def test_each_condition_is_simulated_as_it_was_run(reported: Reported, foot: str
     ]
     for place, quantity in enumerate((PredictedQuantity.JOULES, PredictedQuantity.APEX)):
         found = reported.prediction(quantity, foot, level)
-        assert found.predicted.value == nominal[place]
+        assert found.check.predicted.value == nominal[place]
         pairs = [(low[place], high[place]) for low, high in around]
-        assert found.predicted.se == pytest.approx(error_by_hand(nominal[place], pairs, 1e-6 * nominal[place]))
+        assert found.check.predicted.se == pytest.approx(error_by_hand(nominal[place], pairs, 1e-6 * nominal[place]))
         assert value_of(found.difference) == nominal[place] - value_of(found.measured)
 
 
@@ -132,8 +131,10 @@ def test_savings_are_predicted_as_they_are_measured_and_shared_assumptions_cance
     ]
     for level in ("100", "pooled"):
         found = reported.prediction(PredictedQuantity.SAVINGS, foot, level)
-        assert found.predicted.value == pytest.approx(percent())
-        assert found.predicted.se == pytest.approx(error_by_hand(percent(), pairs, 1e-4 * math.sqrt(2.0)), rel=1e-3)
+        assert found.check.predicted.value == pytest.approx(percent())
+        assert found.check.predicted.se == pytest.approx(
+            error_by_hand(percent(), pairs, 1e-4 * math.sqrt(2.0)), rel=1e-3
+        )
 
 
 def test_a_prediction_says_how_far_a_finer_simulation_moves_it(reported: Reported) -> None:
@@ -143,16 +144,16 @@ def test_a_prediction_says_how_far_a_finer_simulation_moves_it(reported: Reporte
         joules, apex = (
             reported.prediction(one, foot, level) for one in (PredictedQuantity.JOULES, PredictedQuantity.APEX)
         )
-        assert joules.numerical_error == pytest.approx(abs(jump.cost_J - finer.cost_J), abs=1e-14 * jump.cost_J)
+        assert joules.check.numerical_error == pytest.approx(abs(jump.cost_J - finer.cost_J), abs=1e-14 * jump.cost_J)
         assert (jump.apex_height_m, finer.apex_height_m) != (None, None)
-        assert apex.numerical_error == pytest.approx(
+        assert apex.check.numerical_error == pytest.approx(
             abs((jump.apex_height_m or 0) - (finer.apex_height_m or 0)), abs=1e-15
         )
     for item in reported.made.content.predictions.items:
-        assert item.numerical_error is not None
-        assert isinstance(item.predicted.se, float)
-        assert 0.0 < item.numerical_error < 1e-4 * item.predicted.se
-        assert not item.imprecise
+        assert item.check.numerical_error is not None
+        assert isinstance(item.check.predicted.se, float)
+        assert 0.0 < item.check.numerical_error < 1e-4 * item.check.predicted.se
+        assert not item.check.imprecise
     assert reported.made.content.predictions.ends_otherwise == 0
 
 
@@ -190,25 +191,25 @@ def test_a_prediction_as_uncertain_as_itself_agrees_with_nothing(
     quantity: PredictedQuantity, se: float, ratio: float, agrees: bool | None
 ) -> None:
     check = PredictionCheck(Number(0.2, "m", se=se), Number(0.01, "m"), Number(ratio, "1"), {}, None)
-    assert Checked(quantity, {}, "", False, 4, Number(0.19, "m"), check).agrees is agrees
+    assert Prediction(quantity, {}, "", False, 4, Number(0.19, "m"), check).agrees is agrees
 
 
 def test_the_ratio_is_the_difference_over_both_expanded_uncertainties(reported: Reported) -> None:
     items = reported.made.content.predictions.items
     assert len(items) == 12
     for item in items:
-        difference = value_of(item.difference)
+        difference = value_of(item.check.difference)
         end = item.measured.ci_high if difference > 0 else item.measured.ci_low
         if end is None:  # Fieller's interval of a saving on two days may have no end
             assert item.quantity is PredictedQuantity.SAVINGS
-            assert (isinstance(item.error_ratio, Undefined), item.agrees) == (True, None)
+            assert (isinstance(item.check.error_ratio.value, Undefined), item.agrees) == (True, None)
             continue
         assert isinstance(end, float)
-        assert isinstance(item.predicted.se, float)
-        assert isinstance(item.error_ratio, float)
-        expanded = math.hypot(end - value_of(item.measured), 2 * item.predicted.se)
-        assert item.error_ratio == pytest.approx(difference / expanded)
-        assert item.agrees is (abs(item.error_ratio) <= 1)
+        assert isinstance(item.check.predicted.se, float)
+        assert isinstance(item.check.error_ratio.value, float)
+        expanded = math.hypot(end - value_of(item.measured), 2 * item.check.predicted.se)
+        assert item.check.error_ratio.value == pytest.approx(difference / expanded)
+        assert item.agrees is (abs(item.check.error_ratio.value) <= 1)
 
 
 @pytest.mark.soak
@@ -221,15 +222,15 @@ def test_at_another_alpha_the_ratio_still_rests_on_95_percent(reported: Reported
         items = state_report(standing, None, ADA, lambda _step: None).content.predictions.of(PredictedQuantity.SAVINGS)
     assert len(items) == 4
     for item in items:
-        difference = value_of(item.difference)
+        difference = value_of(item.check.difference)
         end = item.measured.ci_high if difference > 0 else item.measured.ci_low
         assert item.measured.ci_level == 0.99
         assert isinstance(end, float)
         assert isinstance(item.measured.df, float)
-        assert isinstance(item.predicted.se, float)
+        assert isinstance(item.check.predicted.se, float)
         narrower = t_quantile(0.95, item.measured.df) / t_quantile(0.99, item.measured.df)
-        expanded = math.hypot(narrower * (end - value_of(item.measured)), 2 * item.predicted.se)
-        assert item.error_ratio == pytest.approx(difference / expanded)
+        expanded = math.hypot(narrower * (end - value_of(item.measured)), 2 * item.check.predicted.se)
+        assert item.check.error_ratio.value == pytest.approx(difference / expanded)
 
 
 def test_what_is_assumed_is_listed_with_its_reason_and_what_it_changes(reported: Reported) -> None:
@@ -238,7 +239,7 @@ def test_what_is_assumed_is_listed_with_its_reason_and_what_it_changes(reported:
     for one in about.assumed:
         assert one.why
         parts = [
-            item.result.errors[one.name].value
+            item.check.errors[one.name].value
             for item in reported.made.analysis.checked
             if item.quantity is PredictedQuantity.JOULES
         ]
@@ -246,26 +247,12 @@ def test_what_is_assumed_is_listed_with_its_reason_and_what_it_changes(reported:
         assert one.changes[PredictedQuantity.JOULES] == max(value for value in parts if isinstance(value, float))
 
 
-def test_whether_more_of_an_input_raises_a_prediction_is_told_where_all_conditions_agree(reported: Reported) -> None:
-    start = load_scene("bed")
-    for one in reported.made.content.predictions.assumed:
-        ends = [1 - one.varied_by, 1 + one.varied_by]
-        changes = [
-            [simulated(foot, level, **{one.name: start[one.name] * end}) for end in ends]
-            for foot in RADIUS_M
-            for level in B_AD
-        ]
-        for place, quantity in enumerate((PredictedQuantity.JOULES, PredictedQuantity.APEX)):
-            ways = {more[place] > less[place] for less, more in changes}
-            assert one.raises.get(quantity) is (ways.pop() if len(ways) == 1 else None)
-
-
 def test_every_shown_number_is_traced_to_the_condition_the_robot_and_the_scene(reported: Reported) -> None:
     item = reported.prediction(PredictedQuantity.SAVINGS, "small", "100")
     with opened(reported.book.folder) as book, book.reading() as connection:
-        told = "\n".join(trace_lines(trace(connection, item.predicted.provenance)))
-        again = "\n".join(trace_lines(trace(connection, item.difference.provenance)))
-    assert f"predicted = {item.predicted.value!r} %" in told
+        told = "\n".join(trace_lines(trace(connection, item.check.predicted.provenance)))
+        again = "\n".join(trace_lines(trace(connection, item.check.difference.provenance)))
+    assert f"predicted = {item.check.predicted.value!r} %" in told
     for words in (
         "prediction_check",
         "scene: scene bed",
@@ -404,7 +391,7 @@ def test_a_corrected_robot_makes_its_predictions_stale_and_is_simulated_anew(
         for item in made.content.predictions.of(PredictedQuantity.JOULES)
         if (item.group["foot"], item.level) == ("small", "0")
     ]
-    assert one.predicted.value == simulated("small", "0", foot_mass=0.21)[0]
+    assert one.check.predicted.value == simulated("small", "0", foot_mass=0.21)[0]
 
 
 CRICKET = """
@@ -430,8 +417,8 @@ def test_a_condition_that_two_robots_ran_is_predicted_as_the_mean_over_its_runs(
     light = simulated("small", "0", body_mass=1.6)
     heavy = simulated("small", "0")
     assert (joules.n, apex.n) == (3, 4)  # no idle run says what the cricket draws
-    assert joules.predicted.value == pytest.approx(heavy[0], rel=1e-12)
-    assert apex.predicted.value == pytest.approx((light[1] + 3 * heavy[1]) / 4, rel=1e-12)
+    assert joules.check.predicted.value == pytest.approx(heavy[0], rel=1e-12)
+    assert apex.check.predicted.value == pytest.approx((light[1] + 3 * heavy[1]) / 4, rel=1e-12)
 
 
 CHATTERING = """
@@ -454,8 +441,8 @@ def test_where_rounding_grows_beyond_the_accuracy_the_error_is_what_it_grows_to(
         jump = simulate(scene, about.accuracy).jump
         rounding = grown_rounding(jump, about.accuracy)
         grown += rounding > 0.0
-        assert item.predicted.value == pytest.approx(jump.cost_J, rel=1e-12)
-        assert item.predicted.se == pytest.approx(max(about.accuracy, rounding) * jump.cost_J)
+        assert item.check.predicted.value == pytest.approx(jump.cost_J, rel=1e-12)
+        assert item.check.predicted.se == pytest.approx(max(about.accuracy, rounding) * jump.cost_J)
     assert (about.branched, about.on_edge, about.grown) == (0, 0, grown)
     assert grown == 1
 
@@ -467,9 +454,9 @@ def test_a_jump_that_ends_otherwise_is_no_number(tmp_path: Path) -> None:
         made = state_report(standing, "foot=small", ADA, lambda _step: None)
     assert len(made.content.predictions.items) == 6
     for item in made.content.predictions.items:
-        assert isinstance(item.predicted.value, Undefined)
-        assert "leg_folded" in item.predicted.value.reason
-        assert (item.agrees, isinstance(item.error_ratio, Undefined)) == (None, True)
+        assert isinstance(item.check.predicted.value, Undefined)
+        assert "leg_folded" in item.check.predicted.value.reason
+        assert (item.agrees, isinstance(item.check.error_ratio.value, Undefined)) == (None, True)
     answer = labbook("compare", "--foot", "small", "--check", at=book.folder)
     assert answer.code == 1  # where nothing can be compared, nothing is met
     assert "leg_folded" in answer.out
@@ -482,11 +469,11 @@ def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_th
     with book.open() as standing:
         made = state_report(standing, "foot=small and b_ad_gain=0", ADA, lambda _step: None)
         (joules,) = made.content.predictions.of(PredictedQuantity.JOULES)
-        assert joules.predicted.value == simulated("small", "0", b_compression=20.0)[0]
+        assert joules.check.predicted.value == simulated("small", "0", b_compression=20.0)[0]
         assert made.content.predictions.scene == "own.toml"
         assert {one.name for one in made.content.predictions.assumed} == {*VARIED, "b_compression"}, "set, not sourced"
         with standing.reading() as connection:
-            told = "\n".join(trace_lines(trace(connection, joules.predicted.provenance)))
+            told = "\n".join(trace_lines(trace(connection, joules.check.predicted.provenance)))
             before = stored(connection)
     says(told, "own.toml", "sha256", hashlib.sha256(own.encode()).hexdigest())
     (book.folder / "own.toml").write_text(
@@ -499,7 +486,7 @@ def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_th
             assert stored(connection) == before
         again = state_report(standing, "foot=small and b_ad_gain=0", ADA, lambda _step: None)
     (anew,) = again.content.predictions.of(PredictedQuantity.JOULES)
-    assert anew.predicted.value == simulated("small", "0", b_compression=30.0)[0]
+    assert anew.check.predicted.value == simulated("small", "0", b_compression=30.0)[0]
 
 
 def test_a_scene_file_that_is_none_is_refused_by_its_name(tmp_path: Path) -> None:
