@@ -91,7 +91,7 @@ def _column(name: Word, columns: Mapping[str, WhereColumn]) -> WhereColumn:
     try:
         return columns[name.text]
     except KeyError:
-        what = f"factor or run column (character {name.position} of --where)"
+        what = f"factor or column (character {name.position} of --where)"
         raise unknown_name(what, name.text, columns) from None
 
 

@@ -1,7 +1,4 @@
-"""Where the values of `labbook stats` come from: a table that is named, or the book.
-
-`--where` on the rows of a table: the same words as on runs, decided in Kleene's logic where a cell is empty.
-"""
+"""Where the values of `labbook stats` come from: a table that is named, or the book."""
 
 from __future__ import annotations
 
@@ -10,9 +7,12 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+import sqlalchemy as sa
+
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.outcomes import Outcome
-from data_schema.where.parsing import COMPARE, And, Comparison, Expression, Membership, Not, Operator, Or, Word, parse
+from data_schema.where.compiling import DATE, ColumnKind, WhereColumn, compile_where
+from data_schema.where.parsing import names_in, parse
 from ingest.channels.names import parse_header
 from ingest.tables.sheet import (
     MINUS,
@@ -32,90 +32,38 @@ from labbook.analysis.observations import Observation, ObservationRequest, Obser
 from labbook.book.opening import opened
 from stats.checks import MISSING
 
-Column = Sequence[str | float | None]
-"""One cell a row: text, or numbers where all that are filled in are numbers; None where empty."""
-
 
 def rows_where(text: str, sheet: Sheet) -> list[bool]:
-    """Tell which rows of a sheet fulfil the condition.
+    """Tell which rows of a sheet fulfil a condition, decided as that on runs, by a database.
 
     Raises `UsageError` for a text that cannot be read and for commas that could be decimals or thousands, `UnknownName`
     for a column that is not there.
     """
+    asked = {name: _column(sheet, name) for name in sorted(names_in(parse(text)) & sheet.columns.keys())}
+    types = {name: sa.Double if kind is ColumnKind.NUMBER else sa.Text for name, (kind, _cells) in asked.items()}
+    rows = sa.Table("rows", sa.MetaData(), *(sa.Column(f"c{at}", kind) for at, kind in enumerate(types.values())))
+    known = {name: WhereColumn(asked[name][0], column) for name, column in zip(asked, rows.c, strict=True)}
+    unasked = WhereColumn(ColumnKind.TEXT, sa.null())
+    fulfilled = compile_where(text, {name: known.get(name, unasked) for name in sheet.columns})
+    cells = zip(*(cells for _kind, cells in asked.values()), strict=True)
+    with sa.create_engine("sqlite://").begin() as connection:
+        rows.create(connection)
+        connection.execute(rows.insert(), [dict(zip(rows.c.keys(), row, strict=True)) for row in cells])
+        in_order = sa.select(fulfilled).select_from(rows).order_by(sa.literal_column("rowid"))
+        return [known_to_be is True for known_to_be in connection.scalars(in_order)]
 
-    def column(name: Word) -> Column:
-        if name.text not in sheet.columns:
-            raise unknown_name(f"column (character {name.position} of --where)", name.text, sheet.columns)
-        return _column(sheet, name.text)
 
-    return [known is True for known in _decided(parse(text), column)]
-
-
-def _column(sheet: Sheet, name: str) -> Column:
-    """Return a column as `--where` compares it: numbers where all that is filled in are numbers."""
+def _column(sheet: Sheet, name: str) -> tuple[ColumnKind, Sequence[str | float | None]]:
+    """Return a column as it is compared: numbers or dates where all that is filled in are, else words without order."""
     cells = sheet.columns[name]
     filled = [cell for cell in cells if not is_blank(cell)]
     if filled and all(map(is_number_text, filled)):
         sign = decimal_sign(sheet, [name])
         numbers = [number_in(cell, sign) for cell in cells]
         if not any(isinstance(number, CellFault) for number in numbers):
-            return [None if isinstance(number, CellFault) else number for number in numbers]
-    return [cell or None for cell in cells]
-
-
-def _decided(expression: Expression, column: Callable[[Word], Column]) -> list[bool | None]:
-    match expression:
-        case Or(operands):
-            return [_any(row) for row in zip(*(_decided(operand, column) for operand in operands), strict=True)]
-        case And(operands):
-            rows = zip(*(_decided(operand, column) for operand in operands), strict=True)
-            return [_not(_any([_not(part) for part in row])) for row in rows]
-        case Not(operand):
-            return [_not(part) for part in _decided(operand, column)]
-        case Comparison(name, comparison, word):
-            cells = column(name)
-            value = _value(word, name, cells)
-            _refuse_letters(comparison, value, name, cells)
-            return [None if cell is None else COMPARE[comparison](cell, value) for cell in cells]
-        case Membership(name, words):
-            cells = column(name)
-            values = [_value(word, name, cells) for word in words]
-            return [None if cell is None else cell in values for cell in cells]
-
-
-def _any(parts: Sequence[bool | None]) -> bool | None:
-    if any(parts):
-        return True
-    return None if None in parts else False
-
-
-def _not(part: bool | None) -> bool | None:
-    return None if part is None else not part
-
-
-def _value(word: Word, name: Word, cells: Column) -> str | float:
-    if not any(isinstance(cell, float) for cell in cells):
-        return word.text
-    try:
-        return float(word.text)
-    except ValueError:
-        raise UsageError(
-            f"{word.text!r} at character {word.position} of --where is not a number, and column {name.text!r} holds "
-            f"numbers: write one such as {name.text}=400."
-        ) from None
-
-
-def _refuse_letters(comparison: Operator, value: str | float, name: Word, cells: Column) -> None:
-    """Raise `UsageError` where a number would be compared with other numbers letter by letter, because of some text."""
-    if comparison in (Operator.EQUAL, Operator.NOT_EQUAL) or isinstance(value, float):
-        return
-    texts = [cell for cell in cells if isinstance(cell, str)]
-    other = next((cell for cell in texts if not is_number_text(cell)), None)
-    if other is not None and is_number_text(value) and any(map(is_number_text, texts)):
-        raise UsageError(
-            f"column {name.text!r} holds {other!r} among its numbers, so that {comparison} {value} at character "
-            f"{name.position} of --where would compare letters: mend that cell, or choose by another column."
-        )
+            return ColumnKind.NUMBER, [number for number in numbers if not isinstance(number, CellFault)]
+    dates = bool(filled) and all(map(DATE.fullmatch, filled))
+    return ColumnKind.DATE if dates else ColumnKind.TEXT, [cell or None for cell in cells]
 
 
 QUANTITIES = {outcome.key: outcome for outcome in Outcome}
