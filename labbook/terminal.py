@@ -12,9 +12,9 @@ import re
 import shutil
 import sys
 import textwrap
-import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
+from pathlib import Path
 from typing import Any
 
 import typer
@@ -83,6 +83,14 @@ def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
+def emit_with_files(
+    data: dict[str, Any], lines: Sequence[str], files: Mapping[str, Path | None], as_json: bool
+) -> None:
+    """Print an answer, and the files that were written beside it, by what they are."""
+    written = {name: str(path) for name, path in files.items() if path is not None}
+    emit({**data, **written}, [*lines, *written.values()], as_json)
+
+
 NOT_IN_JSON = {"json": False}
 """Metadata of a field that figures read, and that is too much for JSON."""
 
@@ -111,67 +119,47 @@ def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 @contextlib.contextmanager
 def progress(what: str, total: int | None, shown: bool) -> Iterator[Callable[[str], None]]:
     """Show a progress bar on the terminal while work goes on; yields the function that says one step is done."""
-    if not shown or not sys.stderr.isatty():
-        yield lambda _step: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn
-
-    parts = [
-        SpinnerColumn(),
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    ]
-    if total is None:
-        parts = [SpinnerColumn(), TextColumn("{task.description}", markup=False), TimeElapsedColumn()]
-    with Progress(*parts, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
-        task = bar.add_task(what, total=total)
-        yield lambda step: bar.update(task, advance=1, description=printable(step[:40]))
+    with _bar(what, total, "", shown) as advance:
+        yield lambda step: advance(1, step)
 
 
 @contextlib.contextmanager
 def counted(what: str, total: int, unit: str, shown: bool) -> Iterator[Callable[[int], None]]:
-    """Show on the terminal how much of many is done, how many a second and when all will be.
+    """Show on the terminal how much of many is done and when all will be.
 
-    Yields the function that says how many more are; what it is told first was there before, and is not in the rate.
+    Yields the function that says how many more are; what it is told first was there before, and took no time.
     """
+    with _bar(what, total, f" {unit}", shown) as advance:
+        yield lambda more: advance(more, what)
+
+
+@contextlib.contextmanager
+def _bar(what: str, total: int | None, unit: str, shown: bool) -> Iterator[Callable[[int, str], None]]:
+    """Show a bar, or without a total that work goes on; yields the function that says how many more are, and which."""
     if not shown or not sys.stderr.isatty():
-        yield lambda _more: None
+        yield lambda _more, _step: None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+    from rich.progress import BarColumn, Progress, SpinnerColumn, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-    form = "{task.completed:,.0f}/{task.total:,.0f} " + unit + " {task.fields[rate]}"
-    parts = [
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        TextColumn(form),
-        TimeElapsedColumn(),
-        TimeRemainingColumn(),
-    ]
-    with Progress(*parts, console=Console(stderr=True), transient=True, redirect_stdout=False) as bar:
-        task = bar.add_task(what, total=total, rate="")
-        began, before = time.perf_counter(), -1
+    count = TextColumn("{task.completed:,.0f}/{task.total:,.0f}" + unit)
+    parts = [] if total is None else [BarColumn(), count, TimeRemainingColumn()]
+    described = TextColumn("{task.description}", markup=False)
+    console = Console(stderr=True)
+    with Progress(
+        SpinnerColumn(), described, *parts, TimeElapsedColumn(), console=console, transient=True, redirect_stdout=False
+    ) as bar:
+        task, began = bar.add_task(what, total=total), False
 
-        def advance(more: int) -> None:
-            nonlocal began, before
-            done = int(bar.tasks[0].completed) + more
-            if before < 0:
-                bar.reset(task, total=total, completed=more, rate="")
-                began, before = time.perf_counter(), more
-                return
-            rate = (done - before) / max(time.perf_counter() - began, 1e-9)
-            bar.update(task, advance=more, rate=f"{rate:,.0f}/s")
+        def advance(more: int, step: str) -> None:
+            nonlocal began
+            if unit and not began:
+                bar.reset(task, total=total, completed=more)
+            else:
+                bar.update(task, advance=more, description=printable(step[:40]))
+            began = True
 
         yield advance
-
-
-def before_work(lines: Sequence[str]) -> None:
-    """Say on the terminal, before long work begins, what its result will say too."""
-    for line in lines if sys.stderr.isatty() else ():
-        say(line, err=True)
 
 
 def asking() -> bool:

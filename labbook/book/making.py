@@ -47,8 +47,8 @@ def make_book(folder: Path, person: str | None, database_url: str | None = None,
         _write_whole(path, _first_configuration(folder, person, database_url, store))
     configuration = read_configuration(folder)
     for what, given, in_file in (
-        ("[database] url", database_url, configuration.database_url),
-        ("[store] path", None if store is None else str(store), configuration.store_path),
+        ("[database] url", database_url, configuration.database.url),
+        ("[store] path", None if store is None else str(store), configuration.store.path),
     ):
         if given is not None and given != in_file:
             raise UsageError(
@@ -114,7 +114,7 @@ def _database_stands(folder: Path, configuration: Configuration, *, empty: bool)
 
     `empty`: nothing stands in the book's journal, so that a database in which something was stated is another book's.
     """
-    if not configuration.database_url:
+    if not configuration.database.url:
         return (folder / DATABASE).exists()
     engine = engine_of(folder, configuration)
     try:
@@ -132,7 +132,7 @@ def _database_stands(folder: Path, configuration: Configuration, *, empty: bool)
 
 def make_database(folder: Path, configuration: Configuration) -> None:
     """Make an empty database; a SQLite file appears complete or not at all."""
-    if not configuration.database_url:
+    if not configuration.database.url:
         make_sqlite(folder / DATABASE)
         return
     engine = engine_of(folder, configuration)

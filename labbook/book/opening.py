@@ -154,8 +154,8 @@ def read_configuration(folder: Path) -> Configuration:
 
 def engine_of(folder: Path, configuration: Configuration) -> sa.Engine:
     """Return an engine on the book's database; a SQLite file must exist."""
-    if configuration.database_url:
-        return postgres_engine(configuration.database_url)
+    if configuration.database.url:
+        return postgres_engine(configuration.database.url)
     path = folder / DATABASE
     if not path.exists() and (folder / UNFINISHED_RESTORE).exists():
         raise BookMissing(f"the restore to {folder} was cut off: give the same `labbook restore` again, it goes on.")
@@ -169,7 +169,7 @@ def engine_of(folder: Path, configuration: Configuration) -> sa.Engine:
 
 def store_of(folder: Path, configuration: Configuration) -> Store:
     """Return the store of files: in the book, or at [store] path."""
-    return Store(folder / (configuration.store_path or ""))
+    return Store(folder / (configuration.store.path or ""))
 
 
 def journal_path(folder: Path, configuration: Configuration) -> Path:

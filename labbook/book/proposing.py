@@ -198,7 +198,7 @@ def _unfitting_factors(connection: sa.Connection, configuration: Configuration, 
 
 def _without_password(configuration: Configuration) -> str:
     """Return the file's text without its password, for the journal: its readers need no access to the database."""
-    url = configuration.database_url
+    url = configuration.database.url
     if url is None:
         return configuration.text
     masked = _PASSWORD.sub(lambda found: f"{found[1] or found[2]}***", url)

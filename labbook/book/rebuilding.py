@@ -82,8 +82,8 @@ def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | N
     A book that goes to another place is there once its labbook.toml says so, which is written last.
     """
     configuration = read_configuration(folder)
-    url = configuration.database_url if place is None else place.url
-    moves = url != configuration.database_url
+    url = configuration.database.url if place is None else place.url
+    moves = url != configuration.database.url
     moved = with_database(configuration.text, url) if moves else ""  # refused, if it is, before all the work
     mirror = JournalFile(journal_path(folder, configuration))
     if mirror.last() is None:
@@ -95,7 +95,7 @@ def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | N
         old = _rebuild_sqlite(folder, replay) if url is None else replace_postgres(url, replay.apply_to, replay.finish)
         if moves:
             write_whole(folder / CONFIGURATION, moved.encode())
-            if configuration.database_url is None:
+            if configuration.database.url is None:
                 old = set_aside(folder) or old
     engine = engine_of(folder, read_configuration(folder))
     try:

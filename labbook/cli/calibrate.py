@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from labbook.cli.common import BookOption, JsonOption, WhereOption, options_given
-from labbook.terminal import columns, emit, progress, within_width
+from labbook.terminal import columns, emit_with_files, progress, within_width
 
 
 def calibrate(
@@ -56,10 +56,9 @@ def calibrate(
         folder = opened_book.folder.resolve()
     if out is not None:
         write_whole(out, write_scene(found.scene).encode("utf-8"))
-    files = {} if out is None else {"scene": str(out)}
     use = []
     if out is not None:  # labbook.toml says where a scene is from its own folder
         use.append(how_to_use(found.calibration, Path(os.path.relpath(out.resolve(), folder)).as_posix()))
     table = [] if as_json else columns(HEAD, rows(found.calibration))
-    lines = [*table, "", *within_width(sentences(found.calibration)), *use, *files.values()]
-    emit({**as_data(found.calibration), **files}, lines, as_json)
+    lines = [*table, "", *within_width(sentences(found.calibration)), *use]
+    emit_with_files(as_data(found.calibration), lines, {"scene": out}, as_json)

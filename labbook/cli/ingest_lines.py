@@ -114,7 +114,7 @@ def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingH
             for part in (read.parts if read else ())
             for channel in part.channels
         ],
-        "findings": [_finding_json(finding) for finding in (read.findings if read else ())],
+        "findings": read.findings if read else [],
         "first_import": outcome.first,
         "changes": outcome.changes,
         "said": list(outcome.messages),
@@ -148,19 +148,6 @@ def _finding_line(same: Sequence[Finding]) -> str:
     times = f"{len(same)} times" if len(same) > max(1, len(columns)) else ""
     place = ", ".join(filter(None, (column, line, times)))
     return f"{first.severity}: {first.rule}{f' ({place})' if place else ''}: {first.message}"
-
-
-def _finding_json(finding: Finding) -> dict[str, Any]:
-    return {
-        "severity": str(finding.severity),
-        "rule": finding.rule,
-        "line": finding.line,
-        "more_lines": list(finding.more_lines),
-        "column": finding.column,
-        "value": finding.value,
-        "count": finding.count,
-        "message": finding.message,
-    }
 
 
 MOST_LISTED = 12

@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from labbook.cli.common import JsonOption
-from labbook.terminal import before_work, columns, counted, emit, progress
+from labbook.terminal import asking, columns, counted, emit, emit_with_files, progress, say
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -50,10 +50,9 @@ def run(
 
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """
-    from labbook.actions.simulate.pictures import save_plot
     from labbook.presenting.simulation.simulated import as_data, as_lines
     from labbook.presenting.simulation.trajectory import drawn_trajectory
-    from reports.figures.kind import check_form
+    from reports.figures.kind import check_form, write_figure
     from reports.figures.trajectory import draw_trajectory
     from simulator.changes import changed_by_words
     from simulator.error_bars import simulate_with_errors
@@ -68,9 +67,8 @@ def run(
     with progress(f"simulating{first}", None, shown=not as_json):
         result = simulated(changed, accuracy, trajectory=plot is not None)
         if plot is not None:
-            save_plot(lambda: draw_trajectory(drawn_trajectory(result)), plot)
-    files = {} if plot is None else {"plot": str(plot)}
-    emit({**as_data(result), **files}, [*as_lines(result), *files.values()], as_json)
+            write_figure(draw_trajectory(drawn_trajectory(result)), plot)
+    emit_with_files(as_data(result), as_lines(result), {"plot": plot}, as_json)
 
 
 @app.command()
@@ -135,8 +133,8 @@ def sweep(
         error_bars=error_bars,
         labbook=importlib.metadata.version("robot-labbook"),
     )
-    if asked.why_refused and not as_json:
-        before_work([f"note: {asked.why_refused}"])
+    if asked.why_refused and asking() and not as_json:
+        say(f"note: {asked.why_refused}", err=True)
     lanes = why_scalar(asked.scene, asked.design) is None
     here = scheduler is None and not is_compiled(asked.scene.effects, lanes=lanes)
     first = f" after {COMPILING}" if here else ""
@@ -206,9 +204,8 @@ def accuracy(
 
     Example: labbook sim accuracy --scene sim2 --set b_ad=100 --plot accuracy.png
     """
-    from labbook.actions.simulate.pictures import save_plot
     from labbook.presenting.simulation.work_precision import as_data, as_lines, work_precision_of
-    from reports.figures.kind import check_form
+    from reports.figures.kind import check_form, write_figure
     from reports.figures.work_precision import draw_work_precision
     from simulator.accuracy.study import accuracy_study, n_points
     from simulator.changes import changed_by_words
@@ -218,9 +215,8 @@ def accuracy(
         check_form("--plot", plot)
         study = accuracy_study(changed_by_words(load_scene(scene), sets or (), effects), quick, done)
         if plot is not None:
-            save_plot(lambda: draw_work_precision(work_precision_of(study)), plot)
-    files = {} if plot is None else {"plot": str(plot)}
-    emit({**as_data(study), **files}, [*as_lines(study), *files.values()], as_json)
+            write_figure(draw_work_precision(work_precision_of(study)), plot)
+    emit_with_files(as_data(study), as_lines(study), {"plot": plot}, as_json)
 
 
 @app.command()
@@ -328,8 +324,8 @@ def published(
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
         out.write_text(text, encoding="utf-8")
-    files = {} if out is None else {"document": str(out)}
-    emit({**as_data(tables, findings, results), **files}, text.splitlines() if out is None else [str(out)], as_json)
+    lines = text.splitlines() if out is None else []
+    emit_with_files(as_data(tables, findings, results), lines, {"document": out}, as_json)
 
 
 @app.command()

@@ -1,4 +1,7 @@
-"""`labbook study`: studies of the thesis, each from what was measured to its verdict."""
+"""`labbook study`: studies of the thesis, each from what was measured to its verdict.
+
+What studies have in common is declared once, in `_OF_ANY`, `_OF_SHEET` and `_OF_RUNS`.
+"""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -6,64 +9,68 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from data_schema.errors import InputRefused, UsageError
-from labbook.cli.common import BookOption, JsonOption, WhereOption
-from labbook.terminal import columns, emit, plain, progress, within_width
+from labbook.cli.common import BookOption, JsonOption, WhereOption, with_options
+from labbook.terminal import columns, emit, emit_with_files, plain, progress, within_width
 
 if TYPE_CHECKING:
     from labbook.studies.study import Found
     from reports.page.study import Study
 
-LevelOption = Annotated[float | None, typer.Option("--level", help="Level of the intervals; usual: 0.95.")]
-PlotOption = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw it: a .png, .svg or .pdf file.")]
-DecimalOption = Annotated[
-    str | None, typer.Option("--decimal", metavar="SIGN", help="The table's decimal sign, where it is unclear.")
-]
-CompleteOption = Annotated[
-    bool, typer.Option("--complete", help="The last line of a file is whole, though it has no line end.")
-]
-PageOption = Annotated[Path | None, typer.Option("--page", metavar="FILE", help="Write it as a page: a .html file.")]
+_LEVEL = typer.Option("--level", help="Level of the intervals; usual: 0.95.")
+_PLOT = typer.Option("--plot", metavar="FILE", help="Draw it: a .png, .svg or .pdf file.")
+_PAGE = typer.Option("--page", metavar="FILE", help="Write it as a page: a .html file.")
+_FILE = typer.Argument(metavar="[FILE]", help="A CSV file; without one, the book's sheet.")
+_DECIMAL = typer.Option("--decimal", metavar="SIGN", help="The table's decimal sign, where it is unclear.")
+_COMPLETE = typer.Option("--complete", help="The last line of a file is whole, though it has no line end.")
+
+_OF_ANY: dict[str, tuple[Any, Any]] = {
+    "level": (Annotated[float | None, _LEVEL], None),
+    "plot": (Annotated[Path | None, _PLOT], None),
+    "page": (Annotated[Path | None, _PAGE], None),
+    "book": (BookOption, None),
+    "as_json": (JsonOption, False),
+}
+_OF_SHEET: dict[str, tuple[Any, Any]] = {
+    "file": (Annotated[Path | None, _FILE], None),
+    "decimal": (Annotated[str | None, _DECIMAL], None),
+    "complete": (Annotated[bool, _COMPLETE], False),
+    **_OF_ANY,
+}
+_OF_RUNS: dict[str, tuple[Any, Any]] = {"where": (WhereOption, None), **_OF_ANY}
+"""The options by parameter, each with its default: of every study, of one that is kept as a sheet, of one of runs."""
 
 app = typer.Typer(no_args_is_help=True)
 
 
-def _show(
-    name: str,
-    plot: Path | None,
-    page: Path | None,
-    as_json: bool,
-    book: Path | None,
-    file: Path | None = None,
-    complete: bool = False,
-    **options: Any,
-) -> None:
-    """Ask a study; `options` are those that labbook.toml may have too."""
-    from labbook.actions.simulate.pictures import save_plot
+def _show(name: str, shared: dict[str, Any], **own: Any) -> None:
+    """Ask a study with the options that it shares with others, and its own."""
     from reports.display import BESIDE
-    from reports.figures.kind import check_form
+    from reports.figures.kind import check_form, write_figure
 
+    plot, page = shared.pop("plot"), shared.pop("page")
     check_form("--plot", plot)
     check_form("--page", page, (".html",))
-    found = _asked(name, as_json, book, file, complete, **options)
+    found = _asked(name, **shared, **own)
     study = found.study
     if plot is not None:
-        save_plot(study.draw, plot)
+        write_figure(study.draw(), plot)
     if page is not None:
         _write_page(found, page)
-    files = {name: str(path) for name, path in (("plot", plot), ("page", page)) if path is not None}
     lines = within_width(study.sentences())
     for head, *rows in (table for table in (study.table(), [BESIDE, *study.beside()]) if len(table) > 1):
         lines += ["", *columns(head, rows)]
-    emit({**_data(study), **files}, [*lines, *files.values()], as_json)
+    emit_with_files(_data(study), lines, {"plot": plot, "page": page}, shared["as_json"])
 
 
 def _asked(
     name: str,
-    as_json: bool,
     book: Path | None,
+    as_json: bool,
     file: Path | None = None,
     complete: bool = False,
     **options: Any,
 ) -> "Found[Study]":
+    """Ask a study; `options` are those that labbook.toml may have too."""
     from labbook.config.model import StudyProtocol
     from labbook.studies.registry import ask
     from labbook.studies.study import Asked
@@ -89,19 +96,10 @@ def _write_page(found: "Found[Study]", page: Path) -> None:
 
 
 @app.command()
+@with_options("shared", _OF_SHEET)
 def compaction(
-    file: Annotated[
-        Path | None,
-        typer.Argument(metavar="[FILE]", help="A CSV file, one filled flask a row; without one, the book's."),
-    ] = None,
+    shared: dict[str, Any],
     grain: Annotated[float | None, typer.Option("--grain", metavar="MM", help="The grains' diameter, mm.")] = None,
-    level: LevelOption = None,
-    plot: PlotOption = None,
-    page: PageOption = None,
-    decimal: DecimalOption = None,
-    complete: CompleteOption = False,
-    book: BookOption = None,
-    as_json: JsonOption = False,
 ) -> None:
     """Show how densely a bed's grains lie, poured and compacted, from the water that fills flasks of several sizes.
 
@@ -111,34 +109,12 @@ def compaction(
 
     Example: labbook study compaction flasks.csv --grain 3.4 --plot compaction.pdf
     """
-    _show(
-        "compaction",
-        plot,
-        page,
-        as_json,
-        book,
-        file=file,
-        complete=complete,
-        level=level,
-        decimal=decimal,
-        grain_mm=grain,
-    )
+    _show("compaction", shared, grain_mm=grain)
 
 
 @app.command("field")
-def field_walks(
-    file: Annotated[
-        Path | None,
-        typer.Argument(metavar="[FILE]", help="A CSV file, one robot on one walk a row; without one, the book's."),
-    ] = None,
-    level: LevelOption = None,
-    plot: PlotOption = None,
-    page: PageOption = None,
-    decimal: DecimalOption = None,
-    complete: CompleteOption = False,
-    book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@with_options("shared", _OF_SHEET)
+def field_walks(shared: dict[str, Any]) -> None:
     """Compare what two robots need that walk together: specific resistance, energy over weight times distance.
 
     FILE, else the sheet in the book, has the columns walk, robot, mass_kg, distance_m and energy_Wh, or charge_mAh and
@@ -147,22 +123,12 @@ def field_walks(
 
     Example: labbook study field walks.csv --plot field.pdf
     """
-    _show("field", plot, page, as_json, book, file=file, complete=complete, level=level, decimal=decimal)
+    _show("field", shared)
 
 
 @app.command()
-def characterisation(
-    file: Annotated[
-        Path | None, typer.Argument(metavar="[FILE]", help="A CSV file, one trajectory a row; without one, the book's.")
-    ] = None,
-    level: LevelOption = None,
-    plot: PlotOption = None,
-    page: PageOption = None,
-    decimal: DecimalOption = None,
-    complete: CompleteOption = False,
-    book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@with_options("shared", _OF_SHEET)
+def characterisation(shared: dict[str, Any]) -> None:
     """Measure what a leg's gains are in N/m and kg/s, from oscillations of a mass that stands on it.
 
     FILE, else the sheet in the book, has the columns file, gain, damping_gain, mass_kg and, where it was varied,
@@ -172,20 +138,16 @@ def characterisation(
 
     Example: labbook study characterisation trials.csv --plot gains.pdf
     """
-    _show("characterisation", plot, page, as_json, book, file=file, complete=complete, level=level, decimal=decimal)
+    _show("characterisation", shared)
 
 
 @app.command("force-plate")
+@with_options("shared", _OF_RUNS)
 def force_plate(
-    where: WhereOption = None,
+    shared: dict[str, Any],
     window: Annotated[
         int | None, typer.Option("--window", metavar="N", help="Samples of the moving average; default: its corner.")
     ] = None,
-    level: LevelOption = None,
-    plot: PlotOption = None,
-    page: PageOption = None,
-    book: BookOption = None,
-    as_json: JsonOption = False,
 ) -> None:
     """Compare the joules of a hop that force plate and leg say with those that the battery gave.
 
@@ -194,12 +156,13 @@ def force_plate(
 
     Example: labbook study force-plate --where "k_gain>=300" --plot plate.pdf
     """
-    _show("force-plate", plot, page, as_json, book, where=where, window=window, level=level)
+    _show("force-plate", shared, window=window)
 
 
 @app.command()
+@with_options("shared", _OF_RUNS)
 def emulator(
-    where: WhereOption = None,
+    shared: dict[str, Any],
     constant: Annotated[
         float | None,
         typer.Option("--constant", metavar="GAIN", help="The active-damping gain that is the same at all; usual: 50."),
@@ -212,11 +175,6 @@ def emulator(
         float | None,
         typer.Option("--same", metavar="%", help="A rise of the apex below it is not appreciable; usual: 2."),
     ] = None,
-    level: LevelOption = None,
-    plot: PlotOption = None,
-    page: PageOption = None,
-    book: BookOption = None,
-    as_json: JsonOption = False,
 ) -> None:
     """Compare constant and scaled active damping with compression-extension at each extension gain.
 
@@ -226,29 +184,12 @@ def emulator(
 
     Example: labbook study emulator --plot emulator.pdf
     """
-    _show(
-        "emulator",
-        plot,
-        page,
-        as_json,
-        book,
-        where=where,
-        constant=constant,
-        ratio=ratio,
-        same_percent=same,
-        level=level,
-    )
+    _show("emulator", shared, constant=constant, ratio=ratio, same_percent=same)
 
 
 @app.command()
-def bed(
-    where: WhereOption = None,
-    level: LevelOption = None,
-    plot: PlotOption = None,
-    page: PageOption = None,
-    book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+@with_options("shared", _OF_RUNS)
+def bed(shared: dict[str, Any]) -> None:
     """Compare active damping with compression-extension on the granular bed: energy and apex heights by foot and gain.
 
     As the report does, by the days that both sides share, with its intervals; beside each p that of the thesis's route
@@ -256,7 +197,7 @@ def bed(
 
     Example: labbook study bed --where "foot=small" --plot bed.pdf
     """
-    _show("bed", plot, page, as_json, book, where=where, level=level)
+    _show("bed", shared)
 
 
 @app.command("all")
@@ -291,7 +232,7 @@ def all_studies(
     lines: list[str] = []
     for name in names:
         try:
-            found = _asked(name, as_json, book)
+            found = _asked(name, book, as_json)
         except (InputRefused, UsageError) as error:
             data[name] = {"refused": str(error)}
             lines += [f"{name}: refused", *within_width([str(error)]), ""]

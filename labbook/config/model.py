@@ -537,16 +537,6 @@ class Configuration:
     text: Annotated[str, NOT_A_KEY] = ""
 
     @property
-    def database_url(self) -> str | None:
-        """The address of the database of a shared book."""
-        return self.database.url
-
-    @property
-    def store_path(self) -> str | None:
-        """Where raw copies and journal lie, None in the book."""
-        return self.store.path
-
-    @property
     def sha256(self) -> str:
         """The hash of the text."""
         return hashlib.sha256(self.text.encode("utf-8")).hexdigest()

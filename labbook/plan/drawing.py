@@ -41,7 +41,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from data_schema.errors import UsageError, unknown_name
+from data_schema.errors import UsageError
 from data_schema.vocabulary import PlanMethod, RunKind
 
 _Item = TypeVar("_Item")
@@ -294,7 +294,7 @@ def draw_plan(
     Each of `idle_minutes` is one idle run of that length (thesis 5.1.4); it takes a place of its day like any other
     run. Raises `UsageError` for a plan that cannot be made.
     """
-    _check(factors, runs_per_condition, runs_per_day, seed, idle_minutes, run_duration_s)
+    _check(factors, runs_per_condition, runs_per_day, seed, len(idle_minutes))
     chance = SeededChance(seed)
     groups = [
         [_replicate(factors, group, run_duration_s, chance) for _number in range(runs_per_condition)]
@@ -345,37 +345,18 @@ def _check(
     runs_per_condition: int,
     runs_per_day: int,
     seed: int,
-    idle_minutes: Sequence[float],
-    run_duration_s: float | None,
+    idle: int,
 ) -> None:
     for what, number in (("runs per condition", runs_per_condition), ("runs a day", runs_per_day)):
         if number < 1:
             raise UsageError(f"{number} {what} is too few: give 1 or more.")
-    names = [factor.name for factor in factors]
-    if len(set(names)) < len(names):
-        raise UsageError(f"the factors {', '.join(names)} are not all different: name each factor once.")
-    for factor in factors:
-        if not factor.levels or len(set(factor.levels)) < len(factor.levels):
-            raise UsageError(f"the levels of {factor.name!r} are {factor.levels}: give one or more, each once.")
-        if factor.control is not None and factor.control not in factor.levels:
-            raise unknown_name(f"level of {factor.name}, so not its control", factor.control, factor.levels)
-    treatments = [factor for factor in factors if factor.control is not None]
-    if len(treatments) > 1:
-        raise UsageError(
-            f"the factors {', '.join(factor.name for factor in treatments)} each have a control: plan one treatment "
-            "at a time and leave the control of the others out."
-        )
-    if runs_per_day == 1 and any(len(factor.levels) > 1 for factor in treatments):
+    if runs_per_day == 1 and any(factor.control is not None and len(factor.levels) > 1 for factor in factors):
         raise UsageError(
             "a day of 1 run cannot hold a run and its control: give 2 or more runs a day, or no control level."
         )
     if not 0 <= seed < 2**63:
         raise UsageError(f"the seed {seed} cannot be kept: give a whole number from 0 to {2**63 - 1}.")
-    durations = [*idle_minutes, *([] if run_duration_s is None else [run_duration_s])]
-    for duration in durations:
-        if not (math.isfinite(duration) and duration > 0):
-            raise UsageError(f"a run cannot last {duration}: give a time greater than 0.")
     conditions = math.prod(len(factor.levels) for factor in factors)
-    size = conditions * runs_per_condition + len(idle_minutes)
+    size = conditions * runs_per_condition + idle
     if size > LARGEST_PLAN:
         raise UsageError(f"the plan would have {size} runs, at most {LARGEST_PLAN} are drawn: plan fewer at a time.")

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import sqlalchemy as sa
 
@@ -137,21 +138,15 @@ def decide(
         number for number in numbers if not _stands(jumps[number].decision, session.person, verdict, reason, note)
     ]
     for number in changed:
-        item = jumps[number]
-        new = {
-            "target_kind": str(TargetKind.JUMP),
-            "target_uid": found.run.uid,
-            "signal_sha256": item.signal_sha256,
-            "anchor_s": anchor_of(item.jump),
-            "verdict": str(Verdict(verdict)),
-            "reason_code": reason,
-            "note": note,
+        item, detection = jumps[number], found.detections[0]
+        found_as = {
             "old_value": item.jump.apex_height_m,
-            "algorithm": found.detections[0].algorithm,
-            "version": found.detections[0].version,
-            "blind": 0,
+            "algorithm": detection.algorithm,
+            "version": detection.version,
         }
-        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
+        _state_verdict(
+            session, found.run, item.signal_sha256, anchor_of(item.jump), Verdict(verdict), reason, note, found_as
+        )
     return changed
 
 
@@ -177,21 +172,36 @@ def clear_waiting(session: WriteSession, name: str, note: str | None) -> int:
     run = run_named(session.connection, name)
     waiting = verdicts_waiting(session.connection, run.uid)
     for verdict in waiting:
-        new = {
-            "target_kind": str(TargetKind.JUMP),
-            "target_uid": run.uid,
-            "signal_sha256": verdict.signal_sha256,
-            "anchor_s": verdict.anchor_s,
-            "verdict": str(Verdict.CLEAR),
-            "reason_code": str(ReasonCode.OTHER),
-            "note": note,
-            "old_value": None,
-            "algorithm": None,
-            "version": None,
-            "blind": 0,
-        }
-        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
+        _state_verdict(session, run, verdict.signal_sha256, verdict.anchor_s, Verdict.CLEAR, ReasonCode.OTHER, note, {})
     return len(waiting)
+
+
+def _state_verdict(
+    session: WriteSession,
+    run: RunRow,
+    signal_sha256: str,
+    anchor_s: float,
+    verdict: Verdict,
+    reason: str,
+    note: str | None,
+    found_as: Mapping[str, Any],
+) -> None:
+    """State a verdict on the jump of a log at a time; `found_as` says what was found there, and by what."""
+    new = {
+        "target_kind": str(TargetKind.JUMP),
+        "target_uid": run.uid,
+        "signal_sha256": signal_sha256,
+        "anchor_s": anchor_s,
+        "verdict": str(verdict),
+        "reason_code": str(reason),
+        "note": note,
+        "old_value": None,
+        "algorithm": None,
+        "version": None,
+        **found_as,
+        "blind": 0,
+    }
+    session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
 
 
 def _refuse_unknown(found: RunReview, known: Collection[int], numbers: Iterable[int]) -> None:

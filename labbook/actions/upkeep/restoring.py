@@ -69,14 +69,14 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
     """
     entries, text = _read(source)
     original = parse_configuration(text, str(source / CONFIGURATION), source)
-    if place is None and original.database_url is not None:
-        was = sa.make_url(original.database_url).render_as_string(hide_password=True)
+    if place is None and original.database.url is not None:
+        was = sa.make_url(original.database.url).render_as_string(hide_password=True)
         raise UsageError(
             f"this book's database was {was}: say with --database URL into which empty one it is to be restored, or "
             "--sqlite for a file in the book."
         )
     url = None if place is None else place.url
-    moved = original.store_path is not None or original.database_url != url
+    moved = original.store.path is not None or original.database.url != url
     text = with_database(text, url, without=PLACES) if moved else text
     marker = _claim_folder(source, folder, url, entries)
     with exclusive_lock(marker, f"another program is restoring to {folder}: wait until it has finished."):

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from data_schema.errors import UnknownName, UsageError
+from data_schema.errors import UsageError
 from data_schema.vocabulary import PlanMethod, RunKind
 from labbook.plan.drawing import Plan, PlanFactor, PlannedRun, SeededChance, draw_plan
 
@@ -223,30 +223,17 @@ def test_a_plan_drawn_years_ago_is_drawn_again() -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "error", "words"),
+    ("change", "words"),
     [
-        ({"runs_per_condition": 0}, UsageError, "0 runs per condition"),
-        ({"runs_per_day": 0}, UsageError, "0 runs a day"),
-        ({"runs_per_day": 1}, UsageError, "cannot hold a run and its control"),
-        ({"seed": -1}, UsageError, "the seed -1"),
-        ({"seed": 2**63}, UsageError, "cannot be kept"),
-        ({"idle_minutes": (20, 0)}, UsageError, "cannot last 0"),
-        ({"run_duration_s": float("inf")}, UsageError, "cannot last inf"),
-        ({"runs_per_condition": 10**9}, UsageError, "at most 100000"),
-        ({"factors": (PlanFactor("foot", ("small",)),) * 2}, UsageError, "name each factor once"),
-        ({"factors": (PlanFactor("foot", ()),)}, UsageError, "one or more"),
-        ({"factors": (PlanFactor("foot", ("small", "small")),)}, UsageError, "each once"),
-        ({"factors": (PlanFactor("foot", ("small", "large"), "smal"),)}, UnknownName, "did you mean 'small'?"),
-        (
-            {"factors": (PlanFactor("foot", ("small",), "small"), PlanFactor("gain", ("0",), "0"))},
-            UsageError,
-            "foot, gain each have a control",
-        ),
+        ({"runs_per_condition": 0}, "0 runs per condition"),
+        ({"runs_per_day": 0}, "0 runs a day"),
+        ({"runs_per_day": 1}, "cannot hold a run and its control"),
+        ({"seed": -1}, "the seed -1"),
+        ({"seed": 2**63}, "cannot be kept"),
+        ({"runs_per_condition": 10**9}, "at most 100000"),
     ],
 )
-def test_impossible_plans_are_refused_in_a_sentence(
-    change: dict[str, Any], error: type[UsageError], words: str
-) -> None:
+def test_impossible_plans_are_refused_in_a_sentence(change: dict[str, Any], words: str) -> None:
     request: dict[str, Any] = {
         "factors": CHAPTER_5,
         "runs_per_condition": 10,
@@ -255,7 +242,7 @@ def test_impossible_plans_are_refused_in_a_sentence(
         "seed": 1,
         **change,
     }
-    with pytest.raises(error, match=words):
+    with pytest.raises(UsageError, match=words):
         draw_plan(**request)
 
 
