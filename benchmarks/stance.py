@@ -90,7 +90,7 @@ def _prepared(scene: Scene, method: Method, setting: float) -> _Timed:
     found, match = attempt.found(), stored_reference(scene)
     if match is None:
         raise RuntimeError(f"there is no stored reference of scene {scene.name}")
-    errors = relative_errors(found.outputs, match.values)
+    errors = relative_errors(found, match.values)
     error = max(errors[output] or 0.0 for output in OUTPUTS)
     shown = f"{method.setting} {setting:g} {method.unit}".rstrip()
     calls = CALLS if method.name == LABBOOK else 1

@@ -6,14 +6,13 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from simulator.accuracy import fixed_step_euler
 from simulator.accuracy.peers import METHODS as SOLVE_IVP
-from simulator.accuracy.peers import peer_run, system_for
+from simulator.accuracy.peers import PeerRun, peer_run, system_for
 from simulator.jump import limits_for, parameter_row
 from simulator.kernel.build import kernel_for
 from simulator.kernel.layout import OUTCOMES
@@ -21,24 +20,31 @@ from simulator.kernel.limits import JUMPS_WANTED, STOP_AFTER_APEX, STOP_AFTER_LI
 from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS
 from simulator.scene import Scene
 
+Row = NDArray[np.float64]
 NAMES = ("max_depth_m", "liftoff_time_s", "apex_height_m", "cost_J")
 """Deepest point of the foot, time of lift-off since touchdown, apex of the body, cost."""
 
 
 @dataclass(frozen=True, slots=True)
 class Outputs:
-    """A jump's outcome and its four numbers; None: not reached. The cost is the motors', without passive draw."""
+    """A jump's outcome and its four numbers; None: not reached. The cost is the motors', without passive draw.
+
+    `evaluations` of the forces are those of all jumps up to it.
+    """
 
     outcome: str
     values: Mapping[str, float | None]
+    evaluations: int
 
 
-def outputs_of(scene: Scene, row: NDArray[np.float64]) -> Outputs:
-    """Read the outputs from a row of the kernel, shape (columns,)."""
-    span = "jump" if "cost_of_whole_jump" in scene.effects else "stance"
+def outputs_of(scene: Scene, rows: Row, evaluations: int | None = None) -> Outputs:
+    """Read the last jump's outputs from rows of the kernel, shape (jumps, columns)."""
+    row, span = rows[-1], "jump" if "cost_of_whole_jump" in scene.effects else "stance"
     values = {name: _number(float(row[COLUMN[name]])) for name in NAMES[:-1]}
     cost_j = sum(float(row[COLUMN[f"{span}_{part}_J"]]) for part in COST_PARTS)
-    return Outputs(OUTCOMES[int(row[COLUMN["outcome"]])], {**values, NAMES[-1]: _number(cost_j)})
+    if evaluations is None:
+        evaluations = int(rows[:, COLUMN["rhs_evaluations"]].sum())
+    return Outputs(OUTCOMES[int(row[COLUMN["outcome"]])], {**values, NAMES[-1]: _number(cost_j)}, evaluations)
 
 
 def relative_errors(found: Outputs, truth: Mapping[str, float | None]) -> dict[str, float | None]:
@@ -57,11 +63,8 @@ def _number(value: float) -> float | None:
     return value if math.isfinite(value) else None
 
 
-Row = NDArray[np.float64]
-
-
 class KernelRun:
-    """A scene's kernel with everything it needs; `run()` simulates, `row()` is that of the last jump made."""
+    """A scene's kernel with everything it needs; `run()` simulates, `rows` are then what it gave."""
 
     def __init__(
         self,
@@ -84,26 +87,10 @@ class KernelRun:
         self.run: Callable[[], None] = lambda: kernel.batch(*arguments)
 
     @property
-    def jumps_made(self) -> int:
-        """How many jumps were made."""
-        return int(self._counts[0])
-
-    def row(self) -> Row:
-        """Return the row of the last jump that was made, shape (columns,)."""
-        last: Row = self._rows[0, self.jumps_made - 1]
-        return last
-
-    def evaluations(self) -> int:
-        """Return how often the forces were evaluated, over all jumps."""
-        return int(self._rows[0, : self.jumps_made, COLUMN["rhs_evaluations"]].sum())
-
-    def steps(self) -> int:
-        """Return how many steps were taken, over all jumps."""
-        return int(self._rows[0, : self.jumps_made, COLUMN["steps"]].sum())
-
-    def time_s(self) -> float:
-        """Return how long all jumps took the robot, s."""
-        return float(self._rows[0, : self.jumps_made, COLUMN["jump_time_s"]].sum())
+    def rows(self) -> Row:
+        """The rows of the jumps that were made, shape (jumps, columns)."""
+        made: Row = self._rows[0, : self._counts[0]]
+        return made
 
 
 LABBOOK = "labbook"
@@ -111,21 +98,15 @@ EULER = "explicit Euler (thesis)"
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """What one run gave: the outputs of the last jump, and evaluations of the forces over all jumps."""
+class Attempt:
+    """One method at one setting, ready to run as often as it takes to time it.
 
-    outputs: Outputs
-    evaluations: int
+    `run` does all the work, and raises `PeerGaveUp` where the method does not come to an end; `found` returns what the
+    last run gave.
+    """
 
-
-class Attempt(Protocol):
-    """One method at one setting, ready to run as often as it takes to time it."""
-
-    def run(self) -> None:
-        """Do all the work; raises `PeerGaveUp` where the method does not come to an end."""
-
-    def found(self) -> Found:
-        """Return what the last run gave."""
+    run: Callable[[], None]
+    found: Callable[[], Outputs]
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,43 +131,26 @@ def stops_after(scene: Scene, stance: bool = False) -> int:
     return STOP_AFTER_APEX if "hydrostatic_stiffness" in scene.effects else STOP_AFTER_TOUCHDOWN
 
 
-class _Labbook:
-    def __init__(self, scene: Scene, setting: float, stop_after: int) -> None:
-        self._scene, self._kernel = scene, KernelRun(scene, setting, stop_after)
-        self.run = self._kernel.run
-
-    def found(self) -> Found:
-        return Found(outputs_of(self._scene, self._kernel.row()), self._kernel.evaluations())
+def _labbook(scene: Scene, setting: float, stop_after: int) -> Attempt:
+    kernel = KernelRun(scene, setting, stop_after)
+    return Attempt(kernel.run, lambda: outputs_of(scene, kernel.rows))
 
 
-class _Euler:
-    def __init__(self, scene: Scene, setting: float, stop_after: int) -> None:
-        self._scene = scene
-        run, p, self._row = fixed_step_euler.fixed_step_euler_run(scene)
-        to_liftoff = stop_after == STOP_AFTER_LIFTOFF
-        self.run = partial(run, p, setting, to_liftoff, self._row)
-
-    def found(self) -> Found:
-        return Found(outputs_of(self._scene, self._row), int(self._row[COLUMN["steps"]]))
+def _euler(scene: Scene, setting: float, stop_after: int) -> Attempt:
+    run, work, row = fixed_step_euler.fixed_step_euler_run(scene)
+    run_once = partial(run, work, setting, stop_after == STOP_AFTER_LIFTOFF, row)
+    return Attempt(run_once, lambda: outputs_of(scene, row[np.newaxis], int(row[COLUMN["steps"]])))
 
 
-class SolveIvpAttempt:
-    """A method of `solve_ivp` (`simulator.accuracy.peers.peer_run`) at one setting."""
+def _solve_ivp(method: str, scene: Scene, setting: float, stop_after: int) -> Attempt:
+    system = system_for(scene.effects)
+    parameters = np.array([scene[parameter.name] for parameter in system.composition.parameters])
+    last: list[PeerRun] = []
 
-    def __init__(self, method: str, scene: Scene, setting: float, stop_after: int) -> None:
-        """Prepare `scene.jumps` jumps."""
-        self._scene = scene
-        system = system_for(scene.effects)
-        parameters = np.array([scene[parameter.name] for parameter in system.composition.parameters])
-        self._integrate = partial(peer_run, system, parameters, method, setting, scene.jumps, stop_after)
+    def run() -> None:
+        last[:] = [peer_run(system, parameters, method, setting, scene.jumps, stop_after)]
 
-    def run(self) -> None:
-        """Integrate all jumps."""
-        self._last = self._integrate()
-
-    def found(self) -> Found:
-        """Return the last jump of the last run."""
-        return Found(outputs_of(self._scene, self._last.rows[-1]), self._last.evaluations)
+    return Attempt(run, lambda: outputs_of(scene, last[0].rows, last[0].evaluations))
 
 
 def _tenths(first: int, last: int) -> tuple[float, ...]:
@@ -197,9 +161,9 @@ def _tenths(first: int, last: int) -> tuple[float, ...]:
 METHODS: dict[str, Method] = {
     method.name: method
     for method in (
-        Method(EULER, "step", _tenths(3, 7), _Euler, "s", fixed_step_euler.why_not),
-        *(Method(f"solve_ivp {name}", "rtol", _tenths(3, 12), partial(SolveIvpAttempt, name)) for name in SOLVE_IVP),
-        Method(LABBOOK, "accuracy", _tenths(2, 12), _Labbook),
+        Method(EULER, "step", _tenths(3, 7), _euler, "s", fixed_step_euler.why_not),
+        *(Method(f"solve_ivp {name}", "rtol", _tenths(3, 12), partial(_solve_ivp, name)) for name in SOLVE_IVP),
+        Method(LABBOOK, "accuracy", _tenths(2, 12), _labbook),
     )
 }
 """By name, in the order they are shown."""

@@ -11,7 +11,7 @@ import math
 import sys
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cache
 from typing import Any
@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 from simulator.accuracy.methods import NAMES, KernelRun, Outputs, outputs_of, relative_errors
 from simulator.jump import parameter_row
 from simulator.kernel.build import kernel_for
+from simulator.kernel.rows import COLUMN
 from simulator.scene import Scene
 
 SAME = 1e-14
@@ -31,28 +32,45 @@ _BESIDE = frozenset({"drag", "passive_draw"})
 
 
 @dataclass(frozen=True, slots=True)
-class StoredReference:
-    """The outputs of a scene's last jump, None where it has none: where they are from and how many digits agree."""
+class Reference:
+    """True values of the outputs of a scene's last jump, where they are from, and which errors they cannot resolve.
+
+    `round_off` is how far each output moves, relatively, when the last bit of every parameter does: no program that
+    computes with doubles knows it better. `doubt` is the relative uncertainty of the true values themselves. None where
+    an output does not exist or is 0.
+    """
 
     source: str
-    agreeing_digits: int
+    stored: bool
     outcome: str
     values: Mapping[str, float | None]
+    doubt: Mapping[str, float | None]
+    round_off: Mapping[str, float | None] = field(default_factory=dict)
+
+    @property
+    def floor(self) -> dict[str, float | None]:
+        """Relative error of each output under which nothing is claimed."""
+        return {name: _larger(self.round_off[name], self.doubt[name]) for name in NAMES}
 
 
-def stored_reference(scene: Scene) -> StoredReference | None:
-    """Find the stored result of a scene's last jump; None where no case has its effects and its numbers."""
+def stored_reference(scene: Scene) -> Reference | None:
+    """Find the stored result of a scene's last jump, without its round-off.
+
+    None where no case has its effects and its numbers.
+    """
     for name, case in _cases():
         if len(case["jump"]) < scene.jumps or not _is_of(scene, case["scene"]):
             continue
         jump = case["jump"][scene.jumps - 1]
         cost_j = Fraction(jump["cost_j"]) + (Fraction(jump["drag_j"]) if "drag" in scene.effects else 0)
         numbers = {**jump, "cost_J": cost_j}
-        return StoredReference(
+        values = {output: float(numbers[output]) if output in numbers else None for output in NAMES}
+        return Reference(
             source=f"stored case “{case['name']}” of {name}, Taylor series to {case['agreeing_digits']} digits",
-            agreeing_digits=case["agreeing_digits"],
+            stored=True,
             outcome=jump["outcome"],
-            values={output: float(numbers[output]) if output in numbers else None for output in NAMES},
+            values=values,
+            doubt={output: 10.0 ** -case["agreeing_digits"] if value else None for output, value in values.items()},
         )
     return None
 
@@ -84,28 +102,6 @@ ORDER = 5
 """Order of the kernel's Runge-Kutta method."""
 
 
-@dataclass(frozen=True, slots=True)
-class Reference:
-    """True values of the outputs, where they are from, and which errors they cannot resolve.
-
-    `round_off` is how far each output moves, relatively, when the last bit of every parameter does: no program that
-    computes with doubles knows it better. `doubt` is the relative uncertainty of the true values themselves. None where
-    an output does not exist or is 0.
-    """
-
-    source: str
-    stored: bool
-    outcome: str
-    values: Mapping[str, float | None]
-    round_off: Mapping[str, float | None]
-    doubt: Mapping[str, float | None]
-
-    @property
-    def floor(self) -> dict[str, float | None]:
-        """Relative error of each output under which nothing is claimed."""
-        return {name: _larger(self.round_off[name], self.doubt[name]) for name in NAMES}
-
-
 def reference_of(scene: Scene, stop_after: int) -> Reference:
     """Return the stored result of a scene where there is one; otherwise the simulator's own finest, confirmed.
 
@@ -113,16 +109,15 @@ def reference_of(scene: Scene, stop_after: int) -> Reference:
     result is the doubt.
     """
     finest = _own(scene, stop_after)
-    round_off = _round_off(scene, stop_after, finest)
-    found = stored_reference(scene)
-    if found is not None:
-        doubt = {name: None if round_off[name] is None else 10.0**-found.agreeing_digits for name in NAMES}
-        return Reference(found.source, True, found.outcome, found.values, round_off, doubt)
-    source = (
+    found = stored_reference(scene) or Reference(
         f"no stored result is that of this scene: labbook at {FINEST:g}, confirmed by Richardson extrapolation of "
-        "fixed steps"
+        "fixed steps",
+        False,
+        finest.outcome,
+        finest.values,
+        _distance(scene, stop_after, finest),
     )
-    return Reference(source, False, finest.outcome, finest.values, round_off, _distance(scene, stop_after, finest))
+    return replace(found, round_off=_round_off(scene, stop_after, finest))
 
 
 def _own(
@@ -130,7 +125,7 @@ def _own(
 ) -> Outputs:
     kernel = KernelRun(scene, FINEST, stop_after, parameters=parameters, fixed_step_s=fixed_step_s)
     kernel.run()
-    return outputs_of(scene, kernel.row())
+    return outputs_of(scene, kernel.rows)
 
 
 def _round_off(scene: Scene, stop_after: int, finest: Outputs) -> dict[str, float | None]:
@@ -153,7 +148,8 @@ def _distance(scene: Scene, stop_after: int, finest: Outputs) -> dict[str, float
     """How far the extrapolation of two runs at fixed steps lies from the finest run, relatively."""
     controlled = KernelRun(scene, FINEST, stop_after)
     controlled.run()
-    step_s = controlled.time_s() / (STEPS_FINER * controlled.steps())
+    time_s, steps = controlled.rows[:, [COLUMN["jump_time_s"], COLUMN["steps"]]].sum(axis=0).tolist()
+    step_s = time_s / (STEPS_FINER * steps)
     coarse, fine = (_own(scene, stop_after, fixed_step_s=each_s) for each_s in (step_s, step_s / 2.0))
     distance: dict[str, float | None] = {}
     for name, true in finest.values.items():

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from simulator.accuracy.methods import METHODS, Attempt, Method, relative_errors, stops_after
 from simulator.accuracy.peers import PeerGaveUp
@@ -110,12 +110,10 @@ def _point(attempt: Attempt, setting: float, reference: Reference, quick: bool) 
     found, floor = attempt.found(), reference.floor
     errors = {
         name: None if error is None or floor[name] is None else max(error, floor[name] or 0.0)
-        for name, error in relative_errors(found.outputs, reference.values).items()
+        for name, error in relative_errors(found, reference.values).items()
     }
-    point = Point(setting, found.outputs.outcome, errors, found.evaluations, seconds)
-    if found.outputs.outcome != reference.outcome:
-        return replace(point, failure=f"ended in {found.outputs.outcome}, which should be {reference.outcome}")
-    return point
+    failure = "" if found.outcome == reference.outcome else f"ended in {found.outcome}, not {reference.outcome}"
+    return Point(setting, found.outcome, errors, found.evaluations, seconds, failure)
 
 
 def _least_seconds(attempt: Attempt, runs: int) -> float:

@@ -68,7 +68,7 @@ def test_a_stance_alone_is_that_of_the_whole_jump() -> None:
     scene = load_scene("sim2").changed({"b_ad": 80.0})
     kernel, whole = KernelRun(scene, 1e-9, STOP_AFTER_LIFTOFF), simulate(scene, 1e-9).jump
     kernel.run()
-    stance = dict(zip(COLUMNS, kernel.row(), strict=True))
+    stance = dict(zip(COLUMNS, kernel.rows[-1], strict=True))
     assert OUTCOMES[int(stance["outcome"])] == "liftoff"
     assert math.isnan(stance["apex_height_m"])
     for name in ("liftoff_time_s", "max_depth_m", "stance_heat_J", "stance_mechanical_J", "liftoff_body_height_m"):
