@@ -88,15 +88,6 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
     says(again, "nothing was left")
 
 
-def test_one_jump_is_one_and_a_jump_under_the_grains_is_counted(tmp_path: Path) -> None:
-    words = ("--scene", "sim2", "--set", "kg_scale=1", "--set", "k_extension=5254", "--over", "foot_radius=0.0073")
-    shown = good(labbook("sim", "sweep", *words, "--out", "one.nc", at=tmp_path)).out.splitlines()
-    says(shown[0], "1 jump", "foot_radius")
-    says(shown[2], "1 jump")
-    with xarray.open_dataset(tmp_path / "one.nc") as dataset:
-        assert dataset["under_surface"].item() == 1
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [
@@ -151,12 +142,6 @@ def test_a_parameter_that_the_scene_lacks_can_be_swept(over: str, tmp_path: Path
     name, value = words.split("=")[0], words.rsplit(",", 1)[1]
     both = ("--effects", f"+{effect}", "--over", words, "--set", f"{name}={value}", "--out", "both.nc")
     refused(labbook("sim", "sweep", "--scene", "sim2", *both, at=tmp_path), 2, f"{name} is both set and swept")
-
-
-def test_another_command_does_not_continue_a_sweep(tmp_path: Path) -> None:
-    swept(tmp_path, *GRID)
-    answer = labbook("sim", "sweep", "--scene", "sim2", *GRID, "--accuracy", "1e-3", "--out", "sweep.nc", at=tmp_path)
-    refused(answer, 2, "sweep.nc holds a sweep that differs in accuracy (1e-06 there, 0.001 now)", "another --out")
 
 
 @pytest.mark.soak

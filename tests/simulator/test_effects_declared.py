@@ -119,21 +119,6 @@ def test_every_pair_of_effects_is_built_or_refused_with_a_sentence() -> None:
                 assert re.fullmatch(r"(\w+) and (\w+) cannot be on together, since .+: leave out .+\.", sentence)
 
 
-@pytest.mark.soak
-def test_every_pair_switched_on_in_a_shipped_scene_is_built_or_refused() -> None:
-    for scene, (first, second) in itertools.product(map(load_scene, shipped_scenes()), PAIRS):
-        changed = scene_or_sentence(scene.changed, effects_on=(first, second))
-        if isinstance(changed, str):
-            assert re.fullmatch(
-                r".+ cannot be on together, since .+: leave out .+\.|"
-                r".+ needs .+, which is off: switch that on too, or .+ off\.|"
-                r"jumps = .+, which is levelled after every jump: .+",
-                changed,
-            )
-        else:
-            assert {first, second} <= changed.effects
-
-
 def test_an_energy_is_declared_once_and_named_for_people() -> None:
     assert len({energy.name for energy in ENERGIES}) == len(ENERGIES)
     assert all(energy.meaning and energy.label for energy in ENERGIES)

@@ -8,13 +8,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from data_schema.errors import UsageError
 from simulator.error_bars import JUDGED, differences, largest_share, simulate_with_errors
 from simulator.jump import close_decision, simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from tests.helpers.kernels import interpreted, relative_error
-from tests.helpers.wording import refuses
 
 SIM2 = load_scene("sim2")
 SOFT = SIM2.changed(effects_off=("held_gains_in_flight",))
@@ -143,9 +141,3 @@ def test_of_realistic_scenes_few_are_flagged_and_the_others_keep_their_goal() ->
             value, true = getattr(jump, name), getattr(truth, name)
             assert value is true is None or relative_error(value, true) < GOAL
     assert flagged <= 10
-
-
-@pytest.mark.parametrize("accuracy", [0.2, 1e-14])
-def test_an_accuracy_that_cannot_be_had_is_refused(accuracy: float) -> None:
-    with refuses(UsageError, "accuracy", f"{accuracy:g}"):
-        simulate_with_errors(SIM2, accuracy)

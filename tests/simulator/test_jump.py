@@ -58,12 +58,6 @@ def test_costs_and_times_of_a_result_belong_together(name: str) -> None:
         ends_s = jump.touchdown_time_s + jump.next_touchdown_time_s
 
 
-def test_a_drop_touches_down_when_bodies_fall_so() -> None:
-    scene = load_scene("bed")
-    jump = simulate(scene, 1e-10).jump
-    assert jump.touchdown_time_s == pytest.approx(math.sqrt(2.0 * scene["initial_height"] / 9.81), rel=1e-12)
-
-
 def test_a_stance_alone_is_that_of_the_whole_jump() -> None:
     scene = load_scene("sim2").changed({"b_ad": 80.0})
     kernel, whole = KernelRun(scene, 1e-9, STOP_AFTER_LIFTOFF), simulate(scene, 1e-9).jump

@@ -81,15 +81,6 @@ def test_refused_values(changes: dict[str, float], said: str) -> None:
     assert is_sentence(str(refusal.value))
 
 
-def test_a_value_that_several_effects_would_read_says_so() -> None:
-    said = (
-        "mu would change nothing, because hydrostatic_stiffness, inertial_drag and added_mass read it and are off: "
-        "switch one of them on, or leave mu out."
-    )
-    with pytest.raises(UsageError, match=f"^{said}$"):
-        SHIPPED["emulator"].changed({"mu": 2.0})
-
-
 @pytest.mark.parametrize(
     ("on", "off", "said"),
     [

@@ -6,7 +6,9 @@ from pathlib import Path
 import pytest
 
 from benchmarks.reference_simulator.cases import CASES
-from benchmarks.reference_simulator.storage import DATA, StoredCase, document, regenerate, stored
+from benchmarks.reference_simulator.hopping import reference_jumps
+from benchmarks.reference_simulator.leg import HoppingParameters
+from benchmarks.reference_simulator.storage import DATA, StoredCase, agreeing_digits, document, regenerate, stored
 from data_schema.errors import UnknownName
 
 
@@ -131,6 +133,14 @@ def test_first_touchdown_and_fourth_jump(
     assert_printed(fourth.heat_j, heat)
     assert_printed(fourth.mechanical_j, mechanical)
     assert_printed(fourth.max_depth_m, sink)
+
+
+def test_a_jump_is_the_stored_one_at_another_precision_and_order() -> None:
+    """The cheapest of them, on rigid ground."""
+    parameters = CASES["force_plate"][0].parameters
+    assert isinstance(parameters, HoppingParameters)
+    computed = reference_jumps(parameters, 1, digits=32, order=40)
+    assert agreeing_digits(computed, stored("force_plate")[0].jumps[:1]) >= 30
 
 
 @pytest.mark.soak

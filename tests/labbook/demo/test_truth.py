@@ -21,11 +21,6 @@ def test_passive_charge_is_the_thesiss_at_twelve_minutes() -> None:
     assert written["ground"] == GROUND
 
 
-def test_there_are_24_conditions_4_of_them_controls() -> None:
-    assert len(set(CHAPTER_5.conditions)) == 24
-    assert sum(condition.is_control for condition in CHAPTER_5.conditions) == 4
-
-
 def test_a_condition_is_a_jump_of_the_scene_on_the_campaigns_ground() -> None:
     scene = load_scene("bed").changed({"foot_radius": 0.051, "k_extension": 835.36, "b_ad": 351.67, **GROUND})
     jump = simulate(scene, 1e-9).jump
@@ -46,10 +41,6 @@ def test_savings_are_those_of_the_conditions_and_highest_for_the_small_foot_and_
     pooled = {(group.foot, group.k_gain): CHAPTER_5.saving(group.foot, group.k_gain) for group in CHAPTER_5.groups}
     assert max(pooled, key=pooled.__getitem__) == ("small", 400)
     assert CHAPTER_5.as_json()["saving_overall"] == pytest.approx(sum(pooled.values()) / len(pooled))
-
-
-def test_a_charge_carries_its_joules() -> None:
-    assert CHAPTER_5.jump_charge_mah(3.6 * 15.4) == pytest.approx(1.0)
 
 
 def test_a_foot_that_does_not_exist_is_named_with_the_nearest() -> None:

@@ -8,7 +8,6 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from reports.figures.kind import svg_bytes
 from reports.figures.style import TWO_COLUMNS_IN
@@ -32,7 +31,6 @@ from simulator.thesis.figures import (
     Pair,
     PowerSurface,
 )
-from tests.helpers.wording import says
 
 DEPTH = np.linspace(0.0, 0.08, 9)
 TIME = np.linspace(0.0, 0.5, 51)
@@ -105,14 +103,6 @@ OF_APEXES = ("3.9", "3.12")
 """Drawn as the cost is, in the figure before each."""
 
 
-def drawn_x(line: Line2D) -> np.ndarray:
-    return np.asarray(line.get_xdata())
-
-
-def legend(figure: Figure) -> list[str]:
-    return [text.get_text() for text in figure.legends[0].get_texts()]
-
-
 @pytest.mark.parametrize(
     "number", [pytest.param(number, marks=pytest.mark.soak if number in OF_APEXES else ()) for number in DRAWN]
 )
@@ -123,15 +113,6 @@ def test_every_figure_has_its_width_and_labels_with_units(number: str) -> None:
     labels = [axes.get_xlabel() for axes in figure.axes] + [axes.get_ylabel() for axes in figure.axes]
     assert all("(" in label for label in labels if label and label != "Drag scale b_g")
     assert len([label for label in labels if label]) >= 2
-
-
-def test_the_controllers_are_told_apart_by_more_than_colour() -> None:
-    above = draw_over_speed(OVER_SPEED, COST).axes[0]
-    ce, _, ad, _ = above.get_lines()  # each with its ill-conditioned points
-    assert (ce.get_linestyle(), ad.get_linestyle()) == ("--", "-")
-    assert ce.get_color() != ad.get_color()
-    assert ce.get_label() == "compression-extension (CE)"
-    assert above.get_ylim()[0] == 0.0
 
 
 def test_the_difference_is_a_share_of_what_compression_extension_needs() -> None:
@@ -152,35 +133,6 @@ def test_maps_of_both_controllers_have_one_scale_and_a_difference_of_both_signs_
     difference = draw_over_grounds(mixed, APEX).axes[2].collections[0]
     assert difference.get_cmap().name == "PuOr"
     assert difference.norm(np.zeros(1)) == 0.5
-
-
-def test_energies_are_shown_until_shortly_after_liftoff_and_named_once() -> None:
-    figure = draw_energies(Pair(energies(5.0), energies(4.0)))
-    assert len(legend(figure)) == 7
-    for axes in figure.axes:
-        assert drawn_x(axes.get_lines()[0]).max() <= 0.33 + 1e-12
-
-
-def test_paths_of_the_foot_end_at_liftoff() -> None:
-    figure = DRAWN["3.6"]()
-    depth_mm = [drawn_x(line) for line in figure.axes[0].get_lines()[:2]]
-    assert [values.size for values in depth_mm] == [31, 31]
-    assert depth_mm[0].max() == pytest.approx(60.0, rel=1e-2)
-
-
-def test_costs_have_a_panel_a_stiffness_and_a_line_a_foot_and_gain_with_a_band_over_drag() -> None:
-    figure = draw_joules_by_damping(COSTS)
-    assert len(figure.axes) == 2
-    assert len(figure.axes[0].get_lines()) == 2 * 4  # each with its dot at compression-extension
-    assert len(figure.axes[0].collections) == 4
-    assert figure.axes[0].get_lines()[0].get_ydata() == pytest.approx(COSTS.jumps.cost_j[0, 1, 0, 0])
-    assert legend(figure) == [
-        "foot radius 30 mm",
-        "foot radius 51 mm",
-        "gain 300 (835 N/m)",
-        "gain 400 (1091 N/m)",
-    ]
-    says(figure.axes[1].get_title("left"), "stiffness ×", "1")
 
 
 def test_a_jump_that_is_missing_leaves_a_gap() -> None:

@@ -18,39 +18,10 @@ from simulator.sweep.run import run_sweep
 from simulator.sweep.sweep import Sweep
 from tests.helpers.scenes import is_sentence, scene_or_sentence
 from tests.helpers.sweeps import every_byte, grid_sweep, sobol_sweep
-from tests.helpers.wording import refuses, says
+from tests.helpers.wording import refuses
 
 CORNERS = ("upper_link=0.12,0.22", "b_ad=0,100", "lower_link=0.2,0.3", "rest_length=0.15,0.27,0.36")
 """Two rules are broken here, by some scenes both; the damping between them is read by none."""
-
-
-@pytest.mark.parametrize(
-    ("over", "count", "said"),
-    [
-        (["kg_scale=0.01,1"], "1 of 2 scenes cannot be simulated and is marked refused", "K < m_a g"),
-        (["kg_scale=0.01,1"], "1 of 2", "the first at kg_scale = 0.01: "),
-        (
-            ["rest_length=0.2:0.31:12"],
-            "2 of 12 scenes cannot be simulated and are",
-            "the first at rest_length = 0.3: rest_length = 0.3 m is out of",
-        ),
-        (
-            ["upper_link=0.1,0.2", "lower_link=0.2,0.3"],
-            "1 of 4",
-            "the first at upper_link = 0.2, lower_link = 0.2: upper_link = 0.2 m is not shorter",
-        ),
-    ],
-)
-def test_how_many_and_why_is_said_before_anything_runs(over: list[str], count: str, said: str) -> None:
-    sentence = grid_sweep(*over).why_refused
-    assert sentence.startswith(count)
-    assert said in sentence
-    assert is_sentence(sentence)
-
-
-def test_nothing_is_said_of_a_sweep_without_any() -> None:
-    assert grid_sweep("b_ad=0,100").why_refused == ""
-    assert not grid_sweep("b_ad=0,100").refused.any()
 
 
 def assert_those_a_scene_refuses(sweep: Sweep) -> None:
@@ -128,23 +99,6 @@ def test_a_sweep_of_nothing_else_is_refused() -> None:
         assert is_sentence(str(refusal.value))
 
 
-@pytest.mark.parametrize(
-    ("over", "said"),
-    [
-        (["foot_radius=0,0.03"], "foot_radius = 0 m is outside what can be simulated"),
-        (["b_ad=-1:300:3"], "b_ad = -1 kg/m is outside"),
-        (["b_ad=0:1e6:3"], "b_ad = 1e+06 kg/m is outside"),
-        (["ad_share=0.1,0.2"], "ad_share would change nothing"),
-        (["platform_travel=0.01,0.02"], "platform_travel would change nothing"),
-    ],
-)
-def test_refused_with_the_first_value_that_cannot_be(over: list[str], said: str) -> None:
-    with pytest.raises(UsageError) as refusal:
-        grid_sweep(*over)
-    assert said in str(refusal.value)
-    assert is_sentence(str(refusal.value))
-
-
 def test_a_rule_is_asked_about_combinations_and_not_about_each_axis() -> None:
     whole = grid_sweep("upper_link=0.12,0.22", "lower_link=0.25,0.3", "rest_length=0.28,0.32")
     assert not whole.refused.any()
@@ -152,8 +106,3 @@ def test_a_rule_is_asked_about_combinations_and_not_about_each_axis() -> None:
         "rest_length = 0.36"
         in grid_sweep("upper_link=0.12,0.22", "lower_link=0.23,0.3", "rest_length=0.28,0.36").why_refused
     )
-
-
-def test_a_sample_is_looked_at_row_by_row() -> None:
-    assert sobol_sweep(512, "kg_scale=1:10", "foot_radius=0.02:0.05").refused.sum() == 0
-    says(sobol_sweep(512, "kg_scale=0.01:10:log", "foot_radius=0.02:0.05").why_refused, "m_a")

@@ -16,7 +16,7 @@ import xarray
 from data_schema.errors import UsageError
 from simulator.jump import simulate
 from simulator.scene_file import load_scene, parse_scene
-from simulator.sweep.chunks import recipe_for, simulator_here
+from simulator.sweep.chunks import simulator_here
 from simulator.sweep.computing import Computing, threads
 from simulator.sweep.outputs import ERRORS, FLAGS, OUTPUTS
 from simulator.sweep.run import Finished, part_folder, run_sweep
@@ -274,17 +274,3 @@ def test_a_file_that_is_no_sweep(kind: str, tmp_path: Path) -> None:
     folder = tmp_path / "folder.zarr"
     folder.mkdir()
     says(refusal(grid_sweep("b_ad=0,100"), folder), "is no sweep")
-
-
-def test_places_that_cannot_be(tmp_path: Path) -> None:
-    sweep = grid_sweep("b_ad=0,100")
-    says(refusal(sweep, tmp_path / "out.csv"), "nc or .zarr")
-    says(refusal(sweep, tmp_path / "none" / "out.nc"), "is no folder")
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_a_sweep_s_rows_are_its_jumps() -> None:
-    sweep = grid_sweep("b_ad=0:300:31", "foot_radius=0.02,0.03,0.038")
-    assert sweep.design.row_count == 93
-    assert sweep.dims == {"b_ad": 31, "foot_radius": 3}
-    assert recipe_for(sweep.scene, sweep.design, 1e-4).jumps == 1

@@ -7,7 +7,7 @@ import pytest
 
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.thesis.figures import DEEPEST_M, ground_functions, motion_of
+from simulator.thesis.figures import ground_functions, motion_of
 
 
 @pytest.fixture(scope="module")
@@ -30,14 +30,6 @@ def test_the_functions_are_those_of_the_thesis(scene: Scene) -> None:
         assert found.resistance_n[place] == pytest.approx(penetration + stress, rel=1e-12)
         assert found.drag_kg_m[place] == pytest.approx(17.2 * 2.7 * (0.57 * 1000.0 * 2.0 * area + 1.0), rel=1e-12)
         assert found.added_mass_kg[place] == pytest.approx(0.57 * 1000.0 * 2.0 * volume + depth, rel=1e-12)
-
-
-def test_drag_is_in_proportion_to_the_rate_at_which_grains_are_added(scene: Scene) -> None:
-    found = ground_functions(scene)
-    assert found.depth_m[[0, -1]] == pytest.approx([0.0, DEEPEST_M])
-    rate = np.gradient(found.added_mass_kg, found.depth_m)[1:-1]
-    assert found.drag_kg_m[1:-1] == pytest.approx(17.2 * 2.7 * rate, rel=1e-3)
-    assert np.all(np.diff(found.resistance_n) > 0.0)
 
 
 def test_a_ground_of_another_scale_is_another_ground(scene: Scene) -> None:

@@ -9,7 +9,6 @@ from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from simulator.thesis.figures import (
-    SAMPLE_SPEEDS_M_S,
     JumpEnergies,
     Motion,
     both_controllers,
@@ -102,12 +101,3 @@ def test_the_power_is_that_of_eq_3_4() -> None:
     assert np.all(surface.power_w <= 0.0)
     assert np.all(surface.power_w[-1] == 0.0)
     assert np.all(np.diff(surface.power_w, axis=0) >= 0.0)  # the faster, the more
-
-
-def test_the_sample_jumps_stay_on_the_surface() -> None:
-    surface = thesis_figures().power_surface
-    for speed, pair in zip(SAMPLE_SPEEDS_M_S, surface.motions, strict=True):
-        for motion in (pair.ce, pair.ad):
-            assert motion.foot_velocity_m_s[0] == -speed
-            assert motion.depth_m[-1] < surface.depth_m[-1]
-            assert motion.foot_velocity_m_s[~motion.flying].min() > surface.velocity_m_s[0]
