@@ -133,6 +133,6 @@ def _children(pid: int) -> list[int]:
 
 def _is_reader(pid: int) -> bool:
     try:
-        return b"reading_ahead" in Path(f"/proc/{pid}/cmdline").read_bytes()
+        return b"spawn_main" in Path(f"/proc/{pid}/cmdline").read_bytes()
     except OSError:
         return False
