@@ -175,21 +175,17 @@ def insert(connection: sa.Connection, entries: Sequence[Entry]) -> None:
         connection.execute(_INSERT, [_row_of(entry) for entry in entries])
 
 
+_PLAIN = ("seq", "following", "at_utc", "entity_kind", "entity_uid", "reason", "prev_hash", "hash")
+_JSON = ("old", "new", "origin")
+
+
 def _row_of(entry: Entry) -> dict[str, Any]:
+    records = {name: getattr(entry, name) for name in _JSON}
     return {
-        "seq": entry.seq,
-        "following": entry.following,
-        "at_utc": entry.at_utc,
+        **{name: getattr(entry, name) for name in _PLAIN},
+        **{f"{name}_json": None if value is None else canonical(value) for name, value in records.items()},
         "person_name": entry.person,
         "action": str(entry.action),
-        "entity_kind": entry.entity_kind,
-        "entity_uid": entry.entity_uid,
-        "old_json": None if entry.old is None else canonical(entry.old),
-        "new_json": None if entry.new is None else canonical(entry.new),
-        "reason": entry.reason,
-        "prev_hash": entry.prev_hash,
-        "hash": entry.hash,
-        "origin_json": None if entry.origin is None else canonical(entry.origin),
     }
 
 
@@ -243,18 +239,8 @@ _LOOKED_AT = "labbook_journal_looked_at"
 
 
 def _entry_of(row: Any) -> Entry:
-    return Entry(
-        seq=row.seq,
-        following=row.following,
-        at_utc=row.at_utc,
-        person=row.person_name,
-        action=Action(row.action),
-        entity_kind=row.entity_kind,
-        entity_uid=row.entity_uid,
-        old=None if row.old_json is None else json.loads(row.old_json),
-        new=None if row.new_json is None else json.loads(row.new_json),
-        reason=row.reason,
-        prev_hash=row.prev_hash,
-        origin=None if row.origin_json is None else json.loads(row.origin_json),
-        schema=JOURNAL_SCHEMA if row.seq == 1 else None,
-    )
+    texts = {name: getattr(row, f"{name}_json") for name in _JSON}
+    values: dict[str, Any] = {name: getattr(row, name) for name in _PLAIN if name != "hash"}
+    values |= {name: None if text is None else json.loads(text) for name, text in texts.items()}
+    schema = JOURNAL_SCHEMA if row.seq == 1 else None
+    return Entry(**values, person=row.person_name, action=Action(row.action), schema=schema)

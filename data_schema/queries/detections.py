@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -47,6 +47,7 @@ class DetectionRow:
     version: int
     signal_uid: str
     signal_sha256: str
+    parameters_json: str
     jumps: tuple[JumpRow, ...]
 
 
@@ -67,32 +68,36 @@ class DecisionRow:
     at_utc: str
 
 
-@dataclass(frozen=True, slots=True)
-class NewDetection:
-    """What an algorithm found in a signal, by column: the detection's row and its jumps'."""
-
-    signal_uid: str
-    values: Mapping[str, Any]
-    jumps: Sequence[Mapping[str, Any]]
-
-
-def add_detections(connection: sa.Connection, new: Sequence[NewDetection]) -> None:
+def add_detections(connection: sa.Connection, found: Sequence[DetectionRow]) -> None:
     """Store what was found, but for what is stored already; no jumps is a result too."""
-    for some in in_chunks(new):
-        stored = private_keys(connection, detection.c.key, [item.values["key"] for item in some])
-        fresh = {item.values["key"]: item for item in some if item.values["key"] not in stored}
+    for some in in_chunks(found):
+        stored = private_keys(connection, detection.c.key, [row.key for row in some])
+        fresh = {row.key: row for row in some if row.key not in stored}
         if not fresh:
             continue
-        signals = private_keys(connection, signal.c.uid, [item.signal_uid for item in fresh.values()])
+        signals = private_keys(connection, signal.c.uid, [row.signal_uid for row in fresh.values()])
         rows = [
-            {"signal": signals[item.signal_uid], "n_jumps": len(item.jumps), **item.values} for item in fresh.values()
+            {
+                "signal": signals[row.signal_uid],
+                "n_jumps": len(row.jumps),
+                **{name: getattr(row, name) for name in _OWN},
+            }
+            for row in fresh.values()
         ]
         made = connection.execute(detection.insert().returning(detection.c.key, detection.c.id), rows)
         owners = {row.key: row.id for row in made}
-        jumps = [{"detection": owners[key], **row} for key, item in fresh.items() for row in item.jumps]
+        jumps = [
+            {name: getattr(item, name) for name in JumpRow.__slots__ if name != "flags"}
+            | {"detection": owners[key], "gap_touched": int(item.gap_touched), "flags_json": json.dumps(item.flags)}
+            for key, row in fresh.items()
+            for item in row.jumps
+        ]
         if jumps:
             connection.execute(jump.insert(), jumps)
-        note_written(connection, "detection", [row["uid"] for row in rows])
+        note_written(connection, "detection", [row.uid for row in fresh.values()])
+
+
+_OWN = ("uid", "key", "algorithm", "version", "parameters_json")
 
 
 def jumps_found(connection: sa.Connection, ingest_uid: str, algorithm: str | None) -> dict[str, int]:
@@ -127,29 +132,20 @@ def detections_by_key(connection: sa.Connection, keys: Sequence[str]) -> dict[st
 def _detections(connection: sa.Connection, keys: Sequence[str]) -> dict[str, DetectionRow]:
     heads = connection.execute(
         sa.select(
-            detection.c.id,
-            detection.c.uid,
-            detection.c.key,
-            detection.c.algorithm,
-            detection.c.version,
-            signal.c.uid.label("signal_uid"),
-            signal.c.sha256,
+            *columns_of(
+                DetectionRow, detection, signal_uid=signal.c.uid, signal_sha256=signal.c.sha256, jumps=detection.c.id
+            )
         )
         .join(signal, detection.c.signal == signal.c.id)
         .where(detection.c.key.in_(keys))
     ).all()
-    jumps: dict[int, list[JumpRow]] = {row.id: [] for row in heads}
+    jumps: dict[int, list[JumpRow]] = {row.jumps: [] for row in heads}
     columns = [column for column in jump.c if column.name != "id"]
     of_heads = sa.select(*columns).where(jump.c.detection.in_(jumps)).order_by(jump.c.detection, jump.c.number)
     for uid, owner, *rest, gap_touched, flags in connection.execute(of_heads).all():
         values: list[Any] = [uid, *rest, bool(gap_touched), _flags(flags)]
         jumps[owner].append(JumpRow(*values))
-    return {
-        row.key: DetectionRow(
-            row.uid, row.key, row.algorithm, row.version, row.signal_uid, row.sha256, tuple(jumps[row.id])
-        )
-        for row in heads
-    }
+    return {row.key: DetectionRow(*[*row[:-1], tuple(jumps[row.jumps])]) for row in heads}
 
 
 @cache

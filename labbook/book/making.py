@@ -11,7 +11,7 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.disk import make_folder, path_in_errors, sync
+from data_schema.disk import make_folder, path_in_errors, sync, write_whole
 from data_schema.engine import POSTGRES_SCHEMA, reading, sqlite_engine, translated_errors
 from data_schema.errors import UsageError
 from data_schema.journal import Entry
@@ -44,7 +44,7 @@ def make_book(folder: Path, person: str | None, database_url: str | None = None,
     make_folder(folder)
     path = folder / CONFIGURATION
     if not path.exists():
-        _write_whole(path, _first_configuration(folder, person, database_url, store))
+        write_whole(path, _first_configuration(folder, person, database_url, store).encode())
     configuration = read_configuration(folder)
     for what, given, in_file in (
         ("[database] url", database_url, configuration.database.url),
@@ -94,19 +94,6 @@ def last_configuration(entries: Iterable[Entry]) -> str | None:
     """Return the text of labbook.toml that was declared last in a journal, None where none was."""
     texts = [(entry.new or {})["text"] for entry in entries if entry.entity_kind == "config"]
     return texts[-1] if texts else None
-
-
-def _write_whole(path: Path, text: str) -> None:
-    """Write a file that is there as a whole or not at all, whenever the power goes."""
-    temporary = path.with_name(f".{path.name}.{secrets.token_hex(4)}")
-    with path_in_errors(path):
-        try:
-            temporary.write_text(text, encoding="utf-8")
-            sync(temporary)
-            temporary.rename(path)
-        finally:
-            temporary.unlink(missing_ok=True)
-    sync(path.parent)
 
 
 def _database_stands(folder: Path, configuration: Configuration, *, empty: bool) -> bool:

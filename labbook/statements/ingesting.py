@@ -13,7 +13,7 @@ from data_schema.errors import BookBusy, BookError, InputRefused, UsageError
 from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
 from data_schema.queries.charges import rows_of_file
-from data_schema.queries.detections import NewDetection, add_detections
+from data_schema.queries.detections import add_detections
 from data_schema.queries.facts import insert_fact, key_of, read_fact
 from data_schema.queries.imported_files import links_of_file, parts_of_file
 from data_schema.queries.readings import ReadingRow, last_reading, parts_of_reading, set_status
@@ -24,7 +24,7 @@ from ingest.formats.format import UNKNOWN
 from ingest.model import ChannelData, Finding, ReadFile, SignalPart
 from ingest.read import read_file
 from ingest.store import raw_path
-from labbook.analysis.outcomes.detection import BODY_HEIGHT, detection_rows, jumps_found
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, detection_row, jumps_found
 from labbook.analysis.outcomes.log_dates import day_notes
 from labbook.statements.apply_context import ApplyContext, derived_uid, inputs_around_run, run_named
 from labbook.statements.assigning import assign_file, link_parts_again
@@ -50,7 +50,7 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[
     same.
     """
     new = entry.new or {}
-    done = _still_there(context, prepared) if isinstance(prepared, PreparedImport) else _read_again(context, new)
+    done = _reading_of(context, new, prepared)
     file_uid = derived_uid("file", done.sha256)
     values = {"sha256": done.sha256, "n_bytes": done.n_bytes, "store_path": raw_path(done.sha256)}
     file_key = insert_fact(context.connection, "file", file_uid, {**values, "state": str(FileState.KEPT)})
@@ -94,7 +94,7 @@ def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> list[tu
     gave makes nothing stale.
     """
     new = entry.new or {}
-    done = _still_there(context, prepared) if isinstance(prepared, PreparedImport) else _read_again(context, new)
+    done = _reading_of(context, new, prepared)
     before = last_reading(context.connection, done.sha256)
     assert before is not None, "a file is imported before it is read again"  # noqa: S101
     assert before.file_uid is not None  # noqa: S101
@@ -156,8 +156,10 @@ def apply_refuse(context: ApplyContext, entry: Entry, _prepared: object) -> list
     return []
 
 
-def _still_there(context: ApplyContext, prepared: PreparedImport) -> PreparedImport:
-    """Look for the files of an import once nobody else can write: until then, no row refers to them."""
+def _reading_of(context: ApplyContext, new: Mapping[str, Any], prepared: object) -> PreparedImport:
+    """Return what was read before, whose files must still be there now that nobody else can write, or read it again."""
+    if not isinstance(prepared, PreparedImport):
+        return _read_again(context, new)
     for path in (raw_path(prepared.sha256), *(part.store_path for part in prepared.parts)):
         if not (context.store.root / path).exists():
             raise BookBusy(f"{path} was removed from the store before the book had it: give the command again.")
@@ -350,8 +352,7 @@ def add_signals(
         }
         imports.add_signal(context.connection, values, _channels(part), _gaps(part))
         if stored.detection is not None:
-            found, jumps = detection_rows(stored.detection, stored.sha256)
-            add_detections(context.connection, [NewDetection(uid, found, jumps)])
+            add_detections(context.connection, [detection_row(stored.detection, uid, stored.sha256)])
 
 
 def _recorded(done: PreparedImport, new: Mapping[str, Any]) -> dict[str, str]:

@@ -18,7 +18,7 @@ from data_schema.queries.signals import SignalRow, gaps_of
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.actions.runs.jump_review import RunReview, review
-from labbook.analysis.outcomes.detection import Detections, Log, detect, detection_rows, rest_length_m
+from labbook.analysis.outcomes.detection import Detections, Log, detect, detection_row, rest_length_m
 from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of
 from labbook.book.opening import Book
 from reports.display import count_text
@@ -124,11 +124,10 @@ def _misfires(book: Book, connection: sa.Connection, found: RunReview, logs: Map
     uids = set()
     for sha256 in lost:
         detection = detect(logs[sha256], detector, length_m)
-        _, rows = detection_rows(detection, sha256)
-        for row, jump in zip(rows, detection.found.jumps, strict=True):
+        for row, jump in zip(detection_row(detection, "", sha256).jumps, detection.found.jumps, strict=True):
             why = jump.apex_height_m
             if isinstance(why, Undefined) and why.code in _NO_FLIGHT:
-                uids.add(row["uid"])
+                uids.add(row.uid)
     return uids
 
 

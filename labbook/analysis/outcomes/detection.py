@@ -13,7 +13,7 @@ import sqlalchemy as sa
 from numpy.typing import NDArray
 
 from data_schema.journal import canonical
-from data_schema.queries.detections import DetectionRow, JumpRow, NewDetection, add_detections, detections_by_key
+from data_schema.queries.detections import DetectionRow, JumpRow, add_detections, detections_by_key
 from data_schema.queries.facts import read_fact
 from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
 from data_schema.vocabulary import GapKind, Undefined
@@ -107,34 +107,36 @@ def detection_key(
     return hashlib.sha256(canonical(parts).encode()).hexdigest()
 
 
-def detection_rows(detection: Detection, signal_sha256: str) -> tuple[dict[str, Any], list[dict[str, Any]]]:
-    """Return the columns of a detection's row and of its jumps' rows."""
+def detection_row(detection: Detection, signal_uid: str, signal_sha256: str) -> DetectionRow:
+    """Return what was found in a signal as it is stored."""
     key = detection_key(signal_sha256, detection.algorithm, detection.version, detection.parameters, detection.gaps)
-    values = {
-        "uid": key[:16],
-        "key": key,
-        "algorithm": detection.algorithm,
-        "version": detection.version,
-        "parameters_json": canonical(detection.parameters),
-    }
-    return values, [_jump_row(key, jump) for jump in detection.found.jumps]
+    return DetectionRow(
+        uid=key[:16],
+        key=key,
+        algorithm=detection.algorithm,
+        version=detection.version,
+        signal_uid=signal_uid,
+        signal_sha256=signal_sha256,
+        parameters_json=canonical(detection.parameters),
+        jumps=tuple(_jump_row(key, jump) for jump in detection.found.jumps),
+    )
 
 
-def _jump_row(key: str, jump: Jump) -> dict[str, Any]:
-    return {
-        "uid": hashlib.sha256(f"{key}\n{jump.number}".encode()).hexdigest()[:12],
-        "number": jump.number,
-        "touchdown_s": _plain(jump.touchdown_s),
-        "liftoff_s": _plain(jump.liftoff_s),
-        "apex_s": _plain(jump.apex_s),
-        "apex_height_m": _plain(jump.apex_height_m),
-        "apex_height_se_m": _plain(jump.apex_height_se_m),
-        "undefined_reason": jump.undefined_reason,
-        "flight_time_s": _plain(jump.flight_time_s),
-        "samples_used": jump.samples_used,
-        "gap_touched": int(jump.gap_touched),
-        "flags_json": canonical(list(jump.flags)),
-    }
+def _jump_row(key: str, jump: Jump) -> JumpRow:
+    return JumpRow(
+        uid=hashlib.sha256(f"{key}\n{jump.number}".encode()).hexdigest()[:12],
+        number=jump.number,
+        touchdown_s=_plain(jump.touchdown_s),
+        liftoff_s=_plain(jump.liftoff_s),
+        apex_s=_plain(jump.apex_s),
+        apex_height_m=_plain(jump.apex_height_m),
+        apex_height_se_m=_plain(jump.apex_height_se_m),
+        undefined_reason=jump.undefined_reason,
+        flight_time_s=_plain(jump.flight_time_s),
+        samples_used=jump.samples_used,
+        gap_touched=bool(jump.gap_touched),
+        flags=tuple(map(str, jump.flags)),
+    )
 
 
 def _plain(value: float | Undefined) -> float | None:
@@ -143,14 +145,6 @@ def _plain(value: float | Undefined) -> float | None:
 
 LOGS_AT_ONCE = 2
 """Reading and most of detecting let other threads run; more would cost memory and gain little."""
-
-
-@dataclass(frozen=True, slots=True)
-class Found:
-    """A detection just made: where, as rows to be stored, and as it would be read back."""
-
-    new: NewDetection
-    row: DetectionRow
 
 
 @dataclass
@@ -163,7 +157,7 @@ class Detections:
     connection: sa.Connection
     store: Store
     progress: Callable[[str], None] = field(default=lambda _what: None)
-    computed: dict[str, Found] = field(default_factory=dict)
+    computed: dict[str, DetectionRow] = field(default_factory=dict)
     stored: dict[str, DetectionRow] = field(default_factory=dict)
 
     def of(
@@ -182,7 +176,8 @@ class Detections:
         missing = {keys[name]: row for name, row in signals.items() if keys[name] not in self.stored}
         anew = {key: row for key, row in missing.items() if key not in self.computed}
         self._compute(anew, gaps, algorithm, rest_length_m)
-        found = {uid: self.stored[key] if key in self.stored else self.computed[key].row for uid, key in keys.items()}
+        known = self.computed | self.stored
+        found = {uid: known[key] for uid, key in keys.items()}
         return {name: tuple(found[signal.uid] for signal in several) for name, several in runs.items()}
 
     def log(self, signal: SignalRow) -> Log:
@@ -205,7 +200,7 @@ class Detections:
             made = pool.map(find, missing.values())
             for (key, signal), detection in zip(missing.items(), made, strict=True):
                 self.progress(f"finding jumps ({algorithm}) in {signal.run_name}")
-                self.computed[key] = _found(key, signal, detection)
+                self.computed[key] = detection_row(detection, signal.uid, signal.sha256)
 
 
 def rest_length_m(connection: sa.Connection, robot_uid: str) -> float:
@@ -215,28 +210,9 @@ def rest_length_m(connection: sa.Connection, robot_uid: str) -> float:
 
 def store_detections(connection: sa.Connection, detections: Detections) -> None:
     """Store the detections that are not in the store yet, in a writing transaction."""
-    add_detections(connection, [found.new for found in detections.computed.values()])
+    add_detections(connection, list(detections.computed.values()))
 
 
 def _read(store: Store, signal: SignalRow, gaps: Sequence[GapRow]) -> Log:
     samples = store.samples(signal.store_path, [BODY_HEIGHT, LEG_LENGTH])
     return Log(samples["time"], samples[BODY_HEIGHT], samples.get(LEG_LENGTH), gaps_for_detector(gaps))
-
-
-def _found(key: str, signal: SignalRow, detection: Detection) -> Found:
-    values, jumps = detection_rows(detection, signal.sha256)
-    row = DetectionRow(
-        uid=values["uid"],
-        key=key,
-        algorithm=detection.algorithm,
-        version=detection.version,
-        signal_uid=signal.uid,
-        signal_sha256=signal.sha256,
-        jumps=tuple(_jump_of(row, found.flags) for row, found in zip(jumps, detection.found.jumps, strict=True)),
-    )
-    return Found(NewDetection(signal.uid, values, jumps), row)
-
-
-def _jump_of(row: Mapping[str, Any], flags: Sequence[str]) -> JumpRow:
-    values = {name: row[name] for name in JumpRow.__slots__ if name in row and name != "gap_touched"}
-    return JumpRow(**values, gap_touched=bool(row["gap_touched"]), flags=tuple(flags))

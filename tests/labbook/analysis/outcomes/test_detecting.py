@@ -15,7 +15,7 @@ from ingest.model import Gap
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import review
-from labbook.analysis.outcomes.detection import Log, detect, detection_rows, gaps_for_detector
+from labbook.analysis.outcomes.detection import Log, detect, detection_row, gaps_for_detector
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, SmallBook, reported_book, small_book
 
@@ -74,10 +74,10 @@ def test_a_jump_over_a_gap_of_any_kind_is_marked_and_has_its_own_key(book: Book,
     keys, touched = [], []
     for gaps in (gaps_for_detector([]), gaps_for_detector([gap])):
         log = Log(samples["time"], samples["body_height"], samples.get("leg_length"), gaps)
-        values, jumps = detection_rows(detect(log, "robust", 0.27), found.signals[0].sha256)
-        keys.append(values["key"])
-        touched.append([row["gap_touched"] for row in jumps])
+        row = detection_row(detect(log, "robust", 0.27), found.signals[0].uid, found.signals[0].sha256)
+        keys.append(row.key)
+        touched.append([jump.gap_touched for jump in row.jumps])
     assert keys[0] == found.detections[0].key
     assert keys[1] != keys[0]
     assert not np.any(touched[0])
-    assert touched[1][1] == 1
+    assert touched[1][1]
