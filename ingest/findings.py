@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from data_schema.vocabulary import Severity
-from ingest.model import Finding, TableUse
+from ingest.model import Finding, IntArray, TableUse
 
 NOTE, ROW, FILE = Severity.NOTE, Severity.ROW, Severity.FILE
 
@@ -48,11 +48,11 @@ class FindingCollector:
         message: str,
         *,
         column: str | None = None,
-        lines: Sequence[int] = (),
+        lines: Sequence[int] | IntArray = (),
         count: int | None = None,
         value: str | None = None,
     ) -> None:
-        """Report `rule` once, or `count` times when `lines` (1-based, ascending) names only the first of them."""
+        """Report `rule` once, in each of `lines` (1-based, ascending), or `count` times where these are only some."""
         key = (severity, rule, column)
         entry = self._entries.get(key)
         if entry is None:

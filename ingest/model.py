@@ -176,37 +176,6 @@ class ChargeRow:
     member: str | None = None
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class ReadFile:
-    """The content of one file. `rows_read = rows_kept + rows_rejected`; blank, comment and header lines are no rows.
-
-    `evidence` is by what the format was recognised, `profile` which one of the declared profiles was used, `plugin`
-    whose format it is where it is not labbook's own, `declared` what was in force: flags, and the profile's settings;
-    `explanation` how the file was understood; `named_runs` what the lines above its table call a run, word by word.
-    """
-
-    format: str
-    reader_version: int
-    parts: tuple[SignalPart, ...]
-    charges: tuple[ChargeRow, ...]
-    findings: tuple[Finding, ...]
-    rows_read: int
-    rows_kept: int
-    rows_rejected: int
-    role: FileRole | None = None
-    evidence: str = ""
-    profile: str | None = None
-    plugin: str | None = None
-    declared: Declarations | None = None
-    explanation: Explanation = field(default_factory=Explanation)
-    named_runs: tuple[str, ...] = ()
-
-    @property
-    def refused(self) -> bool:
-        """Whether the file cannot be imported: some finding is of severity file."""
-        return any(finding.severity is Severity.FILE for finding in self.findings)
-
-
 @dataclass(frozen=True, slots=True)
 class ColumnDeclaration:
     """A person's declaration of a source column; None leaves that to the file's header.
@@ -331,13 +300,19 @@ class Declarations(ReadingSettings):
     packs: tuple[PackFacts, ...] = ()
     limits: Limits = DEFAULT_LIMITS
 
+    @property
+    def source(self) -> str:
+        """Who declared what may be of the profile, for an explanation."""
+        return "declared" if self.profile is None else f"declared, or profile {self.profile}"
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Reading:
-    """What one format's reader hands back; `read_file` adds the findings and the verdict.
+    """What one format's reader hands back; blank, comment and header lines are no rows.
 
-    `declared` is what was in force where only the table's own names showed which profile applies; `packed` is name and
-    version of the format of a study's sheet, where that is the one sheet of a workbook.
+    `declared` is what was in force: flags, and the profile's settings, also where only the table's own names showed
+    which profile applies; `packed` is name and version of the format of a study's sheet, where that is the one sheet of
+    a workbook.
     """
 
     parts: tuple[SignalPart, ...] = ()
@@ -347,3 +322,35 @@ class Reading:
     role: FileRole | None = None
     declared: Declarations | None = None
     packed: tuple[str, int] | None = None
+
+    @property
+    def rows_kept(self) -> int:
+        """The rows that were not rejected."""
+        return self.rows_read - self.rows_rejected
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class ReadFile(Reading):
+    """The content of one file, with the findings and the verdict.
+
+    `evidence` is by what the format was recognised, `plugin` whose format it is where it is not labbook's own;
+    `explanation` how the file was understood; `named_runs` what the lines above its table call a run, word by word.
+    """
+
+    format: str
+    reader_version: int
+    findings: tuple[Finding, ...]
+    evidence: str = ""
+    plugin: str | None = None
+    explanation: Explanation = field(default_factory=Explanation)
+    named_runs: tuple[str, ...] = ()
+
+    @property
+    def profile(self) -> str | None:
+        """The one of the declared profiles that was used."""
+        return None if self.declared is None else self.declared.profile
+
+    @property
+    def refused(self) -> bool:
+        """Whether the file cannot be imported: some finding is of severity file."""
+        return any(finding.severity is Severity.FILE for finding in self.findings)

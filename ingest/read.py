@@ -51,25 +51,23 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
         _judge_rows(reading, findings)
     name, version = reading.packed or ((UNKNOWN, 0) if chosen is None else (chosen.name, chosen.version))
     return ReadFile(
-        name,
-        version,
         reading.parts,
         reading.charges,
-        findings.findings(),
         reading.rows_read,
-        reading.rows_read - reading.rows_rejected,
         reading.rows_rejected,
         reading.role,
-        evidence,
-        (reading.declared or head.declared).profile,
-        None if chosen is None else chosen.plugin,
         reading.declared or head.declared,
-        Explanation(
+        format=name,
+        reader_version=version,
+        findings=findings.findings(),
+        evidence=evidence,
+        plugin=None if chosen is None else chosen.plugin,
+        explanation=Explanation(
             ", ".join(dict.fromkeys(findings.encodings)) or None if head.source is None else head.source.encoding,
             tuple(Candidate(format_.name, seen.score, seen.evidence) for format_, seen in candidates),
             tuple(findings.tables),
         ),
-        _named_runs(head, findings),
+        named_runs=_named_runs(head, findings),
     )
 
 

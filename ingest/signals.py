@@ -13,7 +13,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from data_schema.vocabulary import FileRole
-from ingest.channels.calibration import with_calibration
 from ingest.channels.checks import (
     SIGNED_BY_DIRECTION,
     held_rows,
@@ -22,7 +21,7 @@ from ingest.channels.checks import (
     out_of_range,
     refuse_unsigned,
 )
-from ingest.channels.columns import ColumnPlan, Plan, TimePlan, plan_columns
+from ingest.channels.columns import ColumnPlan, Plan, TimePlan, plan_columns, with_calibration
 from ingest.channels.forces import check_plates, orient
 from ingest.channels.names import UNIT_OF_NAME, clean_name, is_cop, normal_unit, parse_header, squash
 from ingest.channels.robot_facts import check_robot
@@ -318,7 +317,7 @@ class _UnitOrigin:
             return "its stamps"
         if found == "declared" or time.unit is None or self.declared.time_unit is None:
             return found
-        return "declared" if self.declared.profile is None else f"declared, or profile {self.declared.profile}"
+        return self.declared.source
 
 
 def _rate_from(table: Table, plan: Plan, declared: Declarations, instrument: Instrument) -> str | None:
@@ -326,7 +325,7 @@ def _rate_from(table: Table, plan: Plan, declared: Declarations, instrument: Ins
         fixed = f", or {instrument.fixed_rate_hz:g} Hz fixed by the maker" if instrument.fixed_rate_hz else ""
         return f"the stamps in column {plan.time.source_name!r}{fixed}"
     if declared.rate_hz is not None:
-        return "declared" if declared.profile is None else f"declared, or profile {declared.profile}"
+        return declared.source
     if table.preamble.rate_hz is not None:
         return "the file's header" if table.preamble.rate_line is None else f"the line {table.preamble.rate_line!r}"
     return None

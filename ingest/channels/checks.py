@@ -95,8 +95,7 @@ def out_of_range(
                 f"{plan.channel} lies outside {low:g} to {high:g}{unit}: a damaged row or a wrong unit; the whole row "
                 f"is left out.{advice}",
                 column=plan.source_name,
-                lines=block.line_of(rows),
-                count=len(rows),
+                lines=block.lines[rows],
                 value=f"{stored[rows[0]]:g}",
             )
             bad_rows |= bad
@@ -168,9 +167,7 @@ def note_missing(
         if missing.any():
             rows = np.flatnonzero(missing)
             message = "Cells are blank or not-a-number: the samples stay, without this value."
-            findings.add(
-                NOTE, "value_missing", message, column=plan.source_name, lines=block.line_of(rows), count=len(rows)
-            )
+            findings.add(NOTE, "value_missing", message, column=plan.source_name, lines=block.lines[rows])
 
 
 def note_still_channels(channels: Sequence[ChannelData], findings: FindingCollector) -> None:

@@ -17,37 +17,47 @@ from data_schema.vocabulary import CHANNELS
 from ingest.findings import FILE, FindingCollector
 from ingest.model import Declarations
 
-# Spellings of units as instruments and people write them, case kept: `mV` is not `MV`.
-_SPELLINGS = {
-    "sec": "s", "secs": "s", "second": "s", "seconds": "s",
-    "msec": "ms", "millisecond": "ms", "milliseconds": "ms",
-    "usec": "us", "microsecond": "us", "microseconds": "us",
-    "minute": "min", "minutes": "min", "mins": "min", "hour": "h", "hours": "h", "hr": "h", "day": "d", "days": "d",
-    "metre": "m", "meter": "m", "metres": "m", "meters": "m", "inch": "in", "inches": "in",
-    "Newton": "N", "Newtons": "N", "newton": "N", "newtons": "N",
-    "Nm": "N*m", "N.m": "N*m", "N-m": "N*m", "N m": "N*m",
-    "Nmm": "N*mm", "N.mm": "N*mm", "N-mm": "N*mm", "N mm": "N*mm",
-    "mps": "m/s", "m_s": "m/s", "mm_s": "mm/s", "cm_s": "cm/s", "rad_s": "rad/s", "deg_s": "deg/s",
-    "m s^-1": "m/s", "m s-1": "m/s", "m.s-1": "m/s",
-    "volt": "V", "volts": "V", "amp": "A", "amps": "A", "ampere": "A",
-    "mah": "mAh", "mA*h": "mAh", "mA.h": "mAh", "ah": "Ah", "A*h": "Ah",
-    "C": "degC", "°C": "degC", "degree": "deg", "degrees": "deg", "°": "deg",
-    "-": "1", "none": "1", "FILETIME": "filetime",
-    "count": "counts", "Counts": "counts", "ADC": "counts", "LSB": "counts",
-}  # fmt: skip
-_UNITS = {
-    "s", "ms", "us", "ns", "min", "h", "d", "filetime", "m", "cm", "mm", "um", "in", "ft", "m/s", "cm/s", "mm/s",
-    "m/s^2", "m/s2", "m/s²", "N", "kN", "lbf", "N*m", "N*mm", "N*cm", "V", "mV", "A", "mA", "mAh", "Ah", "W", "J",
-    "degC", "K", "deg", "rad", "rad/s", "deg/s", "rpm", "Hz", "kHz", "kg", "g", "Pa", "kPa", "%", "1", "counts",
-}  # fmt: skip
+_WRITTEN_UNITS = {
+    "s": "sec, secs, second, seconds",
+    "ms": "msec, millisecond, milliseconds",
+    "us": "usec, microsecond, microseconds",
+    "min": "minute, minutes, mins",
+    "h": "hour, hours, hr",
+    "d": "day, days",
+    "m": "metre, meter, metres, meters",
+    "in": "inch, inches",
+    "N": "Newton, Newtons, newton, newtons",
+    "N*m": "Nm, N.m, N-m, N m",
+    "N*mm": "Nmm, N.mm, N-mm, N mm",
+    "m/s": "mps, m_s, m s^-1, m s-1, m.s-1",
+    "mm/s": "mm_s",
+    "cm/s": "cm_s",
+    "rad/s": "rad_s",
+    "deg/s": "deg_s",
+    "V": "volt, volts",
+    "A": "amp, amps, ampere",
+    "mAh": "mah, mA*h, mA.h",
+    "Ah": "ah, A*h",
+    "degC": "C, °C",
+    "deg": "degree, degrees, °",
+    "1": "-, none",
+    "filetime": "FILETIME",
+    "counts": "count, Counts, ADC, LSB",
+}
+"""How instruments and people write units, case kept: `mV` is not `MV`."""
+_SPELLINGS = {word: unit for unit, words in _WRITTEN_UNITS.items() for word in words.split(", ")}
+_KNOWN_UNITS = (
+    "s ms us ns min h d filetime m cm mm um in ft m/s cm/s mm/s m/s^2 m/s2 m/s² N kN lbf N*m N*mm N*cm V mV A mA mAh "
+    "Ah W J degC K deg rad rad/s deg/s rpm Hz kHz kg g Pa kPa % 1 counts"
+)
+_UNITS = frozenset(_KNOWN_UNITS.split())
 COUNTS = frozenset({"counts", "1"})
 """Raw numbers of a sensor: what they measure needs a calibration."""
 
 # After an underscore only units that no word ends in by chance; single letters need a name that is known.
-_SAFE_SUFFIXES = {
-    "ms", "us", "ns", "mm", "cm", "um", "mV", "mA", "mAh", "Ah", "Nm", "Nmm", "kN", "degC", "deg", "rad", "rad_s",
-    "deg_s", "m_s", "mm_s", "cm_s", "mps", "Hz", "kHz", "sec", "msec", "usec", "rpm",
-}  # fmt: skip
+_SAFE_SUFFIXES = (
+    "ms us ns mm cm um mV mA mAh Ah Nm Nmm kN degC deg rad rad_s deg_s m_s mm_s cm_s mps Hz kHz sec msec usec rpm"
+)
 _SUFFIX = re.compile(r"(.+?)[_ .]((?:rad|deg|mm|cm|m)_s|[A-Za-zµμ°%]+)")
 _BRACKETS = re.compile(r"\[([^\[\]]*)\]|\(((?:[^()]|\([^()]*\))*)\)")
 _SEPARATED = re.compile(r"(.*\S)\s*(?:,|\bin\b)\s*(\S.*)")
@@ -124,7 +134,7 @@ def _suffixed(name: str, divided_by: str) -> HeaderCell | None:
     if suffix is None or not is_unit(suffix[2] + divided_by):
         return None
     unit = normal_unit(suffix[2] + divided_by)
-    if suffix[2] in _SAFE_SUFFIXES:
+    if suffix[2] in _SAFE_SUFFIXES.split():
         return HeaderCell(suffix[1], unit)
     return HeaderCell(name + divided_by, None, suffix[1], unit)
 
@@ -165,23 +175,8 @@ def strip_comment(text: str) -> str:
     return text.replace("\0", "").strip().lstrip("#%").removeprefix("//").strip()
 
 
-TIME_NAMES = frozenset(
-    {
-        "millis",
-        "micros",
-        "filetime",
-        "time",
-        "t",
-        "timestamp",
-        "elapsed",
-        "elapsedtime",
-        "timeelapsed",
-        "epoch",
-        "unixtime",
-        "datetime",
-        "dateandtime",
-    }
-)
+_TIMES = "millis micros filetime time t timestamp elapsed elapsedtime timeelapsed epoch unixtime datetime dateandtime"
+TIME_NAMES = frozenset(_TIMES.split())
 UNIT_OF_NAME = {"millis": "ms", "micros": "us", "filetime": "filetime", "mah": "mAh"}
 """Names that imply their unit: Arduino's clock functions are defined in milliseconds and microseconds."""
 

@@ -66,7 +66,7 @@ def _read_gzip(head: Head, findings: FindingCollector) -> Reading:
         repeat(finding, findings)
     if result.role is FileRole.SHEET:
         findings.add(FILE, "sheet_packed", _SHEET_PACKED)
-    return Reading(result.parts, result.charges, result.rows_read, result.rows_rejected, result.role)
+    return result
 
 
 def _refuse(error: Exception, findings: FindingCollector) -> Reading:
@@ -251,7 +251,7 @@ def _reading(name: str, result: ReadFile, *, several: bool) -> Reading:
 
     charges = tuple(dataclasses.replace(charge, member=member(charge)) for charge in result.charges)
     parts = tuple(dataclasses.replace(part, part=part_name(part)) for part in result.parts)
-    return Reading(parts, charges, result.rows_read, result.rows_rejected, result.role)
+    return dataclasses.replace(result, parts=parts, charges=charges)
 
 
 ZIP = Format("zip", 4, _recognise_zip, _read_zip, container=True)

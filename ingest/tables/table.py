@@ -165,10 +165,6 @@ class Block:
         """Rows accepted and rejected."""
         return self.n_rows + self.rows_rejected
 
-    def line_of(self, rows: IntArray) -> list[int]:
-        """Return the 1-based lines of the first rows given, as many as a finding shows."""
-        return [int(line) for line in self.lines[rows[:21]]]
-
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Table:

@@ -269,7 +269,7 @@ def _report_gaps(timebase: Timebase, rows: IntArray | slice, block: Block, findi
         after = rows_after_gaps(timebase, kind)
         if after.size:
             places = after if isinstance(rows, slice) else rows[after]
-            findings.add(NOTE, rule, message, lines=block.line_of(places), count=len(after))
+            findings.add(NOTE, rule, message, lines=block.lines[places])
 
 
 def _check_rates(found: Sequence[Recording], sources: TimeSources, time: TimePlan, findings: FindingCollector) -> None:

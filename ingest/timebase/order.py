@@ -127,7 +127,7 @@ def unwrap(ticks: FloatArray, findings: FindingCollector, block: Block, column: 
     if not wrapped.size:
         return ticks
     message = "The 32-bit clock passes its end: counted on from there."
-    findings.add(NOTE, "time_wrapped", message, column=column, lines=block.line_of(wrapped), count=len(wrapped))
+    findings.add(NOTE, "time_wrapped", message, column=column, lines=block.lines[wrapped])
     return _counted_on(ticks, wrapped, 2.0**32)
 
 
@@ -175,7 +175,7 @@ def put_in_order(
     missing = np.flatnonzero(usable & ~keep)
     if missing.size:
         message = "The time stamp is missing or unreadable; the row is left out."
-        findings.add(ROW, "time_missing", message, column=column, lines=block.line_of(missing), count=len(missing))
+        findings.add(ROW, "time_missing", message, column=column, lines=block.lines[missing])
     rows = np.flatnonzero(keep)
     stamps = seconds[rows]
     steps = np.diff(stamps)
@@ -186,7 +186,7 @@ def put_in_order(
     for rule, found in faults.items():
         bad = rows[np.array(sorted(found), dtype=np.int64)]
         keep[bad] = False
-        findings.add(ROW, rule, FAULTS_OF_TIME[rule], column=column, lines=block.line_of(bad), count=len(bad))
+        findings.add(ROW, rule, FAULTS_OF_TIME[rule], column=column, lines=block.lines[bad])
     return Order(keep, _report_starts([int(rows[start]) for start in starts], block, findings, column))
 
 
@@ -205,9 +205,9 @@ def _without_lone_rows(starts: list[int], n_stamps: int, faults: dict[str, list[
 
 def _report_starts(starts: list[int], block: Block, findings: FindingCollector, column: str) -> tuple[int, ...]:
     if len(starts) > 1:
-        lines = block.line_of(np.array(starts[1:], dtype=np.int64))
+        lines = block.lines[starts[1:]]
         message = "The clock starts again or jumps by hours: what follows is kept as a segment of its own."
-        findings.add(NOTE, "time_restarted", message, column=column, lines=lines, count=len(starts) - 1)
+        findings.add(NOTE, "time_restarted", message, column=column, lines=lines)
     if len(starts) > MOST_SEGMENTS:
         message = (
             f"The clock starts again more than {MOST_SEGMENTS} times: is this the time column? "

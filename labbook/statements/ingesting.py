@@ -188,7 +188,9 @@ def _named_plugin(new: Mapping[str, Any], failure: str) -> str:
 
 def _unread(new: Mapping[str, Any], n_bytes: int, settings: ReadSettings, rule: str, message: str) -> PreparedImport:
     finding = Finding(Severity.FILE, rule, message, None, None, None, 1, ())
-    return PreparedImport(new["sha256"], n_bytes, ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0), settings, ())
+    return PreparedImport(
+        new["sha256"], n_bytes, ReadFile(format=UNKNOWN, reader_version=0, findings=(finding,)), settings, ()
+    )
 
 
 def _role(new: Mapping[str, Any], done: PreparedImport) -> FileRole:

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.vocabulary import CHANNELS
-from ingest.formats.chargers import sheet_columns
+from ingest.formats.chargers import sheet
 from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
 
@@ -29,7 +29,7 @@ def test_all_channels_are_listed_with_unit_and_meaning(tmp_path: Path) -> None:
     }
     shown = good(labbook("channels", at=tmp_path)).out
     assert all(name in shown for name in [*CHANNELS, "own.NAME"])
-    assert {row["name"] for row in answer if row["of"] == "charger sheet"} == set(sheet_columns.ROLES)
+    assert {row["name"] for row in answer if row["of"] == "charger sheet"} == set(sheet.ROLES)
 
 
 @pytest.mark.parametrize(

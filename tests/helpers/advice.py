@@ -300,8 +300,8 @@ class AdviceTaken:
             sniffed.append((data, declared))
             return sniff(data, declared, *others)
 
-        def read_and_note(*values: Any) -> ReadFile:
-            result = ReadFile(*values)
+        def read_and_note(*values: Any, **named: Any) -> ReadFile:
+            result = ReadFile(*values, **named)
             self._note(*sniffed.pop(), result)
             return result
 

@@ -13,11 +13,14 @@ from ingest.formats.chargers.charger_log import (
     COUNTER_ANEW,
     Field,
     LogLayout,
+    Procedure,
+    Sequel,
     Work,
+    by_clock,
     direction_by_voltage,
     read_charger_log,
+    usual_width,
 )
-from ingest.formats.chargers.records import Procedure, Sequel, by_clock, usual_width
 from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.model import Reading
 

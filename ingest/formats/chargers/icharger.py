@@ -17,8 +17,17 @@ import numpy as np
 
 from data_schema.vocabulary import ChargeMode
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.chargers.charger_log import COUNTER_ANEW, Field, LogLayout, Work, read_charger_log
-from ingest.formats.chargers.records import Procedure, Sequel, by_clock, usual_width
+from ingest.formats.chargers.charger_log import (
+    COUNTER_ANEW,
+    Field,
+    LogLayout,
+    Procedure,
+    Sequel,
+    Work,
+    by_clock,
+    read_charger_log,
+    usual_width,
+)
 from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.model import Reading
 

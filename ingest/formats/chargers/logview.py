@@ -13,8 +13,14 @@ import numpy as np
 from data_schema.vocabulary import FileRole
 from ingest.declared import declared_columns, with_profile_for_names
 from ingest.findings import FILE, FindingCollector
-from ingest.formats.chargers.charger_log import part_charges
-from ingest.formats.chargers.records import Procedure, Sequel, head_records, read_procedures, usual_fields
+from ingest.formats.chargers.charger_log import (
+    Procedure,
+    Sequel,
+    head_records,
+    part_charges,
+    read_procedures,
+    usual_fields,
+)
 from ingest.formats.format import NAMES, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading, SignalPart

@@ -14,8 +14,8 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
+from ingest.formats.chargers.charger_log import reject_record
 from ingest.formats.chargers.logview import joined, parse_number
-from ingest.formats.chargers.records import reject_record
 from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, FloatArray, Reading

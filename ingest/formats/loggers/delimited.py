@@ -10,7 +10,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.chargers.sheet_columns import advice_on_sheet
+from ingest.formats.chargers.sheet import advice_on_sheet
 from ingest.formats.format import ANY_TEXT, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading

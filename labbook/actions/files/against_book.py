@@ -22,7 +22,7 @@ from data_schema.queries.runs import runs_named
 from data_schema.queries.signals import every_start
 from data_schema.queries.study import days_with_runs
 from data_schema.vocabulary import Action, FileRole, Severity
-from ingest.channels.calibration import UNDATED
+from ingest.channels.columns import UNDATED
 from ingest.declared import ABSENT
 from ingest.findings import MORE_LINES
 from ingest.model import ChargeRow, Finding, ReadFile

@@ -17,7 +17,7 @@ from data_schema.errors import InputRefused, nearest
 from data_schema.queries.facts import find_uid
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.names import channel_kind, clean_name, parse_header
-from ingest.formats.chargers.sheet_columns import FACTORS
+from ingest.formats.chargers.sheet import FACTORS
 from ingest.model import ChargeRow, ColumnUse, Explanation, Finding, Limits, ReadFile, TableUse, TextShape
 from ingest.signals import LEFT_OUT
 from ingest.tables.table import CellKind

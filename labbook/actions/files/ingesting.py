@@ -202,7 +202,7 @@ def _unreadable(error: OSError) -> ReadFile:
 
 def _not_read(message: str) -> ReadFile:
     finding = Finding(Severity.FILE, "not_readable", message, None, None, None, 1, ())
-    return ReadFile(UNKNOWN, 0, (), (), (finding,), 0, 0, 0)
+    return ReadFile(format=UNKNOWN, reader_version=0, findings=(finding,))
 
 
 def read_for_run(

@@ -16,7 +16,7 @@ from tests.helpers.wording import says
 
 
 def block(n: int) -> Block:
-    return Block({}, {}, n, 2, None, 0, None, 0)
+    return Block({}, {}, np.arange(2, n + 2), np.arange(n), 0)
 
 
 def order(seconds: list[float]) -> tuple[Order, list[str]]:
