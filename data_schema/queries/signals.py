@@ -75,10 +75,10 @@ class GapRow:
 
 
 def signals_of_runs(
-    connection: sa.Connection, role: FileRole | None = None, *, run_uid: str | None = None
+    connection: sa.Connection, role: FileRole | None = None, run_uids: Sequence[str] | None = None
 ) -> list[SignalRow]:
-    """List the signals that belong to a run, by run and part: of all runs, or of one."""
-    query = (
+    """List the signals that belong to a run, by run and part: of all runs, or of some."""
+    every = (
         sa.select(
             *columns_of(SignalRow, signal, run_uid=run.c.uid, run_name=run.c.name, role=run_file.c.role, **_OF_OTHERS)
         )
@@ -86,12 +86,14 @@ def signals_of_runs(
         .order_by(run.c.id, signal.c.id)
     )
     if role is not None:
-        query = query.where(run_file.c.role == str(role))
-    if run_uid is not None:
-        query = query.where(run.c.uid == run_uid)
-    rows = connection.execute(query).all()
-    names = _channel_names(connection, None if run_uid is None else [row.channels for row in rows])
-    return [_signal_row(row, names) for row in rows]
+        every = every.where(run_file.c.role == str(role))
+    queries = [every] if run_uids is None else [every.where(run.c.uid.in_(some)) for some in in_chunks(run_uids)]
+    found = []
+    for query in queries:
+        rows = connection.execute(query).all()
+        names = _channel_names(connection, None if run_uids is None else [row.channels for row in rows])
+        found += [_signal_row(row, names) for row in rows]
+    return found
 
 
 _OF_RUNS = (
@@ -138,21 +140,6 @@ def samples_of_files(connection: sa.Connection) -> list[tuple[str, str]]:
     """Return the uid of a file and the hash of its samples, for every reading there was."""
     query = sa.select(file.c.uid, signal.c.sha256).join(file, signal.c.file == file.c.id)
     return [(uid, sha256) for uid, sha256 in connection.execute(query)]
-
-
-def log_starts(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, list[str | None]]:
-    """Return the instants at which the logs of runs start, by the uid of the run; None where a log has none."""
-    found: dict[str, list[str | None]] = {}
-    for some in in_chunks(run_uids):
-        query = (
-            sa.select(run.c.uid, signal.c.start_utc)
-            .select_from(_OF_RUNS)
-            .where(run.c.uid.in_(some), run_file.c.role != FileRole.CHARGE)
-            .order_by(signal.c.id)
-        )
-        for uid, start_utc in connection.execute(query):
-            found.setdefault(uid, []).append(start_utc)
-    return found
 
 
 @dataclass(frozen=True, slots=True)

@@ -132,7 +132,7 @@ def gather_about(
     runs = [run for run in every if run.kind is RunKind.JUMPS and run.state is not RunState.VOID]
     idle = [run for run in idle_runs(connection) if run.state is not RunState.VOID]
     waiting = tuple(waiting_files(connection))
-    signals = [signal for run in about for signal in signals_of_runs(connection, run_uid=run.uid)]
+    signals = signals_of_runs(connection, run_uids=[run.uid for run in about])
     logs = _signals((signal for signal in signals if signal.role == FileRole.LOG), BODY_HEIGHT, waiting)
     return StudyData(
         study=study,

@@ -1,16 +1,36 @@
 """`labbook power`: how many runs a study needs, or how many values a test."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from labbook.cli.common import BookOption, JsonOption
+from labbook.cli.common import BookOption, JsonOption, options_given, with_options
 from labbook.terminal import columns, emit
 
-USUAL_POWER, USUAL_N, USUAL_PER_DAY, USUAL_METHOD = 0.8, 10, 16, "randomised"
+USUAL_N = 10
+
+_LOW = typer.Option("--low", help="With --test tost: the lower bound.")
+_HIGH = typer.Option("--high", help="With --test tost: the upper bound.")
+_PERCENT = typer.Option("--percent", help="With --test tost: bounds are in percent of the control's mean (--mean).")
+_ONE_SIDED = typer.Option(
+    "--one-sided",
+    help="With --test t or welch: only a difference above 0 counts, as for non-inferiority, where --difference is that "
+    "from the bound.",
+)
+_ALPHA = typer.Option("--alpha", help="With --test: its level; default 0.05.")
+_OF_TEST: dict[str, tuple[Any, Any]] = {
+    "low": (Annotated[float | None, _LOW], None),
+    "high": (Annotated[float | None, _HIGH], None),
+    "percent": (Annotated[bool, _PERCENT], False),
+    "one_sided": (Annotated[bool, _ONE_SIDED], False),
+    "alpha": (Annotated[float | None, _ALPHA], None),
+}
+"""The options of one test by parameter, each with its default."""
 
 
+@with_options("of_test", _OF_TEST)
 def power(
+    ctx: typer.Context,
     saving: Annotated[
         float | None, typer.Option("--saving", metavar="PERCENT", help="The saving to be found, of the control's mean.")
     ] = None,
@@ -45,35 +65,18 @@ def power(
             "control's first for tost.",
         ),
     ] = None,
-    wanted: Annotated[
-        float | None, typer.Option("--power", help="The power wanted: show the n it needs; default 0.8.")
-    ] = None,
-    per_day: Annotated[int | None, typer.Option("--per-day", help="Runs a day at most; default 16.")] = None,
+    wanted: Annotated[float, typer.Option("--power", help="The power wanted: show the n it needs.")] = 0.8,
+    per_day: Annotated[int, typer.Option("--per-day", help="Runs a day at most.")] = 16,
     method: Annotated[
-        str | None, typer.Option("--method", help="How runs are drawn: randomised, or blocked by group.")
-    ] = None,
-    idle: Annotated[
-        bool | None, typer.Option("--idle/--no-idle", help="Whether idle runs are among the runs; default yes.")
-    ] = None,
+        str, typer.Option("--method", help="How runs are drawn: randomised, or blocked by group.")
+    ] = "randomised",
+    idle: Annotated[bool, typer.Option("--idle/--no-idle", help="Whether idle runs are among the runs.")] = True,
     test: Annotated[
         str | None,
         typer.Option("--test", metavar="NAME", help="No study but one test: t, welch, anova or tost (equivalence)."),
     ] = None,
-    low: Annotated[float | None, typer.Option("--low", help="With --test tost: the lower bound.")] = None,
-    high: Annotated[float | None, typer.Option("--high", help="With --test tost: the upper bound.")] = None,
-    percent: Annotated[
-        bool,
-        typer.Option("--percent", help="With --test tost: bounds are in percent of the control's mean (--mean)."),
-    ] = False,
-    one_sided: Annotated[
-        bool,
-        typer.Option(
-            "--one-sided",
-            help="With --test t or welch: only a difference above 0 counts, as for non-inferiority, where --difference "
-            "is that from the bound.",
-        ),
-    ] = False,
-    alpha: Annotated[float | None, typer.Option("--alpha", help="With --test: its level; default 0.05.")] = None,
+    *,
+    of_test: dict[str, Any],
     book: BookOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -91,47 +94,25 @@ def power(
     """
     from data_schema.errors import UsageError
 
-    of_study = {
-        "--saving": saving,
-        "--apex-sd": apex_sd,
-        "--apex-mean": apex_mean,
-        "--per-day": per_day,
-        "--method": method,
-        "--idle/--no-idle": idle,
-        "--book": book,
-    }
-    of_test = {
-        "--low": low,
-        "--high": high,
-        "--percent": percent or None,
-        "--one-sided": one_sided or None,
-        "--alpha": alpha,
-    }
-    idle_options = [option for option, value in (of_study if test else of_test).items() if value is not None]
-    if idle_options and test:
-        raise UsageError(
-            f"--test {test} plans no study and has no use for {' and '.join(idle_options)}: leave that out, or --test."
-        )
+    if test:
+        from labbook.actions.planning.named_test import plan_test
+
+        given = {f"--{name}": value for name, value in options_given(ctx).items() if value is not None}
+        emit(*plan_test(test, {name: given[name] for name in given if name not in ("--test", "--json")}), as_json)
+        return
+    idle_options = [f"--{name.replace('_', '-')}" for name, value in of_test.items() if value not in (None, False)]
     if idle_options:
         raise UsageError(
             f"the study is planned as its [analysis] decides, with no use for {' and '.join(idle_options)}: leave that "
             "out, or name one test with --test."
         )
-    if test:
-        from labbook.actions.planning.named_test import NamedTest, plan_test
-
-        sds, means, sizes = tuple(sd or ()), tuple(mean or ()), tuple(n or ())
-        named = NamedTest(test, difference, sds, means, low, high, sizes, wanted, alpha, one_sided, percent)
-        data, lines = plan_test(named)
-        emit(data, lines, as_json)
-        return
+    for option, values in (("--sd", sd), ("--mean", mean), ("--n", n)):
+        if values and len(values) > 1:
+            raise UsageError(f"{option} is given {len(values)} times: a study takes one, or name one test with --test.")
     from labbook.actions.planning.power import PowerRequest, study_power
     from labbook.actions.planning.power_lines import power_foot, power_head, power_table
     from labbook.book.opening import opened
 
-    for option, values in (("--sd", sd), ("--mean", mean), ("--n", n)):
-        if values and len(values) > 1:
-            raise UsageError(f"{option} is given {len(values)} times: a study takes one, or name one test with --test.")
     request = PowerRequest(
         saving_percent=saving,
         difference=difference,
@@ -139,11 +120,11 @@ def power(
         mean=mean[0] if mean else None,
         apex_sd_m=apex_sd,
         apex_mean_m=apex_mean,
-        target=USUAL_POWER if wanted is None else wanted,
+        target=wanted,
         n=n[0] if n else USUAL_N,
-        per_day=USUAL_PER_DAY if per_day is None else per_day,
-        method=method or USUAL_METHOD,
-        idle=idle is not False,
+        per_day=per_day,
+        method=method,
+        idle=idle,
     )
     with opened(book) as opened_book:
         found = study_power(opened_book, request)

@@ -65,9 +65,6 @@ _SHARED: dict[str, tuple[Any, Any]] = {
 }
 """The options of every command by parameter, each with its default."""
 
-LevelOption = Annotated[
-    float | None, typer.Option("--level", help="Level of the intervals, 1 - alpha: another way to say it.")
-]
 PooledOption = Annotated[bool, typer.Option("--pooled", help="Take all groups but the control as one.")]
 RouteOption = Annotated[
     str | None,
@@ -104,27 +101,25 @@ class Shared:
     def answer(
         self,
         ask: Callable[["Question"], "Answer"],
-        level: float | None = None,
         pooled: bool = False,
     ) -> None:
-        """Ask it of the values and print the answer and the files written; not all commands have level and pooled."""
+        """Ask it of the values and print the answer and the files written; not all commands have pooled."""
         from labbook.actions.files.named_files import read_file
         from labbook.actions.stats.answering import answer
         from labbook.actions.stats.data import DataSource
 
         given = self.options
         file = given["file"]
-        data = b"" if file is None else read_file(file)
+        content = b"" if file is None else read_file(file)
         named = {
             key: given[key]
             for key in ("value", "by", "control", "where", "missing", "decimal", "quantity", "book", "day")
         }
-        source = DataSource(file, data, **named)
-        alpha, files = given["alpha"], {name: given[name] for name in ("plot", "qq", "residuals")}
-        pictures = {name: path for name, path in files.items() if path is not None}
+        source = DataSource(file, content, **named)
+        files = {name: given[name] for name in ("plot", "qq", "residuals") if given[name] is not None}
         with progress(f"stats {self.command}", None, shown=not given["as_json"]) as step:
-            found = answer(source, ask, alpha=alpha, level=level, pooled=pooled, pictures=pictures, step=step)
-        emit(found.data, [*within_width(found.lines), *found.files], given["as_json"])
+            data, lines = answer(source, ask, alpha=given["alpha"], pooled=pooled, pictures=files, step=step)
+        emit(data, [*within_width(lines), *map(str, files.values())], given["as_json"])
 
 
 def command(own: Callable[..., None]) -> None:
@@ -138,7 +133,7 @@ def command(own: Callable[..., None]) -> None:
 
 
 @command
-def compare(shared: Shared, route: RouteOption = None, level: LevelOption = None, pooled: PooledOption = False) -> None:
+def compare(shared: Shared, route: RouteOption = None, pooled: PooledOption = False) -> None:
     """Compare groups with a control. Where days are known, by --day or in the book, by the report's test on shared
     days: paired on day means from four on, within days below. Without days, where the plan counts runs or days, or with
     --route, by Welch's t or another, with the difference, its interval and Hedges's g. Several groups are adjusted by
@@ -152,11 +147,11 @@ def compare(shared: Shared, route: RouteOption = None, level: LevelOption = None
     """
     from labbook.actions.stats.answering import compare
 
-    shared.answer(functools.partial(compare, route=route), level, pooled)
+    shared.answer(functools.partial(compare, route=route), pooled)
 
 
 @command
-def anova(shared: Shared, variances: VariancesOption = "unequal", level: LevelOption = None) -> None:
+def anova(shared: Shared, variances: VariancesOption = "unequal") -> None:
     """Analyse the variance of several groups: F, all pairs with simultaneous intervals, and whether the groups scatter
     alike (Brown and Forsythe). Days are left out.
 
@@ -167,11 +162,11 @@ def anova(shared: Shared, variances: VariancesOption = "unequal", level: LevelOp
     """
     from labbook.actions.stats.answering import analyse
 
-    shared.answer(functools.partial(analyse, variances=variances), level)
+    shared.answer(functools.partial(analyse, variances=variances))
 
 
 @command
-def savings(shared: Shared, level: LevelOption = None, pooled: PooledOption = False) -> None:
+def savings(shared: Shared, pooled: PooledOption = False) -> None:
     """Show what groups save, (control - group) / control in percent, with Fieller's interval: by shared days where
     these are known, by --day or in the book, as in `stats compare`, else of all values.
 
@@ -183,7 +178,7 @@ def savings(shared: Shared, level: LevelOption = None, pooled: PooledOption = Fa
     """
     from labbook.actions.stats.answering import save
 
-    shared.answer(save, level, pooled)
+    shared.answer(save, pooled)
 
 
 @command
@@ -206,4 +201,4 @@ def equivalence(
     """
     from labbook.actions.stats.answering import equal
 
-    shared.answer(functools.partial(equal, given=(low, high, percent)), pooled=pooled)
+    shared.answer(functools.partial(equal, given=(low, high, percent)), pooled)

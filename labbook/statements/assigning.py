@@ -127,7 +127,7 @@ def _take_file_off(context: ApplyContext, file_uid: str, part: str | None) -> li
     unlink_file(context.connection, file_uid, part)
     changed = [("file", file_uid), *(("signal", sha256) for sha256 in signals_of_file(context.connection, file_uid))]
     for run_uid in sorted(runs):
-        if signals_of_runs(context.connection, run_uid=run_uid):
+        if signals_of_runs(context.connection, run_uids=[run_uid]):
             changed += inputs_around_run(context, run_uid)
     return changed
 

@@ -76,7 +76,7 @@ def test_a_mean_from_the_books_own_runs_stands_without_an_excuse(whole: SmallBoo
     [
         (("power",), "add --saving 10 (percent of the control) or --difference 4"),
         ((*POWER, "--low", "3", "--alpha", "0.1"), "no use for --low and --alpha: leave that out, or name one test"),
-        (("power", "--test", "t", "--saving", "3", "--idle"), "no use for --saving and --idle/--no-idle"),
+        (("power", "--test", "t", "--saving", "3", "--idle"), "no use for --saving and --idle"),
         ((*POWER, "--sd", "5"), "--sd is given 2 times"),
         ((*POWER, "--method", "blockd"), "blocked"),
     ],

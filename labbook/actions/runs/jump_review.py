@@ -48,7 +48,7 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
             raise UsageError(f"{file.why.reason}.")
     logs = [
         signal
-        for signal in signals_of_runs(connection, FileRole.LOG, run_uid=run.uid)
+        for signal in signals_of_runs(connection, FileRole.LOG, run_uids=[run.uid])
         if BODY_HEIGHT in signal.channels
     ]
     if run.kind != RunKind.JUMPS and not logs:
@@ -57,7 +57,7 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
             f"`labbook show {name}` lists what it has."
         )
     if not logs:
-        others = sorted({str(signal.role) for signal in signals_of_runs(connection, run_uid=run.uid)})
+        others = sorted({str(signal.role) for signal in signals_of_runs(connection, run_uids=[run.uid])})
         only = f", only {' and '.join(others)}" if others else ""
         raise UsageError(
             f"run {name} has no log with a body_height channel{only}: add its log with `labbook ingest FILE --run "

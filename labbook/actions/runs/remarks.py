@@ -13,10 +13,10 @@ import sqlalchemy as sa
 from data_schema.queries.charges import ChargeOfRun, charges_of_runs
 from data_schema.queries.runs import RunRow, runs_named
 from data_schema.queries.signals import (
+    CalibratedChannel,
     SameSamples,
     SignalRow,
     calibrated_channels,
-    log_starts,
     same_samples,
     signals_of_runs,
 )
@@ -48,21 +48,25 @@ class Remark:
 
 
 @dataclass(frozen=True, slots=True)
-class Background:
-    """What a run is compared with: the study, protocol and packs, the dates of all runs, the instants at which its logs
-    start and, where they are more than its starts, those with a body height, the log with the calibration of another
-    day, and which of its files has the samples of another file (all by run uid), and its plan (by run name).
+class Facts:
+    """What rules look at: the book's study, settings and days with runs; and of the runs in question, by their uid,
+    charges, signals and copies of other files' samples, and their plan by their name.
+
+    `calibrated` has the calibrated channels by the signal's uid.
     """
 
     study: StudyRow
     configuration: Configuration
-    today: str
     days: Collection[str]
-    starts: Mapping[str, Sequence[str | None]]
-    many_logs: Mapping[str, Sequence[SignalRow]]
-    other_calibration: Mapping[str, Undefined]
+    charges: Mapping[str, Sequence[ChargeOfRun]]
+    signals: Mapping[str, Sequence[SignalRow]]
+    calibrated: Mapping[str, Sequence[CalibratedChannel]]
     same_samples: Mapping[str, SameSamples]
     planned: Mapping[str, PlannedRow]
+
+    def heights(self, run: RunRow) -> list[SignalRow]:
+        """Return the logs of a run with a body height."""
+        return [one for one in self.signals[run.uid] if one.role == FileRole.LOG and BODY_HEIGHT in one.channels]
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,7 +77,7 @@ class Rule:
     """
 
     columns: frozenset[str]
-    odd: Callable[[RunRow, Sequence[ChargeOfRun], Background], str | None]
+    odd: Callable[[RunRow, Facts], str | None]
     alike: bool = True
 
 
@@ -84,34 +88,25 @@ def remarks_on(
     columns: Collection[str] | None = None,
 ) -> list[Remark]:
     """Apply the rules to runs, given by name: all rules, or those that look at one of `columns`."""
-    study = study_of(connection)
-    today = datetime.datetime.now(ZoneInfo(study.time_zone)).date().isoformat()
-    planned = {row.run_name: row for row in planned_runs(connection) if row.run_name is not None}
     rows = runs_named(connection, runs)
-    starts = log_starts(connection, [row.uid for row in rows])
-    many_logs = {
-        row.uid: [
-            log for log in signals_of_runs(connection, FileRole.LOG, run_uid=row.uid) if BODY_HEIGHT in log.channels
-        ]
-        for row in rows
-        if len(starts.get(row.uid, ())) > max(row.starts, 1)
-    }
-    calibrated = calibrated_channels(connection)
-    other_calibration = {}
-    every_log = signals_of_runs(connection, FileRole.LOG) if calibrated else []
-    for row in rows if calibrated else ():
-        logs = [log for log in every_log if log.run_uid == row.uid]
-        other_day = calibrated_for_other_day(row, logs, calibrated)
-        if other_day is not None:
-            other_calibration[row.uid] = other_day
-    same = same_samples(connection, [row.uid for row in rows])
-    days = days_with_runs(connection)
-    background = Background(study, configuration, today, days, starts, many_logs, other_calibration, same, planned)
-    charges = charges_of_runs(connection, [row.uid for row in rows])
+    uids = [row.uid for row in rows]
+    signals: dict[str, list[SignalRow]] = {uid: [] for uid in uids}
+    for signal in signals_of_runs(connection, run_uids=uids):
+        signals[signal.run_uid].append(signal)
+    facts = Facts(
+        study_of(connection),
+        configuration,
+        days_with_runs(connection),
+        charges_of_runs(connection, uids),
+        signals,
+        calibrated_channels(connection),
+        same_samples(connection, uids),
+        {row.run_name: row for row in planned_runs(connection) if row.run_name is not None},
+    )
     found = []
     for name, rule in RULES.items():
         if columns is None or rule.columns.intersection(columns):
-            odd = {row.name: rule.odd(row, charges.get(row.uid, ()), background) for row in rows}
+            odd = {row.name: rule.odd(row, facts) for row in rows}
             messages = {run: text for run, text in odd.items() if text is not None}
             for several in [messages] if rule.alike else [{run: text} for run, text in messages.items()]:
                 found += _remark(name, several)
@@ -179,8 +174,8 @@ def _remark(rule: str, messages: Mapping[str, str]) -> list[Remark]:
     return [Remark(rule, len(messages), first, tuple(more[:MOST_NAMED]), f"{message}.")]
 
 
-def _duration(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    protocol = background.configuration.protocol
+def _duration(run: RunRow, facts: Facts) -> str | None:
+    protocol = facts.configuration.protocol
     if run.kind is RunKind.IDLE:
         usual_s = [minutes * 60.0 for minutes in protocol.idle_minutes]
     else:
@@ -191,25 +186,26 @@ def _duration(run: RunRow, _charges: Sequence[ChargeOfRun], background: Backgrou
     return f"run {run.name} lasted {run.duration_s:g} s where the protocol has {usual} s"
 
 
-def _future(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    return f"run {run.name} is of {run.day}, which is yet to come" if run.day > background.today else None
+def _future(run: RunRow, facts: Facts) -> str | None:
+    today = datetime.datetime.now(ZoneInfo(facts.study.time_zone)).date().isoformat()
+    return f"run {run.name} is of {run.day}, which is yet to come" if run.day > today else None
 
 
-def _long_ago(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    others = [day for day in background.days if day != run.day]
+def _long_ago(run: RunRow, facts: Facts) -> str | None:
+    others = [day for day in facts.days if day != run.day]
     if not others or datetime.date.fromisoformat(min(others)) - datetime.date.fromisoformat(run.day) <= YEAR:
         return None
     return f"run {run.name} is of {run.day}, more than a year before the other days, the first of them {min(others)}"
 
 
-def _log_day(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    others = (differing_day(start, run.day, background.study.time_zone) for start in background.starts.get(run.uid, ()))
+def _log_day(run: RunRow, facts: Facts) -> str | None:
+    others = (differing_day(one.start_utc, run.day, facts.study.time_zone) for one in facts.signals[run.uid])
     first = next((other for other in others if other is not None), None)
     return None if first is None else first.sentence(run.name)
 
 
-def _logs(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    logs = background.many_logs.get(run.uid)
+def _logs(run: RunRow, facts: Facts) -> str | None:
+    logs = facts.heights(run)
     why = usable_logs(run, logs) if logs else ()
     if not isinstance(why, Undefined):
         return None
@@ -220,8 +216,8 @@ def _logs(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) 
     )
 
 
-def _samples(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    same = background.same_samples.get(run.uid)
+def _samples(run: RunRow, facts: Facts) -> str | None:
+    same = facts.same_samples.get(run.uid)
     if same is None:
         return None
     item = same.file_name if same.file_name != same.other_file else same.file_sha256[:12]
@@ -234,38 +230,39 @@ def _samples(run: RunRow, _charges: Sequence[ChargeOfRun], background: Backgroun
     )
 
 
-def _jumps(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    nominal = background.study.jumps_nominal
+def _jumps(run: RunRow, facts: Facts) -> str | None:
+    nominal = facts.study.jumps_nominal
     if run.kind is not RunKind.JUMPS or run.state is RunState.OPEN or 0 < run.jumps_made <= 2 * nominal:
         return None
     return f"run {run.name} has {run.jumps_made} jumps made where the protocol has {nominal}"
 
 
-def _charge(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+def _charge(run: RunRow, facts: Facts) -> str | None:
+    charges = facts.charges.get(run.uid, ())
     if any(charge.charge_mah == 0 for charge in charges):
         return f"run {run.name} has a charge of 0 mAh"
-    above = above_capacity(run, charges, background.configuration)
+    above = above_capacity(run, charges, facts.configuration)
     return None if above is None else f"run {run.name} has {above}"
 
 
-def _ended(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) -> str | None:
+def _ended(run: RunRow, facts: Facts) -> str | None:
     """Question a recharge that was over before its run began; of a date alone midnight is stored, so its day counts."""
-    for charge in charges:
+    for charge in facts.charges.get(run.uid, ()):
         if charge.ended_utc is None:
             continue
         ended = datetime.datetime.fromisoformat(charge.ended_utc)
-        before = ended.astimezone(ZoneInfo(background.study.time_zone)).date().isoformat() < run.day
+        before = ended.astimezone(ZoneInfo(facts.study.time_zone)).date().isoformat() < run.day
         if run.started_utc is not None and ":" in (charge.ended_original or ""):
             before = ended < datetime.datetime.fromisoformat(run.started_utc)
         if before:
-            began = run.day if run.started_utc is None else local_text(run.started_utc, background.study.time_zone)
+            began = run.day if run.started_utc is None else local_text(run.started_utc, facts.study.time_zone)
             return f"run {run.name} began {began} and its charge ended before, at {charge.ended_original}"
     return None
 
 
-def _swapped(run: RunRow, charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    for charge in charges:
-        other = differing_day(charge.ended_utc, run.day, background.study.time_zone)
+def _swapped(run: RunRow, facts: Facts) -> str | None:
+    for charge in facts.charges.get(run.uid, ()):
+        other = differing_day(charge.ended_utc, run.day, facts.study.time_zone)
         if other is not None and other.swapped:
             return (
                 f"run {run.name} is of {run.day} and its charge ended on {other.of_log}, with day and month the other "
@@ -275,15 +272,15 @@ def _swapped(run: RunRow, charges: Sequence[ChargeOfRun], background: Background
     return None
 
 
-def _pack(run: RunRow, charges: Sequence[ChargeOfRun], _background: Background) -> str | None:
-    for charge in charges:
+def _pack(run: RunRow, facts: Facts) -> str | None:
+    for charge in facts.charges.get(run.uid, ()):
         if charge.stated_pack is not None and charge.stated_pack != run.battery:
             return f"run {run.name} was made with pack {run.battery} and its charge is of pack {charge.stated_pack}"
     return None
 
 
-def _plan(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    planned = background.planned.get(run.name)
+def _plan(run: RunRow, facts: Facts) -> str | None:
+    planned = facts.planned.get(run.name)
     if planned is None or (planned.condition_key or "") == run.condition_key:
         return None
     if planned.condition_key is None:
@@ -291,8 +288,8 @@ def _plan(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) 
     return f"run {run.name} was planned with {planned.condition_key}"
 
 
-def _calibration(run: RunRow, _charges: Sequence[ChargeOfRun], background: Background) -> str | None:
-    found = background.other_calibration.get(run.uid)
+def _calibration(run: RunRow, facts: Facts) -> str | None:
+    found = calibrated_for_other_day(run, facts.heights(run), facts.calibrated)
     return None if found is None else found.reason
 
 

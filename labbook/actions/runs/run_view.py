@@ -90,7 +90,7 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
     }
     joules = current_number(connection, "run_energy", canonical({"run": name}), "joules_per_jump")
     apex = current_number(connection, "run_apexes", canonical(as_protocol), "apex_height")
-    signals = signals_of_runs(connection, run_uid=run.uid)
+    signals = signals_of_runs(connection, run_uids=[run.uid])
     logs = [signal for signal in signals if signal.role == FileRole.LOG and BODY_HEIGHT in signal.channels]
     forces = [signal for signal in signals if signal.role == FileRole.FORCE and VERTICAL_FORCE in signal.channels]
     found = jumps_found_in_run(detections, run, logs, protocol.detector) if logs else None

@@ -76,7 +76,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
     idle = [run for run in runs if run.kind is RunKind.IDLE]
     why_void = void_reasons(connection) if len(runs) < len(of_day) else {}
     charged = charges_of_runs(connection, [run.uid for run in runs])
-    logs = {run.uid: signals for run in runs if (signals := signals_of_runs(connection, FileRole.LOG, run_uid=run.uid))}
+    logged = {log.run_uid for log in signals_of_runs(connection, FileRole.LOG, [run.uid for run in runs])}
     made = {check.kind for check in checks_by_day(connection).get(date.isoformat(), ())}
     conditions = list({run.condition_uid for run in jumped if run.condition_uid is not None})
     evidence = gather_about(connection, configuration, jumped, runs_of_conditions(connection, conditions))
@@ -87,7 +87,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         (log, charge): [] for log in (True, False) for charge in (True, False)
     }
     for run in jumped:
-        lacking[run.uid in logs, run.uid in charged].append(run.name)
+        lacking[run.uid in logged, run.uid in charged].append(run.name)
     return ToDo(
         day=date.isoformat(),
         runs_done=_names(runs),
@@ -97,13 +97,13 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
         log_without_charge=tuple(lacking[True, False]),
         charge_without_log=tuple(lacking[False, True]),
         neither=(*lacking[False, False], *_names(run for run in idle if run.uid not in charged)),
-        logs_do_not_count=_reasons(jumped, lambda run: _why_not(run, logs.get(run.uid, []))),
+        logs_do_not_count=_reasons(jumped, lambda run: _why_not(run, evidence.logs.get(run.uid, []))),
         no_joules=_reasons(jumped, lambda run: _reason(joules_of(run, evidence, drains))),
         too_little_charged=_reasons(jumped, lambda run: too_little_charged(run, evidence, drains)),
         above_capacity=_reasons(runs, lambda run: above_capacity(run, charged.get(run.uid, ()), configuration)),
         outside_limits=_names(run for run in jumped if run.uid in outside),
         samples_twice=tuple(one.message for one in remarks_on(connection, configuration, _names(runs), ["samples"])),
-        no_apexes=_reasons(jumped, lambda run: _why_no_apex(evidence, run, run.uid in logs, judged.get(run.uid))),
+        no_apexes=_reasons(jumped, lambda run: _why_no_apex(evidence, run, run.uid in logged, judged.get(run.uid))),
         zero_doubtful={
             run.name: evidence.logs[run.uid][0].file_name
             for run in jumped
@@ -185,8 +185,7 @@ def _listed(names: Sequence[str]) -> str:
 
 
 def _why_not(run: RunRow, logs: Sequence[SignalRow]) -> str | None:
-    heights = [log for log in logs if BODY_HEIGHT in log.channels]
-    return _reason(usable_logs(run, heights)) if heights else None
+    return _reason(usable_logs(run, logs)) if logs else None
 
 
 def _date(text: str) -> datetime.date:

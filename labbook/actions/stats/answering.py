@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
+from data_schema.rounding import error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Rule, Undefined
 from labbook.actions.stats.data import DataSource, observe
 from labbook.actions.stats.figures import (
@@ -25,7 +25,7 @@ from labbook.analysis.observations import Observations
 from labbook.config.model import Bounds
 from reports.figures.estimation import Estimation
 from reports.figures.kind import check_form
-from stats.checks import Missing, as_level, as_values
+from stats.checks import Missing, as_values
 from stats.compare.two_sample import ROUTES, Route, TwoSample, compare_two
 from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day
 from stats.groups.anova import one_way_anova, welch_anova
@@ -75,26 +75,16 @@ class Answer:
     notes: Sequence[str] = ()
 
 
-@dataclass(frozen=True, slots=True)
-class CommandOutput:
-    """Data for programs; lines for people, and the files that were written."""
-
-    data: dict[str, Any]
-    lines: Sequence[str]
-    files: Sequence[str] = field(default=())
-
-
 def answer(
     source: DataSource,
     ask: Callable[[Question], Answer],
     *,
     alpha: float | None,
-    level: float | None,
     pooled: bool,
     pictures: Mapping[str, Path],
     step: Callable[[str], None],
-) -> CommandOutput:
-    """Observe the values, ask, draw what is wanted; the level is given as alpha, or as that of intervals.
+) -> tuple[dict[str, Any], list[str]]:
+    """Observe the values, ask, and draw what is wanted; returns data for programs, and lines for people.
 
     `pictures` are files by what they show: an estimation "plot", normal quantiles ("qq") of the residuals, "residuals"
     against groups and days. Data have the values' unit and the groups' own names, as programs ask for them; what people
@@ -105,7 +95,7 @@ def answer(
     observed = observe(source, step)
     if pooled:
         observed = observed.pooled()
-    question = Question(observed, cast(Missing, source.missing), _alpha_of(alpha, level, observed))
+    question = Question(observed, cast(Missing, source.missing), _alpha_of(alpha, observed))
     observed.others()
     found = ask(question)
     step("figures" if pictures else "tables")
@@ -114,7 +104,6 @@ def answer(
     scale = 1.0 if shown.unit == observed.unit else 1000.0
     as_shown = found if shown is observed else ask(replace(question, observed=shown, scale=scale))
     known = observed.known()
-    files = {name: str(path) for name, path in pictures.items()}
     data = {
         "source": observed.source,
         "quantity": observed.quantity,
@@ -124,30 +113,18 @@ def answer(
         "groups": {observed.name(label): len(known.values(label)) for label in observed.labels},
         "notes": [*observed.notes, *found.notes],
         **found.data,
-        "files": files,
+        "files": {name: str(path) for name, path in pictures.items()},
     }
     notes = [*shown.notes, *as_shown.notes]
     lines = [*as_shown.sentences, *([""] if notes else []), *(f"note: {note}" for note in notes)]
-    return CommandOutput(data, lines, [*files.values()])
+    return data, lines
 
 
-def _alpha_of(alpha: float | None, level: float | None, observed: Observations) -> float:
-    """Return the level of tests: given as alpha, as the level of intervals, by the book, or 0.05.
-
-    Raises `UsageError` where both are given and differ.
-    """
-    if level is not None:
-        of_level = alpha_of_level(as_level("--level", level))
-        if alpha is not None and alpha != of_level:
-            raise UsageError(
-                f"--alpha {alpha:g} and --level {level:g} differ: an interval has level 1 - alpha, give one."
-            )
-        return of_level
-    if alpha is not None:
-        if not 0.0 < alpha < 1.0:
-            raise UsageError(f"--alpha is {alpha!r}: give a number between 0 and 1, for example 0.05 for 5 %.")
-        return alpha
-    return ALPHA if observed.settings is None else observed.settings.alpha
+def _alpha_of(given: float | None, observed: Observations) -> float:
+    """Return the level of tests: the one given, the book's, or 0.05."""
+    if given is not None and not 0.0 < given < 1.0:
+        raise UsageError(f"--alpha is {given!r}: give a number between 0 and 1, for example 0.05 for 5 %.")
+    return given or (ALPHA if observed.settings is None else observed.settings.alpha)
 
 
 def compare(question: Question, route: str | None) -> Answer:
