@@ -12,12 +12,12 @@ from pathlib import Path
 from benchmarks import machine
 from benchmarks.document import replace_between, table_text
 from benchmarks.section import Table
-from labbook.presenting.simulation.work_precision import SENSITIVE, TITLES, plain_number, work_precision_of
-from reports.display import time_text
+from labbook.presenting.simulation.work_precision import SENSITIVE, figure_notes, figure_title
+from reports.display import plain_number, time_text
 from reports.figures.style import publication_style
 from reports.figures.work_precision import draw_work_precision
 from simulator.accuracy.fixed_step_euler import THESIS_STEP_S
-from simulator.accuracy.methods import EULER, LABBOOK
+from simulator.accuracy.methods import EULER, LABBOOK, TITLES
 from simulator.accuracy.study import COST, AccuracyStudy, Need, Point, accuracy_study, needs
 from simulator.scene_file import load_scene
 
@@ -38,7 +38,8 @@ def main() -> None:
         print(f"== {name}", flush=True)
         study = accuracy_study(load_scene(name), done=lambda what: print(f"   {what}", flush=True))
         with publication_style():
-            draw_work_precision(work_precision_of(study)).savefig(DOCUMENT.parent / _figure(name), dpi=FIGURE_DPI)
+            figure = draw_work_precision(study, figure_title(study), figure_notes(study))
+            figure.savefig(DOCUMENT.parent / _figure(name), dpi=FIGURE_DPI)
         parts.append("\n".join(_section(study)))
     replace_between(DOCUMENT, FIRST, LAST, parts)
     print(f"wrote {DOCUMENT}")

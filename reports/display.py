@@ -227,6 +227,13 @@ def list_text(words: Sequence[str]) -> str:
 _UNITS = ((1.0, "s"), (1e-3, "ms"), (1e-6, "µs"))
 
 
+def plain_number(value: float) -> str:
+    """Return a number as text, powers of ten in their shortest form."""
+    mantissa, exponent = f"{value:e}".split("e")
+    short = f"{float(mantissa):g}e{int(exponent)}"
+    return short if len(short) <= len(f"{value:g}") else f"{value:g}"
+
+
 def time_text(seconds: float) -> str:
     """Return a time with the unit that suits it, to three digits."""
     if seconds >= 100.0:

@@ -1,5 +1,6 @@
 """`labbook sim`: the simulator; it needs no book."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -50,8 +51,7 @@ def run(
 
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """
-    from labbook.presenting.simulation.simulated import as_data, as_lines
-    from labbook.presenting.simulation.trajectory import drawn_trajectory
+    from labbook.presenting.simulation.simulated import as_data, as_lines, figure_title, mode_name
     from reports.figures.kind import check_form, write_figure
     from reports.figures.trajectory import draw_trajectory
     from simulator.changes import changed_by_words
@@ -67,7 +67,7 @@ def run(
     with progress(f"simulating{first}", None, shown=not as_json):
         result = simulated(changed, accuracy, trajectory=plot is not None)
         if plot is not None:
-            write_figure(draw_trajectory(drawn_trajectory(result)), plot)
+            write_figure(draw_trajectory(result, figure_title(result), partial(mode_name, changed)), plot)
     emit_with_files(as_data(result), as_lines(result), {"plot": plot}, as_json)
 
 
@@ -204,7 +204,7 @@ def accuracy(
 
     Example: labbook sim accuracy --scene sim2 --set b_ad=100 --plot accuracy.png
     """
-    from labbook.presenting.simulation.work_precision import as_data, as_lines, work_precision_of
+    from labbook.presenting.simulation.work_precision import as_data, as_lines, figure_notes, figure_title
     from reports.figures.kind import check_form, write_figure
     from reports.figures.work_precision import draw_work_precision
     from simulator.accuracy.study import accuracy_study, n_points
@@ -215,7 +215,7 @@ def accuracy(
         check_form("--plot", plot)
         study = accuracy_study(changed_by_words(load_scene(scene), sets or (), effects), quick, done)
         if plot is not None:
-            write_figure(draw_work_precision(work_precision_of(study)), plot)
+            write_figure(draw_work_precision(study, figure_title(study), figure_notes(study)), plot)
     emit_with_files(as_data(study), as_lines(study), {"plot": plot}, as_json)
 
 

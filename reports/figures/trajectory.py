@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Callable
+from itertools import pairwise
 
+import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from reports.drawn import Trajectory
+from data_schema.errors import UsageError
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -23,35 +27,52 @@ from reports.figures.style import (
     new_figure,
     publication_style,
 )
+from simulator.kernel.layout import FLIGHT, MODES
+from simulator.parameter import GRAVITY_M_S2
+from simulator.result import JumpResult, SceneResult
+from simulator.scene import Scene
+
+FloatArray, IntArray = NDArray[np.float64], NDArray[np.int64]
 
 MODE_COLOURS = {"intruding": ORANGE, "jammed": SKY, "creeping": PURPLE, "carried": GREEN}
 """Bands behind the lines, by mode; flight has none."""
 
 _BAND_ALPHA = 0.25
-_MARK_STYLES = ("--", "-.", ":")
+_MARK_STYLES = ("--", "-.")
 
 
-def draw_trajectory(trajectory: Trajectory) -> Figure:
-    """Draw the heights of body, foot and ground, and below them the leg's force, over time."""
+def draw_trajectory(result: SceneResult, title: str, mode_name: Callable[[str], str]) -> Figure:
+    """Draw the last jump of a scene: heights of body, foot and ground, and below them the leg's force, over time.
+
+    `mode_name` says what a contact mode is called on its ground. The force is that on the body, from its acceleration;
+    where the rail rubs, that is in it. Raises `UsageError` where no motion was recorded.
+    """
+    if result.trajectory is None:
+        raise UsageError(f"the motion of scene {result.scene.name} was not kept: simulate it with its trajectory.")
+    scene, motion = result.scene, result.trajectory
+    last = motion["jump"].to_numpy() == motion["jump"].to_numpy().max(initial=0)
+    time_s, body_m, foot_m, acceleration_m_s2, modes = (
+        motion[name].to_numpy()[last] for name in ("time", "body_height", "foot_height", "body_acceleration", "mode")
+    )
+    ground_m = _ground_m(scene, time_s, foot_m, modes == FLIGHT)
     with publication_style():
         figure = new_figure(TWO_COLUMNS_IN, 4.4)
         heights, force = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
-        heights.set_title(textwrap.fill(trajectory.title, int(14 * TWO_COLUMNS_IN)), loc="left")
+        heights.set_title(textwrap.fill(title, int(14 * TWO_COLUMNS_IN)), loc="left")
         for axes in (heights, force):
-            _draw_bands(axes, trajectory)
+            _draw_bands(axes, time_s, modes, mode_name)
             light_grid(axes)
-        heights.plot(trajectory.time_s, trajectory.body_height_m, color=BLUE, label="body")
-        heights.plot(trajectory.time_s, trajectory.foot_height_m, color=VERMILLION, label="foot")
-        heights.plot(
-            trajectory.time_s, trajectory.ground_height_m, color=GREY, linewidth=0.8, linestyle=":", label="ground"
-        )
+        heights.plot(time_s, body_m, color=BLUE, label="body")
+        heights.plot(time_s, foot_m, color=VERMILLION, label="foot")
+        heights.plot(time_s, ground_m, color=GREY, linewidth=0.8, linestyle=":", label="ground")
         heights.set_ylabel("Height (m)")
-        force.plot(trajectory.time_s, trajectory.leg_force_n, color=BLACK, label="leg's push")
+        push_n = scene["body_mass"] * (acceleration_m_s2 + GRAVITY_M_S2)
+        force.plot(time_s, push_n, color=BLACK, label="leg's push")
         force.axhline(0.0, color=GREY, linewidth=0.5)
         force.set_ylabel("Leg force (N)")
         force.set_xlabel("Time (s)")
         for axes in (heights, force):
-            _draw_marks(axes, trajectory)
+            _draw_marks(axes, result.jump)
         handles: dict[str, Artist] = {}
         for axes in (heights, force):
             handles.update({str(name): handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)})
@@ -59,13 +80,43 @@ def draw_trajectory(trajectory: Trajectory) -> Figure:
         return figure
 
 
-def _draw_bands(axes: Axes, trajectory: Trajectory) -> None:
-    for mode, colour in MODE_COLOURS.items():
-        for index, span in enumerate(span for span in trajectory.spans if span.mode == mode):
-            label = "" if index else span.name
-            axes.axvspan(span.start_s, span.end_s, color=colour, alpha=_BAND_ALPHA, linewidth=0, label=label, zorder=0)
+def _draw_bands(axes: Axes, time_s: FloatArray, modes: IntArray, mode_name: Callable[[str], str]) -> None:
+    edges = [0, *(np.flatnonzero(np.diff(modes)) + 1).tolist(), len(modes) - 1]
+    named = set[str]()
+    for first, last in pairwise(edges):
+        mode = MODES[int(modes[first])]
+        if mode in MODE_COLOURS and time_s[last] > time_s[first]:
+            label = "" if mode in named else mode_name(mode)
+            named.add(mode)
+            colour = MODE_COLOURS[mode]
+            axes.axvspan(
+                time_s[first], time_s[last], color=colour, alpha=_BAND_ALPHA, linewidth=0, label=label, zorder=0
+            )
 
 
-def _draw_marks(axes: Axes, trajectory: Trajectory) -> None:
-    for (name, at), style in zip(trajectory.marks, _MARK_STYLES, strict=False):
-        axes.axvline(at, color=BLACK, linestyle=style, linewidth=0.8, label=name, zorder=1)
+def _draw_marks(axes: Axes, jump: JumpResult) -> None:
+    marks = {"lift-off": jump.liftoff_time_s, "apex": jump.apex_time_s}
+    for (name, after_s), style in zip(marks.items(), _MARK_STYLES, strict=True):
+        if after_s is not None:
+            at_s = jump.touchdown_time_s + after_s
+            axes.axvline(at_s, color=BLACK, linestyle=style, linewidth=0.8, label=name, zorder=1)
+
+
+def _ground_m(scene: Scene, time_s: FloatArray, foot_m: FloatArray, flight: NDArray[np.bool_]) -> FloatArray:
+    """Height of the ground under the foot.
+
+    A rigid ground stays at 0, grains keep the hollow that the foot has pressed. The emulator's platform bears the foot,
+    and is drawn on its way back up from lift-off on, some milliseconds after its release.
+    """
+    if "rigid_ground" in scene.effects:
+        return np.zeros_like(foot_m)
+    if "emulated_ground" not in scene.effects:
+        return np.asarray(np.minimum.accumulate(np.minimum(foot_m, 0.0)))
+    ground_m = np.where(flight, 0.0, foot_m)
+    for first in np.flatnonzero(flight & ~np.roll(flight, 1)):
+        if first == 0:
+            continue
+        rest = slice(first, first + int(np.argmin(flight[first:])) if not flight[first:].all() else None)
+        share = np.clip((time_s[rest] - time_s[first] - scene["release_time"]) / scene["reset_time"], 0.0, 1.0)
+        ground_m[rest] = foot_m[first] * (1.0 - share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
+    return ground_m

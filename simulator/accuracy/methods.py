@@ -21,8 +21,14 @@ from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS
 from simulator.scene import Scene
 
 Row = NDArray[np.float64]
-NAMES = ("max_depth_m", "liftoff_time_s", "apex_height_m", "cost_J")
-"""Deepest point of the foot, time of lift-off since touchdown, apex of the body, cost."""
+TITLES = {
+    "max_depth_m": "Deepest foot",
+    "liftoff_time_s": "Lift-off time",
+    "apex_height_m": "Apex height",
+    "cost_J": "Cost in joules",
+}
+"""Outputs that are compared, and their titles; times are since touchdown."""
+NAMES = tuple(TITLES)
 
 
 @dataclass(frozen=True, slots=True)

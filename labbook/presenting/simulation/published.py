@@ -9,9 +9,8 @@ from dataclasses import asdict
 from typing import Any, TypeVar
 
 from labbook.presenting.simulation.simulated import assumed_texts
-from labbook.presenting.simulation.work_precision import plain_number
 from reports import fields
-from reports.display import DASH, decimal_text, general_text, given_text, with_unit
+from reports.display import DASH, decimal_text, general_text, given_text, plain_number, with_unit
 from reports.tables.formats.as_markdown import markdown_text
 from reports.tables.table import Cell, Column, Columns, Table, table_of, text_column, words
 from simulator.scene import Scene

@@ -235,6 +235,13 @@ def title_text(scene: Scene, which: str, outcome: str) -> str:
     return f"{scene.name}{which}: {scene.title}{ended}"
 
 
+def figure_title(result: SceneResult) -> str:
+    """Return what heads the figure of a scene's last jump."""
+    jumps = result.scene.jumps
+    which = f", jump {len(result.jumps)} of {jumps}" if jumps > 1 else ""
+    return title_text(result.scene, which, result.jump.outcome)
+
+
 def _effort(result: SceneResult) -> str:
     """Say what all jumps took, as the time is that of all."""
     steps, evaluations = (sum(getattr(jump, name) for jump in result.jumps) for name in ("steps", "rhs_evaluations"))

@@ -14,9 +14,8 @@ from typing import Any
 
 from labbook.presenting.simulation.simulated import finite, title_text
 from labbook.terminal import columns
-from reports.display import sentence_start, time_text
-from reports.drawn import Curve, Mark, Panel, WorkPrecision
-from simulator.accuracy.methods import LABBOOK
+from reports.display import plain_number, sentence_start, time_text
+from simulator.accuracy.methods import LABBOOK, TITLES
 from simulator.accuracy.study import COST, GOALS, AccuracyStudy, Need, Point, Series, needs
 
 
@@ -30,12 +29,6 @@ def processor() -> str:
     return platform.processor() or platform.machine()
 
 
-TITLES = {
-    "max_depth_m": "Deepest foot",
-    "liftoff_time_s": "Lift-off time",
-    "apex_height_m": "Apex height",
-    "cost_J": "Cost in joules",
-}
 SENSITIVE = 1e-9
 """A floor above this gets a sentence: the scene is sensitive to the last bits of its parameters."""
 
@@ -86,36 +79,19 @@ def as_lines(study: AccuracyStudy) -> list[str]:
     ]
 
 
-def work_precision_of(study: AccuracyStudy) -> WorkPrecision:
-    """Return what the figure draws; what failed or is not covered goes to the notes."""
-    scene, floor = study.scene, study.reference.floor
-    panels = []
-    for name, title in TITLES.items():
-        lowest = floor[name]
-        if lowest is not None and math.isfinite(lowest):
-            curves = tuple(
-                Curve(series.method, series.setting, marks)
-                for series in study.series
-                if (marks := _marks(series, name))
-            )
-            panels.append(Panel(title, lowest, curves))
-    which = f", jump {scene.jumps}" if scene.jumps > 1 else ""
-    methods = tuple(series.method for series in study.series)
-    notes = (f"Errors are against: {study.reference.source}.", sentence_start(_times()), *_not_drawn(study))
-    return WorkPrecision(title_text(scene, which, study.reference.outcome), methods, tuple(panels), notes)
+def figure_title(study: AccuracyStudy) -> str:
+    """Return what heads the figure."""
+    which = f", jump {study.scene.jumps}" if study.scene.jumps > 1 else ""
+    return title_text(study.scene, which, study.reference.outcome)
+
+
+def figure_notes(study: AccuracyStudy) -> tuple[str, ...]:
+    """Say against what errors are, where times were taken, and what failed or is not covered."""
+    return (f"Errors are against: {study.reference.source}.", sentence_start(_times()), *_not_drawn(study))
 
 
 def _times() -> str:
     return f"times are of one run, on one core of: {processor()}."
-
-
-def _marks(series: Series, output: str) -> tuple[Mark, ...]:
-    found = ((point, (point.errors or {}).get(output)) for point in series.points if not point.failure)
-    return tuple(
-        Mark(plain_number(point.setting), point.seconds, error)
-        for point, error in found
-        if error is not None and math.isfinite(error) and error > 0.0
-    )
 
 
 def _not_drawn(study: AccuracyStudy) -> Iterator[str]:
@@ -185,10 +161,3 @@ def _sentence(need: Need, own: Point | None) -> str:
 
 def _setting(series: Series, point: Point) -> str:
     return f"{series.setting} {plain_number(point.setting)} {series.unit}".rstrip()
-
-
-def plain_number(value: float) -> str:
-    """Return a number as text, powers of ten in their shortest form."""
-    mantissa, exponent = f"{value:e}".split("e")
-    short = f"{float(mantissa):g}e{int(exponent)}"
-    return short if len(short) <= len(f"{value:g}") else f"{value:g}"
