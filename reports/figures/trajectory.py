@@ -32,7 +32,8 @@ from simulator.parameter import GRAVITY_M_S2
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
 
-FloatArray, IntArray = NDArray[np.float64], NDArray[np.int64]
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
 
 MODE_COLOURS = {"intruding": ORANGE, "jammed": SKY, "creeping": PURPLE, "carried": GREEN}
 """Bands behind the lines, by mode; flight has none."""
