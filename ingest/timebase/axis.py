@@ -96,7 +96,7 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     ticks = _ticks(time, sources.block, findings) if clocks is None else clocks.seconds
     per_second = 1.0 if time.kind is CellKind.CLOCK else ticks_per_second(time.unit)
     if per_second is None:
-        _ask_for_unit(sources, time, findings)
+        _ask_for_unit(sources, time, ticks[usable & np.isfinite(ticks)], findings)
         return Recordings(usable, ())
     seconds = ticks if per_second == 1.0 else by_blocks(ticks, lambda block: block / per_second)
     if sources.fixed_rate_hz is not None and _are_arrival_times(seconds):
@@ -147,9 +147,12 @@ def _written(stamp: float) -> str:
     return str(stamp) if isinstance(stamp, int) else f"{stamp:.15g}"
 
 
-def _ask_for_unit(sources: TimeSources, time: TimePlan, findings: FindingCollector) -> None:
-    """Refuse a time column without a unit that is known."""
-    flag = _unit_flag(time, [])
+def _ask_for_unit(sources: TimeSources, time: TimePlan, ticks: FloatArray, findings: FindingCollector) -> None:
+    """Refuse a time column without a unit that is known; the flag names one where the rate, declared or in the header,
+    rules out the others. `ticks` has shape (n_usable_rows,).
+    """
+    given, per_tick = sources.declared.rate_hz or sources.preamble.rate_hz, _samples_per_tick(ticks)
+    flag = _unit_flag(time, _units_near(given / per_tick) if given and per_tick else [])
     rate = sources.declared.rate_hz
     flag += "" if rate is None else f", or count samples by the rate, {count_by_rate_flags(time.flag, f'{rate:g}')}"
     if time.unit is not None:

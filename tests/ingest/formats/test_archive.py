@@ -64,7 +64,7 @@ def test_parts_of_a_zip_are_named_after_their_members() -> None:
     assert not result.refused
     assert [part.part for part in result.parts] == ["run_1", "run_2", "run_2_2"]
     assert (result.rows_read, result.role) == (300, "log")
-    assert same(read(OTHER), ReadFile("", 0, result.parts[1:2], (), (), 0, 0, 0))
+    assert same(read(OTHER), ReadFile(result.parts[1:2], format="", reader_version=0, findings=()))
 
 
 def test_charges_of_several_sheets_are_numbered_through() -> None:
