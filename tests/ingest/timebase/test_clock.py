@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
 from data_schema.errors import UsageError
 from ingest.findings import FindingCollector
-from ingest.timebase.clock import clock_seconds, epoch_time, to_utc
+from ingest.timebase.clock import epoch_time, to_utc
 
 NEW_YORK = "America/New_York"
 
@@ -61,11 +60,3 @@ def test_only_dates_of_2000_to_2100_are_instants() -> None:
     assert epoch_time(44348.375, "d", 1 / 86_400) == "2021-06-01T09:00:00.000000"
     for ticks, unit, per_second in ((39.625, "s", 1.0), (1607954342000.0, "s", 1.0), (5e9, "filetime", 1e7)):
         assert epoch_time(ticks, unit, per_second) is None
-
-
-def test_times_of_day_run_on_past_midnight() -> None:
-    findings = FindingCollector()
-    seconds = clock_seconds([b"23:59:59.5", b"00:00:00.0", b"0:00:00,5", b"nonsense"], findings)
-    assert np.diff(seconds[:3]).tolist() == [0.5, 0.5]
-    assert np.isnan(seconds[3])
-    assert [finding.rule for finding in findings.findings()] == ["midnight_passed"]

@@ -11,18 +11,15 @@ from ingest.findings import FindingCollector
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.read import read_file
 from ingest.tables.table import Block
-from ingest.timebase.order import Order, put_in_order, unwrap
+from ingest.timebase.order import Order, put_in_order
 from tests.helpers.wording import says
-
-
-def block(n: int) -> Block:
-    return Block({}, {}, np.arange(2, n + 2), np.arange(n), 0)
 
 
 def order(seconds: list[float]) -> tuple[Order, list[str]]:
     findings = FindingCollector()
-    stamps = np.array(seconds)
-    found = put_in_order(stamps, np.ones(len(stamps), dtype=bool), block(len(stamps)), findings, "time")
+    stamps, rows = np.array(seconds), np.arange(len(seconds))
+    block = Block({}, {}, rows + 2, rows, 0)
+    found = put_in_order(stamps, np.ones(len(stamps), dtype=bool), block, findings, "time")
     return found, [finding.rule for finding in findings.findings()]
 
 
@@ -35,39 +32,6 @@ def test_what_is_kept_always_increases_within_its_segment(seconds: list[float]) 
     for start, stop in zip(found.starts, stops, strict=True):
         inside = rows[(rows >= start) & (rows < stop)]
         assert (np.diff(np.array(seconds)[inside]) > 0).all()
-
-
-def test_increasing_stamps_stay_untouched() -> None:
-    found, rules = order([0.0, 0.003, 0.006, 2.0])
-    assert found.keep.all()
-    assert (found.starts, rules) == ((0,), [])
-
-
-def test_each_fault_has_its_rule_and_spares_its_neighbours() -> None:
-    steady = (np.arange(20) * 0.01).tolist()
-    for position, stamp, rule in ((7, 0.06, "time_duplicate"), (7, 0.055, "time_backwards"), (7, 50.0, "time_spike")):
-        stamps = list(steady)
-        stamps[position] = stamp
-        found, rules = order(stamps)
-        assert rules == [rule]
-        assert np.flatnonzero(~found.keep).tolist() == [position]
-
-
-def test_a_reboot_begins_a_segment() -> None:
-    found, rules = order([100.0, 100.01, 100.02, 0.5, 0.51, 0.52])
-    assert (found.starts, rules) == ((0, 3), ["time_restarted"])
-    assert found.keep.all()
-
-
-def test_a_32_bit_counter_is_counted_on() -> None:
-    ticks = np.asarray((np.arange(100) * 3333.0 + 2**32 - 50_000) % 2**32, dtype=np.float64)
-    unwrapped = unwrap(ticks, FindingCollector(), block(100), "time")
-    assert np.array_equal(np.diff(unwrapped), np.full(99, 3333.0))
-
-
-def test_a_reboot_is_no_wrap() -> None:
-    ticks = np.concatenate([3e9 + np.arange(50) * 3333.0, np.arange(50) * 3333.0])
-    assert np.array_equal(unwrap(ticks, FindingCollector(), block(100), "time"), ticks)
 
 
 def test_a_slow_clock_that_starts_again_begins_a_segment() -> None:

@@ -65,12 +65,6 @@ def test_rejected_rows_leave_a_gap_of_that_kind() -> None:
     assert (gap.kind, gap.samples_missing) == ("rejected", 2)
 
 
-def test_one_sample_has_no_rate() -> None:
-    axis = from_stamps(np.array([5.0]), ordinals(1))
-    assert axis.rate_hz is None
-    assert axis.time_s.tolist() == [0.0]
-
-
 def test_sample_numbers_show_what_was_dropped() -> None:
     counts = np.array([7, 8, 9, 13, 14], dtype=np.int64)
     axis = from_rate(counts, ordinals(5), 500.0)
