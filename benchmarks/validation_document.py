@@ -29,6 +29,7 @@ from benchmarks.validation_calibration import truths as calibration_truths
 from benchmarks.validation_emulator import emulator_book, from_charges, intervals, true_changes
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.run_energy import joules_per_mah
+from labbook.demo.studies.book import make_study_book
 from labbook.demo.studies.force_plate import (
     DAYS,
     HOPS,
@@ -36,8 +37,8 @@ from labbook.demo.studies.force_plate import (
     VOLTAGE_V,
     PlateScatter,
     PlateStudyRun,
-    make_plate_book,
     plate_campaign,
+    plate_files,
 )
 from labbook.demo.truth import recharged_mah
 from labbook.studies.force_plate import MOTOR_PARAMETERS, Drive, ForcePlateStudy, PlateRun, ask, compare_joules
@@ -72,7 +73,7 @@ def plate_book(chance: np.random.Generator) -> tuple[list[PlateStudyRun], ForceP
     """Draw the campaign of four days on a force plate through files and ingest; returns it and what the study says."""
     campaign = plate_campaign(int(chance.integers(2**31)))
     with TemporaryDirectory() as folder:
-        book = make_plate_book(Path(folder) / "demo", campaign, lambda _what: None, lambda _line: None)
+        book = make_study_book(Path(folder) / "demo", plate_files(campaign), lambda _what: None, lambda _line: None)
         return campaign, ask(Asked(book)).study
 
 

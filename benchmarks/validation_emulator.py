@@ -13,6 +13,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah
+from labbook.demo.studies.book import make_study_book
 from labbook.demo.studies.emulator import (
     CONSTANT,
     JUMPS,
@@ -22,7 +23,7 @@ from labbook.demo.studies.emulator import (
     EmulatorScatter,
     Truth,
     emulator_campaign,
-    make_emulator_book,
+    emulator_files,
     truths,
 )
 from labbook.studies.emulator import SAME_PERCENT, Controller, EmulatorStudy, ask, emulator_study
@@ -91,7 +92,7 @@ def emulator_book(chance: np.random.Generator) -> EmulatorStudy:
     """Draw the campaign through files and ingest."""
     campaign = emulator_campaign(int(chance.integers(2**31)))
     with TemporaryDirectory() as folder:
-        book = make_emulator_book(Path(folder) / "demo", campaign, lambda _what: None, lambda _line: None)
+        book = make_study_book(Path(folder) / "demo", emulator_files(campaign), lambda _what: None, lambda _line: None)
         return ask(Asked(book)).study
 
 

@@ -48,11 +48,6 @@ def run_demo(
     return DemoDone(str(book_folder), str(folder / "instruments"), str(folder / "truth.json"), written.page)
 
 
-def make_bed_book(folder: Path, campaign: Campaign, step: Callable[[str], None], say: Callable[[str], None]) -> Path:
-    """Make the demonstration as that of the study of the bed; returns the book's folder."""
-    return Path(run_demo(folder, campaign, False, step, say).book)
-
-
 def make_demo_book(folder: Path, campaign: Campaign, full: bool, step: Callable[[str], None], clock: Stopwatch) -> Path:
     """Write a campaign's files, ingest them into a new book, correct the typing error; returns the book's folder."""
     new_folder(folder)

@@ -55,10 +55,12 @@ def test_oscillations_lead_to_stiffness_and_damping(tmp_path: Path) -> None:
 def test_instruments_of_a_demonstration_have_their_resolution() -> None:
     """A person reads no microlitre, and a charger no hundredth of a mAh."""
     for seed in range(5):
-        head, *rows = (line.split(",") for line in walk_campaign(seed).files["walks.csv"].splitlines())
+        head, *rows = (line.split(",") for line in dict(walk_campaign(seed).records)["walks.csv"].decode().splitlines())
         assert head[3:] == ["distance_m", "charge_mAh", "voltage_V"]
         assert all(re.fullmatch(r"\d+\.\d", row[3]) and row[4].isdigit() for row in rows)
-        waters = [line.split(",")[2] for line in flask_campaign(seed).files["flasks.csv"].splitlines()[1:]]
+        waters = [
+            line.split(",")[2] for line in dict(flask_campaign(seed).records)["flasks.csv"].decode().splitlines()[1:]
+        ]
         assert all(len(water.partition(".")[2]) <= (float(water) < 100.0) for water in waters)
 
 

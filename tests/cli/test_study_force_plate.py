@@ -16,7 +16,8 @@ from benchmarks.validation_document import STUDIES, covered, in_memory, outside
 from data_schema.errors import InputRefused
 from labbook.demo import plate
 from labbook.demo.studies import force_plate
-from labbook.demo.studies.force_plate import PlateScatter, make_plate_book, plate_campaign
+from labbook.demo.studies.book import make_study_book
+from labbook.demo.studies.force_plate import PlateScatter, plate_campaign, plate_files
 from labbook.studies.force_plate import compare_joules
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
@@ -29,7 +30,7 @@ DAYS, HOPS = 2, 24
 
 def _make(folder: Path) -> Path:
     campaign = plate_campaign(1, days=DAYS, hops=HOPS)
-    return make_plate_book(folder / "demo", campaign, lambda _what: None, lambda _line: None)
+    return make_study_book(folder / "demo", plate_files(campaign), lambda _what: None, lambda _line: None)
 
 
 @pytest.fixture(scope="module")

@@ -9,17 +9,16 @@ written as files in the instruments' formats, and as a book that has ingested th
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from labbook.demo.logger import samples_not_dropped
-from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, logs_of, make_study_book, written_run
+from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, logs_of, written_run
 from labbook.demo.truth import recharged_mah
 
 FloatArray = NDArray[np.float64]
@@ -201,10 +200,13 @@ _PROTOCOL = """\
 exclude_first_jumps = 2"""
 
 
-def make_emulator_book(
-    folder: Path, campaign: Sequence[StudyRun], step: Callable[[str], None], say: Callable[[str], None]
-) -> Path:
-    """Write the campaign's files and ingest them into a new book; returns the book's folder."""
+def demonstration(seed: int) -> StudyFiles:
+    """Draw a campaign; return what is written of it."""
+    return emulator_files(emulator_campaign(seed))
+
+
+def emulator_files(campaign: Sequence[StudyRun]) -> StudyFiles:
+    """Return what is written of a campaign."""
     jumps = max(run.jumps_made for run in campaign)
     further = _FURTHER.format(dampings=sorted({damping for gain in GAINS for damping in dampings(gain)}))
     text = RUNS_TOML.format(
@@ -222,5 +224,5 @@ def make_emulator_book(
         capacity_mah=7200,
     )
     truth = {"conditions": [asdict(one) for one in truths(jumps)]}
-    files = StudyFiles(text + further, logs_of(campaign, dict.fromkeys(_FACTORS, 1)), truth, campaign, _FACTORS)
-    return make_study_book(folder, files, step, say)
+    logs = logs_of(campaign, dict.fromkeys(_FACTORS, 1))
+    return StudyFiles(text + further, logs, truth, campaign, _FACTORS)

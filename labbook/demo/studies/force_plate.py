@@ -9,9 +9,8 @@ simulation; what days and runs differ by is drawn. The plate has noise, and the 
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -19,7 +18,7 @@ import numpy as np
 from labbook.demo.files import MARK
 from labbook.demo.logger import samples_not_dropped
 from labbook.demo.plate import HELD_S, RATE_HZ, Hopping, PlateRecord, apex_of, pieces, record_of
-from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, logs_of, make_study_book, written_run
+from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, logs_of, written_run
 from labbook.demo.truth import recharged_mah
 from labbook.demo.writers import bertec_text
 
@@ -143,10 +142,13 @@ run_duration_s = 65
 exclude_first_jumps = 0"""
 
 
-def make_plate_book(
-    folder: Path, campaign: Sequence[PlateStudyRun], step: Callable[[str], None], say: Callable[[str], None]
-) -> Path:
-    """Write the campaign's files and ingest them into a new book; returns the book's folder."""
+def demonstration(seed: int) -> StudyFiles:
+    """Draw a campaign; return what is written of it."""
+    return plate_files(plate_campaign(seed))
+
+
+def plate_files(campaign: Sequence[PlateStudyRun]) -> StudyFiles:
+    """Return what is written of a campaign."""
     text = RUNS_TOML.format(
         study="force-plate",
         section="3.2.2",
@@ -162,8 +164,7 @@ def make_plate_book(
         capacity_mah=6600,
     )
     truth = {"runs": [_truth(run) for run in campaign if run.gain is not None]}
-    files = StudyFiles(text + _FURTHER, _records(campaign), truth, campaign, ("k_gain",))
-    return make_study_book(folder, files, step, say)
+    return StudyFiles(text + _FURTHER, _records(campaign), truth, campaign, ("k_gain",))
 
 
 def _records(campaign: Sequence[PlateStudyRun]) -> Iterator[tuple[str, bytes]]:

@@ -3,26 +3,35 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 
-STUDIES: Mapping[str, tuple[str, str, str]] = {
-    "force-plate": ("labbook.demo.studies.force_plate", "plate_campaign", "make_plate_book"),
-    "characterisation": ("labbook.demo.studies.sheets", "oscillation_campaign", "make_sheet_book"),
-    "emulator": ("labbook.demo.studies.emulator", "emulator_campaign", "make_emulator_book"),
-    "bed": ("labbook.demo.running", "make_campaign", "make_bed_book"),
-    "compaction": ("labbook.demo.studies.sheets", "flask_campaign", "make_sheet_book"),
-    "field": ("labbook.demo.studies.sheets", "walk_campaign", "make_sheet_book"),
+from labbook.demo.campaign import make_campaign
+from labbook.demo.running import run_demo
+from labbook.demo.studies.book import make_study_book
+
+STUDIES = {
+    "force-plate": ("force_plate", "demonstration"),
+    "characterisation": ("sheets", "oscillation_campaign"),
+    "emulator": ("emulator", "demonstration"),
+    "bed": None,
+    "compaction": ("sheets", "flask_campaign"),
+    "field": ("sheets", "walk_campaign"),
 }
-"""In the order of the thesis (3.2.2, 4.2.6, 4.3, 5.2, 5.1.2, 2.2.3): a module, its function that draws a campaign from
-a seed, and the one that writes it into a folder and makes its book."""
+"""In the order of the thesis (3.2.2, 4.2.6, 4.3, 5.2, 5.1.2, 2.2.3): a module here, and its function that draws the
+files of a campaign from a seed. That of the bed is the demonstration itself.
+"""
 
 
 def make_study(study: str, folder: Path, seed: int, step: Callable[[str], None], say: Callable[[str], None]) -> str:
     """Make the book of a study's campaign; returns the command to go on with."""
-    module, draw, make = STUDIES[study]
-    functions = vars(import_module(module))
+    place = STUDIES[study]
     step("drawing the campaign")
-    book = functions[make](folder, functions[draw](seed), step, say)
-    return shlex.join(["labbook", "study", study, "--book", str(book)])
+    if place is None:
+        book = run_demo(folder, make_campaign(seed), False, step, say).book
+    else:
+        module, draw = place
+        files = vars(import_module(f"labbook.demo.studies.{module}"))[draw](seed)
+        book = str(make_study_book(folder, files, step, say))
+    return shlex.join(["labbook", "study", study, "--book", book])

@@ -10,14 +10,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.demo.files import STUDY_TOML
-from labbook.demo.studies.book import StudyFiles, make_study_book
+from labbook.demo.studies.book import StudyFiles
 from labbook.studies.characterisation import Condition, Trial
 
 _TITLE = """\
@@ -114,34 +112,26 @@ def oscillations(
     return found
 
 
-@dataclass(frozen=True, slots=True)
-class SheetCampaign:
-    """A campaign recorded in a sheet: what its book is called and of which kind, its files by name, what is true.
-
-    `tables` are those of labbook.toml that the study needs.
-    """
-
-    name: str
-    kind: str
-    tables: str
-    files: Mapping[str, str]
-    truth: Mapping[str, float]
+def _campaign(name: str, kind: str, tables: str, files: Mapping[str, str], truth: Mapping[str, float]) -> StudyFiles:
+    """Return a campaign of files; `tables` are those of labbook.toml that the study needs."""
+    text = _TITLE + STUDY_TOML.format(name=name, kind=kind, voltage_v=15.4, jumps=25)
+    return StudyFiles(text + tables, {name: written.encode() for name, written in files.items()}.items(), truth)
 
 
-def flask_campaign(seed: int) -> SheetCampaign:
+def flask_campaign(seed: int) -> StudyFiles:
     """Draw flasks of grains, poured and compacted."""
     truth = {"loose": LOOSE, "compacted": COMPACTED, "difference": COMPACTED - LOOSE}
     tables = f"[studies.compaction]\ngrain_mm = {GRAIN_MM:g}\n"
-    return SheetCampaign("grains in flasks", "bed", tables, {"flasks.csv": flasks(_chance(seed))}, truth)
+    return _campaign("grains in flasks", "bed", tables, {"flasks.csv": flasks(_chance(seed))}, truth)
 
 
-def walk_campaign(seed: int) -> SheetCampaign:
+def walk_campaign(seed: int) -> StudyFiles:
     """Draw walks of two robots."""
     truth = {"thin": THIN, "wide": WIDE, "wide / thin": WIDE / THIN}
-    return SheetCampaign("two robots in the field", "field", "", {"walks.csv": walks(_chance(seed))}, truth)
+    return _campaign("two robots in the field", "field", "", {"walks.csv": walks(_chance(seed))}, truth)
 
 
-def oscillation_campaign(seed: int) -> SheetCampaign:
+def oscillation_campaign(seed: int) -> StudyFiles:
     """Draw trials of a leg's gains at three neutral lengths, and the log of each."""
     sheet, files, truth = ["file,gain,damping_gain,mass_kg,neutral_cm"], {}, {}
     for one in oscillations(_chance(seed), lengths_cm=tuple(LENGTHS_CM), displaced_m=DISPLACED_M):
@@ -157,16 +147,7 @@ def oscillation_campaign(seed: int) -> SheetCampaign:
             for gain in (0.0, *(pair[what == "damping"] for pair in GAINS)):
                 truth[f"{what} at gain {gain:g}, {length_cm} cm ({unit})"] = factor * (line[0] * gain + line[1])
     tables = '[profiles.study_log]\nfiles = "*kg_*.csv"\nformat = "study_log"\n'
-    return SheetCampaign("a leg's gains", "emulator", tables, files, truth)
-
-
-def make_sheet_book(
-    folder: Path, campaign: SheetCampaign, step: Callable[[str], None], say: Callable[[str], None]
-) -> Path:
-    """Write a campaign's files below a new folder and ingest them into a book; returns the book's folder."""
-    text = _TITLE + STUDY_TOML.format(name=campaign.name, kind=campaign.kind, voltage_v=15.4, jumps=25)
-    records = ((name, written.encode("utf-8")) for name, written in campaign.files.items())
-    return make_study_book(folder, StudyFiles(text + campaign.tables, records, campaign.truth), step, say)
+    return _campaign("a leg's gains", "emulator", tables, files, truth)
 
 
 def _chance(seed: int) -> np.random.Generator:
