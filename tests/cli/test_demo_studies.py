@@ -12,10 +12,7 @@ from typing import Any
 
 import pytest
 
-from benchmarks.validation_document import STUDIES as STUDIES_OF_VALIDATION
-from benchmarks.validation_document import covered
 from labbook.demo.studies.registry import STUDIES
-from labbook.demo.studies.sheets import flask_campaign, walk_campaign
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import prints_page_one_on_a_sheet
 
@@ -50,18 +47,6 @@ def test_oscillations_lead_to_stiffness_and_damping(tmp_path: Path) -> None:
             assert damping == pytest.approx(truth[f"damping at gain {one['damping_gain']:g}, {length} (kg/s)"], rel=0.1)
         assert (one["trajectories"], one["masses_kg"]) == (6, [1.0, 1.5, 2.0])
         assert 6 * 140 < one["n"] < 6 * 150, "packets are dropped"
-
-
-def test_instruments_of_a_demonstration_have_their_resolution() -> None:
-    """A person reads no microlitre, and a charger no hundredth of a mAh."""
-    for seed in range(5):
-        head, *rows = (line.split(",") for line in dict(walk_campaign(seed).records)["walks.csv"].decode().splitlines())
-        assert head[3:] == ["distance_m", "charge_mAh", "voltage_V"]
-        assert all(re.fullmatch(r"\d+\.\d", row[3]) and row[4].isdigit() for row in rows)
-        waters = [
-            line.split(",")[2] for line in dict(flask_campaign(seed).records)["flasks.csv"].decode().splitlines()[1:]
-        ]
-        assert all(len(water.partition(".")[2]) <= (float(water) < 100.0) for water in waters)
 
 
 @pytest.mark.parametrize(
@@ -99,16 +84,3 @@ def test_another_study_and_a_folder_that_is_not_empty_are_refused(tmp_path: Path
     (tmp_path / "there" / "note.txt").write_text("mine")
     for study in STUDIES:
         refused(labbook("demo", "--study", study, str(tmp_path / "there"), at=tmp_path), 2, "not empty")
-
-
-@pytest.mark.parametrize(
-    ("study", "campaigns"),
-    [("compaction", 3), ("field", 3), pytest.param("characterisation", 1, marks=pytest.mark.soak)],
-)
-def test_intervals_of_ingested_campaigns_are_those_that_are_counted(study: str, campaigns: int) -> None:
-    """A smaller one of docs/validation.md: through files and a book, more than half of the intervals hold the truth.
-
-    The draws are seeded; of other seeds one in 70 would fail by chance.
-    """
-    counts = covered(STUDIES_OF_VALIDATION[f"{study}, ingested"], campaigns)
-    assert sum(count for count, _ in counts.values()) > 0.5 * sum(n for _, n in counts.values())

@@ -7,22 +7,11 @@ from pathlib import Path
 import pytest
 
 from simulator.accuracy import study
-from simulator.accuracy.methods import EULER, LABBOOK, METHODS, NAMES
+from simulator.accuracy.methods import EULER, LABBOOK, NAMES
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.accuracy_studies import quick_study
 
 FEW = [EULER, "solve_ivp RK45", LABBOOK]
-
-
-@pytest.mark.soak
-def test_what_a_person_sees(tmp_path: Path) -> None:
-    shown = good(labbook("sim", "accuracy", "--scene", "sim2", "--quick", at=tmp_path)).out
-    assert "against: stored case “defaults, held gains in flight” of sim2" in shown
-    assert "nothing is claimed under: deepest foot" in shown
-    assert "for 1 % of the cost in joules you need accuracy 1e-3 with labbook; you pay " in shown
-    assert "for 1e-6 of the cost in joules no setting of explicit Euler (thesis) that was tried will do" in shown
-    for method in METHODS:
-        assert method in shown
 
 
 def test_json_and_figure_of_a_scene_of_one_s_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -44,14 +44,6 @@ def test_a_form_for_a_paper_and_the_same_bytes_twice(tmp_path: Path) -> None:
     assert not (tmp_path / "one" / "claims.csv").exists()  # no claim is about the ground's functions alone
 
 
-def test_what_a_person_sees(tmp_path: Path) -> None:
-    shown = good(labbook("sim", "figures", "--format", "svg", *only("3.4"), at=tmp_path)).out
-    assert "figure 3.4: thesis-figures/thesis_3_4_body_and_toe.svg" in shown
-    (drawn,) = (tmp_path / "thesis-figures").glob("*.svg")
-    assert drawn.read_bytes().startswith(b"<?xml")
-    assert "2 claims hold at every point: thesis-figures/claims.md" in shown
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [

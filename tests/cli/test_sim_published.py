@@ -69,22 +69,6 @@ def test_what_programs_read(tmp_path: Path, simulated_once: None) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_a_person_sees(tmp_path: Path, simulated_once: None) -> None:
-    shown = good(labbook("sim", "published", "--accuracy", "1e-4", at=tmp_path)).out
-    for said in (
-        "| 0.258 (0.256)",
-        "| 0.347 (~0.335)",
-        "14.2 (very little)",
-        "10 of 21 agree; for 2 more",
-        "7 reproduced, 8 contradicted, 32 not testable.",
-        "saves 6.3 %",
-        "**emu.apex_plateau**",
-        "k_compression = 118.6 N/m",
-        "relative error of 1e-4.",
-    ):
-        assert said in shown, said
-
-
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -25,15 +25,6 @@ STANCES = [
 ]
 """Published parameters (set 2), one stance each, as `tests/simulator/kernel/test_golden.py` has more of them."""
 
-DROP = ("liftoff_time_s", "max_depth_m", "apex_height_m", "cost_J")
-DROPS = [(["gain=400", "damping_gain=150"], (0.26051202, 0.02331402, 0.31567884, 41.639542))]
-FOURTH_JUMP = ("apex_height_m", "jump_heat_J", "jump_mechanical_J", "max_depth_m")
-CYCLES = [
-    ("emulator", 400, 200 / 3, 0.895325294, (0.444057267, 33.0617621, 2.83681263, 0.043810934)),
-    ("force_plate", 600, None, 0.672458602, (0.453726082, 63.1469520, 0.58872675, 0.0)),
-]
-"""Gain, active-damping gain, first touchdown, then the fourth jump."""
-
 
 def simulated(at: Path, scene: str, sets: list[str], *words: str) -> Any:
     options = [word for item in sets for word in ("--set", item)]
@@ -47,25 +38,6 @@ def test_published_stances(sets: list[str], expected: tuple[float, ...], tmp_pat
     assert [found[key] for key in STANCE] == pytest.approx(expected, rel=1e-7)
     assert found["cost_J"] == pytest.approx(found["stance_heat_J"] + found["stance_mechanical_J"], rel=1e-12)
     assert abs(found["energy_residual_J"]) < 1e-9 * found["cost_J"]
-
-
-@pytest.mark.parametrize(("sets", "expected"), DROPS)
-def test_drops_onto_the_bed(sets: list[str], expected: tuple[float, ...], tmp_path: Path) -> None:
-    found = simulated(tmp_path, "bed", sets, "--accuracy", "1e-9")
-    assert [found[key] for key in DROP] == pytest.approx(expected, rel=1e-7, abs=5e-9)  # given to 1e-8
-    assert found["assumed"].keys() == {"body_mass", "foot_mass", "kg_scale"}
-    assert set(found["set_by_user"]) <= {"k_extension", "b_ad", "foot_radius"}
-
-
-@pytest.mark.parametrize(("scene", "gain", "damping_gain", "touchdown_s", "expected"), CYCLES)
-def test_cycles_of_jumps(
-    scene: str, gain: int, damping_gain: float | None, touchdown_s: float, expected: tuple[float, ...], tmp_path: Path
-) -> None:
-    sets = [f"gain={gain}", "jumps=4"] + ([f"damping_gain={damping_gain!r}"] if damping_gain is not None else [])
-    found = simulated(tmp_path, scene, sets, "--accuracy", "1e-9")
-    assert found["jumps"][0]["next_touchdown_time_s"] == pytest.approx(touchdown_s, rel=1e-7)
-    assert len(found["jumps"]) == 4
-    assert [found[key] for key in FOURTH_JUMP] == pytest.approx(expected, rel=1e-7, abs=1e-12)
 
 
 def test_what_a_person_sees(tmp_path: Path) -> None:

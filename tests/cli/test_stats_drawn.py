@@ -5,44 +5,24 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from decimal import Decimal
-from pathlib import Path
 
 import pytest
 from matplotlib.figure import Figure
 
 from labbook.actions.stats.answering import Answer, Question, compare, equal
 from labbook.actions.stats.figures import drawn_name, in_groups, quantiles_of, residual_plot_of
-from labbook.analysis.observations import Observation, ObservationRequest, Observations, observations_of_book
+from labbook.analysis.observations import Observation, Observations
 from reports.figures.estimation import Estimation, EstimationGroup, draw_estimation
 from reports.figures.quantiles import draw_quantiles
 from reports.figures.residuals import draw_residuals
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
 from stats.groups.residuals import residuals_of_groups
-from tests.helpers.books import small_book
 
 
 def table(groups: dict[str, list[Decimal | float]], unit: str = "J") -> Observations:
     rows = tuple(Observation(value, label) for label, values in groups.items() for value in values)
     return Observations("data.csv", "energy", unit, "g", next(iter(groups)), rows)
-
-
-def test_groups_are_called_as_in_the_report(tmp_path: Path) -> None:
-    with small_book(tmp_path).open() as book, book.reading() as connection:
-
-        def observed(by: str | None) -> Observations:
-            return observations_of_book(connection, book.store, book.configuration, ObservationRequest(by=by))
-
-        swept, foot, day = observed(None), observed("foot"), observed("day")
-    assert [drawn_name(swept, label).replace("\xa0", " ") for label in swept.labels] == ["CE", "d = 352 kg/s"]
-    assert drawn_name(swept.pooled(), swept.rest) == "active damping"
-    assert [drawn_name(foot, label) for label in foot.labels] == ["large foot", "small foot"]
-    assert [drawn_name(day, label) for label in day.labels] == ["2021-06-14", "2021-06-16"]
-
-
-def test_groups_stand_in_the_order_of_their_numbers() -> None:
-    assert table({str(level): [1.0] for level in (0, 1, 10, 2)}).labels == ["0", "1", "2", "10"]
-    assert table({f"foot {level}": [1.0] for level in (1, 10, 2)}).labels == ["foot 1", "foot 2", "foot 10"]
 
 
 @pytest.mark.parametrize("n_groups", [11, 24])
@@ -60,23 +40,6 @@ def residual_figures(observed: Observations) -> list[Figure]:
     drawn = in_groups(observed)
     found = residuals_of_groups({label: drawn.values(label) for label in drawn.labels})
     return [draw_quantiles(quantiles_of(drawn, found, 0.95)), draw_residuals(residual_plot_of(drawn, found))]
-
-
-def ticks(figure: Figure) -> list[str]:
-    figure.draw_without_rendering()
-    return [label.get_text().replace("\xa0", " ") for label in figure.axes[0].get_xticklabels()]
-
-
-def test_residuals_are_named_as_in_the_report(tmp_path: Path) -> None:
-    with small_book(tmp_path).open() as book, book.reading() as connection:
-        observed = observations_of_book(connection, book.store, book.configuration, ObservationRequest())
-    quantiles, residuals = residual_figures(observed)
-    (legend,) = quantiles.legends
-    assert [text.get_text().replace("\xa0", " ") for text in legend.get_texts()][-2:] == ["CE", "d = 352 kg/s"]
-    sizes = [len(line.get_xdata()) for line in quantiles.axes[0].lines if line.get_marker() in ("o", "s")]
-    assert sizes == [len(observed.values(label)) for label in observed.labels]
-    assert ticks(residuals)[:2] == ["CE", "d = 352 kg/s"]
-    assert residuals.axes[0].get_xlabel() == "Active-damping coefficient"
 
 
 def test_long_names_leave_room_for_the_values() -> None:

@@ -9,12 +9,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from benchmarks.validation_document import STUDIES, covered, in_memory, outside
 from data_schema.errors import InputRefused
-from labbook.demo import plate
 from labbook.demo.studies import force_plate
 from labbook.demo.studies.book import make_study_book
 from labbook.demo.studies.force_plate import PlateScatter, plate_campaign, plate_files
@@ -95,29 +93,6 @@ def test_intervals_of_slopes_cover_where_recharges_scatter() -> None:
 
 
 @pytest.mark.soak
-def test_intervals_of_both_clocks_cover_what_is_true() -> None:
-    """Offsets' always, as they hold all that a touchdown's definition leaves open; drifts' in the 99.9 % band of 8."""
-    drifts = 0
-    for seed in (11, 12):
-        runs = [run for run in plate_campaign(seed, days=1, hops=40) if run.gain]
-        study = compare_joules([in_memory(run, 40.0) for run in runs], 13)
-        for run, one in zip(runs, study.runs, strict=True):
-            assert isinstance(one.offset_ci, tuple)
-            assert isinstance(one.clocks.drift_ci, tuple)
-            assert one.offset_ci[0] < run.clocks[0] < one.offset_ci[1]
-            assert one.offset_ci[1] - one.offset_ci[0] < 2e-3
-            drifts += one.clocks.drift_ci[0] < run.clocks[1] < one.clocks.drift_ci[1]
-    assert drifts >= 5  # fewer have a chance of .0004
-    slow = [
-        replace(one, leg_time_s=one.leg_time_s[::2], length_m=one.length_m[::2])
-        for one in (in_memory(run, 40.0) for run in runs)
-    ]
-    for whole, sparse in zip(study.runs, compare_joules(slow, 13).runs, strict=True):
-        assert whole.touchdown_apart_s == pytest.approx(0.5e-3, rel=2e-3)
-        assert sparse.touchdown_apart_s == pytest.approx(1e-3, rel=2e-3)
-
-
-@pytest.mark.soak
 def test_intervals_cover_slope_and_drift() -> None:
     """Each count lies in the 99.9 % binomial band."""
     assert not outside(covered(STUDIES["force-plate"], 5))
@@ -130,29 +105,6 @@ def test_without_the_foot_s_weight_joules_are_those_of_the_motors_in_stance() ->
     assert study.slope_without_foot == pytest.approx(1.0, abs=0.01)
     assert study.slope.slope == pytest.approx(1.07, abs=0.02)
     assert not study.left_out
-
-
-def test_without_impacts_and_smoothing_the_whole_chain_gives_the_motors_joules(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Two clocks, 3 ms between lengths and a plate at 1 kHz cost 0.2 %."""
-    monkeypatch.setattr(plate.Hopping, "impacts", lambda _hopping, _rng, time_s: np.zeros(time_s.size))
-    campaign = plate_campaign(2, days=1, hops=40, scatter=PlateScatter(0.0, 0.0, 0.0), noise=0.0)
-    study = compare_joules([in_memory(run, run.stance_j) for run in campaign if run.gain], 1)
-    assert study.slope_without_foot == pytest.approx(1.0, abs=0.004)
-
-
-def test_its_figure_names_axes_conditions_and_window() -> None:
-    runs = [in_memory(run, 40.0) for run in plate_campaign(6, days=1, hops=16) if run.gain]
-    study = compare_joules([replace(run, title=f"extension {run.condition[-3:]}") for run in runs])
-    figure = study.draw()
-    labels = " ".join(axes.get_xlabel() + axes.get_ylabel() for axes in figure.axes)
-    for said in ("Force on the plate (N)", "Leg length (cm)", "Measured joules", "Estimated joules", "Window", "Slope"):
-        assert said in labels
-    shown = [text.get_text() for text in (*figure.legends[0].get_texts(), *figure.axes[3].texts)]
-    assert [text for text in shown if "extension" in text] == [
-        f"extension {gain}" for gain in sorted(force_plate.GAINS)
-    ]
-    assert {"the first hops of a run", f"corner: {study.window} samples"} <= set(shown)
-    assert all(2 <= one.first <= 3 for one in study.runs)  # a packet may be missing
 
 
 def test_joules_stand_beside_the_simulator_and_the_slope_beside_the_thesis(book: Path) -> None:

@@ -115,7 +115,7 @@ def test_the_password_of_the_database_stays_out_of_the_journal(made: SmallBook, 
         assert in_force is not None
         assert in_force.sha256 == hashlib.sha256(text.encode()).hexdigest()
         masked = kept or url.replace("s3cr3t", "***")
-        assert parse_configuration(in_force.text, "the book's configuration").database_url == masked
+        assert parse_configuration(in_force.text, "the book's configuration").database.url == masked
 
 
 def test_a_password_that_cannot_be_found_in_the_text_is_refused(made: SmallBook) -> None:

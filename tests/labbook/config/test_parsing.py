@@ -196,8 +196,8 @@ def test_everything_is_read() -> None:
         "clock_format": "m:s", "axes": "y up", "trials": "trial", "format": "delimited_log",
         "instrument": "bertec_acquire", "override_units": True, "complete": True, "no_robot_check": True,
     }  # fmt: skip
-    assert configuration.database_url == "postgresql+psycopg://ada@server/labbook"
-    assert configuration.store_path == "/mnt/lab/book"
+    assert configuration.database.url == "postgresql+psycopg://ada@server/labbook"
+    assert configuration.store.path == "/mnt/lab/book"
     assert (configuration.text, configuration.sha256) == (SAMPLE, hashlib.sha256(SAMPLE.encode()).hexdigest())
 
 
@@ -348,7 +348,7 @@ def test_the_template_is_ready_to_be_read() -> None:
     # No other lab's robot, pack or duration, by which files of this one would be refused.
     assert configuration.robots == configuration.batteries == configuration.factors == {}
     assert (configuration.protocol.run_duration_s, configuration.protocol.checks) == (None, ())
-    assert configuration.database_url is None
+    assert configuration.database.url is None
 
 
 def test_every_example_in_the_template_is_right() -> None:

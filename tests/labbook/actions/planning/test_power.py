@@ -93,18 +93,6 @@ def test_anova_over_the_treated_levels_needs_what_r_says(fresh: SmallBook) -> No
     assert row(found, "ANOVA over 4").powers[5] == pytest.approx(0.3535594, abs=1e-7)
 
 
-def test_sentences_have_the_digits_of_other_sentences_and_the_data_all(fresh: SmallBook) -> None:
-    gains, analysis = "[0, 50, 100, 150]", EACH.format(alpha=0.05) + "apex_bounds_percent = [-3, 3]\n"
-    found = power_of(
-        fresh, analysis, gains, difference=4.268321, sd=0.3247491, apex_sd_m=0.0123456, apex_mean_m=0.3210987
-    )
-    assert (found.difference, found.primary.sd) == (4.268321, 0.3247491)
-    said = {item.test.partition(",")[0]: item.sentence for item in found.needed}
-    says(said["by shared days"], "a difference of", "4.27", "0.325")
-    says(said["ANOVA over 3 levels"], "-2.13, 2.13, 0", "sd 0.325")
-    says(row(found, "no loss").sentence, "0.321", "for a difference", "0.0123")
-
-
 def test_pooled_levels_count_together_and_holm_costs_runs(fresh: SmallBook) -> None:
     gains = "[0, 50, 100, 150, 200]"
     pooled = power_of(fresh, "", gains, difference=1.0, sd=1.0, n=7)
