@@ -71,7 +71,7 @@ def test_show_has_heights_peak_and_contact_with_their_errors(book: Path) -> None
 @pytest.mark.parametrize("outcome", HEIGHTS)
 def test_heights_are_compared(outcome: Outcome, book: Path) -> None:
     said = good(labbook("stats", "compare", "--quantity", outcome.key, "--where", "foot=small", at=book)).out
-    assert re.search(r"mean [\d.]+ mm, n = ", said), said
+    assert re.search(r"[\d.]+ mm .*n = \d", said), said
 
 
 def test_the_report_compares_by_every_rule_and_says_whether_the_verdict_holds(report: Path) -> None:
