@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 
 from data_schema.outcomes import Outcome
-from reports.content import Comparison, ReportContent
+from reports.content import Comparison, ReportContent, Sensitivity
 from reports.display import (
     NO_BREAK,
     SAVINGS,
     as_shown,
+    common_places,
     count_text,
     decimal_text,
     general_text,
@@ -20,6 +21,7 @@ from reports.display import (
     list_text,
     p_text,
     places_of,
+    sentence_start,
     shown_unit,
     value_text,
     with_unit,
@@ -270,3 +272,34 @@ def _days_measured(content: ReportContent) -> set[str]:
     """Return the days with a run that a number is computed from."""
     runs = {one.run for condition in content.conditions for each in condition.summaries.values() for one in each.runs}
     return {day.date for day in content.days if not runs.isdisjoint(day.runs)}
+
+
+def sentences_on_rules(content: ReportContent) -> tuple[str, ...]:
+    """Say of each headline under how many rules of onset and take-off of a single jump its verdict holds."""
+    return tuple(text for item in content.sensitivity if (text := _by_rules(item)))
+
+
+def _by_rules(item: Sensitivity) -> str:
+    """Say it of one headline; "" where it has no verdict, or no such rules."""
+    verdict = _verdict(item.as_reported)
+    tried = [one for one in item.variants if one.by_rules and isinstance(one.number.value, float)]
+    if verdict is None or not tried:
+        return ""
+    others = [one.label for one in tried if _verdict(one.number) != verdict]
+    shown = [as_shown(one.number) for one in tried]
+    values = [one.value for one in shown if isinstance(one.value, float)]
+    places = common_places([item.as_reported])
+    span = with_unit(f"{decimal_text(min(values), places)} to {decimal_text(max(values), places)}", shown[0].unit)
+    rules = f"{count_text(len(tried), 'rule')} of onset and take-off ({span})"
+    holds = (
+        f"under all {rules}" if not others else f"under {len(tried) - len(others)} of {rules}, not {list_text(others)}"
+    )
+    return f"{sentence_start(item.headline)}: the verdict holds {holds}."
+
+
+def _verdict(number: Number) -> int | None:
+    """Return the sign of a number whose interval excludes 0, else 0; None where it has no interval."""
+    low, high = number.ci_low, number.ci_high
+    if not isinstance(low, float) or not isinstance(high, float):
+        return None
+    return (low > 0.0) - (high < 0.0)

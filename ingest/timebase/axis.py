@@ -96,7 +96,7 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     ticks = _ticks(time, sources.block, findings) if clocks is None else clocks.seconds
     per_second = 1.0 if time.kind is CellKind.CLOCK else ticks_per_second(time.unit)
     if per_second is None:
-        _ask_for_unit(sources, time, ticks[usable & np.isfinite(ticks)], findings)
+        _ask_for_unit(sources, time, ticks[usable], findings)
         return Recordings(usable, ())
     seconds = ticks if per_second == 1.0 else by_blocks(ticks, lambda block: block / per_second)
     if sources.fixed_rate_hz is not None and _are_arrival_times(seconds):
@@ -148,11 +148,12 @@ def _written(stamp: float) -> str:
 
 
 def _ask_for_unit(sources: TimeSources, time: TimePlan, ticks: FloatArray, findings: FindingCollector) -> None:
-    """Refuse a time column without a unit that is known; the flag names one where the rate, declared or in the header,
-    rules out the others. `ticks` has shape (n_usable_rows,).
+    """Refuse a time column without a unit that is known; the flag names one only where all else rules out the others.
+
+    `ticks` has shape (n_usable_rows,).
     """
-    given, per_tick = sources.declared.rate_hz or sources.preamble.rate_hz, _samples_per_tick(ticks)
-    flag = _unit_flag(time, _units_near(given / per_tick) if given and per_tick else [])
+    ticks = ticks[np.isfinite(ticks)]
+    flag = _unit_flag(time, _units_by_reference(sources, ticks))
     rate = sources.declared.rate_hz
     flag += "" if rate is None else f", or count samples by the rate, {count_by_rate_flags(time.flag, f'{rate:g}')}"
     if time.unit is not None:
@@ -173,8 +174,27 @@ def _samples_per_tick(ticks: FloatArray) -> float | None:
     return 1 / usual_step(steps) if steps.size else None
 
 
+def _units_by_reference(sources: TimeSources, ticks: FloatArray) -> list[str]:
+    """Return the units in which stamps have the rate declared or in the header, or else go on as the calendar does;
+    none where nothing is there to compare with.
+    """
+    rate, per_tick = sources.declared.rate_hz or sources.preamble.rate_hz, _samples_per_tick(ticks)
+    per_second = None if rate is None or per_tick is None else rate / per_tick
+    if per_second is None:
+        spans = [span for name in split_clocks(sources.clocks)[0] if (span := _span_s(sources, name)) is not None]
+        per_second = float(ticks.max() - ticks.min()) / spans[0] if spans and ticks.size else None
+    return [] if per_second is None else _units_near(per_second)
+
+
 def _units_near(per_second: float) -> list[str]:
     return [unit for unit, known in TICKS_PER_SECOND.items() if abs(per_second / known - 1) <= RATE_REFUSED]
+
+
+def _span_s(sources: TimeSources, column: str) -> float | None:
+    """Return the seconds from first to last of clock texts; None where these are not fine enough to tell units."""
+    seconds = read_clocks(sources.clocks[column], None, column, sources.declared, FindingCollector()).seconds
+    found = np.unique(seconds[np.isfinite(seconds)])
+    return float(found[-1] - found[0]) if len(found) > 1 / RATE_REFUSED else None
 
 
 def _unit_flag(time: TimePlan, units: Sequence[str]) -> str:
@@ -272,7 +292,7 @@ def _report_gaps(timebase: Timebase, rows: IntArray | slice, block: Block, findi
         after = rows_after_gaps(timebase, kind)
         if after.size:
             places = after if isinstance(rows, slice) else rows[after]
-            findings.add(NOTE, rule, message, lines=block.lines[places])
+            findings.add(NOTE, rule, message, lines=block.line_of(places), count=len(after))
 
 
 def _check_rates(found: Sequence[Recording], sources: TimeSources, time: TimePlan, findings: FindingCollector) -> None:

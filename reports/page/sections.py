@@ -21,7 +21,7 @@ from reports.remarks import gains_text, prediction_sentences
 from reports.tables.each_run import run_anchors
 from reports.tables.prediction_bias import verdict_text
 from reports.tables.predictions import PREDICTED
-from reports.trust import flow_sentence, trust_sentences
+from reports.trust import flow_sentence, sentences_on_rules, trust_sentences
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,7 +87,7 @@ def sections_of(content: ReportContent) -> tuple[Section, ...]:
         _answer(content),
         _results(content),
         _predicted(content),
-        Section("robustness", "Robustness", (FigureHere("sensitivity"),) if content.sensitivity else ()),
+        _robustness(content),
         _plan(content),
         _methods(content),
         *(_outcome_in_full(content, outcome) for outcome in content.outcomes),
@@ -221,6 +221,11 @@ def _predictions_in_full(content: ReportContent) -> Section:
         parts += [*map(Paragraph, prediction_sentences(content)), FigureHere("limits_of_agreement")]
         parts += map(TableHere, tables)
     return Section("predictions", "Predictions in full", tuple(parts), folded=True)
+
+
+def _robustness(content: ReportContent) -> Section:
+    rules = map(Paragraph, sentences_on_rules(content))
+    return Section("robustness", "Robustness", (FigureHere("sensitivity"), *rules) if content.sensitivity else ())
 
 
 def _certainty(content: ReportContent) -> Section:

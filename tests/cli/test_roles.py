@@ -41,8 +41,8 @@ def guest(tmp_path: Path, postgres_url: str, cluster: Cluster) -> Iterator[Small
     with psycopg.connect(host=str(cluster.socket_folder), user="labbook", dbname=name, autocommit=True) as owner:
         owner.execute("DROP ROLE IF EXISTS guest")
         owner.execute("CREATE ROLE guest LOGIN")
-        owner.execute("GRANT USAGE ON SCHEMA public TO guest")
-        owner.execute("GRANT SELECT ON ALL TABLES IN SCHEMA public TO guest")
+        owner.execute("GRANT USAGE ON SCHEMA labbook TO guest")
+        owner.execute("GRANT SELECT ON ALL TABLES IN SCHEMA labbook TO guest")
         book.toml.write_text(book.toml.read_text().replace("://labbook@", "://guest@"))
         yield book
         owner.execute("DROP OWNED BY guest")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
@@ -149,6 +150,30 @@ def test_a_unit_is_named_for_no_rate_that_it_would_give(first: int, step: float)
     says(said.message, "s, ms, us, ns, filetime, min, h, d")
     unknown = refusal(read("t [fortnight],height [m]", rows))
     assert (unknown.rule, named(unknown.message)) == ("time_unit_unknown", "UNIT")
+
+
+@pytest.mark.parametrize(
+    ("title", "rate_hz"), [("# rate: 0.2 Hz\n", None), ("", 0.2)], ids=["in the header", "declared"]
+)
+def test_a_rate_that_is_stated_decides_the_unit(title: str, rate_hz: float | None) -> None:
+    rows = [f"{5 * k},{20 + k % 5}" for k in range(100)]
+    said = refusal(read(f"{title}t,temperature_internal [degC]", rows, rate_hz=rate_hz))
+    assert named(said.message) == "s"
+    assert not read(f"{title}t,temperature_internal [degC]", rows, columns={"t": ColumnDeclaration(unit="s")}).refused
+
+
+@pytest.mark.parametrize(("per_second", "unit"), [(1, "s"), (1000, "ms"), (10_000_000, "filetime"), (7, "UNIT")])
+def test_a_calendar_clock_beside_the_stamps_decides_their_unit(per_second: int, unit: str) -> None:
+    start = datetime.fromisoformat("2024-03-04 12:00")
+    rows = [f"{2 * k * per_second};{start + timedelta(seconds=2 * k)};{20 + k % 5}" for k in range(60)]
+    said = refusal(read("t;logged at;temperature_internal [degC]", rows))
+    assert named(said.message) == unit
+
+
+def test_dates_alone_and_whole_minutes_decide_no_unit() -> None:
+    for clock in ("2024-03-04", "12:00:00"):
+        rows = [f"{2 * k};{clock};{20 + k % 5}" for k in range(60)]
+        assert named(refusal(read("t;day;temperature_internal [degC]", rows)).message) == "UNIT"
 
 
 SECONDS = pytest.mark.parametrize("header", ["time [s],height [m]", "time_s,height [m]", "time,height\ns,m"])

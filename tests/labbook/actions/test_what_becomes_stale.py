@@ -85,14 +85,14 @@ def test_a_jump_run_names_its_numbers_and_its_conditions(book: Book) -> None:
     for columns in (["jumps_made=2"], ["duration_s=700"], ["foot=large"]):
         stale = corrected(book, "r002", *columns)
         assert stale["run_energy"] == stale["run_apexes"] == {"r002"}
-        assert {"condition_summary", "comparison"} <= stale.keys()
+        assert {"condition_summary", "decision", "thesis_route"} <= stale.keys()
         assert "passive_drain" not in stale
 
 
 def test_a_charge_names_joules_and_no_apexes(book: Book) -> None:
     stale = corrected(book, charge_of(book, "r002"), "charge_mah=118")
     assert stale["run_energy"] == {"r002"}
-    assert {"condition_summary", "comparison"} <= stale.keys()
+    assert {"condition_summary", "decision", "thesis_route"} <= stale.keys()
     assert "run_apexes" not in stale
 
 
@@ -159,7 +159,7 @@ class Fresh:
 def test_a_log_taken_off_names_apexes_and_no_joules(book: Book) -> None:
     stale = stale_after(book, lambda session: assign(session, "r001.csv", "none", "wrong card"))
     assert stale["run_apexes"] == {"r001"}
-    compared = {"comparison", "comparison_by_day", "family", "jump_comparison", "decision", "decision_family"}
+    compared = {"decision", "decision_family", "thesis_route", "thesis_route_over_jumps"}
     assert stale.keys() == {"run_apexes", "condition_summary", *compared}
     moved = stale_after(book, lambda session: assign(session, "r001.csv", "r003", "mixed up"))
     assert moved["run_apexes"] == {"r001", "r003"}

@@ -92,7 +92,7 @@ def odd(tmp_path: Path, install: Install) -> SmallBook:
         ('raise LabbookError("no such meter")', "no such meter"),
         ('raise BookDamaged("what it calls damaged")', "what it calls damaged"),
         (works(amount="-1.0"), "charge 1"),
-        (works(name="None"), "TypeError"),
+        (works(name="None"), "ValueError"),
         (works(unit=repr("\ud800")), "UnicodeEncodeError"),
         ("return None", "TypeError"),
     ],

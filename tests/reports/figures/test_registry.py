@@ -67,10 +67,11 @@ def undefined_everywhere(content):
         for joules in [c.summaries[Outcome.JOULES]]
     )
     comparisons = tuple(
-        dataclasses.replace(c, savings=dataclasses.replace(c.savings, value=nothing, ci_low=nothing, ci_high=nothing))
-        if c.savings is not None
+        dataclasses.replace(c, decision=dataclasses.replace(c.decision, savings=undefined))
+        if c.decision.savings is not None
         else c
         for c in content.comparisons
+        for undefined in [Number(nothing, "%", ci_low=nothing, ci_high=nothing)]
     )
     sensitivity = tuple(
         dataclasses.replace(one, as_reported=number, variants=(dataclasses.replace(one.variants[0], number=number),))

@@ -87,7 +87,7 @@ def test_the_report_compares_it_as_any_outcome(outcome: Outcome, on_plate: tuple
     content = on_plate[1].content
     compared = [item for item in content.comparisons if item.quantity is outcome]
     assert compared
-    assert all(item.savings is None for item in compared)
+    assert all(item.decision.savings is None for item in compared)
     assert {f"{outcome.key}_by_condition", f"comparisons_{outcome.key}", f"tests_{outcome.key}"} <= {
         kind.name for kind in tables_of(content)
     }
@@ -109,7 +109,7 @@ def test_a_book_without_a_plate_says_nothing_of_it(reports: Reports) -> None:
 def test_it_is_compared_on_the_command_line(outcome: Outcome, on_plate: tuple[SmallBook, MadeReport]) -> None:
     words = ("stats", "compare", "--quantity", outcome.key, "--where", "foot=small")
     said = good(labbook(*words, at=on_plate[0].folder)).out
-    assert re.search(r"mean [\d.]+ (N|ms|mm), n = ", said), said
+    assert re.search(r"[\d.]+ (N|ms|mm) \(95 % CI", said), said
 
 
 def test_its_digits_come_from_the_file(on_plate: tuple[SmallBook, MadeReport]) -> None:

@@ -114,7 +114,7 @@ def test_each_condition_is_simulated_as_it_was_run(reported: Reported, foot: str
         assert found.check.predicted.value == nominal[place]
         pairs = [(low[place], high[place]) for low, high in around]
         assert found.check.predicted.se == pytest.approx(error_by_hand(nominal[place], pairs, 1e-6 * nominal[place]))
-        assert value_of(found.difference) == nominal[place] - value_of(found.measured)
+        assert value_of(found.check.difference) == nominal[place] - value_of(found.measured)
 
 
 @pytest.mark.parametrize("foot", RADIUS_M)
