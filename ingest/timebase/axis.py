@@ -96,7 +96,7 @@ def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollect
     ticks = _ticks(time, sources.block, findings) if clocks is None else clocks.seconds
     per_second = 1.0 if time.kind is CellKind.CLOCK else ticks_per_second(time.unit)
     if per_second is None:
-        _ask_for_unit(sources, time, ticks[usable], findings)
+        _ask_for_unit(sources, time, ticks[usable & np.isfinite(ticks)], findings)
         return Recordings(usable, ())
     seconds = ticks if per_second == 1.0 else by_blocks(ticks, lambda block: block / per_second)
     if sources.fixed_rate_hz is not None and _are_arrival_times(seconds):
@@ -152,7 +152,6 @@ def _ask_for_unit(sources: TimeSources, time: TimePlan, ticks: FloatArray, findi
 
     `ticks` has shape (n_usable_rows,).
     """
-    ticks = ticks[np.isfinite(ticks)]
     flag = _unit_flag(time, _units_by_reference(sources, ticks))
     rate = sources.declared.rate_hz
     flag += "" if rate is None else f", or count samples by the rate, {count_by_rate_flags(time.flag, f'{rate:g}')}"
@@ -179,15 +178,10 @@ def _units_by_reference(sources: TimeSources, ticks: FloatArray) -> list[str]:
     none where nothing is there to compare with.
     """
     rate, per_tick = sources.declared.rate_hz or sources.preamble.rate_hz, _samples_per_tick(ticks)
-    per_second = None if rate is None or per_tick is None else rate / per_tick
-    if per_second is None:
-        spans = [span for name in split_clocks(sources.clocks)[0] if (span := _span_s(sources, name)) is not None]
-        per_second = float(ticks.max() - ticks.min()) / spans[0] if spans and ticks.size else None
-    return [] if per_second is None else _units_near(per_second)
-
-
-def _units_near(per_second: float) -> list[str]:
-    return [unit for unit, known in TICKS_PER_SECOND.items() if abs(per_second / known - 1) <= RATE_REFUSED]
+    if rate and per_tick:
+        return _units_near(rate / per_tick)
+    spans = [span for name in split_clocks(sources.clocks)[0] if (span := _span_s(sources, name)) is not None]
+    return _units_near(float(np.ptp(ticks)) / spans[0]) if spans and ticks.size else []
 
 
 def _span_s(sources: TimeSources, column: str) -> float | None:
@@ -195,6 +189,10 @@ def _span_s(sources: TimeSources, column: str) -> float | None:
     seconds = read_clocks(sources.clocks[column], None, column, sources.declared, FindingCollector()).seconds
     found = np.unique(seconds[np.isfinite(seconds)])
     return float(found[-1] - found[0]) if len(found) > 1 / RATE_REFUSED else None
+
+
+def _units_near(per_second: float) -> list[str]:
+    return [unit for unit, known in TICKS_PER_SECOND.items() if abs(per_second / known - 1) <= RATE_REFUSED]
 
 
 def _unit_flag(time: TimePlan, units: Sequence[str]) -> str:
@@ -292,7 +290,7 @@ def _report_gaps(timebase: Timebase, rows: IntArray | slice, block: Block, findi
         after = rows_after_gaps(timebase, kind)
         if after.size:
             places = after if isinstance(rows, slice) else rows[after]
-            findings.add(NOTE, rule, message, lines=block.line_of(places), count=len(after))
+            findings.add(NOTE, rule, message, lines=block.lines[places])
 
 
 def _check_rates(found: Sequence[Recording], sources: TimeSources, time: TimePlan, findings: FindingCollector) -> None:
