@@ -38,10 +38,10 @@ MOST_NAMED = 6
 
 
 def flow_sentence(content: ReportContent) -> str:
-    """Say how many runs were planned, made, void and analysed, and how many jumps; "" where no run was made."""
+    """Say how many runs were planned, made, void and analysed, and how many jumps, or that no run was selected."""
     flow = content.flow
     if not flow.runs_done:
-        return ""
+        return "No run matches this selection."
     planned = "" if flow.runs_planned is None else f"{count_text(flow.runs_planned, 'run')} planned, "
     parts = [f"{planned}{flow.runs_done if planned else count_text(flow.runs_done, 'run')} made"]
     parts += [f"{flow.runs_withdrawn} withdrawn from the plan"] if flow.runs_withdrawn else []

@@ -111,7 +111,7 @@ def _answer(content: ReportContent) -> Section:
         parts.append(Paragraph(f"Nothing is claimed from this selection: {_why_no_claim(content)}.", lead=True))
     parts.append(TableHere("headlines"))
     parts.append(FiguresBeside(tuple(f"{outcome.key}_by_level" for outcome in (Outcome.JOULES, Outcome.APEX))))
-    parts += [Paragraph(text) for text in (flow_sentence(content),) if text]
+    parts.append(Paragraph(flow_sentence(content)))
     parts.append(Bullets(tuple(map(Paragraph, trust_sentences(content)))))
     return Section("answer", "Answer", tuple(parts))
 
