@@ -249,13 +249,12 @@ def table_use(
 ) -> TableUse:
     """Say what became of a table whose final columns are `columns`."""
     by_position = {column.position: column for column in columns}
-    origin = _UnitOrigin(table, declared, instrument)
     uses = []
     for position, name in enumerate(table.names):
         use = ColumnUse(position + 1, name, None)
         found = by_position.get(position)
         if plan.time is not None and position == plan.time.position:
-            unit, unit_from = plan.time.unit, origin.time_unit_source(plan.time)
+            unit, unit_from = plan.time.unit, _time_unit_from(plan.time, table, declared, instrument)
             if plan.time.fraction_position is not None:
                 unit, unit_from = "s", "header"
             elif plan.time.kind is CellKind.CLOCK:
@@ -272,7 +271,7 @@ def table_use(
                 found.channel,
                 found.source_unit,
                 found.unit,
-                origin.of(position, found.source_unit),
+                _unit_from(position, found.source_unit, table, declared, instrument),
                 found.sign,
                 found.assumed,
             )
@@ -284,40 +283,32 @@ def table_use(
     return TableUse(table.text, tuple(uses), _rate_from(table, plan, declared, instrument))
 
 
-@dataclasses.dataclass(frozen=True, slots=True)
-class _UnitOrigin:
-    table: Table
-    declared: Declarations
-    instrument: Instrument
+def _unit_from(
+    position: int, unit: str | None, table: Table, declared: Declarations, instrument: Instrument
+) -> str | None:
+    """Return where the unit of a column was found; None where it is nowhere."""
+    directly = dataclasses.replace(declared, profile_columns={})
+    for each, where in ((directly, "declared"), (declared, f"profile {declared.profile}")):
+        declaration = declared_columns(each, table.names).get(position)
+        if declaration is not None and declaration.unit and normal_unit(declaration.unit) == unit:
+            return where
+    cell, row = parse_header(table.names[position]), table.units[position]
+    if unit is None:
+        return None
+    if unit in (cell.unit, cell.suffix_unit):
+        return "header"
+    if row is not None and normal_unit(row) == unit:
+        return "header" if table.text is None else "row of units"
+    if UNIT_OF_NAME.get(squash(cell.base)) == unit:
+        return "name"
+    return instrument.convention.maker or None
 
-    def of(self, position: int, unit: str | None) -> str | None:
-        """Return where the unit of a column was found; None where it is nowhere."""
-        name = self.table.names[position]
-        directly = dataclasses.replace(self.declared, profile_columns={})
-        for declared, where in ((directly, "declared"), (self.declared, f"profile {self.declared.profile}")):
-            declaration = declared_columns(declared, self.table.names).get(position)
-            if declaration is not None and declaration.unit and normal_unit(declaration.unit) == unit:
-                return where
-        cell = parse_header(name)
-        row = self.table.units[position]
-        if unit is None:
-            return None
-        if unit in (cell.unit, cell.suffix_unit):
-            return "header"
-        if row is not None and normal_unit(row) == unit:
-            return "header" if self.table.text is None else "row of units"
-        if UNIT_OF_NAME.get(squash(cell.base)) == unit:
-            return "name"
-        return self.instrument.convention.maker or None
 
-    def time_unit_source(self, time: TimePlan) -> str | None:
-        """Return where the unit of the time column was found."""
-        found = self.of(time.position, time.unit)
-        if found is None and time.unit is not None and self.declared.time_unit is None:
-            return "its stamps"
-        if found == "declared" or time.unit is None or self.declared.time_unit is None:
-            return found
-        return self.declared.source
+def _time_unit_from(time: TimePlan, table: Table, declared: Declarations, instrument: Instrument) -> str | None:
+    found = _unit_from(time.position, time.unit, table, declared, instrument)
+    if declared.time_unit is None:
+        return "its stamps" if found is None and time.unit is not None else found
+    return found if found == "declared" or time.unit is None else declared.source
 
 
 def _rate_from(table: Table, plan: Plan, declared: Declarations, instrument: Instrument) -> str | None:

@@ -61,13 +61,13 @@ class Layout:
     trailing: int
     names: tuple[str, ...]
     units: tuple[str | None, ...]
-    header_cells: tuple[bytes, ...]
-    units_cells: tuple[bytes, ...]
     kinds: tuple[CellKind, ...]
-    preamble: tuple[str, ...]
     data_start: int
     data_line: int
     last_cells: tuple[bytes, ...]
+    preamble: tuple[str, ...] = ()
+    header_cells: tuple[bytes, ...] = ()
+    units_cells: tuple[bytes, ...] = ()
     header_line: int | None = None
     units_line: int | None = None
     complete: bool = False
@@ -147,13 +147,13 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
         int(above_data.trailing),
         names,
         units,
-        () if header is None else tuple(header.cells),
-        () if units_row is None else tuple(units_row.cells),
         tuple(kind_of([cells[column] for cells in rows]) for column in range(width)),
-        tuple(source.decode(line.content) for line in above if header is None or line.start != header.line.start),
         first.start,
         first.number,
         tuple(row.cells[-1] for row in split.rows if row.line.ended),
+        tuple(source.decode(line.content) for line in above if header is None or line.start != header.line.start),
+        () if header is None else tuple(header.cells),
+        () if units_row is None else tuple(units_row.cells),
         None if header is None else header.line.number,
         None if units_row is None else units_row.line.number,
         bool(declared.complete),

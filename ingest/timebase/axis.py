@@ -229,11 +229,16 @@ def _ticks(time: TimePlan, block: Block, findings: FindingCollector) -> FloatArr
 
 
 def _segments(order: Order) -> list[IntArray | slice]:
-    if len(order.starts) == 1 and order.keep.all():
-        return [slice(None)]
+    rows = _rows_of(order.keep)
+    if isinstance(rows, slice) and len(order.starts) == 1:
+        return [rows]
     rows = np.flatnonzero(order.keep)
     cuts = np.searchsorted(rows, np.array(order.starts[1:], dtype=np.int64))
     return [part for part in np.split(rows, cuts) if part.size]
+
+
+def _rows_of(marked: BoolArray) -> IntArray | slice:
+    return slice(None) if marked.all() else np.flatnonzero(marked)
 
 
 def _first_row(rows: IntArray | slice) -> int:
@@ -263,9 +268,8 @@ def _start(
     if utc is not None and not utc.endswith("Z"):
         return clock.to_utc(utc, zone, findings), original
     if utc is None and first and sources.preamble.start is not None:
-        return clock.to_utc(
-            sources.preamble.start, zone, findings
-        ), sources.preamble.start_text or sources.preamble.start
+        original = sources.preamble.start_text or sources.preamble.start
+        return clock.to_utc(sources.preamble.start, zone, findings), original
     return utc, original
 
 
@@ -401,7 +405,7 @@ def _from_given_rate(sources: TimeSources, usable: BoolArray, findings: FindingC
         _ask_about_counter(timebase, sources, findings)
     start = sources.preamble.start
     utc = None if start is None else clock.to_utc(start, sources.declared.time_zone, findings)
-    recording = Recording(slice(None) if usable.all() else rows, timebase, utc, sources.preamble.start_text or start)
+    recording = Recording(_rows_of(usable), timebase, utc, sources.preamble.start_text or start)
     return Recordings(usable, (recording,))
 
 
@@ -488,7 +492,7 @@ def _from_bursts(
     findings: FindingCollector,
 ) -> Recordings | None:
     """Return the one recording of stamps that come in bursts, None where they do not."""
-    rows = slice(None) if usable.all() else np.flatnonzero(usable)
+    rows = _rows_of(usable)
     stamps = seconds[rows]
     starts = burst_starts(stamps)
     one_by_one = starts is None
@@ -561,4 +565,4 @@ def _from_arrivals(
     utc, original = _start(sources, time, clocks, rows, first=True, findings=findings)
     ordinals = sources.block.ordinals[rows]
     timebase = from_rate(ordinals, ordinals, rate)
-    return Recordings(usable, (Recording(slice(None) if usable.all() else rows, timebase, utc, original),))
+    return Recordings(usable, (Recording(_rows_of(usable), timebase, utc, original),))

@@ -83,13 +83,13 @@ def import_command(
     Example: labbook runs import runs.csv
     """
     from ingest.tables.sheet import SheetFile
-    from labbook.actions.files.named_files import own_name, read_file
+    from labbook.actions.files.named_files import own_name, read_bytes
     from labbook.actions.runs.runs_importing import RunsImported, import_runs
     from labbook.book.opening import opened
     from labbook.book.write_session import DryRun
     from labbook.cli.reading import with_answers
 
-    file = SheetFile(own_name(sheet), read_file(sheet), encoding)
+    file = SheetFile(own_name(sheet), read_bytes(sheet), encoding)
     with opened(book) as opened_book:
 
         def attempt(answers: dict[str, str | None]) -> RunsImported:

@@ -104,13 +104,13 @@ class Shared:
         pooled: bool = False,
     ) -> None:
         """Ask it of the values and print the answer and the files written; not all commands have pooled."""
-        from labbook.actions.files.named_files import read_file
+        from labbook.actions.files.named_files import read_bytes
         from labbook.actions.stats.answering import answer
         from labbook.actions.stats.data import DataSource
 
         given = self.options
         file = given["file"]
-        content = b"" if file is None else read_file(file)
+        content = b"" if file is None else read_bytes(file)
         named = {
             key: given[key]
             for key in ("value", "by", "control", "where", "missing", "decimal", "quantity", "book", "day")

@@ -18,7 +18,7 @@ from data_schema.queries.imported_files import find_files
 from data_schema.queries.readings import ReadingRow, last_reading, readings_in_force
 from ingest.store import raw_path
 from ingest.tables.sheet import SheetFile
-from labbook.actions.files.named_files import file_named, own_name, read_file, readable
+from labbook.actions.files.named_files import file_named, own_name, read_bytes, readable
 from labbook.book.opening import opened
 from labbook.config.model import StudyProtocol
 from labbook.studies.registry import STUDIES
@@ -71,7 +71,7 @@ def sheet_source(study: str, asked: Asked) -> Iterator[SheetSource]:
     if asked.file is not None:
         if asked.book is not None:
             raise UsageError(f"{asked.file} is read as it is, without a book: leave out --book, or the file.")
-        yield SheetSource(asked.file, asked.options, lambda path: (read_file(path), None, None), asked.complete)
+        yield SheetSource(asked.file, asked.options, lambda path: (read_bytes(path), None, None), asked.complete)
         return
     with opened(asked.book) as book, book.reading() as connection:
         options = asked.settled(study, book.configuration)

@@ -93,10 +93,8 @@ def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> Fil
     """Ingest one file of a batch: what one file is refused for, or the system refuses, does not end the batch."""
     try:
         return ingest_file(book, path, request)
-    except InputRefused as error:
-        return FileOutcome(own_name(path), "", IngestStatus.REFUSED, _not_read(str(error)))
-    except OSError as error:
-        return FileOutcome(own_name(path), "", IngestStatus.REFUSED, _unreadable(error))
+    except (InputRefused, OSError) as error:
+        return _not_read(path, error)
 
 
 def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
@@ -104,10 +102,8 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     try:
         limits = Limits(**book.configuration.files.limits)
         (data, sha256), modified_s = book.store.read_and_hash(path, limits.largest_file_bytes), path.stat().st_mtime
-    except OSError as error:
-        return FileOutcome(own_name(path), "", IngestStatus.REFUSED, _unreadable(error))
-    except InputRefused as error:
-        return FileOutcome(own_name(path), "", IngestStatus.REFUSED, _not_read(str(error)))
+    except (InputRefused, OSError) as error:
+        return _not_read(path, error)
     with book.reading() as connection:
         run_uid = _run_uid(connection, request.run)
         first = first_import(connection, sha256)
@@ -116,8 +112,8 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         return _known(book, path, request, first, sha256, restored)
     options = dict(request.options or {})
     settings, read, stated = read_for_run(book, data, path, options, request.run)
-    if read.role is FileRole.SHEET:
-        _refuse_run(path, request.run)
+    if read.role is FileRole.SHEET and request.run is not None:
+        raise UsageError(f"{own_name(path)} is for a study and belongs to no run: leave --run out.")
     of_run = request.run or (stated[0] if len(stated) == 1 else None)
     with book.reading() as connection:
         read = refused_without_columns(read, options) if request.batch is None else read
@@ -190,19 +186,14 @@ def _runs_to_assign(connection: sa.Connection, of_file: str | None, read: ReadFi
     return tuple(sorted(meant))
 
 
-def _refuse_run(path: Path, run: str | None) -> None:
-    if run is not None:
-        raise UsageError(f"{own_name(path)} is for a study and belongs to no run: leave --run out.")
-
-
-def _unreadable(error: OSError) -> ReadFile:
-    reason = error.strerror or error
-    return _not_read(f"The file cannot be read and kept ({reason}): check that it is there, its permissions, the disk.")
-
-
-def _not_read(message: str) -> ReadFile:
+def _not_read(path: Path, error: InputRefused | OSError) -> FileOutcome:
+    message = str(error)
+    if isinstance(error, OSError):
+        why = error.strerror or error
+        message = f"The file cannot be read and kept ({why}): check that it is there, its permissions, the disk."
     finding = Finding(Severity.FILE, "not_readable", message, None, None, None, 1, ())
-    return ReadFile(format=UNKNOWN, reader_version=0, findings=(finding,))
+    read = ReadFile(format=UNKNOWN, reader_version=0, findings=(finding,))
+    return FileOutcome(own_name(path), "", IngestStatus.REFUSED, read)
 
 
 def read_for_run(

@@ -129,6 +129,8 @@ def _is_of_book(path: Path, book_folder: Path) -> bool:
 
 def read_bytes(path: Path) -> bytes:
     """Read a file whole; raises `InputRefused` when it is no regular file."""
+    if path.is_dir():
+        raise InputRefused(f"{path} is a folder: name the file in it.")
     if not path.exists():
         raise InputRefused(f"{path} does not exist: check the name.")
     refuse_special(path)
@@ -139,10 +141,3 @@ def refuse_special(path: Path) -> None:
     """Raise `InputRefused` for a pipe, a device or a folder, before anything waits for its end."""
     if not path.is_file():
         raise InputRefused(f"{path} is not a regular file: name a file or a folder of files.")
-
-
-def read_file(path: Path) -> bytes:
-    """Read a file whole; raises `InputRefused` for a folder."""
-    if path.is_dir():
-        raise InputRefused(f"{path} is a folder: name the file in it.")
-    return read_bytes(path)
