@@ -47,11 +47,7 @@ def outcome_lines(outcome: FileOutcome, missing: MissingHeight | None = None, *,
 def file_line(outcome: FileOutcome) -> str:
     """Return the one line that is enough where nothing needs attention: what was read, and the rules of its remarks."""
     if outcome.first is not None:
-        return (
-            file_head(outcome)
-            + ("".join(f" {text}" for text in outcome.messages))
-            + (" Raw copy restored." if outcome.raw_restored else "")
-        )
+        return " ".join(line.strip() for line in outcome_lines(outcome))
     noted = remark_counts(outcome)
     return file_head(outcome) + (f" Noted: {noted}." if noted else "")
 
