@@ -82,7 +82,6 @@ _MEMBERS: Mapping[str, tuple[Member, ...]] = {
     "result": (
         _below(results.result_number, results.result, results.result_number.c.name),
         _below(results.result_input, results.result, *results.result_input.primary_key.columns),
-        _below(results.prediction, results.result, results.prediction.c.id),
     ),
     "report": (_below(results.report_item, results.report, results.report_item.c.number_uid),),
 }

@@ -105,15 +105,7 @@ class FileRole(StrEnum):
     LOG = "log"
     FORCE = "force"
     CHARGE = "charge"
-    VIDEO = "video"
     SHEET = "sheet"
-
-
-class FileState(StrEnum):
-    """Whether a raw copy is in use or set aside."""
-
-    KEPT = "kept"
-    QUARANTINED = "quarantined"
 
 
 class IngestStatus(StrEnum):
@@ -191,7 +183,6 @@ class Verdict(StrEnum):
 
     ACCEPT = "accept"
     REJECT = "reject"
-    MOVE = "move"
     CLEAR = "clear"
 
 

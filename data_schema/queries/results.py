@@ -1,4 +1,4 @@
-"""Results with their numbers, inputs and simulations: those stored, those current, and those that no report shows."""
+"""Results with their numbers and inputs: those stored, those current, and those that no report shows."""
 
 from __future__ import annotations
 
@@ -10,9 +10,8 @@ import sqlalchemy as sa
 
 from data_schema.row_hashes import STALE, note_written
 from data_schema.tables.base import in_chunks, insert_texts, private_keys
-from data_schema.tables.design import condition
 from data_schema.tables.journal import config
-from data_schema.tables.results import prediction, report, report_item, result, result_input, result_number
+from data_schema.tables.results import report, report_item, result, result_input, result_number
 
 
 @dataclass(frozen=True, slots=True)
@@ -277,49 +276,11 @@ def unshown_results(connection: sa.Connection) -> list[str]:
 
 
 def remove_results(connection: sa.Connection, uids: Sequence[str]) -> None:
-    """Remove results with their numbers, inputs and predictions, in a writing transaction."""
+    """Remove results with their numbers and inputs, in a writing transaction."""
     for some in in_chunks(uids):
         keys = sa.select(result.c.id).where(result.c.uid.in_(some)).scalar_subquery()
-        for table in (prediction, result_input, result_number):
+        for table in (result_input, result_number):
             connection.execute(table.delete().where(table.c.result.in_(keys)))
         connection.execute(result.delete().where(result.c.uid.in_(some)))
         for kind in ("result", STALE):
             note_written(connection, kind, some)
-
-
-@dataclass(frozen=True, slots=True)
-class PredictionRow:
-    """A simulated scene; `result_uid` names the result with its numbers, `uid` is the prediction's own."""
-
-    uid: str
-    result_uid: str
-    condition_key: str
-    scene_toml: str
-    effects_json: str
-    accuracy: float
-    outcome: str
-    assumed_json: str
-
-
-_OWN = ("scene_toml", "effects_json", "accuracy", "outcome", "assumed_json")
-
-
-def add_predictions(connection: sa.Connection, rows: Sequence[PredictionRow]) -> None:
-    """Store predictions, after the results that they belong to; what is stored already stays as it is."""
-    for some in in_chunks(rows):
-        known = private_keys(connection, prediction.c.uid, [row.uid for row in some])
-        results = private_keys(connection, result.c.uid, [row.result_uid for row in some])
-        conditions = private_keys(connection, condition.c.key, [row.condition_key for row in some])
-        values = [
-            {
-                "uid": row.uid,
-                "result": results[row.result_uid],
-                "condition": conditions.get(row.condition_key),
-                **{name: getattr(row, name) for name in _OWN},
-            }
-            for row in some
-            if row.uid not in known
-        ]
-        if values:
-            connection.execute(prediction.insert(), values)
-            note_written(connection, "result", list(results))

@@ -25,7 +25,6 @@ FACTS: dict[str, sa.Table] = {
         equipment.robot,
         equipment.battery,
         equipment.instrument,
-        equipment.calibration,
         files.file,
         files.run_file,
         runs.run,

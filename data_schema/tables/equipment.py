@@ -1,4 +1,4 @@
-"""Robots, batteries, instruments and their calibrations."""
+"""Robots, batteries and instruments."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import sqlalchemy as sa
 from data_schema.tables.base import (
     key_column,
     real_column,
-    reference,
     table,
     text_column,
     uid_column,
@@ -53,21 +52,4 @@ instrument = table(
     text_column("make", optional=True),
     text_column("model", optional=True),
     text_column("serial", optional=True),
-)
-
-calibration = table(
-    "calibration",
-    key_column(),
-    uid_column(),
-    reference("instrument"),
-    text_column("quantity"),
-    text_column("valid_from_utc"),
-    text_column("valid_to_utc", optional=True),
-    real_column("gain"),
-    real_column("gain_se"),
-    real_column("zero_offset"),
-    text_column("unit"),
-    reference("file", optional=True),
-    sa.CheckConstraint("valid_to_utc IS NULL OR valid_to_utc > valid_from_utc", name="valid_interval"),
-    sa.UniqueConstraint("instrument", "quantity", "valid_from_utc"),
 )

@@ -14,7 +14,7 @@ from data_schema.tables.base import (
     uid_column,
     whole_column,
 )
-from data_schema.vocabulary import FileRole, FileState, IngestStatus, Severity
+from data_schema.vocabulary import FileRole, IngestStatus, Severity
 
 file = table(
     "file",
@@ -23,8 +23,6 @@ file = table(
     text_column("sha256", unique=True),
     whole_column("n_bytes"),
     text_column("store_path"),
-    text_column("state"),
-    one_of("state", FileState),
     sa.CheckConstraint("n_bytes >= 0", name="n_bytes_counted"),
 )
 

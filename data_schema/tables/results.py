@@ -62,19 +62,6 @@ result_input = table(
     sa.Index("ix_result_input_what", "input_kind", "input_uid"),
 )
 
-prediction = table(
-    "prediction",
-    key_column(),
-    uid_column(),
-    reference("result", unique=True),
-    reference("condition", optional=True),
-    text_column("scene_toml"),
-    text_column("effects_json"),
-    real_column("accuracy"),
-    text_column("outcome"),
-    text_column("assumed_json"),
-)
-
 report = table(
     "report",
     key_column(),

@@ -104,7 +104,6 @@ decision = table(
     text_column("reason_code"),
     text_column("note", optional=True),
     real_column("old_value", optional=True),
-    real_column("new_value", optional=True),
     text_column("algorithm", optional=True),
     whole_column("version", optional=True),
     whole_column("blind"),

@@ -18,7 +18,7 @@ from data_schema.queries.facts import insert_fact, key_of, read_fact
 from data_schema.queries.imported_files import links_of_file, parts_of_file
 from data_schema.queries.readings import ReadingRow, last_reading, parts_of_reading, set_status
 from data_schema.queries.results import mark_stale
-from data_schema.vocabulary import FileRole, FileState, IngestStatus, RunKind, Severity
+from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.declared import flag_of
 from ingest.formats.format import UNKNOWN
 from ingest.model import ChannelData, Finding, ReadFile, SignalPart
@@ -53,7 +53,7 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[
     done = _reading_of(context, new, prepared)
     file_uid = derived_uid("file", done.sha256)
     values = {"sha256": done.sha256, "n_bytes": done.n_bytes, "store_path": raw_path(done.sha256)}
-    file_key = insert_fact(context.connection, "file", file_uid, {**values, "state": str(FileState.KEPT)})
+    file_key = insert_fact(context.connection, "file", file_uid, values)
     role = _role(new, done)
     ingest_key = add_reading(context, entry, done, file_key, role)
     touched = []

@@ -13,7 +13,6 @@ from data_schema.queries.facts import insert_fact
 from data_schema.queries.results import add_report_items
 from data_schema.queries.study import config_in_force
 from labbook.analysis.outcomes.detection import store_detections
-from labbook.analysis.prediction.predicting import store_predictions
 from labbook.analysis.results.result_cache import keep
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.report.content import MadeReport, make_report
@@ -56,6 +55,5 @@ def apply_report(context: ApplyContext, entry: Entry, prepared: object) -> list[
     if made is not None:
         store_detections(context.connection, made.detections)
         keep(context.connection, made.cache)
-        store_predictions(context.connection, made.cache)
     add_report_items(context.connection, entry.entity_uid, new["shown"])
     return []

@@ -99,7 +99,7 @@ def test_sizes_and_counts_have_64_bits(engine: sa.Engine) -> None:
     with writing(engine) as connection:
         for size in sizes:
             values = {"id": size - 1, "uid": f"f{size}", "sha256": f"s{size}", "n_bytes": size}
-            connection.execute(file.insert().values(**values, store_path="p", state="kept"))
+            connection.execute(file.insert().values(**values, store_path="p"))
     with reading(engine) as connection:
         found = connection.execute(sa.select(file.c.id, file.c.n_bytes).order_by(file.c.id)).all()
     assert [tuple(row) for row in found] == [(size - 1, size) for size in sizes]
@@ -131,7 +131,7 @@ def test_the_same_bytes_are_imported_once_but_may_be_refused_often(engine: sa.En
     with writing(engine) as connection:
         who = add_person(connection)
         connection.execute(config.insert().values(id=1, uid="c", sha256="s", text="", read_utc="now"))
-        connection.execute(file.insert().values(id=1, uid="f", sha256="s", n_bytes=1, store_path="p", state="kept"))
+        connection.execute(file.insert().values(id=1, uid="f", sha256="s", n_bytes=1, store_path="p"))
 
     def add(uid: str, status: str, file_key: int | None) -> None:
         with writing(engine) as connection:

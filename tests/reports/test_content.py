@@ -1,16 +1,5 @@
-import dataclasses
 import subprocess
 import sys
-
-from data_schema.outcomes import Outcome
-
-
-def test_a_condition_finds_its_levels_and_summaries(content):
-    condition = content.conditions[0]
-    assert condition.level("foot").label == "small"
-    assert condition.level("weather") is None
-    assert condition.summary(Outcome.APEX) is condition.summaries[Outcome.APEX]
-    assert dataclasses.replace(condition, summaries={}).summary(Outcome.APEX) is None
 
 
 def test_a_report_is_written_without_a_database():

@@ -10,22 +10,16 @@ from data_schema.vocabulary import Undefined
 from reports.display import (
     as_shown,
     common_places,
-    count_text,
     decimal_text,
     decimals_for,
     degrees_text,
     general_text,
-    in_sentence,
     interval_text,
     level_text,
-    list_text,
     number_text,
     p_text,
-    sentence_start,
     significance_text,
-    time_text,
     value_text,
-    with_unit,
 )
 from reports.numbers import Number, SignificanceTest
 from tests.helpers.wording import says
@@ -55,18 +49,9 @@ def test_apex_heights_are_shown_in_millimetres_and_stored_in_metres():
     assert number.value == 0.43812
 
 
-def test_percent_is_what_the_unit_says():
-    number = Number(15.23, "%", ci_low=8.11, ci_high=21.94)
-    says(plain(interval_text(number)), "8.1", "21.9 %")
-
-
 def test_a_level_next_to_one_keeps_its_digits():
     assert plain(level_text(Number(1.0, "J"))) == "95 % CI"
     assert plain(level_text(Number(1.0, "J", ci_level=0.9999999))) == "99.99999 % CI"
-
-
-def test_without_uncertainty_three_digits():
-    assert number_text(Number(1091.36, "1")) == "1091"
 
 
 @pytest.mark.parametrize(
@@ -129,42 +114,7 @@ def test_general_text(value, text):
     assert general_text(value) == text
 
 
-def test_unit_one_is_not_written():
-    assert with_unit("3", "1") == "3"
-    assert plain(with_unit("3", "J")) == "3 J"
-
-
 @given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e4))
 def test_what_is_shown_is_within_half_a_digit_of_the_value(value, se):
     text = plain(number_text(Number(value, "J", se=se))).split(" ")[0].replace("−", "-")
     assert abs(float(text) - value) <= 0.5 * 10.0 ** -decimals_for(se) * (1 + 1e-9) + 1e-9
-
-
-def test_counts_and_lists():
-    assert count_text(1, "run") == "1\u00a0run"
-    assert count_text(2, "run") == "2\u00a0runs"
-    assert count_text(2, "analysis", "analyses") == "2\u00a0analyses"
-    assert [list_text(words) for words in ([], ["a"], ["a", "b"], ["a", "b", "c"])] == [
-        "",
-        "a",
-        "a and b",
-        "a, b and c",
-    ]
-
-
-def test_the_start_of_a_sentence_keeps_capitals_within():
-    assert [sentence_start(text) for text in ("the apex", "AD gain", "")] == ["The apex", "AD gain", ""]
-
-
-@pytest.mark.parametrize(
-    ("title", "within"), [("Foot size", "foot size"), ("PWM duty", "PWM duty"), ("K", "K"), ("pH", "pH"), ("", "")]
-)
-def test_a_title_within_a_sentence_keeps_its_abbreviations(title: str, within: str) -> None:
-    assert in_sentence(title) == within
-
-
-@pytest.mark.parametrize(
-    ("seconds", "text"), [(2.0, "2 s"), (0.0123, "12.3 ms"), (65.4e-6, "65.4 µs"), (1e-7, "0.1 µs")]
-)
-def test_times_with_the_unit_that_suits_them(seconds: float, text: str) -> None:
-    assert time_text(seconds) == text

@@ -7,10 +7,7 @@ from reports.naming import (
     control_name,
     formula_text,
     group_name,
-    level_name,
-    level_of,
     levels_name,
-    title_of,
     treatment_label,
     treatment_name,
 )
@@ -38,19 +35,6 @@ def test_names_of_groups(content):
     assert levels_name(content, {"surface": "sand"}) == "surface sand"
 
 
-def test_a_factor_without_a_title_is_called_by_its_unit():
-    gain = Factor("b_ad_gain", "b ad gain", symbol="d", unit="kg/s", slope=3.32, offset=19.67)
-    assert title_of(gain) == "Damping coefficient"
-    assert title_of(dataclasses.replace(gain, unit="1")) == "b ad gain"
-    assert title_of(dataclasses.replace(gain, title="Active damping")) == "Active damping"
-
-
-def test_a_level_carries_its_gain(content):
-    level = {c.level: plain(level_of(content, c)) for c in content.comparisons}
-    says(level["50"], "186 kg/s", "gain", "50")
-    assert level["pooled"] == "pooled"
-
-
 LOAD = Factor("load", "Load", unit="kg", control="0", swept=True)
 
 
@@ -61,11 +45,6 @@ def loaded(content, *labels, factor=LOAD):
         for c, label in zip(content.conditions, labels, strict=False)
     ]
     return dataclasses.replace(content, factors=(*content.factors[:2], factor), conditions=tuple(made))
-
-
-def test_a_plain_number_is_named_with_its_factor_and_unit():
-    says(plain(level_name(LOAD, Level("load", "2", 2.0, "kg"))), "2 kg")
-    assert plain(level_name(Factor("foot", "Foot"), Level("foot", "small", 0.038, "m"))) == "small foot"
 
 
 def test_the_treatment_is_named_by_its_levels(content):
@@ -94,8 +73,3 @@ def test_treatment_and_control_are_called_as_labbook_toml_does(content):
     other = dataclasses.replace(content, factors=(*content.factors[:2], unnamed))
     says(plain(treatment_name(other, {})), "the treatment", "levels of the active-damping coefficient")
     assert plain(control_name(other)) == "the control (gain 0)"
-
-
-def test_the_gain_of_a_control_that_is_no_compression_extension():
-    gain = dataclasses.replace(LOAD, symbol="m", slope=2.0, offset=0.0)
-    says(plain(formula_text(gain)), "m = 2", "0 kg", "control and stands")

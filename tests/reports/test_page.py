@@ -240,11 +240,3 @@ def test_where_one_file_cannot_be_written_an_earlier_report_stays_whole(minimal,
     with refuses(UsageError, "cannot be written"):
         write_report({**files, f"{'long' * 100}.html": b""}, tmp_path)
     assert {path: path.read_bytes() for path in tmp_path.rglob("*") if path.is_file()} == before
-
-
-def test_captions_stay_where_a_table_scrolls_and_no_heading_ends_a_printed_sheet(content):
-    page = quick_page(content)
-    assert re.search(r"^caption {[^}]*position: sticky; left: 0", page, re.MULTILINE)
-    printed = page.partition("@media print")[2]
-    assert "summary { break-after: avoid; }" in printed
-    assert "break-before: avoid" in printed.partition("details::details-content")[2].partition("}")[0]

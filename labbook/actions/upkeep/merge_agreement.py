@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any
 
 import sqlalchemy as sa
 
@@ -69,11 +68,11 @@ def verdicts_that_differ(connection: sa.Connection, here: Iterable[Entry], there
     standing, found = _last_verdicts(here), []
     for place, other in _last_verdicts(there).items():
         for where, own in standing.items():
-            if where[:3] == place[:3] and abs(where[3] - place[3]) < SAME_JUMP_S and _verdict(own) != _verdict(other):
+            one, two = ((entry.new or {})["verdict"] for entry in (own, other))
+            if where[:3] == place[:3] and abs(where[3] - place[3]) < SAME_JUMP_S and one != two:
                 kind, uid = place[:2]
                 what = display_name(connection, "run" if kind == "jump" else kind, uid)
                 what = f"the jump of {what} at {place[3]:.3f} s" if kind == "jump" else what
-                one, two = ((entry.new or {})["verdict"] for entry in (own, other))
                 found.append(
                     f"{what} has two verdicts: {one} here ({own.person}, {own.at_utc[:10]}), {two} there "
                     f"({other.person}, {other.at_utc[:10]}): agree, and give the same verdict in both books."
@@ -89,8 +88,3 @@ def _last_verdicts(entries: Iterable[Entry]) -> dict[tuple[str, str, str, float]
             place = (new["target_kind"], new["target_uid"], new.get("signal_sha256") or "", new.get("anchor_s") or 0.0)
             found[place] = entry
     return found
-
-
-def _verdict(entry: Entry) -> tuple[Any, Any]:
-    new = entry.new or {}
-    return new["verdict"], new.get("new_value")

@@ -117,7 +117,6 @@ _NATURAL: Mapping[str, tuple[str, ...]] = {
     "robot": ("name", "valid_from_utc"),
     "battery": ("name",),
     "instrument": ("name",),
-    "calibration": ("instrument", "quantity", "valid_from_utc"),
     "run": ("study", "name"),
 }
 """By which columns two books call the same thing by the same name."""

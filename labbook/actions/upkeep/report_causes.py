@@ -202,7 +202,6 @@ _NAMED_BY = {"level": "label", "condition": "key", "day": "date_local"}
 _VERDICT_WORDS = {
     Verdict.ACCEPT: "accepted",
     Verdict.REJECT: "rejected",
-    Verdict.MOVE: "moved",
     Verdict.CLEAR: "left to the protocol again",
 }
 _DONE = {

@@ -11,17 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated
 
-import sqlalchemy as sa
-
 from data_schema.errors import LabbookError, unknown_name
-from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import read_fact
-from data_schema.queries.results import PredictionRow, add_predictions
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
 from data_schema.second_process import SecondProcess, has_core, run_in_fork
@@ -35,7 +31,7 @@ from labbook.analysis.prediction.condition_scenes import (
     study_scene,
 )
 from labbook.analysis.prediction.simulating import ALWAYS, SIMULATING, mean_values, simulate_means, simulate_varied
-from labbook.analysis.results.codec import Algorithm, decode
+from labbook.analysis.results.codec import Algorithm
 from labbook.analysis.results.result_cache import Request, ResultCache, condition_input, fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
@@ -206,25 +202,6 @@ def _wanted(
     return {
         (key, uid): _request(evidence, settings, start, run, facts[uid], outcomes) for (key, uid), run in wanted.items()
     }
-
-
-def store_predictions(connection: sa.Connection, cache: ResultCache) -> None:
-    """Store what was simulated for the results that a workbench computed, in a writing transaction after them."""
-    rows = [row for row in cache.computed.values() if row.algorithm == ALGORITHM.kind]
-    add_predictions(connection, [_simulated_for(decode(row, PredictionResult)) for row in rows])
-
-
-def _simulated_for(found: PredictionResult) -> PredictionRow:
-    return PredictionRow(
-        uid=found.origin.uid,
-        result_uid=found.origin.uid,
-        condition_key=found.origin.scope["condition"],
-        scene_toml=found.scene_toml,
-        effects_json=canonical(found.effects),
-        accuracy=found.accuracy,
-        outcome=found.outcome,
-        assumed_json=canonical({name: asdict(about) for name, about in found.assumed.items()}),
-    )
 
 
 def _request(

@@ -42,11 +42,6 @@ def analysis(made: MadeReport) -> StudyAnalysis:
     return made.analysis
 
 
-def test_only_comparisons_of_joules_have_savings(analysis: StudyAnalysis) -> None:
-    for item in analysis.compared:
-        assert (item.shown.decision.savings is not None) == (item.shown.quantity is Outcome.JOULES)
-
-
 def test_sensitivity_as_reported_is_the_number_claimed(made: MadeReport) -> None:
     claimed = {uid for claim in made.content.claims for uid in claim.provenance}
     assert made.content.sensitivity

@@ -1,5 +1,4 @@
 import dataclasses
-import itertools
 import math
 import xml.etree.ElementTree as ElementTree
 
@@ -50,19 +49,6 @@ def test_axes_hold_their_intervals_and_bounds(five):
     low, high = lower.get_ylim()
     assert low < -40.0
     assert high > 35.0
-
-
-def test_names_and_axes_lie_inside_the_figure_and_apart(five):
-    named = dataclasses.replace(five.groups[0], name="active-damping coefficient 0 kg/s")
-    figure = draw_estimation(dataclasses.replace(five, groups=(named, *five.groups[1:])), ONE_COLUMN_IN)
-    figure.draw_without_rendering()
-    boxes = [label.get_window_extent() for label in figure.axes[1].get_xticklabels()]
-    assert all(one.x1 < other.x0 for one, other in itertools.pairwise(boxes))
-    for axes in figure.axes:
-        box = axes.yaxis.label.get_window_extent()
-        assert box.x0 >= 0
-        assert box.y0 >= 0
-        assert box.y1 <= figure.bbox.y1
 
 
 @pytest.mark.parametrize("values", [(), (0.1,), (0.1,) * 5])

@@ -5,7 +5,7 @@ import pytest
 from data_schema.outcomes import Outcome
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
-from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.figures.style import TWO_COLUMNS_IN
 from tests.reports.made import changed as with_decisions
 
 
@@ -90,9 +90,3 @@ def test_the_interval_of_the_test_lies_thick_behind_that_of_the_difference(conte
         assert thick == pytest.approx([1000.0 * estimate.ci_low, 1000.0 * estimate.ci_high])
         assert thin[0] < thick[0] < thick[1] < thin[1]
     assert all(len(intervals(axes)) == 1 for axes in panels(drawn["estimation_joules"])[1])
-
-
-def test_in_one_column_two_groups_stand_side_by_side(content, drawn):
-    narrow = draw_figure(FIGURES["estimation_joules"], content, ONE_COLUMN_IN)
-    assert narrow.get_figheight() == 2 * drawn["estimation_joules"].get_figheight()
-    assert len(panels(narrow)[0]) == 4

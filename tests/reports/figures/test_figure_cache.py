@@ -1,5 +1,4 @@
 import dataclasses
-import os
 import subprocess
 import sys
 import time
@@ -88,14 +87,6 @@ def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache, 
     assert cache == ["passive_drain"]
 
 
-def test_a_format_asked_for_later_has_the_same_bytes(content, cache):
-    svg = one_drawn(content, Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg",)))
-    both = one_drawn(content, Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg", "pdf")))
-    assert both["svg"] == svg["svg"]
-    assert both["pdf"].startswith(b"%PDF")
-    assert cache == ["day_order", "day_order"]
-
-
 @pytest.mark.parametrize(
     "damage",
     [
@@ -162,25 +153,6 @@ def test_what_a_second_process_draws_has_the_same_bytes(content, cache, two_proc
     assert here == FEW[::-1][: len(here)]
     assert len(here) < len(FEW)
     assert cache == [*here, *FEW[::-1]]
-
-
-def test_what_a_second_process_does_not_draw_is_drawn_here(
-    content, figures_not_drawn, cache, two_processes, monkeypatch
-):
-    whole = several(content)
-    for path in cache_folder(KIND).glob("*/*.svg"):
-        path.unlink()
-    first, named = os.getpid(), figure_cache.draw_figure
-
-    def ends(kind, content, width_in):
-        if os.getpid() != first:
-            raise RuntimeError("the second process fails")
-        return named(kind, content, width_in)
-
-    monkeypatch.setattr(figure_cache, "draw_figure", ends)
-    cache.clear()
-    assert several(content) == whole
-    assert cache == FIGURE_NAMES[::-1]
 
 
 def test_the_oldest_go_beyond_the_bound_and_old_versions_too(content, cache, figures_not_drawn):

@@ -1,5 +1,3 @@
-import dataclasses
-import itertools
 import xml.etree.ElementTree as ElementTree
 
 import numpy as np
@@ -8,7 +6,7 @@ import pytest
 from reports.figures.kind import svg_bytes
 from reports.figures.quantiles import Quantiles, draw_quantiles
 from reports.figures.residuals import Against, ResidualPlot, draw_residuals
-from reports.figures.style import BLACK, ONE_COLUMN_IN, TWO_COLUMNS_IN
+from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from stats.groups.residuals import normal_quantiles, residuals_of_groups
 
 WIDTHS = [ONE_COLUMN_IN, TWO_COLUMNS_IN]
@@ -31,20 +29,6 @@ def test_a_panel_for_each_thing_and_all_residuals_in_each(plot, width_in):
         drawn = [y for line in axes.lines if line.get_alpha() == 0.75 for y in line.get_ydata()]
         assert sorted(drawn) == pytest.approx(sorted(1000 * value for value in plot.residuals))
     ElementTree.fromstring(svg_bytes(figure))
-
-
-@pytest.mark.parametrize("width_in", WIDTHS)
-def test_labels_lie_inside_the_figure_and_apart(plot, width_in):
-    figure = draw_residuals(plot, width_in)
-    figure.draw_without_rendering()
-    for text in (figure._supylabel, *(axes.xaxis.label for axes in figure.axes)):
-        box = text.get_window_extent()
-        assert box.x0 >= 0
-        assert box.y0 >= 0
-        assert box.y1 <= figure.bbox.y1
-    for axes in figure.axes[:2]:
-        boxes = [label.get_window_extent() for label in axes.get_xticklabels()]
-        assert all(one.x1 < other.x0 for one, other in itertools.pairwise(boxes))
 
 
 @pytest.mark.parametrize("width_in", WIDTHS)
@@ -74,21 +58,3 @@ def test_without_scatter_words_stand_in_place_of_axes(groups, width_in):
         box = words.get_window_extent()
         assert box.x0 > 0.0
         assert box.x1 < figure.bbox.x1
-
-
-def test_a_group_without_scatter_beside_one_with_it_is_drawn():
-    found = normal_quantiles(residuals_of_groups({"a": [1.0, 1.0], "b": [2.0, 2.5]}))
-    (axes,) = draw_quantiles(Quantiles("Energy", "J", found)).axes
-    assert sorted(axes.lines[1].get_ydata()) == pytest.approx([-0.25, 0.0, 0.0, 0.25])
-
-
-def test_means_are_drawn_where_they_can_differ(plot):
-    def means(figure):
-        return [sum(line.get_color() == BLACK for line in axes.lines) for axes in figure.axes]
-
-    figure = draw_residuals(plot)
-    assert means(figure) == [3, 6, 0]
-    groups = dataclasses.replace(plot, against=(dataclasses.replace(plot.against[0], means=False),))
-    bare = draw_residuals(groups)
-    assert means(bare) == [0]
-    assert bare._suptitle is None

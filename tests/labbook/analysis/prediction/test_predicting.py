@@ -4,27 +4,22 @@ from __future__ import annotations
 
 import hashlib
 import itertools
-import json
 import math
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import pytest
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
-from data_schema.queries.results import results_by_uid
+from data_schema.queries.results import results_by_key
 from data_schema.queries.runs import list_runs
 from data_schema.reasons import Reason
-from data_schema.tables.design import condition
-from data_schema.tables.results import prediction, result
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.upkeep.tracing import trace, trace_lines
-from labbook.analysis.prediction.condition_scenes import decays_within_steps
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.results.codec import decode
 from labbook.book.opening import opened
@@ -264,38 +259,29 @@ def test_every_shown_number_is_traced_to_the_condition_the_robot_and_the_scene(r
     assert "difference = " in again
 
 
-def stored(connection: sa.Connection) -> list[sa.Row[Any]]:
-    """Return what is stored of all predictions, with the names of their results and conditions."""
-    own = [column for column in prediction.c if column.name not in ("id", "result", "condition")]
-    rows = connection.execute(
-        sa.select(*own, result.c.uid.label("result_uid"), condition.c.key.label("condition_key"))
-        .join(result, prediction.c.result == result.c.id)
-        .outerjoin(condition, prediction.c.condition == condition.c.id)
-        .order_by(prediction.c.id)
-    )
-    return list(rows)
+def stored(connection: sa.Connection) -> list[PredictionResult]:
+    """All predictions that are stored."""
+    rows = results_by_key(connection).values()
+    return [decode(row, PredictionResult) for row in rows if row.kind == "prediction"]
 
 
 def test_the_simulated_scene_is_stored_and_gives_the_number_again(reported: Reported) -> None:
     with opened(reported.book.folder) as book, book.reading() as connection:
-        rows = stored(connection)
+        found = stored(connection)
         keys = {run.condition_key for run in list_runs(connection) if run.levels}
-        assert {row.condition_key for row in rows} == keys
-        for row in rows:
-            scene = parse_scene(row.scene_toml, "stored")
-            stored_row = results_by_uid(connection, [row.result_uid])[row.result_uid]
-            assert stored_row is not None
-            found = decode(stored_row, PredictionResult)
-            assert json.loads(row.effects_json) == sorted(scene.effects)
-            assert set(json.loads(row.assumed_json)) == set(scene.assumed) == set(VARIED)
-            jump = simulate(scene, row.accuracy).jump
-            assert jump.outcome == row.outcome
-            assert found.predicted["joules_per_jump"].value == jump.cost_J
-            assert found.predicted["apex_height"].value == jump.apex_height_m
-            assert scene.values["body_mass"].source == "robot hopper"
-            assert "foot" in scene.values["foot_radius"].source
-            says(scene.title, "but with foot=")
-            assert scene.title.endswith(", robot hopper")
+    assert {one.origin.scope["condition"] for one in found} == keys
+    for one in found:
+        scene = parse_scene(one.scene_toml, "stored")
+        assert one.effects == tuple(sorted(scene.effects))
+        assert set(one.assumed) == set(scene.assumed) == set(VARIED)
+        jump = simulate(scene, one.accuracy).jump
+        assert jump.outcome == one.outcome
+        assert one.predicted["joules_per_jump"].value == jump.cost_J
+        assert one.predicted["apex_height"].value == jump.apex_height_m
+        assert scene.values["body_mass"].source == "robot hopper"
+        assert "foot" in scene.values["foot_radius"].source
+        says(scene.title, "but with foot=")
+        assert scene.title.endswith(", robot hopper")
 
 
 def test_a_second_report_simulates_nothing_and_a_rebuild_gives_the_same(reported: Reported) -> None:
@@ -550,13 +536,3 @@ def test_a_body_that_gets_under_the_grains_is_told_of(tmp_path: Path, kg_scale: 
     )
     assert simulate(scene, about.accuracy).jump.under_surface == bool(conditions)
     assert (about.under_surface, about.open_book) == (conditions, 0)
-
-
-@pytest.mark.parametrize(
-    ("name", "changes", "fast"),
-    [("bed", {}, False), ("bed", {"b_extension": 80.0}, True), ("emulator", {}, False), ("force_plate", {}, False)],
-)
-def test_only_of_heavily_damped_legs_earlier_predictions_are_not_taken(
-    name: str, changes: dict[str, float], fast: bool
-) -> None:
-    assert decays_within_steps(load_scene(name).changed(changes)) is fast
