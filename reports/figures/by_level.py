@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from data_schema.outcomes import Outcome
 from reports.content import ReportContent
 from reports.display import as_shown, count_text, general_text, given_text, level_text, sentence_start, shown_unit
-from reports.figures.kind import absence_text, figures_of_outcomes, levels_alone
+from reports.figures.kind import absence_text, figures_of_outcomes
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style, spread
 from reports.naming import control_name, swept_factor, swept_words, treatment_name
@@ -279,11 +279,6 @@ def alternative(content: ReportContent, quantity: Outcome) -> str:
     )
 
 
-def shows(content: ReportContent, quantity: Outcome) -> dict[str, object]:
-    """Return what is drawn of a report."""
-    return {"factors": content.factors, "conditions": levels_alone(content, quantity)}
-
-
 _BY_LEVEL = "_by_level"
 
 
@@ -293,5 +288,6 @@ def file_name(name: str, content: ReportContent) -> str:
     return name if factor is None else name.replace(_BY_LEVEL, f"_by_{factor.name}")
 
 
-BY_LEVEL = figures_of_outcomes(f"{{}}{_BY_LEVEL}", "{}", _draw_by_level, caption, alternative, _absent_quantity, shows)
+_SHOWS = ("factors", "conditions")
+BY_LEVEL = figures_of_outcomes(f"{{}}{_BY_LEVEL}", "{}", _draw_by_level, caption, alternative, _absent_quantity, _SHOWS)
 """A figure an outcome."""

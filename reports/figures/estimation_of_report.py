@@ -9,7 +9,7 @@ from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
 from reports.display import as_shown, common_places, interval_text, level_text, value_text, with_unit
 from reports.figures.estimation import Estimation, EstimationGroup, axis_values, draw_estimations
-from reports.figures.kind import absence_text, figures_of_outcomes, levels_alone
+from reports.figures.kind import absence_text, figures_of_outcomes
 from reports.naming import levels_name, swept_factor, swept_words, treated_levels, treatment_label, treatment_name
 
 if TYPE_CHECKING:
@@ -101,15 +101,8 @@ def _absent(content: ReportContent, quantity: Outcome) -> str | None:
     return absence_text(content, f"is no group with {quantity} of both a control and a treatment")
 
 
-def _shows(content: ReportContent, quantity: Outcome) -> dict[str, object]:
-    return {
-        "factors": content.factors,
-        "conditions": levels_alone(content, quantity),
-        "comparisons": tuple(_drawn(content, quantity)),
-    }
-
-
+_SHOWS = ("factors", "conditions", "comparisons")
 ESTIMATIONS = figures_of_outcomes(
-    "estimation_{}", "{}: every run, and the difference", _draw, _caption, _alternative, _absent, _shows
+    "estimation_{}", "{}: every run, and the difference", _draw, _caption, _alternative, _absent, _SHOWS
 )
 """A figure an outcome."""

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import io
 import textwrap
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 from data_schema.errors import UsageError
-from reports.content import EMPTY, Condition, Outcome, ReportContent
+from reports.content import EMPTY, Condition, Outcome, ReportContent, Summary
 from reports.figures.style import BLACK, GREY, lay_out, new_figure, publication_style
 
 if TYPE_CHECKING:
@@ -47,9 +47,9 @@ def draw_words(words: str, width_in: float) -> Figure:
 class FigureKind:
     """One figure: `draw(content, width_in)`; `absent` gives the reason when there is nothing to draw.
 
-    `shows` returns the fields of the content that are drawn, by name, cut down to what is drawn of them: nothing else
-    reaches `draw`, and where they are what they were, so is the drawing. `outcome` is the only one that the figure
-    shows, None where it shows several or none.
+    `shows` names the fields of the content that are drawn: nothing else reaches `draw`, and where they are what they
+    were, so is the drawing. `outcome` is the only one whose conditions and comparisons the figure shows; without one it
+    knows conditions by their levels alone.
     """
 
     name: str
@@ -58,26 +58,26 @@ class FigureKind:
     caption: Callable[[ReportContent], str]
     alternative: Callable[[ReportContent], str]
     absent: Callable[[ReportContent], str | None]
-    shows: Callable[[ReportContent], Mapping[str, Any]]
+    shows: Sequence[str]
     outcome: Outcome | None = None
 
     def drawn(self, content: ReportContent) -> ReportContent:
         """Return the content with nothing in it but what the figure draws."""
-        return replace(EMPTY, **self.shows(content))
+        shown = {name: getattr(content, name) for name in self.shows}
+        if "conditions" in shown:
+            shown["conditions"] = tuple(replace(one, summaries=self._own(one)) for one in content.conditions)
+        if "comparisons" in shown and self.outcome is not None:
+            shown["comparisons"] = tuple(one for one in content.comparisons if one.quantity is self.outcome)
+        return replace(EMPTY, **shown)
+
+    def _own(self, condition: Condition) -> dict[Outcome, Summary]:
+        return {outcome: one for outcome, one in condition.summaries.items() if outcome is self.outcome}
 
 
 def absence_text(content: ReportContent, what: str) -> str:
     """Say that something is missing without guessing why: the reasons are in the list of limitations."""
     reasons = "; the reasons are listed under Limitations" if content.limitations else ""
     return f"There {what} for this selection{reasons}."
-
-
-def levels_alone(content: ReportContent, *outcomes: Outcome) -> tuple[Condition, ...]:
-    """Return the conditions with what was measured of these outcomes only."""
-    return tuple(
-        replace(one, summaries={outcome: one.summaries[outcome] for outcome in outcomes if outcome in one.summaries})
-        for one in content.conditions
-    )
 
 
 def figures_of_outcomes(
@@ -87,7 +87,7 @@ def figures_of_outcomes(
     caption: Callable[[ReportContent, Outcome], str],
     alternative: Callable[[ReportContent, Outcome], str],
     absent: Callable[[ReportContent, Outcome], str | None],
-    shows: Callable[[ReportContent, Outcome], Mapping[str, Any]],
+    shows: Sequence[str],
 ) -> tuple[FigureKind, ...]:
     """Make a figure an outcome; `{}` in its name is the outcome's key, in its title the outcome's heading."""
 
@@ -99,7 +99,7 @@ def figures_of_outcomes(
             lambda content: caption(content, outcome),
             lambda content: alternative(content, outcome),
             lambda content: absent(content, outcome),
-            lambda content: shows(content, outcome),
+            shows,
             outcome,
         )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from reports.content import ReportContent
@@ -11,7 +10,7 @@ from reports.evidence import POOLED
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, PALE, is_narrow, light_grid, new_figure, plain_ticks
 from reports.numbers import Number
-from reports.predicted import Judged, Limits, Predictions
+from reports.predicted import Judged, Limits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -92,13 +91,6 @@ def absent(content: ReportContent) -> str | None:
     return "No limits of agreement: fewer than three conditions were predicted."
 
 
-def shows(content: ReportContent) -> dict[str, object]:
-    """Return what is drawn of a report."""
-    found = content.predictions
-    judged = tuple(replace(one, groups=(), tau=None) for one in found.judged)
-    return {"predictions": Predictions(items=found.items, judged=judged)}
-
-
 LIMITS_OF_AGREEMENT = FigureKind(
-    "limits_of_agreement", "Limits of agreement", draw, caption, alternative, absent, shows
+    "limits_of_agreement", "Limits of agreement", draw, caption, alternative, absent, ("predictions",)
 )

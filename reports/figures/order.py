@@ -93,11 +93,6 @@ def _days_absent(content: ReportContent) -> str | None:
     return None if content.order.points else "No run with both a position in its day and joules a jump."
 
 
-def shows(content: ReportContent) -> dict[str, object]:
-    """Return what is drawn of a report."""
-    return {"factors": content.factors, "order": content.order}
-
-
 DAY_ORDER = FigureKind(
-    "day_order", "Order in the day", _draw_days, _days_caption, _days_alternative, _days_absent, shows
+    "day_order", "Order in the day", _draw_days, _days_caption, _days_alternative, _days_absent, ("factors", "order")
 )

@@ -84,9 +84,4 @@ def absent(content: ReportContent) -> str | None:
     return None if _drawn(content) else absence_text(content, "is no passive-drain fit")
 
 
-def shows(content: ReportContent) -> dict[str, object]:
-    """Return what is drawn of a report."""
-    return {"drains": _drawn(content)}
-
-
-PASSIVE_DRAIN = FigureKind("passive_drain", "Passive drain", draw, caption, alternative, absent, shows)
+PASSIVE_DRAIN = FigureKind("passive_drain", "Passive drain", draw, caption, alternative, absent, ("drains",))

@@ -9,11 +9,11 @@ from reports.content import ReportContent
 from reports.display import count_text, general_text, given_text, level_text, sentence_start, shown_unit
 from reports.evidence import POOLED
 from reports.figures.forest import draw_estimate, name_rows
-from reports.figures.kind import FigureKind, levels_alone
+from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
 from reports.naming import levels_name
 from reports.numbers import Number
-from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction, Predictions
+from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction
 from reports.tables.predictions import block_of, level_text_of
 
 if TYPE_CHECKING:
@@ -125,10 +125,5 @@ def absent(content: ReportContent) -> str | None:
     return "Nothing is predicted: labbook.toml names no scene under [simulation], or nothing was measured."
 
 
-def shows(content: ReportContent) -> dict[str, object]:
-    """Return what is drawn of a report."""
-    found = content.predictions.items
-    return {"factors": content.factors, "conditions": levels_alone(content), "predictions": Predictions(items=found)}
-
-
-PREDICTIONS = FigureKind("predictions", "Predicted and measured", draw, caption, alternative, absent, shows)
+_SHOWS = ("factors", "conditions", "predictions")
+PREDICTIONS = FigureKind("predictions", "Predicted and measured", draw, caption, alternative, absent, _SHOWS)

@@ -9,7 +9,7 @@ from reports import display
 from reports.content import Comparison, ReportContent
 from reports.display import EQUALS, common_places, interval_text, level_text, sentence_start, value_text
 from reports.figures.forest import ForestRow, draw_forest
-from reports.figures.kind import FigureKind, levels_alone
+from reports.figures.kind import FigureKind
 from reports.figures.style import GREY, is_narrow, light_grid, new_figure, plain_ticks
 from reports.naming import level_of, levels_name, swept_factor, swept_words, treated_levels, treatment_label
 from reports.numbers import Number
@@ -116,11 +116,5 @@ def absent(content: ReportContent) -> str | None:
     return "This selection has no joules of both a control and a treatment to compare, so there are no savings."
 
 
-def shows(content: ReportContent) -> dict[str, object]:
-    """Return what is drawn of a report."""
-    with_savings = tuple(each for each in content.comparisons if each.decision.savings is not None)
-    shown = {"factors": content.factors, "conditions": levels_alone(content), "comparisons": with_savings}
-    return {**shown, "overall": content.overall}
-
-
-SAVINGS = FigureKind("savings", sentence_start(display.SAVINGS), draw, caption, alternative, absent, shows)
+_SHOWS = ("factors", "conditions", "comparisons", "overall")
+SAVINGS = FigureKind("savings", sentence_start(display.SAVINGS), draw, caption, alternative, absent, _SHOWS)

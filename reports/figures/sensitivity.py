@@ -91,9 +91,4 @@ def absent(content: ReportContent) -> str | None:
     return None if content.sensitivity else "No headline number was recomputed for this selection."
 
 
-def shows(content: ReportContent) -> dict[str, object]:
-    """Return what is drawn of a report."""
-    return {"sensitivity": content.sensitivity}
-
-
-SENSITIVITY = FigureKind("sensitivity", "Sensitivity", draw, caption, alternative, absent, shows)
+SENSITIVITY = FigureKind("sensitivity", "Sensitivity", draw, caption, alternative, absent, ("sensitivity",))
