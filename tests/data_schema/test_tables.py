@@ -122,7 +122,6 @@ ROBOT = {
 def test_closed_lists_and_ranges_are_kept_by_the_tables(engine: sa.Engine) -> None:
     refused(engine, battery, "ck_battery_cells_counted", uid="b", name="A", cells=0, capacity_mah=1.0)
     refused(engine, battery, "ck_battery_capacity_positive", uid="b", name="A", cells=1, capacity_mah=0.0)
-    refused(engine, file, "ck_file_state_known", uid="f", sha256="s", n_bytes=1, store_path="p", state="lost")
     refused(engine, robot, "ck_robot_leg_range", **{**ROBOT, "leg_min_m": 0.4})
     refused(engine, instrument, "NOT NULL|null value", uid="i", name="plate", kind=None)
 
