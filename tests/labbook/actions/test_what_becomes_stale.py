@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 from collections.abc import Callable, Iterator
-from dataclasses import fields, replace
 from pathlib import Path
 
 import pytest
@@ -17,11 +16,9 @@ from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.runs_importing import import_runs
-from labbook.analysis.results.result_cache import run_input
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import DryRun, WriteSession
-from labbook.statements.facts import NUMBERS_REST_ON
 from tests.helpers.books import ADA, instrument_files, reported_book, small_book
 
 Stale = dict[str, set[str]]
@@ -128,34 +125,6 @@ def test_an_idle_run_that_joins_names_the_drain_fit_though_nothing_rested_on_it(
     assert all_joules(corrected(book, "r002", "kind=idle", "jumps_made=0", "levels=none"))
 
 
-def test_the_charge_of_an_idle_run_names_the_drain_fit_when_it_comes_and_when_it_goes(book: Book) -> None:
-    charge = "2021-06-14.csv#7"
-
-    def taken_off(session: WriteSession) -> object:
-        return assign(session, charge, "none", "read a line too low")
-
-    assert all_joules(stale_after(book, taken_off))
-    joined = Fresh(book, taken_off)
-    assert joined.names_the_drain(lambda session: assign(session, charge, "r007", None))
-    assert joined.names_the_drain(lambda session: state_charge(session, book.configuration, "r007", 60.0, None, None))
-    assert joined.names_the_drain(
-        lambda session: correct(book, session, charge_of(book, "r007"), ["run=r007"], "it was right")
-    )
-
-
-class Fresh:
-    """What a second statement names, where all that the first one named was computed again in between."""
-
-    def __init__(self, book: Book, first: Callable[[WriteSession], object]) -> None:
-        self.book, self.first = book, first
-
-    def names_the_drain(self, second: Callable[[WriteSession], object]) -> bool:
-        def renewed(session: WriteSession) -> None:
-            session.connection.exec_driver_sql("UPDATE result SET stale = 0")
-
-        return all_joules(stale_after(self.book, self.first, renewed, second))
-
-
 def test_a_log_taken_off_names_apexes_and_no_joules(book: Book) -> None:
     stale = stale_after(book, lambda session: assign(session, "r001.csv", "none", "wrong card"))
     assert stale["run_apexes"] == {"r001"}
@@ -163,11 +132,3 @@ def test_a_log_taken_off_names_apexes_and_no_joules(book: Book) -> None:
     assert stale.keys() == {"run_apexes", "condition_summary", *compared}
     moved = stale_after(book, lambda session: assign(session, "r001.csv", "r003", "mixed up"))
     assert moved["run_apexes"] == {"r001", "r003"}
-
-
-def test_columns_of_a_run_that_a_result_hashes_are_known_to_the_statements(book: Book) -> None:
-    with book.reading() as connection:
-        run = run_named(connection, "r001")
-    hashed = {field.name for field in fields(run) if run_input(replace(run, **{field.name: "other"})) != run_input(run)}
-    of_column = {"condition_key": "condition", "uid": "kind"}
-    assert {of_column.get(name, name) for name in hashed} <= NUMBERS_REST_ON["run"]

@@ -13,7 +13,6 @@ from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
-from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, ingest_all, small_book
 from tests.helpers.decided import DECIDED, decided_book
 from tests.helpers.wording import says
@@ -120,35 +119,6 @@ def test_a_selection_of_some_runs_of_a_condition_makes_what_rests_on_it_explorat
         reason for (_label, quantity, family), reason in why.items() if quantity is Outcome.JOULES and family == POOLED
     ]
     assert of_joules == [said]
-
-
-@pytest.mark.soak
-def test_a_selection_by_day_parts_every_condition(honest: SmallBook) -> None:
-    found, _why = reported(honest, "day=2021-06-14")
-    assert len(found.departures) == 4
-    assert all("its other runs" in said for said in found.departures)
-
-
-@pytest.mark.soak
-def test_conditions_are_named_in_the_order_of_the_tables(honest: SmallBook) -> None:
-    """The runs were made in another order: the small foot without damping came first."""
-    keys = [key_of(honest, run) for run in ("r003", "r005", "r001", "r002")]
-    with honest.open() as book:
-        content = state_report(book, None, ADA, lambda _step: None).content
-    shown = [" ".join(f"{level.factor}={level.label}" for level in item.levels) for item in content.conditions]
-    assert shown == keys
-    left, _why = reported(honest, "foot=small and b_ad_gain=0")
-    assert [said.split("counts them): ")[1] for said in left.departures] == ["; ".join([*keys[:2], keys[3]])]
-    parted, _why = reported(honest, "day=2021-06-14")
-    assert [said.split("of the condition ")[1].split(" and takes")[0] for said in parted.departures] == keys
-
-
-@pytest.mark.soak
-def test_a_run_without_numbers_may_be_left_out(honest: SmallBook) -> None:
-    with honest.open() as book, book.session(ADA) as session:
-        void(session, "r002", "misfire")
-    found, _why = reported(honest, "run!=r002")
-    assert found.departures == ()
 
 
 def test_runs_made_void_after_a_report_make_their_comparison_exploratory(honest: SmallBook) -> None:
@@ -301,16 +271,3 @@ def test_what_was_corrected_before_the_first_measurement_is_no_departure(tmp_pat
     with made.open() as book:
         ingest_all(book, made.instruments)
     assert planned(made).departures == ()
-
-
-@pytest.mark.soak
-def test_a_rebuilt_book_tells_the_same_departures(honest: SmallBook) -> None:
-    corrects(honest, "r002", "jumps_made=0")
-    with honest.open() as book, book.session(ADA) as session:
-        assign(session, "r003.csv", "none", "looked odd")
-        assign(session, "r004.csv", "r003", "belongs there")
-    honest.toml.write_text(honest.toml.read_text().replace("gap_jumps = true", "gap_jumps = false"))
-    before = planned(honest)
-    assert len(before.departures) == 4
-    rebuild_database(honest.folder, lambda _step: None)
-    assert planned(honest) == before

@@ -6,7 +6,6 @@ from collections.abc import Callable
 from pathlib import Path
 
 import pytest
-import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
 from labbook.actions.files.assigning import assign
@@ -18,8 +17,8 @@ from labbook.analysis.preregistration.departures import DepartureKind
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.book.rebuilding import rebuild_database
 from labbook.demo.writers import bertec_text
-from tests.helpers.books import ADA, SmallBook, copy_of, ingest_all, small_book
-from tests.helpers.decided import DECIDED, decided_book
+from tests.helpers.books import ADA, SmallBook, copy_of
+from tests.helpers.decided import decided_book
 from tests.helpers.stated_campaign import plate_record
 from tests.helpers.wording import says
 
@@ -163,25 +162,6 @@ WAYS: list[list[tuple[str, str | None]]] = [
 ]
 
 
-@pytest.mark.parametrize(
-    ("what", "back"),
-    [
-        *(("r002.csv", way) for way in WAYS),
-        pytest.param("2021-06-14.csv#2", WAYS[-2], marks=pytest.mark.soak),
-        ("2021-06-14.csv#2", WAYS[-1]),
-    ],
-)
-@pytest.mark.parametrize("before", ["reported", pytest.param("honest", marks=pytest.mark.soak)])
-def test_what_is_where_it_was_in_the_end_is_no_departure(
-    request: pytest.FixtureRequest, what: str, back: list[tuple[str, str | None]], before: str
-) -> None:
-    """By whichever way it went to another run and came back, where no report was made meanwhile."""
-    made: SmallBook = request.getfixturevalue(before)
-    for run, why in back:
-        assigns(made, what, run, why)
-    assert planned(made).departures == ()
-
-
 @pytest.mark.soak
 def test_a_log_that_a_report_saw_at_another_run_is_told(honest: SmallBook) -> None:
     assigns(honest, "r002.csv", *AWAY[0])
@@ -190,37 +170,6 @@ def test_a_log_that_a_report_saw_at_another_run_is_told(honest: SmallBook) -> No
         assigns(honest, "r002.csv", run, why)
     (said,) = planned(honest).departures
     says(said, "r002.csv", "r003")
-
-
-@pytest.mark.soak
-def test_a_log_that_was_moved_before_it_was_taken_off_is_told_once_and_by_its_name(honest: SmallBook) -> None:
-    for run, why in AWAY:
-        assigns(honest, "r002.csv", run, why)
-    (said,) = planned(honest).departures
-    says(said, "r002.csv", "without apex height")
-    rebuild_database(honest.folder, lambda _step: None)
-    assert planned(honest).departures == (said,)
-
-
-@pytest.mark.soak
-def test_a_further_log_of_a_run_with_two_starts_is_no_departure_whichever_command_brought_it(tmp_path: Path) -> None:
-    made = small_book(tmp_path, ingested=False)
-    made.toml.write_text(made.toml.read_text() + DECIDED)
-    with made.open() as book, book.session(ADA) as session:
-        correct(book, session, "r002", ["starts=2"], "it was started again")
-    with made.open() as book:
-        ingest_all(book, made.instruments)
-    ingests(made, another_log(made, "r002 again.csv"))
-    assert planned(made).departures == ()
-
-
-@pytest.mark.soak
-def test_a_log_that_a_report_missed_is_told_though_it_was_there_before(honest: SmallBook) -> None:
-    assigns(honest, "r002.csv", "none", "was it this one?")
-    reports(honest)
-    assigns(honest, "r002.csv", "r002")
-    (said,) = planned(honest).departures
-    says(said, "r002", "when a report")
 
 
 def test_a_log_that_replaced_another_after_a_report_makes_the_condition_exploratory(reported: SmallBook) -> None:
@@ -237,17 +186,6 @@ def test_a_log_that_replaced_another_after_a_report_makes_the_condition_explorat
     assigns(reported, "r002 again.csv", "none", "it was not")
     assigns(reported, "r002.csv", "r002")
     assert not [item for item in planned(reported).further if item.quantities]
-
-
-@pytest.mark.soak
-def test_a_log_that_replaced_another_before_any_report_is_told_only(honest: SmallBook) -> None:
-    ingests(honest, another_log(honest, "r002 again.csv"))
-    assigns(honest, "r002.csv", "none", "the other is better")
-    reports(honest)
-    found = planned(honest)
-    (said,) = found.departures
-    says(said, "r002.csv")
-    assert found.exploratory_equivalence(POOLED) is None
 
 
 @pytest.mark.soak
@@ -300,23 +238,6 @@ def moves(made: SmallBook, foot: str) -> None:
         correct(book, session, "r002", [f"foot={foot}"], "looked odd")
 
 
-@pytest.mark.soak
-def test_a_run_stands_where_the_report_saw_it(honest: SmallBook) -> None:
-    """Moved before a report and there and back after it: told, for it was moved after the first measurement."""
-    moves(honest, "large")
-    reports(honest)
-    moves(honest, "small")
-    moves(honest, "large")
-    found = planned(honest)
-    (told,) = found.departures
-    says(told, "the first measurement", "r002")
-    assert found.exploratory(Outcome.JOULES, POOLED) is None
-    moves(honest, "small")
-    (said,) = planned(honest).departures
-    says(said, "r002", "foot=large")
-    assert planned(honest).exploratory(Outcome.JOULES, POOLED, [key_of(honest, "r002")]) == said
-
-
 def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(honest: SmallBook) -> None:
     was = key_of(honest, "r002")
     reports(honest)
@@ -333,22 +254,6 @@ def test_a_run_moved_to_another_condition_after_a_report_makes_both_exploratory(
     with honest.open() as book, book.session(ADA) as session:
         correct(book, session, "r002", ["foot=small"], "it was right")
     assert planned(honest).departures == ()
-
-
-def test_another_corrected_value_asks_the_book_nothing_more(honest: SmallBook) -> None:
-    asked = []
-    for run, pack in (("r002", "C"), ("r003", "A")):
-        with honest.open() as book, book.session(ADA) as session:
-            correct(book, session, run, [f"battery={pack}"], "read again")
-        with honest.open() as book, book.reading() as connection:
-            queries: list[str] = []
-            sa.event.listen(connection, "before_cursor_execute", lambda *said, kept=queries: kept.append(said[2]))
-            found = planned_analysis(connection, book.configuration)
-        assert any(f"battery of run {run} was " in said for said in found.departures)
-        asked.append(queries)
-    assert len(asked[0]) == len(asked[1])
-    of_reports = [query for query in asked[0] if query.startswith("SELECT journal.seq \nFROM journal")]
-    assert len(of_reports) == 1
 
 
 def test_a_run_put_on_another_day_or_pack_is_told_by_name(honest: SmallBook) -> None:

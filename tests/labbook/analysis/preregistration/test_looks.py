@@ -93,13 +93,3 @@ def test_planned_looks_are_kept_to_by_tests_and_intervals(book: SmallBook) -> No
     assert refused.code == 2
     says(refused.err, "before the first measurement")
     assert report(book).look == final.look
-
-
-def test_a_book_made_anew_has_the_same_looks(book: SmallBook) -> None:
-    good(labbook("plan", "--seed", "7", "--n", "3", "--looks", "2", at=book.folder))
-    measure(book, 0)
-    report(book)
-    measure(book, 1)
-    before = report(book)
-    good(labbook("rebuild", at=book.folder))
-    assert report(book).look == before.look

@@ -13,16 +13,14 @@ from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, ReasonCode, RunState
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.charges import state_charge
-from labbook.actions.runs.correcting import correct, unvoid, void
+from labbook.actions.runs.correcting import unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, NOTHING_DECIDED, Planned, _run_before, planned_analysis
 from labbook.book.opening import Book
-from labbook.book.rebuilding import rebuild_database
 from labbook.config.model import AnalysisSettings, Bounds, Family
 from labbook.presenting.report.preregistration import planned_sentences
 from tests.helpers.books import ADA, BEN, SmallBook, import_sheet, ingest_all, small_book
-from tests.helpers.databases import server_in_a_soak
 from tests.helpers.statements import note, said_alike
 from tests.helpers.wording import says
 
@@ -273,18 +271,3 @@ def test_whoever_allows_other_reasons_allows_all(tmp_path: Path) -> None:
         void(session, "r006", "foot came loose")
         decide(book, session, "r002", [1], "reject", "other", None)
     assert planned(made).departures == ()
-
-
-@server_in_a_soak("database_url")
-def test_a_rebuilt_book_says_the_same(either: SmallBook) -> None:
-    decides(either, DECIDED)
-    measured_by_one(either)
-    decides(either, "\n[analysis]\nalpha = 0.1\n")
-    with either.open() as book, book.session(BEN) as session:
-        correct(book, session, "r001", ["duration_s=722"], "typed wrong")
-        void(session, "r004", "foot came loose")
-    before = planned(either)
-    assert before.departures
-    assert before.disallowed_exclusions
-    rebuild_database(either.folder, lambda _step: None)
-    assert planned(either) == before
