@@ -20,7 +20,7 @@ from labbook.analysis.outcomes.detection import BODY_HEIGHT, LEG_LENGTH
 from labbook.book.opening import DATABASE
 
 REPEATS = 2
-RESULTS = ("report_item", "report", "prediction", "result_input", "result_number", "result")
+RESULTS = ("report_item", "report", "result_input", "result_number", "result")
 DERIVED = (*RESULTS, "jump", "detection")
 """What analyses store, in an order in which it can be removed."""
 _LAP = re.compile(r"(?P<what>.+) \((?P<seconds>[\d.]+) s\)")
