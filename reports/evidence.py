@@ -263,7 +263,6 @@ class DrainFit:
     at_run: Number
     run_duration_min: float
     range_sentence: str
-    band_level: float = 0.95
     robot: str = ""
 
 

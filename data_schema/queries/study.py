@@ -168,7 +168,6 @@ class PlannedRow:
     uid: str
     name: str
     position: int
-    day_number: int
     block: str
     condition_key: str | None
     run_name: str | None

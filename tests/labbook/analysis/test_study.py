@@ -206,7 +206,7 @@ def test_idle_runs_that_are_not_in_the_fit_are_listed_with_the_reason(analysis: 
 
 def test_planned_runs_are_those_of_the_selected_conditions(analysis: StudyAnalysis) -> None:
     keys = list(dict.fromkeys(run.condition_key for run in analysis.evidence.runs))
-    planned = [PlannedRow(f"p{i}", f"p{i}", i, 1, "1", key, None) for i, key in enumerate([*keys, None])]
+    planned = [PlannedRow(f"p{i}", f"p{i}", i, "1", key, None) for i, key in enumerate([*keys, None])]
     assert flow(analysis, planned).runs_planned == len(keys) + 1
     runs = tuple(run for run in analysis.evidence.runs if run.condition_key == keys[0])
     evidence = replace(analysis.evidence, selection="foot=small", selected=runs, runs=runs)
@@ -217,7 +217,7 @@ def test_planned_runs_are_those_of_the_selected_conditions(analysis: StudyAnalys
 @pytest.mark.parametrize("selection", ["day=2021-06-14", "foot=small and not (run in (r001, r002) or foot=large)"])
 def test_no_planned_count_stands_beside_a_selection_that_no_plan_knows(analysis: StudyAnalysis, selection: str) -> None:
     """The plan has conditions, but neither the days nor the runs that were made."""
-    planned = [PlannedRow("p1", "p1", 1, 1, "1", analysis.evidence.runs[0].condition_key, None)]
+    planned = [PlannedRow("p1", "p1", 1, "1", analysis.evidence.runs[0].condition_key, None)]
     counted = flow(replace(analysis, evidence=replace(analysis.evidence, selection=selection)), planned, {"p9"})
     assert (counted.runs_planned, counted.runs_withdrawn) == (None, 0)
 
