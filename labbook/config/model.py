@@ -515,8 +515,7 @@ class StoreSettings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Configuration:
-    """All of `labbook.toml`; `people` goes from name to initials, `text` is the file as it was, with that of a scene of
-    one's own below it."""
+    """All of `labbook.toml`; `people` goes from name to initials."""
 
     study: StudySettings
     people: dict[str, str] = field(default_factory=dict)
@@ -535,6 +534,7 @@ class Configuration:
     database: DatabaseSettings = DatabaseSettings()
     store: StoreSettings = StoreSettings()
     text: Annotated[str, NOT_A_KEY] = ""
+    """The file as it was, with that of a scene of one's own below it."""
 
     @property
     def sha256(self) -> str:
