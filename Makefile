@@ -7,8 +7,6 @@ STAMP := .venv/.installed
 
 # Tests start many processes: what they import is compiled once, whatever the surroundings say.
 unexport PYTHONDONTWRITEBYTECODE
-# Two of them fill two cores: threads of linear algebra would only wait for each other.
-test soak: export OPENBLAS_NUM_THREADS := 1
 
 .PHONY: demo test lint types layers size check soak bench system clean
 

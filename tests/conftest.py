@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import hypothesis
+import numpy as np
 import pytest
 import sqlalchemy as sa
 from sqlalchemy.dialects.postgresql.psycopg import PGDialect_psycopg
@@ -59,6 +60,9 @@ def pytest_configure(config: pytest.Config) -> None:
     """
     if not hasattr(config, "workerinput"):
         os.environ.setdefault("TMPDIR", str(folder_in_memory(ROOM_BYTES)))
+        os.environ.setdefault(
+            "OPENBLAS_NUM_THREADS", "1"
+        )  # of processes that fill the cores, or threads wait for another
         tempfile.tempdir = None  # to be looked up anew
         shared = tempfile.TemporaryDirectory(prefix="labbook-tests-")
         config.add_cleanup(shared.cleanup)
@@ -151,6 +155,27 @@ def _statements_are_compiled_once() -> Iterator[None]:
         for dialect in (SQLiteDialect_pysqlite, PGDialect_psycopg):  # part of a statement's key: one is as another
             patch.setattr(dialect, "__eq__", lambda one, other: type(one) is type(other), raising=False)
             patch.setattr(dialect, "__hash__", lambda one: hash(type(one)), raising=False)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _arrays_are_compared_as_a_whole() -> Iterator[None]:
+    """`pytest.approx` of an array compares number by number in Python: only where they differ, to say which."""
+    kind: Any = type(pytest.approx(np.zeros(1)))
+    by_number = kind.__eq__
+
+    def compare(approx: Any, other: object) -> bool:
+        wanted, found = np.asarray(approx.expected), np.asarray(other)
+        if wanted.dtype.kind == found.dtype.kind == "f" and wanted.shape == found.shape:
+            rel = (0.0 if approx.abs is not None else 1e-6) if approx.rel is None else approx.rel
+            within = np.maximum(rel * np.abs(wanted), 1e-12 if approx.abs is None else approx.abs)
+            with np.errstate(invalid="ignore"):  # of what is infinite
+                if np.all(np.abs(found - wanted) <= within):
+                    return True
+        return bool(by_number(approx, other))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(kind, "__eq__", compare)
         yield
 
 

@@ -12,6 +12,7 @@ import pytest
 import xarray
 
 from tests.cli.shell import good, labbook, process, refused
+from tests.helpers.kernels import interpreted
 from tests.helpers.wording import says
 
 KEYS = {
@@ -133,9 +134,9 @@ def test_a_corner_that_cannot_be_is_told_of_and_left_out(tmp_path: Path) -> None
 
 @pytest.mark.parametrize("over", ["air_drag:drag_area=0,0.5", "rail_friction:rail_friction_force=1,3"])
 def test_a_parameter_that_the_scene_lacks_can_be_swept(over: str, tmp_path: Path) -> None:
-    """One with an assumed value, and one that has none."""
+    """One with an assumed value, and one that has none; two jumps take less time than to compile a kernel for them."""
     effect, words = over.split(":")
-    found = swept(tmp_path, "--effects", f"+{effect}", "--over", words)
+    found = interpreted(swept, tmp_path, "--effects", f"+{effect}", "--over", words, "--accuracy", "1e-3")
     assert found["outcomes"] == {"touchdown": 2}
     with xarray.open_dataset(tmp_path / "sweep.nc") as dataset:
         assert dataset["apex_height_m"].values[0] > dataset["apex_height_m"].values[-1]

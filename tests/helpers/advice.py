@@ -36,7 +36,7 @@ from labbook.config.parsing import parse_configuration, template
 _BOOK = template("advised", "Ada Nwosu")
 _SNIPPET = re.compile(r"(`[^`]*`)")
 _KEY = re.compile(r"[a-z_]+ = .+")
-_FILES_TRIED, _LARGEST = 3, 300_000
+_FILES_TRIED, _LARGEST = 2, 300_000
 """Files on which each sentence of advice is tried, and their most bytes."""
 _PLACEHOLDER = re.compile(r"\b(NAME|UNIT|CHANNEL|HZ|SCALE|OFFSET|YYYY-MM-DD)\b")
 _NUMBERS = {"HZ": "200", "SCALE": "0.001", "OFFSET": "0", "YYYY-MM-DD": "2024-03-04"}

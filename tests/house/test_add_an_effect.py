@@ -190,24 +190,18 @@ def test_a_part_of_the_cost_is_one_file_too_and_a_column_is_in_sweeps(copy: Path
     python(["-c", COSTS + COLUMN], folder=copy, NUMBA_DISABLE_JIT="1")
 
 
-def test_its_guards_and_states_give_a_fall_under_a_rope(copy: Path) -> None:
-    python(["-c", FALL], folder=copy, NUMBA_DISABLE_JIT="1")
-
-
-def test_what_happens_at_an_apex_and_a_landing_happens_beside_them(copy: Path) -> None:
-    """Two guards rise at one instant, and what an effect keeps is not that of the scene before."""
-    python(["-c", PULLED], folder=copy, NUMBA_DISABLE_JIT="1")
+def test_it_passes_its_test_and_guards_and_states_give_a_fall_and_what_happens_beside(copy: Path) -> None:
+    """A fall under a rope; at an apex and a landing two guards rise at one instant, and what an effect keeps is not
+    that of the scene before.
+    """
+    function = re.findall(r"def (test_\w+)", TEST)[0]
+    python(["-c", f"{TEST}\n\n{function}()\n{FALL}\n{PULLED}"], folder=copy, NUMBA_DISABLE_JIT="1")
 
 
 @pytest.mark.soak
 @pytest.mark.parametrize("script", [FALL, PULLED])
 def test_so_they_do_compiled(script: str, copy: Path) -> None:
     python(["-c", script], folder=copy)
-
-
-def test_its_effect_passes_its_test(copy: Path) -> None:
-    function = re.findall(r"def (test_\w+)", TEST)[0]
-    python(["-c", f"{TEST}\n\n{function}()"], folder=copy, NUMBA_DISABLE_JIT="1")
 
 
 def test_an_effect_without_its_modes_is_refused(copy: Path, tmp_path: Path) -> None:

@@ -169,12 +169,13 @@ def test_no_cut_and_no_flipped_byte_gives_other_values() -> None:
             assert result.refused or same(plain, result)
 
 
-def test_no_damaged_directory_leaves_a_member_out() -> None:
+@pytest.mark.parametrize("every", [4, pytest.param(1, marks=pytest.mark.soak)])
+def test_no_damaged_directory_leaves_a_member_out(every: int) -> None:
     """A longer extra field of one entry swallows the next, and zipfile says nothing."""
     data = zipped({"a.csv": LOG, "b.csv": OTHER})
     plain = read(data)
     for place in range(data.index(b"PK\1\2"), len(data)):
-        for bit in range(8):
+        for bit in range(place % every, 8, every):
             mutant = bytearray(data)
             mutant[place] ^= 1 << bit
             result = read(bytes(mutant))

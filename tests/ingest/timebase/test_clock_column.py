@@ -185,7 +185,7 @@ def local_log(start_utc: str, step_s: float, n: int, zone: str, form: str = "%Y-
 
 CHANGES = {
     "back": ("2023-10-29 00:55:00", "Europe/Zurich"),
-    "back, begun a day before": ("2023-10-28 23:30:00", "Europe/Zurich"),
+    "back, begun a day before": ("2023-10-28 23:55:00", "Europe/Zurich"),
     "forward": ("2023-03-26 00:55:00", "Europe/Zurich"),
     "back in New York": ("2021-11-07 05:55:00", "America/New_York"),
     "back by half an hour": ("2024-04-06 14:50:00", "Australia/Lord_Howe"),
@@ -202,13 +202,13 @@ def test_a_log_goes_on_where_the_clocks_are_changed(change: str, step_s: float, 
     start, zone = CHANGES[change]
     if step_s > 60:
         start = str(day(start) - timedelta(seconds=10 * step_s))
-    n = max(200, int((7200 if "day" in change else 1800) / step_s))
+    n = max(200, int((4500 if "day" in change else 1200) / step_s))
     data = local_log(start, step_s, n, zone, form)
     data = data.replace(b"time;", b"date;time;", 1) if ";" in form else data
     result = read_file(data, Declarations(time_zone=zone))
     assert (result.refused, result.rows_kept) == (False, n)
     (part,) = result.parts
-    assert part.time_s == pytest.approx(step_s * np.arange(n), abs=1e-6)
+    np.testing.assert_allclose(part.time_s, step_s * np.arange(n), rtol=0, atol=1e-6)
     assert part.start_utc == day(start).isoformat() + ".000000Z"
     assert "clocks_changed" in rules(result)
 
