@@ -89,7 +89,7 @@ def test_what_effects_publish_is_in_a_result() -> None:
     assert {field.name for field in fields(JumpResult)} >= PUBLISHED
 
 
-@pytest.mark.parametrize("every", [7, pytest.param(1, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("every", [5, pytest.param(1, marks=pytest.mark.soak)])
 def test_every_pair_alone_runs_and_what_is_off_reads_zero(every: int) -> None:
     found = interpreted(run_pairs, alone, every)
     assert len(found) > 300 // every
