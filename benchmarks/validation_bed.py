@@ -22,7 +22,8 @@ from labbook.analysis.results.result_cache import ResultCache
 from labbook.analysis.study_data import gather
 from labbook.book.opening import opened
 from labbook.demo.campaign import Campaign, make_campaign
-from labbook.demo.running import Stopwatch, make_demo_book
+from labbook.demo.files import campaign_files
+from labbook.demo.running import make_campaign_book
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
 from reports.numbers import StoredResult
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
@@ -73,7 +74,9 @@ def bed_book(chance: np.random.Generator) -> Conditions:
     """Draw the campaign through files and ingest, and measure joules and apexes of its runs."""
     campaign = make_campaign(int(chance.integers(2**31)))
     with TemporaryDirectory() as folder:
-        made = make_demo_book(Path(folder) / "demo", campaign, False, lambda _step: None, Stopwatch(lambda _line: None))
+        made = make_campaign_book(
+            Path(folder) / "demo", campaign_files(campaign), lambda _step: None, lambda _line: None
+        )
         with opened(made) as book, book.reading() as connection:
             return conditions_by_outcome(
                 ResultCache(connection),

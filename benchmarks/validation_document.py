@@ -29,17 +29,18 @@ from benchmarks.validation_calibration import truths as calibration_truths
 from benchmarks.validation_emulator import emulator_book, from_charges, intervals, true_changes
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.run_energy import joules_per_mah
-from labbook.demo.studies.book import make_study_book
+from labbook.demo.running import make_campaign_book
 from labbook.demo.studies.force_plate import (
     DAYS,
     HOPS,
     IDLE_S,
+    SCATTER,
     VOLTAGE_V,
-    PlateScatter,
     PlateStudyRun,
     plate_campaign,
     plate_files,
 )
+from labbook.demo.studies.runs import StudyScatter
 from labbook.demo.truth import recharged_mah
 from labbook.studies.force_plate import MOTOR_PARAMETERS, Drive, ForcePlateStudy, PlateRun, ask, compare_joules
 from labbook.studies.study import Asked
@@ -73,14 +74,14 @@ def plate_book(chance: np.random.Generator) -> tuple[list[PlateStudyRun], ForceP
     """Draw the campaign of four days on a force plate through files and ingest; returns it and what the study says."""
     campaign = plate_campaign(int(chance.integers(2**31)))
     with TemporaryDirectory() as folder:
-        book = make_study_book(Path(folder) / "demo", plate_files(campaign), lambda _what: None, lambda _line: None)
+        book = make_campaign_book(Path(folder) / "demo", plate_files(campaign), lambda _what: None, lambda _line: None)
         return campaign, ask(Asked(book)).study
 
 
 @functools.cache
 def slopes_without_errors() -> dict[int, float]:
     """Return by window the slope that instruments without errors give, where runs differ by nothing but their hops."""
-    exact = [run for run in plate_campaign(SEED, scatter=PlateScatter(0.0, 0.0, 0.0), noise=0.0) if run.gain]
+    exact = [run for run in plate_campaign(SEED, scatter=StudyScatter(0.0, 0.0, 0.0), noise=0.0) if run.gain]
     study = compare_joules([in_memory(run, run.cost_j) for run in exact])
     return {one.window: one.slope for one in study.windows}
 
@@ -120,7 +121,7 @@ RUN_S = {300: 65, 400: 70, 500: 73, 600: 75}
 
 def recharges(chance: np.random.Generator) -> SlopeThroughOrigin:
     """Draw what the charger says after four days of runs whose estimates are exact; returns their slope."""
-    scatter, idle, made = PlateScatter(), [], []
+    scatter, idle, made = SCATTER, [], []
     of_charger = VOLTAGE_V, scatter.recharge_mah
     for day in range(DAYS):
         idle += [(seconds, recharged_mah(chance, seconds, 0.0, *of_charger)) for seconds in IDLE_S]

@@ -13,14 +13,14 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah
-from labbook.demo.studies.book import make_study_book
+from labbook.demo.running import make_campaign_book
 from labbook.demo.studies.emulator import (
     CONSTANT,
     JUMPS,
     RATIO,
     REST_LENGTH_M,
+    RUN_HEIGHT,
     VOLTAGE_V,
-    EmulatorScatter,
     Truth,
     emulator_campaign,
     emulator_files,
@@ -92,7 +92,9 @@ def emulator_book(chance: np.random.Generator) -> EmulatorStudy:
     """Draw the campaign through files and ingest."""
     campaign = emulator_campaign(int(chance.integers(2**31)))
     with TemporaryDirectory() as folder:
-        book = make_study_book(Path(folder) / "demo", emulator_files(campaign), lambda _what: None, lambda _line: None)
+        book = make_campaign_book(
+            Path(folder) / "demo", emulator_files(campaign), lambda _what: None, lambda _line: None
+        )
         return ask(Asked(book)).study
 
 
@@ -140,7 +142,7 @@ def from_charges(chance: np.random.Generator, jumps: int = JUMPS) -> EmulatorStu
 
 
 def _apex_m(chance: np.random.Generator, truth: Truth) -> float:
-    return truth.apex_m + chance.normal(0.0, EmulatorScatter().run_height) * (truth.apex_m - REST_LENGTH_M)
+    return truth.apex_m + chance.normal(0.0, RUN_HEIGHT) * (truth.apex_m - REST_LENGTH_M)
 
 
 def drain_error(line: PassiveDrain, duration_s: float, worth_j: float) -> SharedError:

@@ -11,7 +11,7 @@ import numpy as np
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import read_flasks, read_walks
 from ingest.tables.sheet import SheetFile
-from labbook.demo.studies.book import StudyFiles, make_study_book
+from labbook.demo.running import CampaignFiles, make_campaign_book
 from labbook.demo.studies.sheets import (
     COMPACTED,
     DAMPING,
@@ -82,12 +82,12 @@ def oscillations_read(chance: np.random.Generator) -> Characterisation:
 
 
 def _ingested(
-    ask: Callable[[Asked], Found[S_co]], draw: Callable[[int], StudyFiles], chance: np.random.Generator
+    ask: Callable[[Asked], Found[S_co]], draw: Callable[[int], CampaignFiles], chance: np.random.Generator
 ) -> S_co:
     """Draw a study's whole campaign as files, ingest them into a book, and ask the study of it."""
     with TemporaryDirectory() as folder:
         campaign = draw(int(chance.integers(2**31)))
-        book = make_study_book(Path(folder) / "demo", campaign, lambda _what: None, lambda _line: None)
+        book = make_campaign_book(Path(folder) / "demo", campaign, lambda _what: None, lambda _line: None)
         return ask(Asked(book)).study
 
 

@@ -81,9 +81,11 @@ def demo(
         _study_demo(folder, study, seed, full, as_json)
         return
     from labbook.demo.campaign import make_campaign
+    from labbook.demo.files import campaign_files
 
     with progress("demonstration", None, shown=not as_json) as step:
-        done = run_demo(folder, make_campaign(seed), full, step, lambda line: None if as_json else say(line))
+        files = campaign_files(make_campaign(seed), full=full)
+        done = run_demo(folder, files, step, lambda line: None if as_json else say(line))
     emit(done, [f"the report: {done.page}"], as_json)
 
 

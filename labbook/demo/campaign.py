@@ -18,19 +18,9 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import RunKind
+from labbook.demo.running import Correction
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition, Truth
 from labbook.demo.writers import SheetRun
-
-
-@dataclass(frozen=True, slots=True)
-class Correction:
-    """A fact that was written down wrong and put right later."""
-
-    run: str
-    field: str
-    written: str
-    right: str
-    why: str
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)

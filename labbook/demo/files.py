@@ -5,21 +5,20 @@ A logging charger sees a recharge at 1 Hz: constant current, then less and less.
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import asdict, replace
-from itertools import groupby
-from pathlib import Path
 
 import numpy as np
 
 from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import RunKind
+from labbook.actions.planning.runs import PlannedEntry
 from labbook.demo.campaign import BATTERIES, IDLE_MINUTES, JUMPS_PER_RUN, Campaign, DemoRun
 from labbook.demo.logger import DECIMALS, RunLog, run_log
 from labbook.demo.plate import hopping_record
+from labbook.demo.running import MARK, CampaignFiles, Record
 from labbook.demo.truth import CONTROL_GAIN, FOOT_RADIUS_M, Truth
-from labbook.demo.writers import Recharge, bertec_text, charger_sheet, icharger_log, run_sheet, string_pot_log
+from labbook.demo.writers import Recharge, bertec_text, icharger_log, string_pot_log
 
 FACTORS = ("foot", "k_gain", "b_ad_gain")
 ROBOT = "hopper"
@@ -223,64 +222,47 @@ def recharge_course(seed: int, charge_mah: int, end_voltage_v: float) -> Recharg
     )
 
 
-MARK = "synthetic"
-"""Part of the name of every instrument's file."""
-
-Progress = Callable[[int, int], None]
-"""Called after each file with the number of files written and the number in all."""
-
-
-def write_campaign(campaign: Campaign, folder: Path, *, full: bool = False, progress: Progress | None = None) -> None:
-    """Write a campaign below `folder`, making it where needed; the same campaign gives the same bytes.
+def campaign_files(campaign: Campaign, *, full: bool = False) -> CampaignFiles:
+    """Return what is written of a campaign.
 
     `instruments/runs.csv`, `instruments/logs/*.csv`, `instruments/charger/*.csv` (a sheet a day) and `*.txt` (a
     charger's own log), `instruments/force/*.txt`, `labbook.toml`, and `truth.json`. `full` writes logs of 12
     minutes (16 MB each) in place of about 80 seconds.
     """
-    logged = campaign.of_kind(RunKind.JUMPS)
-    plated = [(run, run.condition) for run in campaign.of_kind(RunKind.CHARACTERISATION) if run.condition is not None]
-    days = [(date, list(runs)) for date, runs in groupby(campaign.runs, key=lambda run: run.date)]
-    total = len(logged) + len(days) + 2 * len(plated) + 3
-    written = 0
-
-    def write(name: str, content: bytes) -> None:
-        nonlocal written
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(content)
-        written += 1
-        if progress is not None:
-            progress(written, total)
-
-    write("labbook.toml", book_toml(campaign.truth))
     mistakes = {correction.run: {correction.field: correction.written} for correction in campaign.corrections}
-    written_down = (replace(run, levels={**run.levels, **mistakes.get(run.name, {})}) for run in campaign.runs)
-    write("instruments/runs.csv", run_sheet(FACTORS, written_down))
-    for date, runs in days:
-        # A run on the force plate has a charger's own log instead.
-        sheet = charger_sheet(run for run in runs if run.kind is not RunKind.CHARACTERISATION)
-        write(f"instruments/charger/{date:%Y-%m-%d}_charger_{MARK}.csv", sheet)
-    for run, condition in plated:
-        plate = hopping_record(campaign.seed, condition.k_gain, run.jumps_made)
-        course = recharge_course(campaign.seed, run.charge_mah, run.end_voltage_v)
-        write(
-            f"instruments/force/{run.name}_bertec_{MARK}.txt",
-            bertec_text(plate.time_ms, plate.force_n, plate.moment_nm, plate.cop_m),
-        )
-        write(f"instruments/charger/{run.name}_icharger_{MARK}.txt", icharger_log(course))
-    run_truths = []
-    for run in logged:
+    dates = sorted({run.date for run in campaign.runs})
+    return CampaignFiles(
+        configuration=book_toml(campaign.truth).decode(),
+        records=_records(campaign, full),
+        truth={
+            "seed": campaign.seed,
+            "full": full,
+            **campaign.truth.as_json(),
+            "corrections": [asdict(correction) for correction in campaign.corrections],
+        },
+        runs=[replace(run, levels={**run.levels, **mistakes.get(run.name, {})}) for run in campaign.runs],
+        factors=FACTORS,
+        planned=(campaign.seed, [_planned(run, dates.index(run.date) + 1) for run in campaign.runs]),
+        corrections=campaign.corrections,
+    )
+
+
+def _planned(run: DemoRun, day: int) -> PlannedEntry:
+    block = "" if run.condition is None else f"{run.condition.foot} {run.condition.k_gain}"
+    return PlannedEntry(run.name, day, block, {name: str(level) for name, level in run.levels.items()} or None)
+
+
+def _records(campaign: Campaign, full: bool) -> Iterator[Record]:
+    for run in campaign.of_kind(RunKind.CHARACTERISATION):
+        if run.condition is not None:
+            record = bertec_text(hopping_record(campaign.seed, run.condition.k_gain, run.jumps_made))
+            yield Record(f"force/{run.name}_bertec_{MARK}.txt", record)
+            course = recharge_course(campaign.seed, run.charge_mah, run.end_voltage_v)
+            yield Record(f"charger/{run.name}_icharger_{MARK}.txt", icharger_log(course))
+    for run in campaign.of_kind(RunKind.JUMPS):
         log = run_log(campaign.seed, campaign.truth, run, full=full)
-        write(f"instruments/logs/{run.name}_{MARK}.csv", string_pot_log(log.time_ms, log.channels, DECIMALS))
-        run_truths.append(_run_truth(run, log))
-    truth = {
-        "seed": campaign.seed,
-        "full": full,
-        **campaign.truth.as_json(),
-        "corrections": [asdict(correction) for correction in campaign.corrections],
-        "runs": run_truths,
-    }
-    write("truth.json", json.dumps(truth, indent=1).encode() + b"\n")
+        text = string_pot_log(log.time_ms, log.channels, DECIMALS)
+        yield Record(f"logs/{run.name}_{MARK}.csv", text, _run_truth(run, log))
 
 
 def _run_truth(run: DemoRun, log: RunLog) -> dict[str, object]:

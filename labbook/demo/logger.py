@@ -119,17 +119,6 @@ def _drop_packets(
     return dropped, np.array(touched, dtype=np.bool_)
 
 
-def samples_not_dropped(
-    rng: np.random.Generator, n: int, dropped: int, longest: int, first: int = 0
-) -> NDArray[np.bool_]:
-    """Draw which samples of a log arrive where so many packets are dropped, none before the sample `first`."""
-    recorded = np.ones(n, dtype=np.bool_)
-    for _ in range(dropped):
-        start = int(rng.integers(first, n))
-        recorded[start : start + int(rng.integers(2, longest + 1))] = False
-    return recorded
-
-
 def _wobble_m(rng: np.random.Generator, time_s: FloatArray, duration_s: float) -> FloatArray:
     """Draw how far an unsteady hand is off: two sines that are zero, and at rest, at both ends of its motion."""
     amplitude_m, frequency_hz, phase_rad = rng.uniform(0.0015, 0.004), rng.uniform(2.5, 5.0), rng.uniform(0, 2 * np.pi)

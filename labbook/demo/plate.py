@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
+from labbook.demo.writers import PlateRecord
 
 FloatArray = NDArray[np.float64]
 RATE_HZ = 1000
@@ -136,16 +137,6 @@ class Hopping:
 def apex_of(piece: Piece) -> int:
     """Return the sample at which the body is highest in flight."""
     return int(np.argmax(piece.body_m * (piece.force_n == 0.0)))
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class PlateRecord:
-    """Force-plate samples: `time_ms` (n,), force and moment (n, 3), centre of pressure (n, 2); z down."""
-
-    time_ms: FloatArray
-    force_n: FloatArray
-    moment_nm: FloatArray
-    cop_m: FloatArray
 
 
 def record_of(rng: np.random.Generator, fz_n: FloatArray, noise: float = 1.0) -> PlateRecord:

@@ -1,15 +1,18 @@
-"""The demonstration from its files to its report, through the same functions that any book uses."""
+"""A campaign from its files to its book and report, through the same functions that any book uses."""
 
 from __future__ import annotations
 
+import json
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import chain, groupby
 from pathlib import Path
+from typing import Any
 
 from data_schema.errors import UsageError
-from data_schema.vocabulary import PlanMethod
+from data_schema.vocabulary import PlanMethod, RunKind
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.named_files import files_of
@@ -20,10 +23,49 @@ from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import CONFIGURATION, Book, opened
-from labbook.demo.campaign import Campaign, DemoRun
-from labbook.demo.files import write_campaign
+from labbook.demo.writers import SheetRun, charger_sheet, run_sheet
 
 RUN_SHEET = "runs.csv"
+MARK = "synthetic"
+"""Part of the name of every instrument's file."""
+Say = Callable[[str], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Record:
+    """What an instrument wrote, its path below `instruments`, and what is true of it, if that is told."""
+
+    path: str
+    content: bytes
+    truth: Mapping[str, Any] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Correction:
+    """A fact that was written down wrong and put right later."""
+
+    run: str
+    field: str
+    written: str
+    right: str
+    why: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CampaignFiles:
+    """What is written of a campaign: its configuration, its sheets and records, and what is true.
+
+    `records` are made one after the other. `runs`, if there are any, are made with `factors`, as `planned` from a seed
+    where they were; `corrections` are stated after all is ingested.
+    """
+
+    configuration: str
+    records: Iterable[Record]
+    truth: Mapping[str, Any]
+    runs: Sequence[SheetRun] = ()
+    factors: tuple[str, ...] = ()
+    planned: tuple[int, Sequence[PlannedEntry]] | None = None
+    corrections: Sequence[Correction] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,26 +78,32 @@ class DemoDone:
     page: str
 
 
-def run_demo(
-    folder: Path, campaign: Campaign, full: bool, step: Callable[[str], None], say: Callable[[str], None]
-) -> DemoDone:
+def run_demo(folder: Path, files: CampaignFiles, step: Say, say: Say) -> DemoDone:
     """Write a campaign's files, make its book, and write the report."""
-    clock = Stopwatch(say)
-    book_folder = make_demo_book(folder, campaign, full, step, clock)
+    book_folder, clock = make_campaign_book(folder, files, step, say), Stopwatch(say)
     with opened(book_folder) as book:
         written = write(book, None, book_folder / "reports" / "demo", None, step)
     clock.lap(f"analysed and wrote the report ({written.results_computed} results)")
     return DemoDone(str(book_folder), str(folder / "instruments"), str(folder / "truth.json"), written.page)
 
 
-def make_demo_book(folder: Path, campaign: Campaign, full: bool, step: Callable[[str], None], clock: Stopwatch) -> Path:
-    """Write a campaign's files, ingest them into a new book, correct the typing error; returns the book's folder."""
+def make_campaign_book(folder: Path, files: CampaignFiles, step: Say, say: Say) -> Path:
+    """Write a campaign's files below a new folder, and ingest them into a book; returns the book's folder."""
     new_folder(folder)
-    write_campaign(campaign, folder, full=full, progress=lambda done, total: step(f"writing file {done} of {total}"))
-    clock.lap(f"wrote the instruments' files of {len(campaign.runs)} runs to {folder / 'instruments'}")
-    book_folder = make_book_of(folder, step, clock, lambda book, sheet: _state_runs(book, campaign, sheet))
+    clock, book_folder = Stopwatch(say), folder / "book"
+    book_folder.mkdir(parents=True)
+    write_files(folder, files, step)
+    clock.lap(f"wrote the instruments' files to {folder / 'instruments'}")
+    (folder / CONFIGURATION).rename(book_folder / CONFIGURATION)
+    make_book(book_folder, None)
     with opened(book_folder) as book:
-        _correct(book, campaign)
+        _state_runs(book, files, folder / "instruments" / RUN_SHEET)
+        clock.lap(f"made the book {book_folder} and stated its runs")
+        counts = _ingest(book, folder / "instruments", step)
+        clock.lap("ingested " + ", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
+        for one in files.corrections:
+            with book.session(None) as session:
+                correct(book, session, one.run, [f"{one.field}={one.right}"], one.why)
     return book_folder
 
 
@@ -65,33 +113,48 @@ def new_folder(folder: Path) -> None:
         raise UsageError(f"{folder} is not empty: name a new folder for the demonstration.")
 
 
-def make_book_of(
-    folder: Path, step: Callable[[str], None], clock: Stopwatch, state_runs: Callable[[Book, Path], None] | None = None
-) -> Path:
-    """Make a book of the files written below `folder`, state its runs and ingest all; returns the book's folder."""
-    book_folder = folder / "book"
-    book_folder.mkdir()
-    (folder / CONFIGURATION).rename(book_folder / CONFIGURATION)
-    make_book(book_folder, None)
-    with opened(book_folder) as book:
-        (state_runs or _import_runs)(book, folder / "instruments" / RUN_SHEET)
-        clock.lap(f"made the book {book_folder} and stated its runs")
-        counts = _ingest(book, folder / "instruments", step)
-        clock.lap("ingested " + ", ".join(f"{count} {status}" for status, count in sorted(counts.items())))
-    return book_folder
+def write_files(folder: Path, files: CampaignFiles, step: Say) -> None:
+    """Write `labbook.toml`, the files of the instruments and `truth.json`; the same campaign gives the same bytes."""
+    (folder / CONFIGURATION).write_text(files.configuration, encoding="utf-8")
+    of_runs = []
+    for record in chain(_sheets(files), files.records):
+        step(f"writing {record.path}")
+        path = folder / "instruments" / record.path
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(record.content)
+        if record.truth is not None:
+            of_runs.append(record.truth)
+    truth = {**files.truth, **({"runs": of_runs} if of_runs else {})}
+    (folder / "truth.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
 
 
-def _import_runs(book: Book, sheet: Path) -> None:
-    if not sheet.exists():
+def _sheets(files: CampaignFiles) -> Iterator[Record]:
+    """Write the run sheet, and the charger's sheet of each day; a run on the force plate has a charger's own log."""
+    if files.runs:
+        yield Record(RUN_SHEET, run_sheet(files.factors, files.runs))
+    for date, of_day in groupby(files.runs, key=lambda run: run.date):
+        charged = charger_sheet(run for run in of_day if run.kind is not RunKind.CHARACTERISATION)
+        yield Record(f"charger/{date:%Y-%m-%d}_charger_{MARK}.csv", charged)
+
+
+def _state_runs(book: Book, files: CampaignFiles, sheet: Path) -> None:
+    if not files.runs:
         return
+    dates = sorted({run.date for run in files.runs})
     with book.session(None) as session:
+        if files.planned is not None:
+            seed, entries = files.planned
+            state_plan(session, book.configuration, seed, PlanMethod.BLOCKED, entries)
         import_runs(book, session, SheetFile(str(sheet), sheet.read_bytes()))
+        for date in dates:
+            for kind in book.configuration.protocol.checks:
+                state_check(session, book.configuration, kind, None, None, passed=True, day=date.isoformat())
 
 
 class Stopwatch:
     """Says what was done and how long it took."""
 
-    def __init__(self, say: Callable[[str], None]) -> None:
+    def __init__(self, say: Say) -> None:
         self._say = say
         self._last = time.perf_counter()
 
@@ -102,35 +165,10 @@ class Stopwatch:
         self._last = now
 
 
-def _state_runs(book: Book, campaign: Campaign, sheet: Path) -> None:
-    dates = sorted({run.date for run in campaign.runs})
-    entries = [PlannedEntry(run.name, dates.index(run.date) + 1, _block(run), _planned(run)) for run in campaign.runs]
-    with book.session(None) as session:
-        state_plan(session, book.configuration, campaign.seed, PlanMethod.BLOCKED, entries)
-        import_runs(book, session, SheetFile(str(sheet), sheet.read_bytes()))
-        for date in dates:
-            for kind in book.configuration.protocol.checks:
-                state_check(session, book.configuration, kind, None, None, passed=True, day=date.isoformat())
-
-
-def _block(run: DemoRun) -> str:
-    return "" if run.condition is None else f"{run.condition.foot} {run.condition.k_gain}"
-
-
-def _planned(run: DemoRun) -> dict[str, str] | None:
-    return {name: str(level) for name, level in run.levels.items()} or None
-
-
-def _ingest(book: Book, folder: Path, step: Callable[[str], None]) -> Counter[str]:
+def _ingest(book: Book, folder: Path, step: Say) -> Counter[str]:
     files = [path for path in files_of([folder], book.folder).files if path.name != RUN_SHEET]
     counts: Counter[str] = Counter()
     for position, path in enumerate(files, start=1):
         step(f"ingesting {position} of {len(files)}")
         counts[str(ingest_file(book, path, IngestRequest()).status)] += 1
     return counts
-
-
-def _correct(book: Book, campaign: Campaign) -> None:
-    for correction in campaign.corrections:
-        with book.session(None) as session:
-            correct(book, session, correction.run, [f"{correction.field}={correction.right}"], correction.why)

@@ -71,23 +71,34 @@ def string_pot_log(
 
 FloatArray = NDArray[np.float64]
 
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlateRecord:
+    """Force-plate samples: `time_ms` (n,), force and moment (n, 3), centre of pressure (n, 2); z down."""
+
+    time_ms: FloatArray
+    force_n: FloatArray
+    moment_nm: FloatArray
+    cop_m: FloatArray
+
+
 COLUMNS = ("Seq", "Timestamp", "Sync", "Aux", "Fx", "Fy", "Fz", "Mx", "My", "Mz", "COPx", "COPy")
 
 
-def bertec_text(time_ms: FloatArray, force_n: FloatArray, moment_nm: FloatArray, cop_m: FloatArray) -> bytes:
-    """Return the export: `time_ms` of shape (n,), force and moment (n, 3), centre of pressure (n, 2)."""
-    n = time_ms.size
+def bertec_text(plate: PlateRecord) -> bytes:
+    """Return the export."""
+    n = plate.time_ms.size
     zeros = np.zeros(n, dtype=np.int64)
     return delimited_text(
         ",".join(COLUMNS),
         [
             (np.arange(n, dtype=np.int64), 0),
-            (time_ms, 5),
+            (plate.time_ms, 5),
             (zeros, 0),
             (zeros, 0),
-            *((force_n[:, axis], 4) for axis in range(3)),
-            *((moment_nm[:, axis], 5) for axis in range(3)),
-            *((cop_m[:, axis], 6) for axis in range(2)),
+            *((plate.force_n[:, axis], 4) for axis in range(3)),
+            *((plate.moment_nm[:, axis], 5) for axis in range(3)),
+            *((plate.cop_m[:, axis], 6) for axis in range(2)),
         ],
         line_end="\r\n",
     )

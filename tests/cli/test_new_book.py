@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from labbook.demo.writers import bertec_text
+from labbook.demo.writers import PlateRecord, bertec_text
 from tests.cli.shell import good, labbook, refused, rows
 from tests.helpers.wording import says
 
@@ -20,7 +20,7 @@ def person_hopping(seconds: float = 6.0, rate_hz: float = 1000.0) -> bytes:
     push = np.sin(np.pi * (time_s % 0.6) / 0.3)
     force_n[:, 2] = np.where(time_s > 1.2, np.pi * 80 * 9.80665 * np.maximum(push, 0.0), 0.0)
     force_n += np.random.default_rng(5).normal(0.0, 0.5, force_n.shape)
-    return bertec_text(1000 * time_s, force_n, np.zeros_like(force_n), np.zeros((time_s.size, 2)))
+    return bertec_text(PlateRecord(1000 * time_s, force_n, np.zeros_like(force_n), np.zeros((time_s.size, 2))))
 
 
 def test_a_person_on_a_plate_and_a_pack_of_17_ah_are_taken_in_until_a_robot_is_declared(tmp_path: Path) -> None:

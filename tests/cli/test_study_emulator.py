@@ -15,7 +15,7 @@ import pytest
 
 from benchmarks.validation_document import STUDIES, covered, outside
 from benchmarks.validation_emulator import from_charges
-from labbook.demo.studies.book import make_study_book
+from labbook.demo.running import make_campaign_book
 from labbook.demo.studies.emulator import emulator_campaign, emulator_files
 from labbook.studies.emulator import Controller, Trend, ask
 from labbook.studies.study import Asked
@@ -31,7 +31,7 @@ DAYS, JUMPS = 4, 14
 
 def _make(folder: Path) -> Path:
     campaign = emulator_campaign(1, days=DAYS, jumps=JUMPS)
-    return make_study_book(folder / "demo", emulator_files(campaign), lambda _what: None, lambda _line: None)
+    return make_campaign_book(folder / "demo", emulator_files(campaign), lambda _what: None, lambda _line: None)
 
 
 @pytest.fixture(scope="module")

@@ -13,9 +13,10 @@ import pytest
 
 from benchmarks.validation_document import STUDIES, covered, in_memory, outside
 from data_schema.errors import InputRefused
+from labbook.demo.running import make_campaign_book
 from labbook.demo.studies import force_plate
-from labbook.demo.studies.book import make_study_book
-from labbook.demo.studies.force_plate import PlateScatter, plate_campaign, plate_files
+from labbook.demo.studies.force_plate import plate_campaign, plate_files
+from labbook.demo.studies.runs import StudyScatter
 from labbook.studies.force_plate import compare_joules
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
@@ -28,7 +29,7 @@ DAYS, HOPS = 2, 24
 
 def _make(folder: Path) -> Path:
     campaign = plate_campaign(1, days=DAYS, hops=HOPS)
-    return make_study_book(folder / "demo", plate_files(campaign), lambda _what: None, lambda _line: None)
+    return make_campaign_book(folder / "demo", plate_files(campaign), lambda _what: None, lambda _line: None)
 
 
 @pytest.fixture(scope="module")
@@ -100,7 +101,7 @@ def test_intervals_cover_slope_and_drift() -> None:
 
 def test_without_the_foot_s_weight_joules_are_those_of_the_motors_in_stance() -> None:
     """The impact of the foot, smoothed over 13 ms, is all that is left."""
-    campaign = plate_campaign(2, days=1, hops=16, scatter=PlateScatter(0.0, 0.0, 0.0), noise=0.0)
+    campaign = plate_campaign(2, days=1, hops=16, scatter=StudyScatter(0.0, 0.0, 0.0), noise=0.0)
     study = compare_joules([in_memory(run, run.stance_j) for run in campaign if run.gain], 13)
     assert study.slope_without_foot == pytest.approx(1.0, abs=0.01)
     assert study.slope.slope == pytest.approx(1.07, abs=0.02)

@@ -10,6 +10,7 @@ import pytest
 
 from labbook.book import write_session as session
 from labbook.demo.campaign import Campaign, make_campaign
+from labbook.demo.files import campaign_files
 from labbook.demo.running import DemoDone, run_demo
 from tests.helpers.once import made_once
 from tests.helpers.stated_campaign import STATED
@@ -30,6 +31,6 @@ def made_demo(name: str) -> DemoDone:
         drawn = random.Random(1)
         with pytest.MonkeyPatch.context() as patch:
             patch.setattr(session, "new_uid", lambda: drawn.randbytes(6).hex())
-            return run_demo(folder / "demo", CAMPAIGNS[name](), False, lambda _step: None, lambda _line: None)
+            return run_demo(folder / "demo", campaign_files(CAMPAIGNS[name]()), lambda _step: None, lambda _line: None)
 
     return made_once(f"demo-{name}", make)

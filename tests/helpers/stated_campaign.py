@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from labbook.demo.plate import RATE_HZ, PlateRecord, record_of
+from labbook.demo.plate import RATE_HZ, record_of
 from labbook.demo.truth import CONTROL_GAIN, REST_LENGTH_M, Hop, Scatter, Truth
+from labbook.demo.writers import PlateRecord
 
 FloatArray = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from labbook.demo.writers import bertec_text
+from labbook.demo.writers import PlateRecord, bertec_text
 
 LOAD_N = 60.0
 POUND_N, INCH_M = 4.4482216152605, 0.0254
@@ -210,7 +210,8 @@ def bertec(n: int = 2000, load_n: float = LOAD_N) -> bytes:
     """A Bertec Acquire export of one plate: force on the plate with z down, metres."""
     told = on_plate(plate(hops(n, 1000.0, load_n)))
     force, moment = (np.stack([told[f"{of}_{axis}"] for axis in "xyz"], axis=1) for of in ("force", "moment"))
-    return bertec_text(np.arange(float(n)), force, moment, np.stack([told["cop_x"], told["cop_y"]], axis=1))
+    cop = np.stack([told["cop_x"], told["cop_y"]], axis=1)
+    return bertec_text(PlateRecord(np.arange(float(n)), force, moment, cop))
 
 
 def bsf(stored: dict[str, np.ndarray], rate_hz: int) -> bytes:

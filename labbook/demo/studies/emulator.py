@@ -17,9 +17,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labbook.demo.logger import samples_not_dropped
-from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, logs_of, written_run
-from labbook.demo.truth import recharged_mah
+from labbook.demo.running import CampaignFiles
+from labbook.demo.studies.runs import RUNS_TOML, Made, StudyRun, StudyScatter, drawn_days, logs_of, samples_not_dropped
 
 FloatArray = NDArray[np.float64]
 GAINS = (100, 200, 300, 400, 500)
@@ -37,15 +36,9 @@ _HEIGHT_NOISE_M, _HEIGHT_STEP_M = 0.001, 0.8 / 2**12
 _DROP_CHANCE, _LONGEST_DROP = 0.05, 12
 
 
-@dataclass(frozen=True, slots=True)
-class EmulatorScatter:
-    """Standard deviations, as shares: of joules by day and by run, of flights by run and by jump; of each recharge."""
-
-    day: float = 0.01
-    run: float = 0.015
-    run_height: float = 0.01
-    jump_height: float = 0.02
-    recharge_mah: float = 0.35
+SCATTER = StudyScatter(day=0.01, run=0.015)
+RUN_HEIGHT, JUMP_HEIGHT = 0.01, 0.02
+"""Standard deviations of flights by run and by jump, as shares."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,43 +84,37 @@ def truths(jumps: int = JUMPS) -> list[Truth]:
 def emulator_campaign(seed: int, *, days: int = DAYS, jumps: int = JUMPS, logs: bool = True) -> list[StudyRun]:
     """Draw the campaign; without `logs`, charges alone."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, 5]))
-    scatter = EmulatorScatter()
     conditions = [(gain, damping) for gain in GAINS for damping in dampings(gain)]
-    runs: list[StudyRun] = []
-    for day in range(days):
-        date = _FIRST_DAY + dt.timedelta(days=3 * day)
-        day_share = rng.normal(0.0, scatter.day)
-        order: list[tuple[int, int] | None] = [None, *(conditions[i] for i in rng.permutation(len(conditions))), None]
-        for position, condition in enumerate(order, start=1):
-            if condition is None:
-                duration_s = IDLE_S[position > 1] + int(rng.integers(-2, 3))
-                charge = recharged_mah(rng, duration_s, 0.0, VOLTAGE_V, scatter.recharge_mah)
-                written = written_run(len(runs) + 1, date, position, {}, 0, duration_s, charge)
-                runs.append(StudyRun(**written, end_voltage_v=VOLTAGE_V))
-                continue
-            truth, time_s, height_m, number = _motion(*condition, jumps)
-            duration_s = int(time_s[-1] + 2 * _HELD_S) + _OVERHEAD_S
-            share = 1.0 + day_share + rng.normal(0.0, scatter.run)
-            charge = recharged_mah(rng, duration_s, share * truth.joules * jumps, VOLTAGE_V, scatter.recharge_mah)
-            log = _log(rng, (time_s, height_m, number), condition, scatter, jumps) if logs else {}
-            levels = dict(zip(_FACTORS, condition, strict=True))
-            written = written_run(len(runs) + 1, date, position, levels, jumps, duration_s, charge)
-            runs.append(StudyRun(**written, end_voltage_v=VOLTAGE_V, **log))
-    return runs
+
+    def make(condition: tuple[int, int], day_share: float) -> Made:
+        truth, time_s, height_m, number = _motion(*condition, jumps)
+        share = 1.0 + day_share + rng.normal(0.0, SCATTER.run)
+        return Made(
+            dict(zip(_FACTORS, condition, strict=True)),
+            jumps,
+            int(time_s[-1] + 2 * _HELD_S) + _OVERHEAD_S,
+            share * truth.joules * jumps,
+            lambda: _log(rng, (time_s, height_m, number), condition, jumps) if logs else {},
+        )
+
+    def order() -> list[tuple[int, int]]:
+        return [conditions[i] for i in rng.permutation(len(conditions))]
+
+    dates = [_FIRST_DAY + dt.timedelta(days=3 * day) for day in range(days)]
+    return drawn_days(rng, StudyRun, SCATTER, dates, IDLE_S, VOLTAGE_V, order, make)
 
 
 def _log(
     rng: np.random.Generator,
     motion: tuple[FloatArray, FloatArray, FloatArray],
     condition: tuple[int, int],
-    scatter: EmulatorScatter,
     jumps: int,
 ) -> dict[str, Any]:
     """Record a run, by field of `StudyRun`: heights above the touchdown's are stretched by what it and its jumps differ
     by.
     """
     times_s, heights_m, numbers = motion
-    shares = 1.0 + rng.normal(0.0, scatter.run_height) + rng.normal(0.0, scatter.jump_height, jumps)
+    shares = 1.0 + rng.normal(0.0, RUN_HEIGHT) + rng.normal(0.0, JUMP_HEIGHT, jumps)
     above_m = np.maximum(heights_m - REST_LENGTH_M, 0.0)
     made_m = np.where(above_m > 0.0, REST_LENGTH_M + shares[numbers.astype(int)] * above_m, heights_m)
     time_s = np.arange(-_HELD_S, times_s[-1] + _HELD_S, 1.0 / _RATE_HZ)
@@ -200,12 +187,12 @@ _PROTOCOL = """\
 exclude_first_jumps = 2"""
 
 
-def demonstration(seed: int) -> StudyFiles:
+def demonstration(seed: int) -> CampaignFiles:
     """Draw a campaign; return what is written of it."""
     return emulator_files(emulator_campaign(seed))
 
 
-def emulator_files(campaign: Sequence[StudyRun]) -> StudyFiles:
+def emulator_files(campaign: Sequence[StudyRun]) -> CampaignFiles:
     """Return what is written of a campaign."""
     jumps = max(run.jumps_made for run in campaign)
     further = _FURTHER.format(dampings=sorted({damping for gain in GAINS for damping in dampings(gain)}))
@@ -225,4 +212,4 @@ def emulator_files(campaign: Sequence[StudyRun]) -> StudyFiles:
     )
     truth = {"conditions": [asdict(one) for one in truths(jumps)]}
     logs = logs_of(campaign, dict.fromkeys(_FACTORS, 1))
-    return StudyFiles(text + further, logs, truth, campaign, _FACTORS)
+    return CampaignFiles(configuration=text + further, records=logs, truth=truth, runs=campaign, factors=_FACTORS)

@@ -15,12 +15,10 @@ from typing import Any
 
 import numpy as np
 
-from labbook.demo.files import MARK
-from labbook.demo.logger import samples_not_dropped
-from labbook.demo.plate import HELD_S, RATE_HZ, Hopping, PlateRecord, apex_of, pieces, record_of
-from labbook.demo.studies.book import RUNS_TOML, StudyFiles, StudyRun, logs_of, written_run
-from labbook.demo.truth import recharged_mah
-from labbook.demo.writers import bertec_text
+from labbook.demo.plate import HELD_S, RATE_HZ, Hopping, apex_of, pieces, record_of
+from labbook.demo.running import MARK, CampaignFiles, Record
+from labbook.demo.studies.runs import RUNS_TOML, Made, StudyRun, StudyScatter, drawn_days, logs_of, samples_not_dropped
+from labbook.demo.writers import PlateRecord, bertec_text
 
 GAINS = (300, 600, 500, 400)
 """In the order of the day (thesis 3.2.2)."""
@@ -39,13 +37,7 @@ _DROP_CHANCE, _LONGEST_DROP = 0.06, 12
 _OVERHEAD_S = 22
 
 
-@dataclass(frozen=True, slots=True)
-class PlateScatter:
-    """Standard deviations: of what the battery gives, as a share, by day and by run, and of each recharge."""
-
-    day: float = 0.01
-    run: float = 0.01
-    recharge_mah: float = 0.35
+SCATTER = StudyScatter(day=0.01, run=0.01)
 
 
 @dataclass(frozen=True, slots=True, eq=False, kw_only=True)
@@ -65,33 +57,22 @@ class PlateStudyRun(StudyRun):
 
 
 def plate_campaign(
-    seed: int, *, days: int = DAYS, hops: int = HOPS, scatter: PlateScatter | None = None, noise: float = 1.0
+    seed: int, *, days: int = DAYS, hops: int = HOPS, scatter: StudyScatter = SCATTER, noise: float = 1.0
 ) -> list[PlateStudyRun]:
     """Draw the campaign; `noise` multiplies the instruments' errors and the share of packets that are lost."""
     rng = np.random.default_rng(np.random.SeedSequence([seed, 4]))
-    scatter = scatter or PlateScatter()
-    runs: list[PlateStudyRun] = []
-    for day in range(days):
-        date = _FIRST_DAY + dt.timedelta(days=day)
-        day_share = rng.normal(0.0, scatter.day)
-        of_day = [(None, IDLE_S[0]), *((gain, 0) for gain in GAINS), (None, IDLE_S[1])]
-        for position, (gain, idle_s) in enumerate(of_day, start=1):
-            if gain is None:
-                duration_s = idle_s + int(rng.integers(-2, 3))
-                charge = recharged_mah(rng, duration_s, 0.0, VOLTAGE_V, scatter.recharge_mah)
-                written = written_run(len(runs) + 1, date, position, {}, 0, duration_s, charge)
-                runs.append(PlateStudyRun(**written, end_voltage_v=VOLTAGE_V))
-                continue
-            share = (1.0 + day_share) * (1.0 + rng.normal(0.0, scatter.run))
-            settling, settled = pieces(gain)
-            jumps = [*settling, *(settled[which] for which in rng.integers(len(settled), size=hops))][:hops]
-            hopping = Hopping.of(jumps)
-            recorded = _recorded(rng, hopping, gain, noise)
-            duration_s, joules = int(hopping.last_s) + _OVERHEAD_S, share * recorded["cost_j"] * hops
-            charge = recharged_mah(rng, duration_s, joules, VOLTAGE_V, scatter.recharge_mah)
-            written = written_run(len(runs) + 1, date, position, {"k_gain": gain}, hops, duration_s, charge)
-            runs.append(PlateStudyRun(**written, end_voltage_v=VOLTAGE_V, gain=gain, **recorded))
-    return runs
+
+    def make(gain: int, day_share: float) -> Made:
+        share = (1.0 + day_share) * (1.0 + rng.normal(0.0, scatter.run))
+        settling, settled = pieces(gain)
+        jumps = [*settling, *(settled[which] for which in rng.integers(len(settled), size=hops))][:hops]
+        hopping = Hopping.of(jumps)
+        recorded = _recorded(rng, hopping, gain, noise)
+        joules = share * recorded["cost_j"] * hops
+        return Made({"k_gain": gain}, hops, int(hopping.last_s) + _OVERHEAD_S, joules, lambda: recorded)
+
+    dates = [_FIRST_DAY + dt.timedelta(days=day) for day in range(days)]
+    return drawn_days(rng, PlateStudyRun, scatter, dates, IDLE_S, VOLTAGE_V, lambda: GAINS, make)
 
 
 def _recorded(rng: np.random.Generator, hopping: Hopping, gain: int, noise: float) -> dict[str, Any]:
@@ -122,6 +103,7 @@ def _recorded(rng: np.random.Generator, hopping: Hopping, gain: int, noise: floa
     recorded = samples_not_dropped(rng, n, dropped, _LONGEST_DROP)
     recorded[0] = True
     return {
+        "gain": gain,
         "cost_j": float(np.mean([piece.cost_j for piece in jumps])),
         "stance_j": float(np.mean([piece.stance_j for piece in jumps])),
         "clocks": ((begin_s - log_begin_s) / (1.0 + drift), 1.0 / (1.0 + drift) / per_plate - 1.0),
@@ -142,12 +124,12 @@ run_duration_s = 65
 exclude_first_jumps = 0"""
 
 
-def demonstration(seed: int) -> StudyFiles:
+def demonstration(seed: int) -> CampaignFiles:
     """Draw a campaign; return what is written of it."""
     return plate_files(plate_campaign(seed))
 
 
-def plate_files(campaign: Sequence[PlateStudyRun]) -> StudyFiles:
+def plate_files(campaign: Sequence[PlateStudyRun]) -> CampaignFiles:
     """Return what is written of a campaign."""
     text = RUNS_TOML.format(
         study="force-plate",
@@ -163,15 +145,15 @@ def plate_files(campaign: Sequence[PlateStudyRun]) -> StudyFiles:
         rest_length_m=0.27,
         capacity_mah=6600,
     )
-    truth = {"runs": [_truth(run) for run in campaign if run.gain is not None]}
-    return StudyFiles(text + _FURTHER, _records(campaign), truth, campaign, ("k_gain",))
+    return CampaignFiles(
+        configuration=text + _FURTHER, records=_records(campaign), truth={}, runs=campaign, factors=("k_gain",)
+    )
 
 
-def _records(campaign: Sequence[PlateStudyRun]) -> Iterator[tuple[str, bytes]]:
+def _records(campaign: Sequence[PlateStudyRun]) -> Iterator[Record]:
     for run in campaign:
-        if (plate := run.plate) is not None:
-            record = bertec_text(plate.time_ms, plate.force_n, plate.moment_nm, plate.cop_m)
-            yield f"force/{run.name}_bertec_{MARK}.txt", record
+        if run.plate is not None:
+            yield Record(f"force/{run.name}_bertec_{MARK}.txt", bertec_text(run.plate), _truth(run))
     yield from logs_of(campaign, {"k_gain": 1})
 
 

@@ -8,8 +8,8 @@ from importlib import import_module
 from pathlib import Path
 
 from labbook.demo.campaign import make_campaign
-from labbook.demo.running import run_demo
-from labbook.demo.studies.book import make_study_book
+from labbook.demo.files import campaign_files
+from labbook.demo.running import make_campaign_book, run_demo
 
 STUDIES = {
     "force-plate": ("force_plate", "demonstration"),
@@ -29,9 +29,9 @@ def make_study(study: str, folder: Path, seed: int, step: Callable[[str], None],
     place = STUDIES[study]
     step("drawing the campaign")
     if place is None:
-        book = run_demo(folder, make_campaign(seed), False, step, say).book
+        book = run_demo(folder, campaign_files(make_campaign(seed)), step, say).book
     else:
         module, draw = place
         files = vars(import_module(f"labbook.demo.studies.{module}"))[draw](seed)
-        book = str(make_study_book(folder, files, step, say))
+        book = str(make_campaign_book(folder, files, step, say))
     return shlex.join(["labbook", "study", study, "--book", book])

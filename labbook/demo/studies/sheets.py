@@ -15,7 +15,7 @@ import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.demo.files import STUDY_TOML
-from labbook.demo.studies.book import StudyFiles
+from labbook.demo.running import CampaignFiles, Record
 from labbook.studies.characterisation import Condition, Trial
 
 _TITLE = """\
@@ -112,26 +112,27 @@ def oscillations(
     return found
 
 
-def _campaign(name: str, kind: str, tables: str, files: Mapping[str, str], truth: Mapping[str, float]) -> StudyFiles:
+def _campaign(name: str, kind: str, tables: str, files: Mapping[str, str], truth: Mapping[str, float]) -> CampaignFiles:
     """Return a campaign of files; `tables` are those of labbook.toml that the study needs."""
     text = _TITLE + STUDY_TOML.format(name=name, kind=kind, voltage_v=15.4, jumps=25)
-    return StudyFiles(text + tables, {name: written.encode() for name, written in files.items()}.items(), truth)
+    records = [Record(name, written.encode()) for name, written in files.items()]
+    return CampaignFiles(configuration=text + tables, records=records, truth=truth)
 
 
-def flask_campaign(seed: int) -> StudyFiles:
+def flask_campaign(seed: int) -> CampaignFiles:
     """Draw flasks of grains, poured and compacted."""
     truth = {"loose": LOOSE, "compacted": COMPACTED, "difference": COMPACTED - LOOSE}
     tables = f"[studies.compaction]\ngrain_mm = {GRAIN_MM:g}\n"
     return _campaign("grains in flasks", "bed", tables, {"flasks.csv": flasks(_chance(seed))}, truth)
 
 
-def walk_campaign(seed: int) -> StudyFiles:
+def walk_campaign(seed: int) -> CampaignFiles:
     """Draw walks of two robots."""
     truth = {"thin": THIN, "wide": WIDE, "wide / thin": WIDE / THIN}
     return _campaign("two robots in the field", "field", "", {"walks.csv": walks(_chance(seed))}, truth)
 
 
-def oscillation_campaign(seed: int) -> StudyFiles:
+def oscillation_campaign(seed: int) -> CampaignFiles:
     """Draw trials of a leg's gains at three neutral lengths, and the log of each."""
     sheet, files, truth = ["file,gain,damping_gain,mass_kg,neutral_cm"], {}, {}
     for one in oscillations(_chance(seed), lengths_cm=tuple(LENGTHS_CM), displaced_m=DISPLACED_M):

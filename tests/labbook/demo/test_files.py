@@ -7,7 +7,8 @@ import pytest
 
 from data_schema.vocabulary import RunKind
 from labbook.demo.campaign import Campaign, make_campaign
-from labbook.demo.files import write_campaign
+from labbook.demo.files import campaign_files
+from labbook.demo.running import write_files
 
 
 @pytest.fixture(scope="module")
@@ -18,7 +19,7 @@ def campaign() -> Campaign:
 @pytest.fixture(scope="module")
 def folder(campaign: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("campaign")
-    write_campaign(campaign, folder)
+    write_files(folder, campaign_files(campaign), lambda _step: None)
     return folder
 
 
@@ -46,7 +47,7 @@ def test_every_run_has_its_files_and_their_names_say_synthetic(campaign: Campaig
 
 def test_same_seed_same_bytes(folder: Path, tmp_path: Path) -> None:
     campaign = make_campaign(7, runs_per_condition=1, extra_controls=8, jumps_per_run=3)
-    write_campaign(campaign, tmp_path)
+    write_files(tmp_path, campaign_files(campaign), lambda _step: None)
     assert digests(tmp_path) == digests(folder)
 
 

@@ -22,7 +22,8 @@ from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.opening import Book, opened
 from labbook.config.model import Bounds
 from labbook.demo.campaign import Campaign, make_campaign
-from labbook.demo.running import Stopwatch, make_demo_book
+from labbook.demo.files import campaign_files
+from labbook.demo.running import make_campaign_book
 from labbook.demo.truth import GROUND, Condition
 from labbook.presenting.report.content import MadeReport, make_report
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
@@ -60,7 +61,7 @@ def joules_drawn(campaign: Campaign) -> dict[str, float]:
 def test_a_campaign_through_files_gives_what_was_drawn_and_its_ground(seed: int, tmp_path: Path) -> None:
     campaign = make_campaign(seed, runs_per_condition=1, extra_controls=4, jumps_per_run=JUMPS)
     said: list[str] = []
-    folder = make_demo_book(tmp_path / "demo", campaign, False, lambda _step: None, Stopwatch(said.append))
+    folder = make_campaign_book(tmp_path / "demo", campaign_files(campaign), lambda _step: None, said.append)
     assert not any("refused" in line or "duplicate" in line for line in said), said
     check_drawn(campaign, folder)
 

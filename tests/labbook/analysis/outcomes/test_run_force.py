@@ -44,7 +44,7 @@ def write_record(folder: Path, name: str, seed: int | None = None) -> Path:
     """Write the plate's export of a run."""
     record = plate_record(int(name[1:]) if seed is None else seed, HOPS)
     path = folder / f"{name}_plate{'' if seed is None else f'_{seed}'}.txt"
-    path.write_bytes(bertec_text(record.time_ms, record.force_n, record.moment_nm, record.cop_m))
+    path.write_bytes(bertec_text(record))
     return path
 
 

@@ -269,7 +269,7 @@ def test_a_second_record_of_a_plate_takes_a_number_that_a_report_showed(honest: 
     for seed in (1, 2):
         record = plate_record(seed, 4)
         path = honest.instruments / f"r003_plate{seed}.txt"
-        path.write_bytes(bertec_text(record.time_ms, record.force_n, record.moment_nm, record.cop_m))
+        path.write_bytes(bertec_text(record))
         ingests(honest, path)
         with honest.open() as book:
             state_report(book, None, ADA, lambda _step: None)
