@@ -27,7 +27,7 @@ from data_schema.vocabulary import FileRole
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats import archive, study_sheets, workbook
 from ingest.formats.chargers import cheali, icharger, logview, logview_zero, sheet
-from ingest.formats.chargers.sheet import LIMITS, STORED_UNIT
+from ingest.formats.chargers.sheet import AMOUNTS
 from ingest.formats.force_plates import (
     amti,
     amti_bsf,
@@ -291,9 +291,10 @@ def _check_charge(charge: ChargeRow) -> None:
         raise ValueError(f"duration_s of {where} is 0: say None where it is not known")
     amounts = {"charge": charge.charge_mah, "duration": charge.duration_s, "end_voltage": charge.end_voltage_v}
     for role, value in amounts.items():
-        low, high = LIMITS[role]
-        if value is not None and not low <= value <= high:
-            raise ValueError(f"{role} of {where} is {value:g} {STORED_UNIT[role]}, not from {low:g} to {high:g}")
+        amount = AMOUNTS[role]
+        if value is not None and not amount.low <= value <= amount.high:
+            limits = f"from {amount.low:g} to {amount.high:g}"
+            raise ValueError(f"{role} of {where} is {value:g} {amount.unit}, not {limits}")
     _check_instant(charge.ended_utc)
 
 

@@ -22,8 +22,17 @@ from data_schema.vocabulary import FileRole
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import LAYOUT, Format, Head, Reader, Recognition
 from ingest.model import FloatArray, Reading
-from ingest.tables.sheet import Sheet, SheetFault, SheetFile, SheetRefused, decimal_sign, numbers_of, read_sheet
-from ingest.text.cells import CANDIDATES, split_cells
+from ingest.tables.sheet import (
+    SEPARATOR_LINE,
+    Sheet,
+    SheetFault,
+    SheetFile,
+    SheetRefused,
+    decimal_sign,
+    numbers_of,
+    read_sheet,
+)
+from ingest.text.cells import possible_cells
 from ingest.text.source import TextSource
 
 _SPELLINGS = {"m3": "m^3", "cm3": "cm^3", "mm3": "mm^3", "wh": "Wh", "kwh": "kWh", "mah": "mAh", "ah": "Ah"}
@@ -352,22 +361,18 @@ _WHAT = {
     STUDY_LOG: "Logs that a sheet of trials or walks names: oscillations, power; only where declared.",
 }
 _CLUES = {"flask_sheet": b"radius", "walk_sheet": b"walk", "trial_sheet": b"damping"}
-_SEPARATOR = re.compile(rb'\s*"?sep=."?\s*', re.IGNORECASE)
-"""A first line that spreadsheets write."""
 _TITLE_LINES = 10
 
 
-def _header(source: TextSource | None, columns: tuple[str, ...]) -> tuple[int, bool] | None:
+def _header(source: TextSource, columns: tuple[str, ...]) -> tuple[int, bool] | None:
     """Return the number of the line that has the columns, and whether only blank ones stand above it."""
-    if source is None:
-        return None
     named = [re.compile(rf"{name.replace('_', '[_ ]')}([_ (\[].*)?") for name in columns]
-    lines = [line for line in source.head_lines() if line.content.strip() and not _SEPARATOR.fullmatch(line.content)]
-    for place, line in enumerate(lines[:_TITLE_LINES]):
-        for delimiter in CANDIDATES[:-1]:  # blanks stand in names
-            names = [source.decode(cell).lower() for cell in split_cells(line.content, delimiter) or ()]
-            if all(any(name.fullmatch(cell) for cell in names) for name in named):
-                return line.number, place == 0
+    lines = [
+        line for line in source.head_lines() if line.content.strip() and not SEPARATOR_LINE.fullmatch(line.content)
+    ]
+    for line, _, cells in possible_cells(source, lines[:_TITLE_LINES]):
+        if all(any(name.fullmatch(cell.lower()) for cell in cells) for name in named):
+            return line.number, line is lines[0]
     return None
 
 
@@ -385,16 +390,13 @@ _DOUBTS = {"flask_sheet": "rows_repeated", "walk_sheet": "columns_swapped"}
 
 def _reader(name: str) -> Reader:
     def read(head: Head, findings: FindingCollector) -> Reading:
-        header = _header(head.source, _COLUMNS[name])
-        if head.source is None:
-            findings.add(FILE, "sheet_refused", "The file is no text: save it as CSV in UTF-8.")
-            return Reading()
+        header = _header(head.text, _COLUMNS[name])
         if header is not None and not header[1]:
             message = f"Line {header[0]} names the columns: take out the lines above it."
             findings.add(FILE, "header_not_first", message, lines=header[:1])
             return Reading(role=FileRole.SHEET)
         declared = head.declared
-        of_trial = name == STUDY_LOG and _header(head.source, ("position",)) is not None
+        of_trial = name == STUDY_LOG and _header(head.text, ("position",)) is not None
         own_name = declared.file_name or "the file"
         file = SheetFile(own_name, head.data, declared.encoding, declared.decimal_sign, bool(declared.complete))
         rows = _count(_TRIAL_LOG if of_trial else name, file, findings)
@@ -429,7 +431,7 @@ def _count(name: str, file: SheetFile, findings: FindingCollector) -> int:
 def _sheet(name: str) -> Format:
     def recognise(head: Head) -> Recognition | None:
         """A first line with the columns of a study's sheet."""
-        if _header(head.source, _COLUMNS[name]) is None:
+        if _header(head.text, _COLUMNS[name]) is None:
             return None
         return Recognition(LAYOUT, f"a header with the columns {', '.join(_COLUMNS[name])}")
 

@@ -6,18 +6,18 @@ cells. Line numbers are those of the file, or of the rows of a workbook's sheet.
 
 from __future__ import annotations
 
-import csv
-import io
 import itertools
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from ingest.containers import ArchiveRefusedError, cell_text, workbook_kind, workbook_sheets
 from ingest.findings import FindingCollector
 from ingest.model import DEFAULT_LIMITS
 from ingest.text.cells import (
+    BETWEEN_CELLS,
     COMMA_NUMBER,
     NUMBER,
     CellFault,
@@ -26,15 +26,15 @@ from ingest.text.cells import (
     is_missing,
     may_group,
     parse_cell,
+    split_cells,
 )
-from ingest.text.source import DEFAULT_PAGE, is_text, is_wide, open_text
+from ingest.text.source import DEFAULT_PAGE, TextSource, is_text, is_wide, numbered_lines, open_text
 
-DELIMITERS = (",", ";", "\t", "|")
 MINUS = "\N{MINUS SIGN}"
 """The typeset minus, which word processors write in place of the hyphen."""
 MOST_FAULTS_SHOWN = 50
 _MOST_LINES_SHOWN = 20
-_SEPARATOR_LINE = re.compile(r'"?sep=([,;\t|])"?\s*', re.IGNORECASE)
+SEPARATOR_LINE = re.compile(rb'\s*"?sep=([,;\t|])"?\s*', re.IGNORECASE)
 """A first line that spreadsheets write."""
 _HUNDREDS = re.compile(r"[+-]?[1-9]\d\d")
 _WITH_UNIT = re.compile(r"([+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]\S*|[%°]\S*)")
@@ -144,16 +144,18 @@ def read_sheet(file: SheetFile, give: str = "a header that names the columns, an
 
     `give` says what should be given. Raises `InputRefused` for what is no sheet of several columns and rows at all.
     """
-    delimiter, encoding, cut = "", "utf-8", False
+    delimiter, encoding, cut = b"", "utf-8", False
     if workbook_kind(file.data) is not None:
         rows = _rows_of_workbook(file)
     else:
-        text, encoding = _text(file)
-        delimiter, rows = _rows_of_text(text, file.name)
-        cut = not file.complete and not text.endswith(("\n", "\r"))
+        source = _source(file)
+        delimiter, rows = _rows_of_text(source)
+        encoding, cut = source.encoding, not file.complete and not is_ended(source)
     if not rows:
         raise InputRefused(f"{file.name} is empty: give {give}.")
     (header_line, header), *body = rows
+    if header is None:
+        raise InputRefused(f"line {header_line} of {file.name}: {_QUOTES}")
     width = 1 + max(place for place, name in enumerate(header) if name)
     names = header[:width]
     if width < 2:
@@ -167,21 +169,63 @@ def read_sheet(file: SheetFile, give: str = "a header that names the columns, an
     ]
     whole: list[tuple[int, tuple[str, ...]]] = []
     for line, cells in body:
-        filled = cells if any(cells[width:]) else cells[:width]
-        nul = next((place for place, cell in enumerate(filled) if "\0" in cell), None)
-        if len(filled) != width:
-            faults.append(SheetFault(line, None, _other_width(filled, width)))
-        elif nul is not None:
-            sentence = "the cell holds NUL bytes, as a damaged copy has: copy the file again."
-            faults.append(SheetFault(line, names[nul], sentence))
+        fault = row_fault(cells, names)
+        if fault is not None or cells is None:
+            faults += [] if fault is None else [SheetFault(line, fault.column, fault.sentence)]
+        elif len(cells) < width:
+            faults.append(SheetFault(line, None, _other_width(cells, width)))
         else:
-            whole.append((line, tuple(filled)))
+            whole.append((line, tuple(cells[:width])))
     lines, cells_of_rows = tuple(line for line, _ in whole), tuple(cells for _, cells in whole)
-    return Sheet(file, tuple(names), cells_of_rows, lines, header_line, delimiter, encoding, tuple(faults), cut)
+    sign = delimiter.decode()
+    return Sheet(file, tuple(names), cells_of_rows, lines, header_line, sign, encoding, tuple(faults), cut)
 
 
-def _text(file: SheetFile) -> tuple[str, str]:
-    """Return the text of a sheet, and the page in which it is read."""
+Row = tuple[int, list[str] | None]
+"""The number of a line and its cells, None where a quote is out of place."""
+
+
+class RowFault(NamedTuple):
+    """What is wrong with a row as a whole, by a rule of findings; `column` is None where it is in no one cell."""
+
+    rule: str
+    sentence: str
+    column: str | None = None
+
+
+_QUOTES = "a quote is not closed, or out of place: correct the quotes."
+
+
+def row_fault(cells: Sequence[str] | None, names: Sequence[str]) -> RowFault | None:
+    """Return what is wrong with a row, be it shorter than the header or not; None where each cell has a column."""
+    if cells is None:
+        return RowFault("quote_unbalanced", _QUOTES)
+    if any(cells[len(names) :]):
+        return RowFault("ragged_row", _other_width(cells, len(names)))
+    damaged = next((name for cell, name in zip(cells, names, strict=False) if "\0" in cell), None)
+    if damaged is None:
+        return None
+    return RowFault("nul_bytes", "the cell holds NUL bytes, as a damaged copy has: copy the file again.", damaged)
+
+
+def is_ended(source: TextSource) -> bool:
+    """Whether the last line of a text with anything in it has a line end, or the old mark of a file's end."""
+    return source.data[-4096:].rstrip(b" \t")[-1:] in (b"\n", b"\r", b"\x1a", b"")
+
+
+def text_rows(source: TextSource, delimiter: bytes) -> Iterator[Row]:
+    """Yield the rows of a text that have any cell; a cell in quotes may hold some lines."""
+    for number, content in numbered_lines(source.data, source.start, b"\n"):
+        cells = split_cells(content.rstrip(b"\x1a"), delimiter) if content.strip() else []
+        if cells is None or any(cells):
+            yield number, None if cells is None else [source.decode(cell).strip(_BLANKS) for cell in cells]
+
+
+_BLANKS = " \t\r\n\u00a0\u202f"
+"""No others: a damaged digit may count as a blank."""
+
+
+def _source(file: SheetFile) -> TextSource:
     page = file.page or DEFAULT_PAGE
     if not is_wide(page) and not is_text(file.data):
         raise InputRefused(f"{file.name} is neither text nor a workbook: save it as CSV in UTF-8, or as .xlsx.")
@@ -195,10 +239,10 @@ def _text(file: SheetFile) -> tuple[str, str]:
             f"{file.name} is neither UTF-8 nor {page} text (line {line}): name its page with --encoding, or save it "
             "as CSV in UTF-8."
         ) from error
-    return source.decode(content), source.encoding
+    return source
 
 
-def _rows_of_workbook(file: SheetFile) -> list[tuple[int, list[str]]]:
+def _rows_of_workbook(file: SheetFile) -> list[Row]:
     try:
         sheets = workbook_sheets(file.data, DEFAULT_LIMITS)
     except ArchiveRefusedError as why:
@@ -210,49 +254,25 @@ def _rows_of_workbook(file: SheetFile) -> list[tuple[int, list[str]]]:
     return [(line, row) for line, row in enumerate(rows, start=1) if any(row)]
 
 
-def _rows_of_text(text: str, file: str) -> tuple[str, list[tuple[int, list[str]]]]:
+def _rows_of_text(source: TextSource) -> tuple[bytes, list[Row]]:
     """Return the delimiter and the rows that it gives: of those under which all rows fit the header, or else of all,
     the one that gives the header most cells. A first line as `sep=;` says which it is.
     """
-    first = text.partition("\n")[0]
-    named = _SEPARATOR_LINE.fullmatch(first)
-    read: dict[str, tuple[bool, list[tuple[int, list[str]]]]] = {}
-    damaged: dict[str, InputRefused] = {}
-    for delimiter in DELIMITERS if named is None else named[1]:
-        try:
-            rows = split_rows(text if named is None else text[len(first) :], delimiter)
-        except csv.Error as error:
-            line = int(str(error).partition(":")[0])
-            what = f"{file} cannot be cut into cells at line {line} ({str(error).partition(': ')[2]})"
-            damaged[delimiter] = InputRefused(f"{what}: correct its quotes.")
-            continue
-        width = len(rows[0][1]) if rows else 0
-        read[delimiter] = width > 1 and all(not any(cells[width:]) and len(cells) >= width for _, cells in rows), rows
-    if not all(rows for _, rows in read.values()):
-        return ",", []  # nothing but delimiters
-    best = max(read, key=lambda each: (read[each][0], len(read[each][1][0][1])), default=None)
-    if best is None or (damaged and not read[best][0]):
-        raise damaged[max(damaged, key=first.count)]
-    return best, read[best][1]
+    first = next(iter(source.head_lines(1)), None)
+    named = None if first is None else SEPARATOR_LINE.fullmatch(first.content)
+    read = {sign: list(text_rows(source, sign)) for sign in (BETWEEN_CELLS if named is None else (named[1],))}
+    if named is not None:
+        read = {sign: rows[1:] if rows[0][0] == 1 else rows for sign, rows in read.items()}
+    if not all(read.values()):
+        return b",", []  # nothing but delimiters
 
+    def fit(sign: bytes) -> tuple[bool, int]:
+        width = len(read[sign][0][1] or ())
+        whole = (cells is not None and len(cells) >= width and not any(cells[width:]) for _, cells in read[sign])
+        return width > 1 and all(whole), width
 
-def split_rows(text: str, delimiter: str) -> list[tuple[int, list[str]]]:
-    """Return the rows that have any cell, each with its first line, from 1, and its cells stripped.
-
-    Raises `csv.Error`, the line before its message, for a quote out of place.
-    """
-    reader = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter, strict=True, skipinitialspace=True)
-    rows = []
-    line = 1
-    try:
-        for cells in reader:
-            stripped = [cell.strip() for cell in cells]
-            if any(stripped):
-                rows.append((line, stripped))
-            line = reader.line_num + 1
-    except csv.Error as error:
-        raise csv.Error(f"{line}: {error}") from error
-    return rows
+    best = max(read, key=fit)
+    return best, read[best]
 
 
 def _other_width(cells: Sequence[str], width: int) -> str:

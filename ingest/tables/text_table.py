@@ -22,7 +22,7 @@ from ingest.spool import LARGE_BYTES, mapped
 from ingest.tables.layout import Layout, check_above, find_layout
 from ingest.tables.rows import read_rows
 from ingest.tables.table import Block, Table, Wanted, read_preamble
-from ingest.text.cells import COMMENT_STARTS, EXPONENT, is_missing, split_cells
+from ingest.text.cells import BETWEEN_CELLS, COMMENT_STARTS, EXPONENT, is_missing, split_cells
 from ingest.text.source import Line, TextSource, refuse_long_line
 
 
@@ -75,7 +75,6 @@ _BLANK = rb"(?:[ \t]|\xc2?\xa0)*"
 _UNIT_BEGIN = rb"[A-Za-z%\xb0\xb5\xc2\xce]"
 _UNIT_BEGINS = re.compile(_UNIT_BEGIN)
 _CELL = re.compile(rb"(" + _BLANK + _NUMBER + rb")(" + _BLANK + rb"(" + _UNIT_BEGIN + rb"[^\s\d;,|\"]*))?" + _BLANK)
-_SIGNS = (b"\t", b";", b"|", b",")
 _JUDGED = 60
 _FEWEST_ROWS = 3
 _BLOCK_BYTES = 1 << 20
@@ -180,7 +179,7 @@ def _columns(source: TextSource, declared: Declarations) -> _Columns | None:
     lines = [line for line in source.head_lines() if line.content.strip()]
     lettered = [line for line in lines if _UNIT_BEGINS.search(line.content)]  # of most logs only the header
     best: tuple[float, bytes, list[list[bytes]]] = (0.0, b"", [])
-    for sign in _SIGNS if declared.delimiter is None else (declared.delimiter.encode("latin-1"),):
+    for sign in BETWEEN_CELLS if declared.delimiter is None else (declared.delimiter.encode("latin-1"),):
         rows = [row for row in (line.content.split(sign) for line in lettered) if any(map(_unit, row))][:_JUDGED]
         width, _ = Counter(map(len, rows)).most_common(1)[0] if rows else (0, 0)
         rows = [row for row in rows if len(row) == width]

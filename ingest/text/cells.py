@@ -11,7 +11,7 @@ import functools
 import operator
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -173,6 +173,28 @@ def split_cells(line: bytes, delimiter: bytes) -> list[bytes] | None:
     return [cell for cell in cells if cell] if delimiter == b" " else cells
 
 
+# A single space stands for any run of blanks; last, because blanks also pad other separators.
+BETWEEN_CELLS = (b"\t", b";", b",", b"|")
+CANDIDATES = (*BETWEEN_CELLS, b" ")
+ONE_COLUMN = b"\x1f"
+"""Stands for no delimiter: a character that no line holds."""
+
+
+def texts_of(source: TextSource, line: Line, delimiter: bytes) -> list[str]:
+    """Return the cells of a line as text; none where a quote is out of place."""
+    return [source.decode(cell) for cell in split_cells(line.content, delimiter) or []]
+
+
+def possible_cells(
+    source: TextSource, lines: Iterable[Line], delimiters: Sequence[bytes] = BETWEEN_CELLS
+) -> Iterator[tuple[Line, bytes, list[str]]]:
+    """Yield each line under every one of the delimiters that it holds, with its cells as text."""
+    for line in lines:
+        for delimiter in delimiters:
+            if delimiter in line.content and (cells := texts_of(source, line, delimiter)):
+                yield line, delimiter, cells
+
+
 _CLOCK_COMMA = re.compile(rb"(?m)(?<=\d:[0-5]\d:[0-5]\d),(?=(?:\d{3}|\d{6})(?:,|\s*$))")
 
 
@@ -238,7 +260,7 @@ def without_line_quotes(source: TextSource, findings: FindingCollector) -> TextS
     lines = [line.content for line in source.head_lines() if line.content.strip()]
     wrapped = [_IN_QUOTES.fullmatch(line) for line in lines]
     plain = [line if found is None else _inside(found) for line, found in zip(lines, wrapped, strict=True)]
-    for sign in CANDIDATES[:-1]:
+    for sign in BETWEEN_CELLS:
         width = next(
             (
                 line.count(sign)
@@ -292,11 +314,6 @@ def is_single_number(line: DebugLine | None) -> bool:
     """Whether the text after the name is one number, a unit perhaps behind it: such a line is no row of a table."""
     return line is not None and _NUMBER.fullmatch(line.value) is not None
 
-
-# A single space stands for any run of blanks; last, because blanks also pad other separators.
-CANDIDATES = (b"\t", b";", b",", b"|", b" ")
-ONE_COLUMN = b"\x1f"
-"""Stands for no delimiter: a character that no line holds."""
 
 _ROWS_JUDGED = 60
 _CLOSE = 0.98

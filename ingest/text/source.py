@@ -324,8 +324,11 @@ class LogicalLine(NamedTuple):
     spanned: int
 
 
-def logical_line(data: bytes, position: int, stop: int) -> LogicalLine:
-    """Return the line at `position`, with those that an open quote takes in; a quote never closed takes none."""
+def logical_line(data: bytes, position: int, stop: int, between: bytes = b" ") -> LogicalLine:
+    """Return the line at `position`, with those that an open quote takes in; a quote never closed takes none.
+
+    `between` stands for the ends of the lines joined.
+    """
     first = physical_line(data, position, stop)
     joined, joined_end = first.content, first.end
     for spanned in range(1, MOST_QUOTED_LINES + 1):
@@ -334,15 +337,15 @@ def logical_line(data: bytes, position: int, stop: int) -> LogicalLine:
         if joined_end >= stop:
             break
         following = physical_line(data, joined_end, stop)
-        joined, joined_end = joined + b" " + following.content, following.end
+        joined, joined_end = joined + between + following.content, following.end
     return first
 
 
-def numbered_lines(data: bytes, start: int) -> Iterator[tuple[int, bytes]]:
-    """Yield the number (from 1, counted from `start`) and the content of every line."""
+def numbered_lines(data: bytes, start: int, between: bytes = b" ") -> Iterator[tuple[int, bytes]]:
+    """Yield the number (from 1, counted from `start`) and the content of every line, as `logical_line` joins them."""
     position, number = start, 1
     while position < len(data):
-        line = logical_line(data, position, len(data))
+        line = logical_line(data, position, len(data), between)
         yield number, line.content
         position, number = line.end, number + line.spanned
 

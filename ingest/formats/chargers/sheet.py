@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from data_schema.vocabulary import ChargeMode, FileRole
@@ -17,61 +17,65 @@ from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.format import NAMES, Format, Head, Recognition
 from ingest.model import ChargeRow, ColumnDeclaration, ColumnUse, Declarations, Reading, TableUse, TextShape
 from ingest.tables.layout import too_wide
-from ingest.text.cells import CANDIDATES, CellFault, decimal_sign_of, may_group, parse_cell, split_cells
-from ingest.text.source import TextSource, numbered_lines
+from ingest.tables.sheet import is_ended, row_fault, text_rows
+from ingest.text.cells import (
+    BETWEEN_CELLS,
+    COMMENT_STARTS,
+    CellFault,
+    decimal_sign_of,
+    may_group,
+    parse_cell,
+    possible_cells,
+)
+from ingest.text.source import Line, TextSource
 from ingest.timebase.clock import to_utc
 from ingest.timebase.clock_formats import Unclear, date_order, day_of, iso_text, parse_stamp
 
 _SUMMARIES = frozenset({"total", "totals", "sum", "mean", "average", "summe", "mittel"})
-_NEGATIVE = CellFault(
-    "charge_sign",
-    "A negative charge in a row that is no discharge: write 'discharge' as its mode; the row is left out.",
-)
-_UNCLEAR = CellFault(
-    "decimal_sign_unclear",
-    "A number may be a decimal or a thousand: say which with `--decimal ,` or `--decimal .`, or write it otherwise; "
-    "the row is left out.",
-)
 _TAIL = re.compile(r"\D(\d*)$")
 _LEFT_OUT = "the row is left out"
+
+Texts = Mapping[str, str]
+"""The cells of a row by what their columns hold."""
 
 
 def _recognise(head: Head) -> Recognition | None:
     """A header that names a charge, and a run or a pack, in known words or as declared."""
-    if head.source is None or find_sheet_header(head.source, head.declared) is None:
+    if find_sheet_header(head.text, head.declared) is None:
         return None
     return Recognition(NAMES, "a header that names a charge, and a run or a pack")
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
-    header = None if head.source is None else find_sheet_header(head.source, head.declared)
-    if head.source is None or header is None:
+    declared = head.declared
+    header = find_sheet_header(head.text, declared)
+    if header is None:
         message = 'No line names a column of charges: say which one holds them with `--column "NAME=charge:UNIT"`, or '
         message += "with `header_row` and `columns` in a [profiles.NAME] table of labbook.toml."
         findings.add(FILE, "charge_column_missing", message)
         return Reading()
-    if too_wide(len(header.cells), head.declared, findings):
+    if too_wide(len(header.names), declared, findings):
         return Reading()
-    note_absent(head.declared, header.names, findings)
+    note_absent(declared, header.names, findings)
     for name in header.ignored:
         message = "The column is no part of a recharge: it stays in the raw copy only."
         findings.add(NOTE, "column_ignored", message, column=name)
-    _report_columns(header, head.declared, findings)
-    rows = list(_rows(head, header, findings))
-    cells = [row for _, row in rows if row is not None]
-    _ask_units(header, cells, findings)
-    _refuse_capacity(header, cells, findings)
-    decimal = head.declared.decimal_sign or _decimal_sign(header, cells, findings)
-    findings.tables.append(_use(header, decimal or ".", head.declared))
-    dates = _date_order(header, cells, head, findings)
-    advice = {
-        role: _other_units(role, column, cells, (decimal or ".").encode(), header)
-        for role, column in header.columns.items()
-    }
+    _report_columns(header, declared, findings)
+    rows = list(_rows(head.text, header, declared, findings))
+    texts = [text for _, text in rows if text is not None]
+    _ask_units(header, texts, findings)
+    _refuse_capacity(header, texts, findings)
+    decimal = declared.decimal_sign or _decimal_sign(texts, findings)
+    findings.tables.append(_use(header, decimal or ".", declared))
+    dates = _date_order(header, texts, declared, findings)
+    advice = {role: _other_units(role, texts, decimal, header) for role in AMOUNTS if role in header.columns}
     charges: list[ChargeRow] = []
-    for line, row in rows:
-        if row is not None:
-            charge = _charge(len(charges) + 1, line, row, header, decimal, dates, advice, head, findings)
+    for line, text in rows:
+        if text is not None:
+            ended = _ended(text) or None
+            utc = None if ended is None else _instant(ended, dates, line, declared.time_zone, findings)
+            when = utc, ended
+            charge = _charge(len(charges) + 1, line, text, when, header, decimal, advice, findings)
             charges += [] if charge is None else [charge]
     _note_repeated_runs(charges, findings)
     # A charger shows all its numbers in one step: the finest one met, since 0.47 may have been 0.470.
@@ -84,7 +88,7 @@ def _report_columns(header: SheetHeader, declared: Declarations, findings: Findi
     """Refuse two columns that may both be what was measured, and units that contradict each other."""
     for role, rival in header.rivals.items():
         column = header.columns[role]
-        unit = f":{column.unit or 'UNIT'}" if role in FACTORS else ""
+        unit = f":{column.unit or 'UNIT'}" if role in AMOUNTS else ""
         both = f"Columns {column.name!r} and {rival!r}"
         message = f"{both} are both declared as {role}: declare one of them."
         if not column.is_declared:
@@ -92,23 +96,23 @@ def _report_columns(header: SheetHeader, declared: Declarations, findings: Findi
             message += f'`--column "{header.flags[column.position]}={role}{unit}"`.'
         findings.add(FILE, "column_ambiguous", message, column=rival)
     for role, column in header.columns.items():
-        if role in FACTORS:
+        if role in AMOUNTS:
             refuse_other_unit(column.name, column.header_unit, column.unit, declared, findings)
-            if column.unit is not None and column.unit not in FACTORS[role]:
+            if column.unit is not None and column.unit not in AMOUNTS[role].factors:
                 message = (
                     f"Column {column.name!r} is declared as {role} and its unit is {column.unit}: say which it is in "
                     f'with `--column "{header.flags[column.position]}={role}:UNIT" --override-units` '
-                    f"({' or '.join(FACTORS[role])}), or declare another column."
+                    f"({' or '.join(AMOUNTS[role].factors)}), or declare another column."
                 )
                 findings.add(FILE, "unit_not_convertible", message, column=column.name, value=column.unit)
 
 
-def _refuse_capacity(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> None:
+def _refuse_capacity(header: SheetHeader, texts: Sequence[Texts], findings: FindingCollector) -> None:
     """Refuse a lone column `capacity` that is the same in all rows: what packs can hold, not what was charged."""
     column = header.columns["charge"]
-    if column.is_capacity and len(rows) > 1 and len({row[column.position] for row in rows}) == 1:
+    if column.is_capacity and len(texts) > 1 and len({text["charge"] for text in texts}) == 1:
         message = (
-            f"Column {column.name!r} is {rows[0][column.position]} in all rows, as a pack's capacity is: say what was "
+            f"Column {column.name!r} is {texts[0]['charge']} in all rows, as a pack's capacity is: say what was "
             'charged with `--column "NAME=charge:UNIT"`, or that this is it with '
             f'`--column "{header.flags[column.position]}=charge"`.'
         )
@@ -130,111 +134,118 @@ def _may_be_cut(role: str | None, cell: str, above: list[str]) -> bool:
     return role == "run" or not above or (cell not in above and len(cell) < max(map(len, above)))
 
 
-def _is_last_cell_cut(
-    role: str | None, cell: str, above: list[str], line: int, declared: Declarations, findings: FindingCollector
+def _is_last_row_cut(
+    cells: list[str],
+    fewest: int,
+    above: list[str],
+    line: int,
+    header: SheetHeader,
+    complete: bool | None,
+    findings: FindingCollector,
 ) -> bool:
-    """Report a last line without line end; whether its last cell may be cut: 79 for 799."""
-    if _may_be_cut(role, cell, above) and not declared.complete:
+    """Report a last line without line end; whether its last cell may be cut, 79 for 799, or cells are missing.
+
+    `fewest` is how many cells a whole row has at least, `above` are the last cells of such rows.
+    """
+    if len(cells) < fewest or (not cells[-1] and any(above)):
+        message = f"The last line ends in the middle; {_LEFT_OUT}."
+        findings.add(ROW, "last_line_cut", message, lines=[line], value=_shown(cells, header))
+        return True
+    role = next((role for role, column in header.columns.items() if column.position == len(cells) - 1), None)
+    if _may_be_cut(role, cells[-1], above if len(cells) == fewest else []) and not complete:
         message = (
-            f"The last line has no line end and its last cell {cell!r} may be cut, as when a copy stops: {_LEFT_OUT}; "
-            "end the file with a line end if it is whole, or say `--complete`."
+            f"The last line has no line end and its last cell {cells[-1]!r} may be cut, as when a copy stops: "
+            f"{_LEFT_OUT}; end the file with a line end if it is whole, or say `--complete`."
         )
-        findings.add(ROW, "last_cell_cut", message, lines=[line], value=cell)
+        findings.add(ROW, "last_cell_cut", message, lines=[line], value=cells[-1])
         return True
     message = "The last line has no line end: check that its last cell is complete."
     findings.add(NOTE, "no_final_newline", message, lines=[line])
     return False
 
 
-def _rows(head: Head, header: SheetHeader, findings: FindingCollector) -> Iterator[tuple[int, list[str] | None]]:
-    """Yield line number and cells of every row below the header; None for the cells of a row that is left out."""
-    source = head.source
-    if source is None:
-        return
-    width = len(header.cells)
-    fewest = width
-    unended = source.data[-1:] not in (b"\r", b"\n", b"\x1a")
-    below = [row for row in numbered_lines(source.data, source.start) if row[0] > header.line]
+def _shown(cells: Sequence[str] | None, header: SheetHeader) -> str | None:
+    return None if cells is None else header.delimiter.decode().join(cells)
+
+
+def _rows(
+    source: TextSource, header: SheetHeader, declared: Declarations, findings: FindingCollector
+) -> Iterator[tuple[int, Texts | None]]:
+    """Yield line number and texts of every row below the header; None for a row that is left out."""
+    width = fewest = len(header.names)
+    below = [row for row in text_rows(source, header.delimiter) if row[0] > header.line]
     above: list[str] = []
-    for line, content in below:
-        raw = split_cells(content.rstrip(b"\x1a"), header.delimiter)
-        if unended and line == below[-1][0] and raw:
-            if len(raw) < fewest or (not raw[-1] and any(above)):
-                message = f"The last line ends in the middle; {_LEFT_OUT}."
-                findings.add(ROW, "last_line_cut", message, lines=[line], value=source.decode(content[:80]))
-                yield line, None
-                continue
-            last = source.decode(raw[-1])
-            role = next((role for role, column in header.columns.items() if column.position == len(raw) - 1), None)
-            if _is_last_cell_cut(role, last, above if len(raw) == fewest else [], line, head.declared, findings):
-                yield line, None
-                continue
-        above += [source.decode(raw[-1])] if raw and len(raw) == fewest else []
-        fewest = min(fewest, len(raw) if raw else fewest)
-        if raw is None:
-            findings.add(ROW, "quote_unbalanced", f"A quote is not closed; {_LEFT_OUT}.", lines=[line])
+    for place, (line, cells) in enumerate(below, start=1):
+        is_unended = place == len(below) and not is_ended(source)
+        if cells and is_unended and _is_last_row_cut(cells, fewest, above, line, header, declared.complete, findings):
             yield line, None
             continue
-        while raw and not raw[-1]:
-            raw.pop()
-        if b"\0" in content:
-            findings.add(ROW, "nul_bytes", f"NUL bytes stand in the line; {_LEFT_OUT}.", lines=[line])
+        above += [] if cells is None or len(cells) != fewest else [cells[-1]]
+        fewest = fewest if cells is None else min(fewest, len(cells))
+        fault = row_fault(cells, header.names)
+        if fault is not None or cells is None:
+            rule, sentence, _ = fault or ("", "", "")
+            findings.add(ROW, rule, f"The row is left out: {sentence}", lines=[line], value=_shown(cells, header))
             yield line, None
-        elif len(raw) > width:
-            message = (
-                f"A row has more than {width} cells: is the decimal comma the separator too? {_LEFT_OUT.capitalize()}."
-            )
-            findings.add(ROW, "ragged_row", message, lines=[line], value=source.decode(content[:80]))
-            yield line, None
-        elif (
-            raw
-            and tuple(raw) != header.cells[: len(raw)]
-            and is_sheet_header(source, raw, header.delimiter, head.declared)
-        ):
+            continue
+        while not cells[-1]:
+            cells.pop()
+        is_header = tuple(cells) == header.cells[: len(cells)]
+        if not is_header and is_sheet_header(cells, header.delimiter, declared):
             message = "Another header stands among the rows, with other columns: keep one header a sheet."
-            findings.add(FILE, "second_header", message, lines=[line], value=source.decode(content[:60]))
-        elif raw and not _is_no_row(raw, line, header, findings):
-            cells = [source.decode(cell) for cell in raw]
-            yield line, cells + [""] * (width - len(cells))
+            findings.add(FILE, "second_header", message, lines=[line], value=_shown(cells, header))
+        elif not _is_no_row(cells, is_header, line, header, findings):
+            cells += [""] * (width - len(cells))
+            yield line, {role: cells[column.position] for role, column in header.columns.items()}
 
 
-def _is_no_row(raw: list[bytes], line: int, header: SheetHeader, findings: FindingCollector) -> bool:
+def _is_no_row(
+    cells: Sequence[str], is_header: bool, line: int, header: SheetHeader, findings: FindingCollector
+) -> bool:
     """Whether a line is a comment, the header again, a total, or the row of a run not recharged yet; noted."""
     charge = header.columns["charge"].position
-    if raw[0].startswith(b"#"):
-        findings.add(NOTE, "comment_line", "Comment lines are skipped.", lines=[line])
-    elif tuple(raw) == header.cells[: len(raw)]:
-        findings.add(NOTE, "header_repeated", "The header stands again; it is skipped.", lines=[line])
-    elif squash(raw[0].decode("latin-1")) in _SUMMARIES:
-        findings.add(NOTE, "summary_row", "A row of totals is skipped.", lines=[line])
-    elif len(raw) <= charge or not raw[charge]:
-        message = "A row without a charge is not filled in yet: it is skipped."
-        findings.add(NOTE, "row_not_filled", message, lines=[line], value=raw[0].decode("latin-1"))
+    if cells[0].encode().startswith(COMMENT_STARTS):
+        rule, message = "comment_line", "Comment lines are skipped."
+    elif is_header:
+        rule, message = "header_repeated", "The header stands again; it is skipped."
+    elif squash(cells[0]) in _SUMMARIES:
+        rule, message = "summary_row", "A row of totals is skipped."
+    elif not any(cells[charge : charge + 1]):
+        rule, message = "row_not_filled", "A row without a charge is not filled in yet: it is skipped."
     else:
         return False
+    findings.add(NOTE, rule, message, lines=[line], value=cells[0] if rule == "row_not_filled" else None)
     return True
 
 
-def _other_units(role: str, column: SheetColumn, rows: list[list[str]], decimal: bytes, header: SheetHeader) -> str:
+def _other_units(role: str, texts: Sequence[Texts], decimal: str | None, header: SheetHeader) -> str:
     """Return the flags of the other units in which all cells of a column are possible."""
-    cells = [row[column.position] for row in rows if row[column.position]]
+    column, cells = header.columns[role], _filled(role, texts)
     advice = ""
-    for other in FACTORS.get(role, ()):
-        possible = (isinstance(parse_quantity(role, text, other, decimal), Quantity) for text in cells)
-        if column.unit not in (None, other) and all(possible):
+    for other in AMOUNTS[role].factors if column.unit is not None else ():
+        possible = (isinstance(parse_quantity(role, cell, other, decimal or "."), Quantity) for cell in cells)
+        if column.unit != other and all(possible):
             flag = f"{header.flags[column.position]}={role}:{other}"
             advice += f' If all are in {other}, say `--column "{flag}" --override-units`.'
     return advice
 
 
-def _ask_units(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> None:
+def _filled(role: str, texts: Sequence[Texts]) -> list[str]:
+    return [text[role] for text in texts if text.get(role)]
+
+
+def _ask_units(header: SheetHeader, texts: Sequence[Texts], findings: FindingCollector) -> None:
     """Refuse a sheet with a column that has no unit, neither in the header nor in most cells."""
-    for role in FACTORS:
+    for role, amount in AMOUNTS.items():
         column = header.columns.get(role)
         if column is None or column.unit is not None:
             continue
-        filled = [row[column.position] for row in rows if row[column.position]]
-        reading = [unit for unit in (None, *FACTORS[role]) if _reads(role, filled, unit)]
+        cells = _filled(role, texts)
+        missing = {
+            unit: sum(parse_quantity(role, cell, unit, ".") == UNIT_MISSING for cell in cells)
+            for unit in (None, *amount.factors)
+        }
+        reading = [unit for unit, count in missing.items() if 2 * count <= len(cells)]
         if None not in reading:
             findings.add(
                 FILE,
@@ -246,17 +257,10 @@ def _ask_units(header: SheetHeader, rows: list[list[str]], findings: FindingColl
             )
 
 
-def _reads(role: str, cells: list[str], unit: str | None) -> bool:
-    """Whether most of the cells have a unit where the header has `unit`."""
-    return 2 * sum(parse_quantity(role, text, unit, b".") == UNIT_MISSING for text in cells) <= len(cells)
-
-
-def _decimal_sign(header: SheetHeader, rows: list[list[str]], findings: FindingCollector) -> str | None:
+def _decimal_sign(texts: Sequence[Texts], findings: FindingCollector) -> str | None:
     """Return the sign that most numbers are written with; None where all with a comma may be thousands."""
-    positions = [header.columns[role].position for role in FACTORS if role in header.columns]
-    texts = [row[position].split(" ")[0] for row in rows for position in positions if row[position]]
-    cells = [text.encode("latin-1", errors="replace") for text in texts]
-    sign, unclear = decimal_sign_of(cells)
+    cells = [text[role].split(" ")[0] for text in texts for role in AMOUNTS if text.get(role)]
+    sign, unclear = decimal_sign_of([cell.encode("latin-1", errors="replace") for cell in cells])
     if unclear is None and sign == b",":
         findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
     return None if unclear is not None else sign.decode()
@@ -271,19 +275,15 @@ def _use(header: SheetHeader, decimal: str, declared: Declarations) -> TableUse:
             uses.append(ColumnUse(position + 1, name, None, left_out="it is no part of a recharge"))
             continue
         role, column = roles[position]
-        unit_from = (
-            declared.source
-            if position in declarations and declarations[position].unit
-            else "header"
-            if column.unit
-            else None
-        )
-        uses.append(ColumnUse(position + 1, name, role, column.unit, STORED_UNIT.get(role), unit_from))
-    line = None if not any(header.cells) else header.line
+        is_declared = position in declarations and declarations[position].unit
+        unit_from = declared.source if is_declared else "header" if column.unit else None
+        stored = AMOUNTS[role].unit if role in AMOUNTS else None
+        uses.append(ColumnUse(position + 1, name, role, column.unit, stored, unit_from))
+    line = header.line if any(header.cells) else None
     return TableUse(TextShape(header.delimiter.decode(), decimal, line, None, header.line + 1), tuple(uses))
 
 
-def _ended(text: Mapping[str, str]) -> str:
+def _ended(text: Texts) -> str:
     """Return when a recharge ended as written; a date of its own in `ended` counts, not that of the column of dates."""
     ended = text.get("ended", "")
     stamp = parse_stamp(ended)
@@ -291,15 +291,16 @@ def _ended(text: Mapping[str, str]) -> str:
     return ended if whole else f"{text.get('date', '')} {ended}".strip()
 
 
-def _date_order(header: SheetHeader, rows: list[list[str]], head: Head, findings: FindingCollector) -> str | None:
+def _date_order(
+    header: SheetHeader, texts: Sequence[Texts], declared: Declarations, findings: FindingCollector
+) -> str | None:
     """Return the order of the dates at which recharges ended; None, noted, where it stays open."""
-    roles = {role: header.columns[role].position for role in ("date", "ended") if role in header.columns}
-    texts = [_ended({role: row[position] for role, position in roles.items()}) for row in rows]
-    stamps = [stamp for stamp in map(parse_stamp, texts) if stamp is not None]
-    order = date_order(stamps, head.declared.date_format)
+    stamps = [stamp for stamp in map(parse_stamp, map(_ended, texts)) if stamp is not None]
+    order = date_order(stamps, declared.date_format)
     if isinstance(order, Unclear):
         message = f"When recharges ended is kept as text only: {order.message}"
-        findings.add(NOTE, order.rule, message, column=header.columns[next(iter(roles))].name)
+        column = next(header.columns[role].name for role in ("date", "ended") if role in header.columns)
+        findings.add(NOTE, order.rule, message, column=column)
         return None
     return order
 
@@ -307,36 +308,26 @@ def _date_order(header: SheetHeader, rows: list[list[str]], head: Head, findings
 def _charge(
     row_number: int,
     line: int,
-    row: list[str],
+    text: Texts,
+    when: tuple[str | None, str | None],
     header: SheetHeader,
     decimal: str | None,
-    dates: str | None,
-    advice: Mapping[str, str],
-    head: Head,
+    advice: Texts,
     findings: FindingCollector,
 ) -> ChargeRow | None:
     """Return one recharge, or None when something in its row, all of it reported, cannot be read.
 
-    `decimal` is None where no number tells a decimal comma from one of thousands; `advice` is what to do, by role,
-    where a value is none that a recharge has.
+    `when` is the instant at which it ended and the text of that, `decimal` None where no number tells a decimal comma
+    from one of thousands, `advice` what to do, by role, where a value is none that a recharge has.
     """
-    text = {role: row[column.position] for role, column in header.columns.items()}
-    faults: list[tuple[str, CellFault]] = []
-    amounts: dict[str, Quantity] = {}
-    sign = (decimal or ".").encode()
-    for role in FACTORS:
-        if text.get(role):
-            number = text[role].split(" ")[0]
-            unclear = decimal is None and "," in number and may_group(number.encode())
-            parsed = _UNCLEAR if unclear else parse_quantity(role, text[role], header.columns[role].unit, sign)
-            if isinstance(parsed, CellFault):
-                faults.append((role, parsed))
-            else:
-                amounts[role] = parsed
-    mode = parse_mode(text.get("mode", ""))
+    read = {
+        role: parse_quantity(role, text[role], header.columns[role].unit, decimal) for role in AMOUNTS if text.get(role)
+    }
+    amounts = {role: found for role, found in read.items() if isinstance(found, Quantity)}
+    faults = [(role, found) for role, found in read.items() if isinstance(found, CellFault)]
+    charge, mode = amounts.get("charge"), parse_mode(text.get("mode", ""))
     if isinstance(mode, CellFault):
         faults.append(("mode", mode))
-    charge = amounts.get("charge")
     if charge is not None and charge.value < 0 and mode is not ChargeMode.DISCHARGE:
         faults.append(("charge", _NEGATIVE))
     for role, fault in faults:
@@ -344,7 +335,6 @@ def _charge(
         findings.add(ROW, fault.rule, message, column=header.columns[role].name, lines=[line], value=text[role])
     if faults or charge is None or isinstance(mode, CellFault):
         return None
-    ended = _ended(text) or None
     return ChargeRow(
         row_number,
         text.get("run") or None,
@@ -354,13 +344,12 @@ def _charge(
         amounts["duration"].value if "duration" in amounts else None,
         amounts["end_voltage"].value if "end_voltage" in amounts else None,
         mode or ChargeMode.CHARGE,
-        None if ended is None else _instant(ended, dates, line, head, findings),
-        ended,
+        *when,
         line,
     )
 
 
-def _instant(ended: str, dates: str | None, line: int, head: Head, findings: FindingCollector) -> str | None:
+def _instant(ended: str, dates: str | None, line: int, zone: str | None, findings: FindingCollector) -> str | None:
     """Return the instant at which a recharge ended, None, noted, where the text has none; `dates` is their order."""
     stamp = parse_stamp(ended)
     if dates is not None and stamp is not None and stamp.date is not None and day_of(stamp, dates) is None:
@@ -368,10 +357,10 @@ def _instant(ended: str, dates: str | None, line: int, head: Head, findings: Fin
         message = f"There is no day {sign.join(parts)}, read as {dates}: {ended!r} is kept as text only."
         findings.add(NOTE, "instant_unknown", message, lines=[line], value=ended)
         return None
-    return to_utc(iso_text(ended, dates or "y-m-d"), head.declared.time_zone, findings)
+    return to_utc(iso_text(ended, dates or "y-m-d"), zone, findings)
 
 
-def _note_repeated_runs(charges: list[ChargeRow], findings: FindingCollector) -> None:
+def _note_repeated_runs(charges: Sequence[ChargeRow], findings: FindingCollector) -> None:
     seen: set[str] = set()
     for charge in charges:
         if charge.stated_run is not None and charge.stated_run in seen:
@@ -379,26 +368,28 @@ def _note_repeated_runs(charges: list[ChargeRow], findings: FindingCollector) ->
                 "A run stands in more than one row: all are read, and one charge of a run counts, and what is added to "
                 "it where its pack was charged in parts (`labbook assign FILE#ROW RUN --add`)."
             )
-            findings.add(
-                NOTE,
-                "run_repeated",
-                message,
-                lines=() if charge.line is None else [charge.line],
-                value=charge.stated_run,
-            )
+            lines = () if charge.line is None else [charge.line]
+            findings.add(NOTE, "run_repeated", message, lines=lines, value=charge.stated_run)
         seen.add(charge.stated_run or "")
 
 
-# Factors from the units that sheets use to the unit a recharge is stored in.
-FACTORS = {
-    "charge": {"mAh": 1.0, "Ah": 1e3},
-    "duration": {"s": 1.0, "min": 60.0, "h": 3600.0},
-    "end_voltage": {"V": 1.0, "mV": 1e-3},
-}
-STORED_UNIT = {"charge": "mAh", "duration": "s", "end_voltage": "V"}
+@dataclass(frozen=True, slots=True)
+class Amount:
+    """A quantity of a recharge: the unit it is stored in, what 1 is there of each unit that sheets use, and how much of
+    it a robot's pack can have.
+    """
 
-LIMITS = {"charge": (0.0, 1e5), "duration": (1.0, 172_800.0), "end_voltage": (0.5, 100.0)}
-"""What a recharge of a robot's pack can be, in stored units."""
+    unit: str
+    factors: Mapping[str, float]
+    low: float
+    high: float
+
+
+AMOUNTS = {
+    "charge": Amount("mAh", {"mAh": 1.0, "Ah": 1e3}, 0.0, 1e5),
+    "duration": Amount("s", {"s": 1.0, "min": 60.0, "h": 3600.0}, 1.0, 172_800.0),
+    "end_voltage": Amount("V", {"V": 1.0, "mV": 1e-3}, 0.5, 100.0),
+}
 
 # No other blank: a damaged digit may be one.
 _QUANTITY = re.compile("([+-]?[\\d.,' ]*\\d[.,]?)[ \t\u00a0\u202f]*([A-Za-zµ*.]*)")
@@ -411,6 +402,15 @@ _WORDS = {
 }
 _MODES = {word: mode for mode, words in _WORDS.items() for word in words.split()}
 
+_NEGATIVE = CellFault(
+    "charge_sign",
+    "A negative charge in a row that is no discharge: write 'discharge' as its mode; the row is left out.",
+)
+_UNCLEAR = CellFault(
+    "decimal_sign_unclear",
+    "A number may be a decimal or a thousand: say which with `--decimal ,` or `--decimal .`, or write it otherwise; "
+    "the row is left out.",
+)
 UNIT_MISSING = CellFault("unit_missing", "The unit is neither in the header nor in the cell; the row is left out.")
 THOUSAND = CellFault(
     "thousands_separator",
@@ -430,31 +430,37 @@ class Quantity:
     resolution: float
 
 
-def parse_quantity(role: str, text: str, unit: str | None, decimal: bytes) -> Quantity | CellFault:
-    """Read a cell of the column `role` (a key of `FACTORS`); `unit` is the header's. The text is not blank."""
+def parse_quantity(role: str, text: str, unit: str | None, decimal: str | None) -> Quantity | CellFault:
+    """Read a cell of the column `role` (a key of `AMOUNTS`), which is not blank; `unit` is the header's.
+
+    `decimal` is None where a comma may be that of decimals or of thousands.
+    """
     if role == "duration" and (clock := _CLOCK.fullmatch(text)):
         return _from_clock(clock, unit)
     match = _QUANTITY.fullmatch(text)
     if match is None:
         return CellFault("not_a_number", f"{text[:_SHOWN]!r} is no number; the row is left out.")
+    number = match[1].strip().encode("ascii", errors="replace")
+    if decimal is None and b"," in number and may_group(number):
+        return _UNCLEAR
     own = normal_unit(match[2]) if match[2] else None
     if own is not None and unit is not None and own != unit:
         return _other_unit(text[:_SHOWN], match[2], unit)
-    factor = FACTORS[role].get(own or unit or "")
+    factor = AMOUNTS[role].factors.get(own or unit or "")
     if factor is None:
         return UNIT_MISSING
-    number = match[1].strip()
-    parsed = parse_cell(number.encode("ascii", errors="replace"), decimal)
+    parsed = parse_cell(number, (decimal or ".").encode())
     if isinstance(parsed, CellFault):
         return parsed
-    decimals = len(re.split(r"[.,]", number)[1]) if re.search(r"[.,]", number) else 0
+    decimals = len(number) - 1 - max(number.find(b"."), number.find(b",")) if b"." in number or b"," in number else 0
     if role == "charge" and factor == 1.0 and decimals == 3:
         return BELOW_ONE if abs(parsed) < 1.0 else THOUSAND
-    low, high = LIMITS[role]
-    value = parsed * factor
-    if not low <= abs(value) <= high:
-        return OUT_OF_RANGE
-    return Quantity(value, factor * 10.0**-decimals)
+    return _possible(role, parsed * factor, factor * 10.0**-decimals)
+
+
+def _possible(role: str, value: float, resolution: float) -> Quantity | CellFault:
+    is_possible = AMOUNTS[role].low <= abs(value) <= AMOUNTS[role].high
+    return Quantity(value, resolution) if is_possible else OUT_OF_RANGE
 
 
 def _other_unit(text: str, own: str, unit: str) -> CellFault:
@@ -476,8 +482,7 @@ def _from_clock(clock: re.Match[str], unit: str | None) -> Quantity | CellFault:
         seconds = 3600 * second + 60 * third
     else:
         return UNIT_MISSING
-    low, high = LIMITS["duration"]
-    return Quantity(float(seconds), 1.0) if low <= seconds <= high else OUT_OF_RANGE
+    return _possible("duration", float(seconds), 1.0)
 
 
 def parse_mode(text: str) -> ChargeMode | CellFault | None:
@@ -556,12 +561,13 @@ class SheetColumn:
 class SheetHeader:
     """The header line of a sheet: its number, its cells, their names, the columns by role, the names without a role.
 
-    `flags` are how flags name the columns, `rivals` the names of further columns by role that have as good a claim.
+    Where there is none, `cells` is empty. `flags` are how flags name the columns, `rivals` the names of further columns
+    by role that have as good a claim.
     """
 
     delimiter: bytes
     line: int
-    cells: tuple[bytes, ...]
+    cells: tuple[str, ...]
     names: tuple[str, ...]
     flags: tuple[str, ...]
     columns: dict[str, SheetColumn]
@@ -575,19 +581,13 @@ def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader
     Where the header row, or that there is none, is declared, only that line counts; a sheet declared as such needs no
     run and no pack.
     """
-    delimiters = CANDIDATES[:-1] if declared.delimiter is None else (declared.delimiter.encode("latin-1"),)
     row = (declared.first_row or 1) if declared.header_row == 0 else declared.header_row
     lines = source.head_lines(_TITLE_LINES) if row is None else source.head_lines()
     by_name = row is None and not declared.columns and not declared.profile_columns
     for line in lines:
         if (row is not None and line.number != row) or (by_name and _NUMBERS.fullmatch(line.content)):
             continue
-        headers = [
-            _header(source, line.number, cells, delimiter, declared)
-            for delimiter in delimiters
-            if delimiter in line.content and (cells := split_cells(line.content, delimiter))
-        ]
-        fitting = [header for header in headers if _is_sheet(header, declared)]
+        fitting = [header for header in _headers(source, [line], declared) if _is_sheet(header, declared)]
         if fitting:
             return max(fitting, key=lambda header: len(header.columns))
     return None
@@ -599,14 +599,10 @@ def advice_on_sheet(source: TextSource, declared: Declarations, *, charges: bool
     It names a run or a pack, and energies for charges; or, where `charges` are looked for, these in unknown words.
     """
     for line in source.head_lines(_TITLE_LINES):
-        signs = [sign for sign in CANDIDATES[:-1] if sign in line.content]
-        for delimiter in signs if len(signs) == 1 else ():
-            cells = split_cells(line.content, delimiter)
-            header = _header(source, line.number, cells, delimiter, declared) if cells else None
-            if header is None or _is_sheet(header, declared):
-                continue
+        found = list(_headers(source, [line], declared))
+        for header in found if len(found) == 1 and not _is_sheet(found[0], declared) else ():
             named = {at: unit[1] for at, text in enumerate(header.names) if (unit := _IN_UNIT.search(text)) is not None}
-            charged = [at for at, unit in named.items() if unit in FACTORS["charge"]]
+            charged = [at for at, unit in named.items() if unit in AMOUNTS["charge"].factors]
             others = [at for at, text in enumerate(header.names) if text and at not in charged]
             if charges and charged and others:
                 run = header.columns["run"].position if "run" in header.columns else others[0]
@@ -623,11 +619,11 @@ def advice_on_sheet(source: TextSource, declared: Declarations, *, charges: bool
     return None
 
 
-def is_sheet_header(source: TextSource, cells: Sequence[bytes], delimiter: bytes, declared: Declarations) -> bool:
+def is_sheet_header(cells: Sequence[str], delimiter: bytes, declared: Declarations) -> bool:
     """Whether a line is the header of a sheet: by its names, whatever is declared of columns by their place."""
     places = [name for name in (*declared.columns, *declared.profile_columns) if name.isdigit()]
     by_name = without(declared, places)
-    return declared.header_row != 0 and _is_sheet(_header(source, 0, cells, delimiter, by_name), by_name)
+    return declared.header_row != 0 and _is_sheet(_header(0, cells, delimiter, by_name), by_name)
 
 
 def _is_sheet(header: SheetHeader, declared: Declarations) -> bool:
@@ -636,29 +632,38 @@ def _is_sheet(header: SheetHeader, declared: Declarations) -> bool:
     )
 
 
-def _header(
-    source: TextSource, number: int, cells: Sequence[bytes], delimiter: bytes, declared: Declarations
-) -> SheetHeader:
+def _headers(source: TextSource, lines: Iterable[Line], declared: Declarations) -> Iterator[SheetHeader]:
+    """Yield what lines are as headers, under each delimiter that they hold."""
+    delimiters = BETWEEN_CELLS if declared.delimiter is None else (declared.delimiter.encode("latin-1"),)
+    for line, delimiter, cells in possible_cells(source, lines, delimiters):
+        yield _header(line.number, cells, delimiter, declared)
+
+
+def _header(number: int, cells: Sequence[str], delimiter: bytes, declared: Declarations) -> SheetHeader:
     """Return the header in a line; without one the columns are called by their numbers, and the line is a row."""
     found: dict[str, list[SheetColumn]] = {}
     named = declared.header_row != 0
-    names = [strip_comment(source.decode(raw)) if named else str(place) for place, raw in enumerate(cells, start=1)]
+    names = [strip_comment(cell) if named else str(place) for place, cell in enumerate(cells, start=1)]
     declaration = declared_columns(declared, names)
     for position, text in enumerate(names):
         role, column = _column(position, text, declaration.get(position))
         # A column `battery [V]` is a voltage over time and no name of a pack; `beendet um` may be declared as `ended`.
-        fits = column.rank == _DECLARED or column.unit is None or column.unit in FACTORS.get(role or "", {})
+        fits = (
+            column.rank == _DECLARED
+            or column.unit is None
+            or (role in AMOUNTS and column.unit in AMOUNTS[role].factors)
+        )
         if role is not None and fits:
             found.setdefault(role, []).append(column)
     columns, rivals = {}, {}
     for role, candidates in found.items():
         columns[role] = min(candidates, key=lambda column: column.rank)
         equal = [column.name for column in candidates if column.rank == columns[role].rank]
-        if len(equal) > 1 and (role in (*FACTORS, "ended") or columns[role].rank == _DECLARED):
+        if len(equal) > 1 and (role in (*AMOUNTS, "ended") or columns[role].rank == _DECLARED):
             rivals[role] = equal[1]
     used = {column.position for column in columns.values()}
     ignored = tuple(text for position, text in enumerate(names) if text and position not in used)
-    line, shown = (number, tuple(cells)) if named else (number - 1, (b"",) * len(cells))
+    line, shown = (number, tuple(cells)) if named else (number - 1, ())
     return SheetHeader(delimiter, line, shown, tuple(names), flag_names(names), columns, ignored, rivals)
 
 

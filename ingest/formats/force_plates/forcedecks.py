@@ -15,7 +15,7 @@ from ingest.formats.format import Head, signed
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.tables.table import Preamble
-from ingest.text.cells import split_cells
+from ingest.text.cells import texts_of
 
 _FORCEDECKS = Instrument("force", Convention("VALD ForceDecks", {"force_z": "N"}, "s"), evidence="ForceDecks")
 _TITLE = re.compile(r"ForceDecks Raw Data Export\s*,\s*(\d+)")
@@ -26,7 +26,7 @@ _CHANNELS = {"time": "time", "left": "force_z", "zleft": "force_z", "right": "fo
 def _read(head: Head, findings: FindingCollector) -> Reading:
     source = head.text
     lines = source.head_lines(60)
-    cells = [[source.decode(cell) for cell in split_cells(line.content, b",") or [b""]] for line in lines]
+    cells = [texts_of(source, line, b",") or [""] for line in lines]
     named = next((index for index, row in enumerate(cells) if row[0] == "Time"), None)
     version = _TITLE.match(head.first_line())
     if named is None or named + 1 == len(lines) or version is None or version[1] not in _VERSIONS:

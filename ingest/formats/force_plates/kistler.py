@@ -32,6 +32,7 @@ from ingest.model import Declarations, Reading, SignalPart
 from ingest.signals import read_signals
 from ingest.tables.table import Preamble
 from ingest.tables.text_table import text_table
+from ingest.text.cells import texts_of
 
 _BIOWARE = Instrument("force", Convention("Kistler BioWare", {}, "s"), evidence="BioWare")
 _VERSION = re.compile(r"BioWare\b(?:.*?Version\s+(\d+)\.)?")
@@ -50,7 +51,7 @@ _EIGHT_CHANNELS = {"time", *(f"channel{channel}" for channel in range(8))}
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
     lines = head.text.head_lines(60)
-    cells = [[cell.strip() for cell in head.text.decode(line.content).split("\t")] for line in lines]
+    cells = [texts_of(head.text, line, b"\t") or [""] for line in lines]
     named = next((index for index, row in enumerate(cells) if row[0].startswith("abs time")), None)
     version = _VERSION.match(head.first_line())
     if version is None or (version[1] or _VERSIONS[0]) not in _VERSIONS or named is None or named + 2 >= len(lines):

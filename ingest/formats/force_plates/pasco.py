@@ -21,7 +21,7 @@ from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import combine, read_signals
 from ingest.tables.table import Block, CellKind, Preamble, Table, Wanted
-from ingest.text.cells import split_cells
+from ingest.text.cells import texts_of
 from ingest.text.source import TextSource
 
 _PASCO = Convention("PASCO", {})
@@ -32,36 +32,33 @@ _CHANNELS = {"time": "time", "normalforce": "force_z", "dateandtime": "date_and_
 
 def _recognise(head: Head) -> Recognition | None:
     """`Run #1` above every column."""
-    runs = [] if head.source is None else _run_names(head.source)
+    runs, _ = _run_names(head.text)
     return Recognition(SIGNATURE, f"{runs[0]!r} above every column") if runs else None
 
 
-def _run_names(source: TextSource) -> list[str]:
-    """Return the run above every column; none where the first line is no row of them."""
+def _run_names(source: TextSource) -> tuple[list[str], bytes]:
+    """Return the run above every column and what stands between them; none where the first line is no row of them."""
     lines = source.head_lines(2)
-    if len(lines) < 2:
-        return []
-    for delimiter in _DELIMITERS:
-        cells = [source.decode(cell) for cell in split_cells(lines[0].content, delimiter) or []]
-        width = len([cell for cell in split_cells(lines[1].content, delimiter) or [] if cell])
+    for delimiter in _DELIMITERS if len(lines) == 2 else ():
+        cells = texts_of(source, lines[0], delimiter)
+        width = len([cell for cell in texts_of(source, lines[1], delimiter) if cell])
         if width > 1 and len(cells) >= width and all(map(_RUN.fullmatch, cells[:width])):
-            return cells[:width]
-    return []
+            return cells[:width], delimiter
+    return [], b""
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
     source = head.text
-    runs, lines = _run_names(source), source.head_lines(3)
+    (runs, delimiter), lines = _run_names(source), source.head_lines(3)
     if not runs or len(lines) < 3:
         return Reading()
-    delimiter = next(sign for sign in _DELIMITERS if len(split_cells(lines[0].content, sign) or []) >= len(runs))
-    names = [source.decode(cell) for cell in (split_cells(lines[1].content, delimiter) or [])[: len(runs)]]
+    names = texts_of(source, lines[1], delimiter)[: len(runs)]
     table = fixed_table(source, FixedHeader(names, delimiter, lines[2]), head.declared, findings)
     if table is None:
         return Reading()
     numeric = [position for position, kind in enumerate(table.kinds) if kind is CellKind.NUMBER]
     block = table.read_rows([Wanted(position, names[position], CellKind.NUMBER) for position in numeric])
-    first = [source.decode(cell) for cell in split_cells(lines[2].content, delimiter) or []] + [""] * len(runs)
+    first = texts_of(source, lines[2], delimiter) + [""] * len(runs)
     readings = []
     for run in dict.fromkeys(runs):
         columns = [position for position, name in enumerate(runs) if name == run]

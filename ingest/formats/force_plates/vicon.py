@@ -23,7 +23,7 @@ from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import combine, read_signals
 from ingest.tables.table import Block, CellKind, Preamble, Table, Wanted
-from ingest.text.cells import split_cells
+from ingest.text.cells import split_cells, texts_of
 from ingest.text.source import Line, TextSource
 from ingest.timebase.stamps import RATE_NOTED
 
@@ -99,7 +99,7 @@ def _table(
     if sign is None:
         refuse_layout("Vicon Nexus", f"columns Frame and Sub Frame in line {named.number}", findings)
         return None
-    cells = [[source.decode(cell) for cell in split_cells(line.content, sign) or []] for line in lines[:_HEADER_LINES]]
+    cells = [texts_of(source, line, sign) for line in lines[:_HEADER_LINES]]
     names = _without_blank_end(cells[3])
     rate = positive(next(iter(cells[1]), None))
     if not rate:

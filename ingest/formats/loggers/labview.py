@@ -16,7 +16,7 @@ from ingest.formats.format import Head, signed
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading
 from ingest.tables.table import read_preamble
-from ingest.text.cells import split_cells
+from ingest.text.cells import split_cells, texts_of
 from ingest.text.source import Line, TextSource
 
 _END = b"***End_of_Header***"
@@ -40,7 +40,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     if names_line is None or first is None:
         return refuse_layout(_PROGRAM, "a line of names and rows below its header", findings)
     cells = split_cells(first.content, delimiter) or []
-    names = [source.decode(cell) for cell in split_cells(names_line.content, delimiter) or []]
+    names = texts_of(source, names_line, delimiter)
     while names[len(cells) :] or names[-1:] == [""]:
         names.pop()  # `Comment` is named also where rows have no cell for it
     if len(names) < 2:
@@ -75,7 +75,7 @@ def _facts(source: TextSource, lines: Sequence[Line], delimiter: bytes) -> Mappi
     """Return the values of the header by key; what the segment says counts before what the file says."""
     found = {}
     for line in lines:
-        key, *values = [source.decode(cell) for cell in split_cells(line.content, delimiter) or [b""]]
+        key, *values = texts_of(source, line, delimiter) or [""]
         if values:
             found[key] = values
     return found

@@ -17,7 +17,7 @@ from data_schema.errors import InputRefused, nearest
 from data_schema.queries.facts import find_uid
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.names import channel_kind, clean_name, parse_header
-from ingest.formats.chargers.sheet import FACTORS
+from ingest.formats.chargers.sheet import AMOUNTS
 from ingest.model import ChargeRow, ColumnUse, Explanation, Finding, Limits, ReadFile, TableUse, TextShape
 from ingest.signals import LEFT_OUT
 from ingest.tables.table import CellKind
@@ -259,7 +259,7 @@ def _sheet_lines(table: TableUse) -> Iterator[str]:
     """Yield the columns of a sheet of recharges that its reader does not know; those in mAh or Ah are charges."""
     for column in table.columns:
         unit = parse_header(column.name).unit
-        if unit in FACTORS["charge"]:
+        if unit in AMOUNTS["charge"].factors:
             yield f'{_keys(table)[column.place]} = {{ channel = "charge", unit = "{unit}" }}'
         elif column.name:
             yield f'#{_keys(table)[column.place]} = {{ channel = "run" }}  # or another of those above'
