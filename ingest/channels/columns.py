@@ -176,10 +176,8 @@ def _column(
 ) -> _Column:
     name = table.names[position]
     cell = parse_header(name)
-    base, unit = cell.base, cell.unit
-    if cell.suffix_base is not None and _is_known(cell.suffix_base) and not _is_known(base):
-        base, unit = cell.suffix_base, cell.suffix_unit
-    elif cell.suffix_unit is not None and is_common(cell.suffix_unit, _stored_unit(base)):
+    base, unit = cell.named(_is_known)
+    if base == cell.base and cell.suffix_unit is not None and is_common(cell.suffix_unit, _stored_unit(base)):
         unit = cell.suffix_unit  # `battery_V` is known as a whole, and `v_in` is in no inches
     row_unit = normal_unit(table.units[position] or "")
     decided = declared.override_units and declaration is not None and declaration.unit is not None

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 
 from data_schema import units
@@ -89,6 +90,12 @@ class HeaderCell:
     unit: str | None
     suffix_base: str | None = None
     suffix_unit: str | None = None
+
+    def named(self, is_known: Callable[[str], bool]) -> tuple[str, str | None]:
+        """Return name and unit: a one-letter ending is one where only the name before it is known."""
+        if self.suffix_base is not None and is_known(self.suffix_base) and not is_known(self.base):
+            return self.suffix_base, self.suffix_unit
+        return self.base, self.unit
 
 
 def parse_header(text: str) -> HeaderCell:

@@ -16,10 +16,10 @@ from ingest.formats.format import Head
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Declarations, Reading
 from ingest.signals import read_signals
-from ingest.tables.layout import Layout, kind_of, refuse_unclear, too_wide
+from ingest.tables.layout import Layout, decimal_sign, kind_of, too_wide
 from ingest.tables.rows import read_rows
 from ingest.tables.table import NO_PREAMBLE, Block, Preamble, Table, Wanted
-from ingest.text.cells import decimal_sign_of, may_group, split_cells
+from ingest.text.cells import may_group, split_cells
 from ingest.text.source import Line, TextSource
 
 
@@ -60,7 +60,7 @@ def fixed_table(
     kinds = tuple(kind_of([row[column] for row in rows]) for column in range(columns))
     layout = Layout(
         delimiter=header.delimiter,
-        decimal=_decimal_sign(rows, declared, findings),
+        decimal=decimal_sign(rows, header.delimiter, declared, findings),
         width=columns,
         trailing=width - columns,
         names=tuple(header.names),
@@ -100,16 +100,6 @@ def _usual(rows: list[list[bytes]]) -> list[list[bytes]]:
     """Return the rows of the width that most have."""
     width, _ = Counter(map(len, rows)).most_common(1)[0]
     return [row for row in rows if len(row) == width]
-
-
-def _decimal_sign(rows: list[list[bytes]], declared: Declarations, findings: FindingCollector) -> bytes:
-    """Return the decimal sign of the rows: builds for other countries write a comma, quoted where it also delimits."""
-    if declared.decimal_sign is not None:
-        return declared.decimal_sign.encode()
-    sign, unclear = decimal_sign_of([cell for row in rows for cell in row])
-    if unclear is not None:
-        refuse_unclear(unclear.decode(), findings)
-    return sign
 
 
 MILLIMETRE_UNITS: Mapping[str, str] = {

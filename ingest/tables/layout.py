@@ -142,7 +142,7 @@ def find_layout(source: TextSource, declared: Declarations, findings: FindingCol
     rows = [row.cells for row in split.rows]
     return Layout(
         split.delimiter,
-        _decimal_sign(split, declared, findings),
+        decimal_sign(rows, split.delimiter, declared, findings),
         width,
         int(above_data.trailing),
         names,
@@ -235,24 +235,26 @@ def kind_of(cells: Sequence[bytes]) -> CellKind:
     return CellKind.CLOCK if sum(map(is_clock_like, filled)) * 2 >= len(filled) else CellKind.TEXT
 
 
-def _decimal_sign(split: Split, declared: Declarations, findings: FindingCollector) -> bytes:
-    """Return the decimal sign of the data; one that may as well group thousands refuses the file."""
+def decimal_sign(
+    rows: Sequence[Sequence[bytes]], delimiter: bytes, declared: Declarations, findings: FindingCollector
+) -> bytes:
+    """Return the decimal sign of rows of cells; one that may as well group thousands refuses the file."""
     if declared.decimal_sign is not None:
         return declared.decimal_sign.encode()
-    cells = [cell for row in split.rows for cell in row.cells]
+    cells = [cell for row in rows for cell in row]
     sign, unclear = decimal_sign_of(cells)
     points = [cell for cell in cells if b"." in cell and NUMBER.fullmatch(cell)]
     commas = any(COMMA_NUMBER.fullmatch(cell) for cell in cells)
     if unclear is not None:
-        refuse_unclear(unclear.decode(), findings)
+        _refuse_unclear(unclear.decode(), findings)
     elif sign == b",":
         findings.add(NOTE, "decimal_comma", "Numbers are written with a decimal comma; read as such.")
-    elif split.delimiter == b";" and points and not commas and all(map(may_group, points)):
+    elif delimiter == b";" and points and not commas and all(map(may_group, points)):
         _note_points(points[0].decode(), findings)
     return sign
 
 
-def refuse_unclear(number: str, findings: FindingCollector) -> None:
+def _refuse_unclear(number: str, findings: FindingCollector) -> None:
     """Refuse a file for a number whose decimal sign may as well group thousands."""
     sign = "," if "," in number else "."
     message = (
@@ -275,7 +277,7 @@ def refuse_jumps_by_thousand(
     for column in block.numbers.values():
         number = _grouped(column)
         if number is not None:
-            refuse_unclear(f"{number:.3f}".replace(".", shape.decimal), findings)
+            _refuse_unclear(f"{number:.3f}".replace(".", shape.decimal), findings)
             return
 
 

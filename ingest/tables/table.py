@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 
 import numpy as np
@@ -184,6 +184,29 @@ class Table:
     read_rows: Callable[[Sequence[Wanted]], Block]
     channels: tuple[str | None, ...] = ()
     text: TextShape | None = None
+
+
+@dataclass(slots=True)
+class LineRows:
+    """Rows of numbers that are read line by line: the lines they stand in, and which of the file's rows they are."""
+
+    rows: list[list[float]] = field(default_factory=list)
+    lines: list[int] = field(default_factory=list)
+    ordinals: list[int] = field(default_factory=list)
+
+    def add(self, row: list[float], line: int, rejected: int) -> None:
+        """Add a row before which so many of the file were left out."""
+        self.rows.append(row)
+        self.lines.append(line)
+        self.ordinals.append(len(self.rows) + rejected)
+
+    def drop_last(self) -> None:
+        """Take the last row out again."""
+        del self.rows[-1], self.lines[-1], self.ordinals[-1]
+
+    def column(self, position: int) -> FloatArray:
+        """Return one number of all rows, shape (n,)."""
+        return np.array([row[position] for row in self.rows], dtype=np.float64)
 
 
 def array_table(

@@ -11,7 +11,7 @@ import operator
 import re
 from collections import Counter
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
@@ -23,7 +23,7 @@ from ingest.formats.format import Head
 from ingest.instruments import Instrument
 from ingest.model import BoolArray, ChargeRow, Declarations, FloatArray, Reading, SignalPart
 from ingest.signals import read_signals
-from ingest.tables.table import array_table
+from ingest.tables.table import LineRows, array_table
 from ingest.text.source import numbered_lines
 
 _RECORD = re.compile(rb"\$\d{1,2}(?:;[^;\x00-\x1f]{0,24})+")
@@ -99,20 +99,11 @@ def reject_record(number: int, line: bytes, findings: FindingCollector) -> None:
     findings.add(ROW, "record_malformed", message, lines=[number], value=line[:_SHOWN].decode("latin-1"))
 
 
-@dataclass(slots=True)
-class Procedure:
-    """The records of one output from one start of the charger: their numbers, the lines they stand in, and which of the
-    file's rows they are, those left out before them counted.
-    """
+@dataclass(slots=True, kw_only=True)
+class Procedure(LineRows):
+    """The records of one output from one start of the charger."""
 
     channel: int
-    rows: list[list[float]] = field(default_factory=list)
-    lines: list[int] = field(default_factory=list)
-    ordinals: list[int] = field(default_factory=list)
-
-    def column(self, position: int) -> FloatArray:
-        """Return one field of all records, shape (n,)."""
-        return np.array([row[position] for row in self.rows], dtype=np.float64)
 
 
 class Sequel(Enum):
@@ -178,11 +169,9 @@ def read_procedures(
             if procedure is not None:
                 message = "The charger started again: what follows is kept as a procedure of its own."
                 findings.add(NOTE, "time_restarted", message, column="time", lines=[line])
-            procedure = going_on[channel] = Procedure(channel)
+            procedure = going_on[channel] = Procedure(channel=channel)
             procedures.append(procedure)
-        procedure.rows.append(row)
-        procedure.lines.append(line)
-        procedure.ordinals.append(len(procedure.rows) + rejected)
+        procedure.add(row, line, rejected)
     return procedures, rejected
 
 

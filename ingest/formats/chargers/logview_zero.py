@@ -7,6 +7,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -18,9 +19,9 @@ from ingest.formats.chargers.charger_log import reject_record
 from ingest.formats.chargers.logview import joined, parse_number
 from ingest.formats.format import SIGNATURE, Format, Head, Recognition
 from ingest.instruments import Instrument
-from ingest.model import Declarations, FloatArray, Reading
+from ingest.model import Declarations, Reading
 from ingest.signals import read_signals
-from ingest.tables.table import Column, Preamble, array_table
+from ingest.tables.table import Column, LineRows, Preamble, array_table
 from ingest.text.source import numbered_lines
 
 _HEADER = re.compile(r"\$([A-Z])(\d*)\$;?(.*)")
@@ -37,7 +38,7 @@ def _recognise(head: Head) -> Recognition | None:
 
 
 @dataclass(slots=True)
-class _Recording:
+class _Recording(LineRows):
     """One recording: its columns and how its lines are written; and the rows, line by line."""
 
     columns: list[str] = field(default_factory=list)
@@ -46,16 +47,11 @@ class _Recording:
     time_format: str = ""
     interval_ms: float | None = None
     hexadecimal: bool = False
-    rows: list[list[float]] = field(default_factory=list)
     seconds: list[float] = field(default_factory=list)
-    lines: list[int] = field(default_factory=list)
-    ordinals: list[int] = field(default_factory=list)
 
     def next_recording(self) -> _Recording:
         """Return an empty recording; settings hold until they are changed."""
-        return _Recording(
-            self.columns, self.factors, self.time_position, self.time_format, self.interval_ms, self.hexadecimal
-        )
+        return dataclasses.replace(self, rows=[], lines=[], ordinals=[], seconds=[])
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
@@ -139,9 +135,7 @@ def _take_row(recording: _Recording, text: str, line: int, rejected: int) -> boo
     if len(numbers) != len(row):
         del recording.seconds[len(recording.rows) :]
         return False
-    recording.rows.append(numbers)
-    recording.lines.append(line)
-    recording.ordinals.append(len(recording.rows) + rejected)
+    recording.add(numbers, line, rejected)
     return True
 
 
@@ -165,14 +159,13 @@ def _clock_seconds(cell: str, layout: str) -> float | None:
 def _zero_signals(
     recording: _Recording, declared: Declarations, findings: FindingCollector, instrument: Instrument
 ) -> Reading:
-    values: FloatArray = np.array(recording.rows, dtype=np.float64)
     names: list[str] = list(recording.columns)
-    columns: list[Column] = [values[:, position].copy() for position in range(values.shape[1])]
+    columns: list[Column] = [recording.column(position) for position in range(len(names))]
     if recording.factors:
         if len(recording.factors) != len(columns):
             message = f"{len(recording.factors)} factors stand in the header for {len(columns)} columns."
             findings.add(FILE, "factors_mismatch", message)
-            return Reading(rows_read=len(values))
+            return Reading(rows_read=len(recording.rows))
         columns = [
             np.asarray(column * factor, dtype=np.float64)
             for column, factor in zip(columns, recording.factors, strict=True)

@@ -669,10 +669,7 @@ def _header(number: int, cells: Sequence[str], delimiter: bytes, declared: Decla
 
 def _column(position: int, text: str, declaration: ColumnDeclaration | None) -> tuple[str | None, SheetColumn]:
     """Return the role of a header cell, None where it has none, and its column; what is declared stands first."""
-    cell = parse_header(text)
-    base, unit = cell.base, cell.unit
-    if cell.suffix_base is not None and squash(cell.suffix_base) in _ROLE_OF and squash(base) not in _ROLE_OF:
-        base, unit = cell.suffix_base, cell.suffix_unit
+    base, unit = parse_header(text).named(lambda name: squash(name) in _ROLE_OF)
     role, rank = _ROLE_OF.get(squash(base)), _LESS_TELLING.get(squash(base), 0)
     unit = header_unit = unit or _UNIT_OF_NAME.get(squash(base))
     if declaration is not None:

@@ -8,14 +8,12 @@ from __future__ import annotations
 import re
 from collections import Counter
 
-import numpy as np
-
 from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.formats.format import LAYOUT, Format, Head, Recognition
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
-from ingest.tables.table import array_table
+from ingest.tables.table import LineRows, array_table
 from ingest.text.cells import NUMBER_PATTERN, debug_line, is_single_number, value_of
 from ingest.text.source import TextSource, numbered_lines
 
@@ -51,9 +49,9 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     table = array_table(
         [source.decode(name) for name in names],
         [source.decode(unit) or None for unit in units],
-        list(np.array(turns.rows, dtype=np.float64).reshape(len(turns.rows), len(names)).T.copy()),
-        lines=turns.lines,
-        ordinals=turns.ordinals,
+        [turns.found.column(position) for position in range(len(names))],
+        lines=turns.found.lines,
+        ordinals=turns.found.ordinals,
         rows_rejected=turns.rejected,
     )
     return read_signals(table, head.declared, findings, _LOG)
@@ -79,9 +77,7 @@ class _Turns:
 
     def __init__(self, names: list[bytes], units: list[bytes], findings: FindingCollector) -> None:
         self.names, self.units, self.findings = names, units, findings
-        self.rows: list[list[float]] = []
-        self.lines: list[int] = []
-        self.ordinals: list[int] = []
+        self.found = LineRows()
         self.rejected = 0
         self._open: list[float] = []
         self._skipping = False
@@ -110,9 +106,7 @@ class _Turns:
         self._skipping = False
         self._open.append(value_of(value[1]))
         if len(self._open) == len(self.names):
-            self.rows.append(self._open)
-            self.lines.append(self._first_line)
-            self.ordinals.append(len(self.rows) + self.rejected)
+            self.found.add(self._open, self._first_line, self.rejected)
             self._open = []
 
     def _break(self, line: int) -> None:
@@ -126,19 +120,19 @@ class _Turns:
 
     def _break_before(self, line: int) -> None:
         """Leave out the turn that a line end inside a number has cut: the open one, or the last that seems whole."""
-        if not self._open and self.rows:
-            del self.rows[-1], self.lines[-1], self.ordinals[-1]
+        if not self._open and self.found.rows:
+            self.found.drop_last()
         self._break(line)
 
     def finish(self, last_line: int, unended: bool) -> None:
         """Judge the last line, whose number may be cut where it has no line end."""
         if self._open:
             self._break(last_line)
-        elif unended and self.rows:
+        elif unended and self.found.rows:
             message = "The last line has no line end and its number may be cut: the row is left out."
             self.findings.add(ROW, "last_line_cut", message, lines=[last_line])
             self.rejected += 1
-            del self.rows[-1], self.lines[-1], self.ordinals[-1]
+            self.found.drop_last()
 
 
 FORMAT = Format("debug_lines", 5, _recognise, _read, clues=(b":", b"="))
