@@ -11,30 +11,14 @@ import numpy as np
 import pytest
 
 from data_schema.errors import UsageError
-from ingest.model import ChannelData, ColumnDeclaration, Declarations, Finding, Profile, ReadFile, RobotFacts
+from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile, RobotFacts
 from ingest.read import read_file
 from tests.helpers.wording import says
 from tests.ingest import synthetic_plates as plates
+from tests.ingest.reading import channel, finding, read, rules
 from tests.ingest.synthetic import LOG_HEADER, robot_rows, text
 
 ROWS = robot_rows()
-
-
-def read(data: bytes, declared: Declarations | None = None) -> ReadFile:
-    return read_file(data, declared or Declarations())
-
-
-def finding(result: ReadFile, rule: str) -> Finding:
-    """The one finding of this rule."""
-    (found,) = [finding for finding in result.findings if finding.rule == rule]
-    return found
-
-
-def channel(result: ReadFile, name: str) -> ChannelData:
-    """The channel of this name in the only part."""
-    (part,) = result.parts
-    (found,) = [channel for channel in part.channels if channel.name == name]
-    return found
 
 
 @pytest.mark.parametrize(
@@ -244,7 +228,7 @@ def test_the_word_bertec_turned_signs(title: str, header: str) -> None:
 def test_an_instrument_is_declared_and_an_unknown_one_is_refused_with_the_nearest() -> None:
     result = read(plate_log(ANY_PLATE), Declarations(instrument="bertec_balance"))
     assert channel(result, "force_x").values[0] == -4.0
-    assert "force_sign_assumed" not in {finding.rule for finding in result.findings}
+    assert "force_sign_assumed" not in rules(result)
     with pytest.raises(UsageError, match="'bertec_acquire'"):
         read(plate_log(ANY_PLATE), Declarations(instrument="bertec_aquire"))
 
@@ -400,7 +384,7 @@ def test_a_logger_that_records_now_and_then_has_real_holes() -> None:
     """Ten samples in 10 ms of every 100 ms, the height far on after each hole."""
     rows = [f"{k},{0.4 + 0.1 * np.sin(k / 30):.5f}" for k in range(16_000) if k % 100 < 10]
     data = text("time [ms],height [m]", rows)
-    assert "mostly_missing" in {finding.rule for finding in read(data).findings}
+    assert "mostly_missing" in rules(read(data))
     (part,) = read(data, Declarations(rate_hz=1000.0)).parts
     assert part.rate_hz == pytest.approx(1000.0, rel=0.01)
     assert len(part.gaps) == 159
@@ -614,7 +598,7 @@ def test_a_declaration_for_one_of_two_tables_leaves_the_other_alone() -> None:
     declared = Declarations(columns={"h": ColumnDeclaration("foot_height", "mm")})
     result = read(text(LOG_HEADER, ROWS) + text("time [ms],h", second), declared)
     assert not result.refused
-    assert "declared_column_absent" not in {finding.rule for finding in result.findings}
+    assert "declared_column_absent" not in rules(result)
 
 
 def test_a_header_of_unknown_names_is_not_a_bad_row() -> None:
@@ -636,7 +620,7 @@ def test_lines_of_words_are_still_bad_rows() -> None:
     rows = [*ROWS[:300], "ERR,ERR,ERR,ERR", *ROWS[300:]]
     result = read(text(LOG_HEADER, rows))
     assert (result.rows_kept, result.rows_rejected) == (600, 1)
-    assert "second_header" not in {finding.rule for finding in result.findings}
+    assert "second_header" not in rules(result)
 
 
 def test_tables_side_by_side_were_one() -> None:

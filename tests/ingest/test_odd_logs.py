@@ -13,11 +13,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ingest.model import ColumnDeclaration, Declarations, Finding, ReadFile
+from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
 from ingest.spool import map_and_hash
 from ingest.tables import text_table
 from tests.helpers.wording import says
+from tests.ingest.reading import refusal, rules
 from tests.ingest.synthetic_workbooks import workbook
 
 HEIGHTS = [0.30 + 0.05 * abs(math.sin(k / 20)) for k in range(120)]
@@ -27,14 +28,6 @@ TIMES = [f"{k * 0.005:.3f}" for k in range(120)]
 
 def read(lines: Sequence[str], **declared: Any) -> ReadFile:
     return read_file(("\n".join(lines) + "\n").encode(), Declarations(**declared))
-
-
-def refusal(result: ReadFile) -> Finding:
-    """The only thing that refuses the file, which is told first."""
-    first, *others = result.findings
-    assert result.refused
-    assert (first.severity, [each for each in others if each.severity == "file"]) == ("file", [])
-    return first
 
 
 def check_heights(result: ReadFile, rate_hz: float = 200.0) -> None:
@@ -159,7 +152,7 @@ def test_lines_that_are_no_rows_need_no_units(above: list[str], below: list[str]
     header = next(line for line, text in enumerate(above, start=1) if "time" in text)
     for header_row in (header, None):
         result = read([*above, *with_units(), *below], header_row=header_row)
-        assert "cell_units_differ" not in {finding.rule for finding in result.findings}
+        assert "cell_units_differ" not in rules(result)
     check_heights(read([*above, *with_units(), *below], header_row=header))
 
 
@@ -200,7 +193,7 @@ def test_thousands_separators_are_the_one_thing_that_is_told(delimiter: str, cel
     for time in (lambda k: f"{5 * k}", lambda k: cell(5.0 * k)):
         rows = [f"{time(k)}{delimiter}{cell(float(h))}" for k, h in enumerate(MM)]
         result = read([f"time [ms]{delimiter}body_height [mm]", *rows])
-        assert {finding.rule for finding in result.findings} - {"decimal_comma"} == {"thousands_separator"}
+        assert rules(result) - {"decimal_comma"} == {"thousands_separator"}
         assert result.findings[0].severity == "file"
         assert result.findings[0].line == 2
 
@@ -236,7 +229,7 @@ def test_that_header_again_inside_the_rows_is_skipped() -> None:
     header = "time [s] body_height [m]"
     result = read([header, *rows[:60], header, *rows[60:]])
     check_heights(result)
-    assert "header_repeated" in {finding.rule for finding in result.findings}
+    assert "header_repeated" in rules(result)
 
 
 def test_a_header_of_other_width_is_refused_with_the_keys_that_decide() -> None:

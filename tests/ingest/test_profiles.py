@@ -12,6 +12,7 @@ import pytest
 from data_schema.vocabulary import ChargeMode
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
+from tests.ingest.reading import rules
 from tests.ingest.synthetic import text
 
 HEIGHT = ColumnDeclaration("body_height", "mm")
@@ -230,7 +231,7 @@ def test_rows_that_a_mistaken_footer_or_comment_takes_are_reported(
 def test_a_footer_before_words_is_noted_and_one_at_the_end_or_a_true_comment_is_not() -> None:
     profile = Profile("p", ("h",), footer="END", comment="'", columns={"t": MILLISECONDS, "h": HEIGHT})
     rows = [*ROWS, "' 1;2;3", "END OF LOG"]
-    rules = {"footer_ends_data", "comment_like_data"}
-    assert not rules & {finding.rule for finding in read(text("t;h;x", rows), profile).findings}
-    (found,) = [f for f in read(text("t;h;x", [*rows, "mean 3.4"]), profile).findings if f.rule in rules]
+    said = {"footer_ends_data", "comment_like_data"}
+    assert not said & rules(read(text("t;h;x", rows), profile))
+    (found,) = [f for f in read(text("t;h;x", [*rows, "mean 3.4"]), profile).findings if f.rule in said]
     assert (found.severity, found.line) == ("note", 63)

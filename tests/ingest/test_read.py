@@ -14,6 +14,7 @@ from data_schema.vocabulary import Severity
 from ingest.formats.registry import FORMATS
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
+from tests.ingest.reading import rules
 from tests.ingest.synthetic import (
     LOG_HEADER,
     SHEET,
@@ -27,10 +28,10 @@ from tests.ingest.synthetic import (
 
 
 def test_twenty_faults_of_different_kinds_are_all_found_in_one_reading() -> None:
-    data, rules = twenty_faults()
+    data, faults = twenty_faults()
     result = read_file(data, Declarations())
-    assert len(rules) >= 20
-    assert rules <= {finding.rule for finding in result.findings}
+    assert len(faults) >= 20
+    assert faults <= rules(result)
     assert result.refused
 
 
@@ -68,7 +69,7 @@ def test_more_than_one_percent_rejected_refuses(bad: int, refused: bool) -> None
     result = read_file(text(LOG_HEADER, rows), Declarations())
     assert result.rows_rejected == bad
     assert result.refused is refused
-    assert ("too_many_rejected" in {finding.rule for finding in result.findings}) is refused
+    assert ("too_many_rejected" in rules(result)) is refused
 
 
 def test_an_unknown_encoding_is_a_usage_error() -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
+from tests.ingest.reading import rules, values
 
 PROJECT = Path(__file__).parents[2]
 SAMPLES = PROJECT.parent / "shared" / "samples"
@@ -36,7 +37,7 @@ def test_sample_file_is_read_as_listed(row: dict[str, str]) -> None:
     assert result.format == row["format"]
     assert result.rows_kept == int(row["rows_kept"])
     if row["rule"]:
-        assert row["rule"] in {finding.rule for finding in result.findings}
+        assert row["rule"] in rules(result)
     if row["status"] == "refused":
         assert all(len(finding.message) > 40 for finding in result.findings if finding.severity == "file")
 
@@ -121,20 +122,16 @@ def test_debug_lines_below_a_table_are_counted_and_left_out() -> None:
     assert result.parts[0].rate_hz == pytest.approx(494, abs=1)
 
 
-def channels_of(result: ReadFile, part: int = 0) -> dict[str, np.ndarray]:
-    return {channel.name: channel.values for channel in result.parts[part].channels}
-
-
 def test_opensim_ground_reactions_have_z_up() -> None:
     result = read("force/grf_run.mot")
-    stored = channels_of(result)
+    stored = values(result)
     assert result.parts[0].rate_hz == pytest.approx(300.0)
     assert (stored["force_z"].max(), stored["force_z_2"].max()) == pytest.approx((1751.20, 1623.05), abs=0.01)
     assert stored["force_y"].min() == pytest.approx(-26.128, abs=1e-3)  # written as 26.128 along z
 
 
 def test_cortex_plates_have_z_up_and_metres() -> None:
-    stored = channels_of(read("force/walk1.forces"))
+    stored = values(read("force/walk1.forces"))
     loads = [stored[f"force_z_{plate}"].max() for plate in (3, 4, 5, 6)]
     assert loads == pytest.approx([836.15, 816.02, 802.34, 850.84])
     assert stored["cop_x_3"].max() == pytest.approx(1.75245)
@@ -145,7 +142,7 @@ def test_nexus_devices_are_counted_by_frame_and_sub_frame() -> None:
     result = read("force/analogs.csv")
     (part,) = result.parts
     assert (part.part, part.rate_hz, len(part.time_s), part.gaps) == ("devices", 2000.0, 11_600, ())
-    assert channels_of(result)["imported_analog_emg_voltage_1"][0] == pytest.approx(-0.0220516)
+    assert values(result)["imported_analog_emg_voltage_1"][0] == pytest.approx(-0.0220516)
 
 
 def test_gait_table_with_y_up_needs_its_axes() -> None:
@@ -156,5 +153,5 @@ def test_gait_table_with_y_up_needs_its_axes() -> None:
     assert read(name, Declarations(time_unit="s", columns=columns)).refused
     result = read(name, Declarations(time_unit="s", columns=columns, axes="y up"))
     assert not result.refused
-    assert channels_of(result)["force_z"].max() == pytest.approx(773.44)
+    assert values(result)["force_z"].max() == pytest.approx(773.44)
     assert result.parts[0].rate_hz == pytest.approx(150.0, rel=1e-3)

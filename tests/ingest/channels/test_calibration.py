@@ -11,6 +11,7 @@ from data_schema.calibration import Calibration, line_through
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
 from tests.helpers.wording import says
+from tests.ingest.reading import rules
 
 RAW = np.array([1000 + 37 * (row % 50) for row in range(400)])
 
@@ -23,10 +24,6 @@ def log(head: str, start: str | None = None) -> bytes:
 def read(data: bytes, unit: str | None, *calibrations: Calibration, column: str = "h", **more: object) -> ReadFile:
     declared = {column: ColumnDeclaration("body_height", unit, 1, calibrations)}
     return read_file(data, Declarations(columns=declared, **more))  # type: ignore[arg-type]
-
-
-def rules(result: ReadFile) -> set[str]:
-    return {finding.rule for finding in result.findings}
 
 
 @given(scale=st.floats(1e-4, 1e-3), offset=st.floats(-0.4, 0.4), unit=st.sampled_from(["m", "mm", "cm", "in"]))

@@ -15,6 +15,7 @@ from ingest.declared import flag_names, positions_of
 from ingest.model import ChannelData, ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
 from tests.helpers.wording import says
+from tests.ingest.reading import rules
 from tests.ingest.synthetic import text
 
 
@@ -34,7 +35,7 @@ def channel(result: ReadFile) -> ChannelData:
 def test_the_end_of_a_name_is_no_unit_of_another_quantity() -> None:
     result = read("v_in")
     assert result.refused
-    assert {"unit_missing"} <= {finding.rule for finding in result.findings}
+    assert {"unit_missing"} <= rules(result)
     assert channel(read("battery")).name == "battery"
 
 
@@ -91,7 +92,7 @@ def test_unknown_columns_keep_their_own_name_and_no_invented_unit(header: str, n
     result = read(header)
     data = channel(result)
     assert (data.name, data.unit, data.scale) == (name, unit, 1.0)
-    assert "unknown_column" in {finding.rule for finding in result.findings}
+    assert "unknown_column" in rules(result)
 
 
 def test_a_known_quantity_without_unit_is_asked_for() -> None:

@@ -8,8 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ingest.model import Declarations, ReadFile
-from ingest.read import read_file
+from tests.ingest.reading import read
 
 SAMPLE = Path(__file__).parents[4] / "shared" / "samples" / "force" / "AMTIdata.bsf"
 POUND_N, INCH_M = 4.4482216152605, 0.0254
@@ -25,10 +24,6 @@ def bsf(plates: int = 1, rate_hz: int = 500, version: int = 105, n: int = 100, c
     struct.pack_into("<i", own, 32, channels)
     row = np.arange(1.0, 1 + 6 * plates)
     return bytes(header + own * plates) + np.tile(row, (n, 1)).astype("<f8").tobytes()
-
-
-def read(data: bytes) -> ReadFile:
-    return read_file(data, Declarations())
 
 
 def test_pounds_and_inches_become_newtons_and_newton_metres() -> None:

@@ -9,8 +9,8 @@ import ezc3d
 import numpy as np
 import pytest
 
-from ingest.model import Declarations, ReadFile, SignalPart
-from ingest.read import read_file
+from ingest.model import ReadFile, SignalPart
+from tests.ingest.reading import read, rules
 from tests.ingest.synthetic_c3d import c3d_bytes, platform
 
 SAMPLES = Path(__file__).parents[4] / "shared" / "samples" / "c3d"
@@ -19,10 +19,6 @@ AXES = ("x", "y", "z")
 needs_samples = pytest.mark.skipif(
     not SAMPLES.is_dir(), reason="the sample files lie beside the project: ../shared/samples"
 )
-
-
-def read(data: bytes, **declared: object) -> ReadFile:
-    return read_file(data, Declarations(**declared))  # type: ignore[arg-type]
 
 
 def vector(part: SignalPart, quantity: str, plate: int) -> np.ndarray:
@@ -122,7 +118,7 @@ def test_units_of_platforms(unit: str, moment: str, newtons: float, newton_metre
 
 def test_a_length_that_is_stated_nowhere_is_assumed_for_levers_and_for_no_marker() -> None:
     result = read(c3d_bytes(forces(), platform(2), length="?"))
-    assert "unit_assumed" in {finding.rule for finding in result.findings}
+    assert "unit_assumed" in rules(result)
     _, markers = result.parts
     assert {channel.unit for channel in markers.channels} == {None}
     assert [channel.values[0] for channel in markers.channels] == [1.0, 2.0, 3.0]
@@ -137,7 +133,7 @@ def test_markers_are_in_metres(length: str, metres: float) -> None:
 
 def test_units_that_are_none_of_a_force_are_assumed_and_said() -> None:
     result = read(c3d_bytes(forces(), platform(2), units=["V"] * 8))
-    assert "unit_assumed" in {finding.rule for finding in result.findings}
+    assert "unit_assumed" in rules(result)
     assert result.parts[0].channels[0].assumed
 
 
@@ -161,13 +157,13 @@ def test_a_room_with_y_up_has_the_load_along_z() -> None:
 
 def test_a_file_without_a_rate_asks_for_it() -> None:
     data = c3d_bytes(forces(), platform(2), rate_hz=0.0)
-    assert "rate_missing" in {finding.rule for finding in read(data).findings}
+    assert "rate_missing" in rules(read(data))
     assert read(data, rate_hz=500.0).parts[0].rate_hz == 500.0
 
 
 def test_a_platform_of_another_type_leaves_its_raw_channels() -> None:
     result = read(c3d_bytes(forces(), platform(21)))
-    assert "plate_not_known" in {finding.rule for finding in result.findings}
+    assert "plate_not_known" in rules(result)
     assert {part.part for part in result.parts} == {"analog", "markers"}
 
 

@@ -7,6 +7,7 @@ import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
+from tests.ingest.reading import counts
 
 N = 300
 RATE = Declarations(rate_hz=100.0)
@@ -21,14 +22,10 @@ def read(lines: list[str], declared: Declarations = RATE, end: str = "\n") -> Re
     return read_file(("\n".join(lines) + end).encode(), declared)
 
 
-def rules(result: ReadFile) -> dict[str, int]:
-    return {finding.rule: finding.count for finding in result.findings}
-
-
 def test_the_rate_is_asked_for() -> None:
     result = read(pairs(), Declarations())
     assert (result.format, result.refused, result.rows_read) == ("debug_lines", True, N)
-    assert "rate_missing" in rules(result)
+    assert "rate_missing" in counts(result)
 
 
 def test_settings_are_no_log() -> None:
@@ -42,7 +39,7 @@ def test_turns_are_rows() -> None:
     assert [channel.name for channel in part.channels] == ["motor1", "motor2"]
     assert part.channels[1].values.tolist() == [-2957986.0 + k for k in range(1, 2 * N, 2)]
     assert part.rate_hz == 100.0
-    assert rules(result)["debug_line"] == 1
+    assert counts(result)["debug_line"] == 1
 
 
 @pytest.mark.parametrize("lost", [100, 101])
@@ -67,7 +64,7 @@ def test_a_line_end_inside_a_number_costs_its_pair(place: int) -> None:
 def test_a_last_pair_that_is_not_complete_is_counted() -> None:
     result = read(pairs()[:-1])
     assert (result.rows_kept, result.rows_rejected) == (N - 1, 1)
-    assert "turn_broken" in rules(result)
+    assert "turn_broken" in counts(result)
 
 
 def test_a_log_cut_at_any_byte_is_never_silently_shorter() -> None:

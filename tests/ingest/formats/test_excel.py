@@ -7,15 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ingest.model import ColumnDeclaration, Declarations, ReadFile
+from ingest.model import ColumnDeclaration, Declarations
 from ingest.read import read_file
+from tests.ingest.reading import read, rules
 from tests.ingest.synthetic_workbooks import MAIN, Rows, workbook
 
 SAMPLE = Path(__file__).parents[4] / "shared" / "samples" / "robot" / "SingleLegTestsExcelCap.xlsx"
-
-
-def read(data: bytes, **declared: object) -> ReadFile:
-    return read_file(data, Declarations(**declared))  # type: ignore[arg-type]
 
 
 HEIGHTS = np.random.default_rng(2).normal(0.4, 0.01, 50)
@@ -50,7 +47,7 @@ def test_each_of_two_time_columns_governs_the_columns_to_its_right() -> None:
 def test_sheets_are_parts_and_a_sheet_of_words_is_left_out() -> None:
     result = read(workbook({"a": LOG, "Notes": [["measured by", "M"]], "b": LOG}))
     assert [part.part for part in result.parts] == ["a", "b"]
-    assert "sheet_without_numbers" in {finding.rule for finding in result.findings}
+    assert "sheet_without_numbers" in rules(result)
 
 
 def test_a_charger_sheet_with_dates_in_a_workbook() -> None:
@@ -160,4 +157,4 @@ def test_a_sheet_of_a_few_lines_beside_a_log_is_left_out(beside: Rows, rate_hz: 
     assert [part.part for part in result.parts] == ["data"]
     assert [finding.column for finding in result.findings if finding.rule == "member_left_out"] == ["Info"]
     alone = read_file(workbook({"Info": beside, "Data": data[:9]}), Declarations(rate_hz=100.0))
-    assert "member_left_out" not in {finding.rule for finding in alone.findings}
+    assert "member_left_out" not in rules(alone)

@@ -24,10 +24,6 @@ def read(line: Callable[[int, float], str], **declared: Any) -> ReadFile:
     return read_file(("\n".join(rows) + "\n").encode(), Declarations(**declared))
 
 
-def rules(result: ReadFile) -> set[str]:
-    return {finding.rule for finding in result.findings}
-
-
 @pytest.mark.parametrize(
     ("line", "declared"),
     [

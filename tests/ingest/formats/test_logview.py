@@ -2,23 +2,15 @@
 
 from __future__ import annotations
 
-import numpy as np
 import pytest
 
-from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
+from ingest.model import ColumnDeclaration, Declarations, Profile
 from ingest.read import read_file
 from tests.ingest.formats.synthetic_chargers import bare_rows, lines, with_checksum
+from tests.ingest.reading import rules, values
 
 COLUMNS = {"value_1": ColumnDeclaration("battery_voltage", "mV"), "value_2": ColumnDeclaration("current", "mA")}
 NAMED = Declarations(time_unit="ms", columns=COLUMNS)
-
-
-def rules(result: ReadFile) -> set[str]:
-    return {finding.rule for finding in result.findings}
-
-
-def values(result: ReadFile, part: int = 0) -> dict[str, np.ndarray]:
-    return {channel.name: channel.values for channel in result.parts[part].channels}
 
 
 def test_a_bare_recording_asks_for_names_and_the_unit_of_time() -> None:
@@ -110,7 +102,7 @@ def test_openformat_zero_in_hexadecimal_and_several_recordings() -> None:
     rows = [f"$281600{k:02};{10 + k:X};CC" for k in range(60)]
     result = read_file(lines([*head, *rows, "$N$;b", *rows]), Declarations())
     assert (result.refused, [part.part for part in result.parts]) == (False, ["log", "log_2"])
-    assert values(result, 1)["temp"][:3].tolist() == [10.0, 11.0, 12.0]
+    assert values(result.parts[1])["temp"][:3].tolist() == [10.0, 11.0, 12.0]
     assert values(result)["counts"][0] == 204.0
 
 

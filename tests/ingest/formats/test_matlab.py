@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import scipy.io
 
-from ingest.model import ColumnDeclaration, Declarations, Limits, ReadFile
-from ingest.read import read_file
+from ingest.model import ColumnDeclaration, Limits
+from tests.ingest.reading import read, rules
 
 N = 60
 TIME_S = np.arange(N) / 300
@@ -21,10 +21,6 @@ def mat(variables: dict[str, object], version: str = "5", packed: bool = False) 
     target = io.BytesIO()
     scipy.io.savemat(target, variables, format=version, do_compression=packed)
     return target.getvalue()
-
-
-def read(data: bytes, **declared: object) -> ReadFile:
-    return read_file(data, Declarations(**declared))  # type: ignore[arg-type]
 
 
 SECONDS = {"time_unit": "s"}
@@ -41,7 +37,7 @@ def test_vectors_of_one_length_are_channels(version: str, packed: bool) -> None:
     (part,) = result.parts
     assert (part.part, part.rate_hz) == ("log", pytest.approx(300.0))
     assert part.channels[0].values.tolist() == HEIGHT_M.tolist()
-    assert "variable_ignored" in {finding.rule for finding in result.findings}
+    assert "variable_ignored" in rules(result)
 
 
 @pytest.mark.parametrize("version", ["4", "5"])
@@ -49,7 +45,7 @@ def test_vectors_of_one_length_are_channels(version: str, packed: bool) -> None:
 def test_a_matrix_has_columns_by_number_and_asks_for_its_rate(version: str, turned: bool) -> None:
     matrix = np.column_stack([TIME_S, HEIGHT_M])
     data = mat({"jump": matrix.T if turned else matrix}, version)
-    assert "rate_missing" in {finding.rule for finding in read(data).findings}
+    assert "rate_missing" in rules(read(data))
     columns = {"1": ColumnDeclaration("time", "s"), "2": ColumnDeclaration("body_height", "m")}
     (part,) = read(data, columns=columns).parts
     assert (part.part, part.rate_hz) == ("jump", pytest.approx(300.0))

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import struct
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
-from ingest.read import read_file
+from ingest.model import ColumnDeclaration, Declarations, Profile
 from tests.ingest.formats.synthetic_minitaur import (
     NEW_HEADER,
     OLD_FORMAT,
@@ -23,18 +21,7 @@ from tests.ingest.formats.synthetic_minitaur import (
     old_records,
     times_ms,
 )
-
-
-def read(data: bytes, declared: Declarations | None = None) -> ReadFile:
-    return read_file(data, declared or Declarations())
-
-
-def rules(result: ReadFile) -> dict[str, int]:
-    return {finding.rule: finding.count for finding in result.findings}
-
-
-def values(result: ReadFile) -> dict[str, np.ndarray]:
-    return {channel.name: channel.values for channel in result.parts[0].channels}
+from tests.ingest.reading import counts, read, values
 
 
 def test_the_old_layout_keeps_records_that_hold_the_sync_bytes() -> None:
@@ -61,13 +48,13 @@ def test_the_rate_is_counted_from_end_to_end(rate_hz: float) -> None:
 def test_the_new_layout_in_the_scales_of_the_sdk(trailing: int) -> None:
     result = read(new_log(trailing=trailing))
     assert (result.refused, result.rows_read, result.rows_kept) == (False, 400, 400)
-    assert ("stride_differs" in rules(result)) == (trailing > 0)
+    assert ("stride_differs" in counts(result)) == (trailing > 0)
     found = values(result)
     assert (found["pos0"][0], found["torq0"][0], found["eul2"][0]) == pytest.approx((1.571, -0.25, 0.03))
     assert (found["acc2"][0], found["battery_voltage"][0], found["current"][0]) == pytest.approx((9.81, 15.8, -1.25))
     assert (found["xdot"][0], found["controller_state"][3]) == pytest.approx((0.5, 3.0))
     assert not any(name.startswith("up") for name in found)
-    assert "user_bytes" in rules(result)
+    assert "user_bytes" in counts(result)
     assert result.parts[0].rate_hz == pytest.approx(90.0, rel=1e-2)
 
 
@@ -92,7 +79,7 @@ def test_user_bytes_are_read_as_declared(by_profile: bool) -> None:
     assert found["k_gain"][0] == 400.0
     assert found["body_height"][50] == pytest.approx(0.5)
     assert "leg_length" not in found  # beyond the 32 bytes
-    assert "declared_column_absent" in rules(result)
+    assert "declared_column_absent" in counts(result)
 
 
 LAYOUTS = {"old": (old_header(), old_records(times_ms(300))), "new": (NEW_HEADER, new_records(times_ms(300), 8))}
@@ -105,7 +92,7 @@ def test_lost_bytes_cost_the_records_they_cut_and_are_said(layout: str, record: 
     start = len(header) + sum(map(len, records[:record])) + place
     data = header + b"".join(records)
     result = read(data[:start] + data[start + n_bytes :])
-    found = rules(result)
+    found = counts(result)
     assert "record_cut" in found or "packets_dropped" in found  # whole records that vanish show in t only
     assert 295 <= result.rows_kept < 300
     stamps = set(times_ms(300))
@@ -117,7 +104,7 @@ def test_lost_bytes_cost_the_records_they_cut_and_are_said(layout: str, record: 
 def test_a_cut_last_record_is_counted() -> None:
     result = read(old_log()[:-1])
     assert (result.refused, result.rows_kept, result.rows_rejected) == (False, 399, 1)
-    assert rules(result)["record_cut"] == 1
+    assert counts(result)["record_cut"] == 1
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -133,14 +120,14 @@ def test_a_reboot_is_a_segment_and_the_counter_wraps_on() -> None:
     wrapped = read(old_header() + b"".join(old_records(times_ms(200, start_ms=2**32 - 1000))))
     (part,) = wrapped.parts
     assert part.rate_hz == pytest.approx(100.0)
-    assert "time_wrapped" in rules(wrapped)
+    assert "time_wrapped" in counts(wrapped)
 
 
 def test_a_card_that_was_written_on_again_gives_two_parts() -> None:
     result = read(old_log(150) + old_log(100))
     assert (result.refused, result.rows_kept) == (False, 250)
     assert [(part.part, len(part.time_s)) for part in result.parts] == [("log", 150), ("log_2", 100)]
-    assert "header_repeated" in rules(result)
+    assert "header_repeated" in counts(result)
 
 
 @pytest.mark.parametrize(
@@ -162,7 +149,7 @@ def test_a_card_that_was_written_on_again_gives_two_parts() -> None:
 def test_a_header_that_describes_no_record_is_refused(header: bytes) -> None:
     result = read(header + b"".join(old_records(times_ms(50))))
     assert (result.format, result.refused) == ("minitaur_log", True)
-    assert "record_layout_unreadable" in rules(result)
+    assert "record_layout_unreadable" in counts(result)
 
 
 def test_records_shorter_than_the_header_says_are_refused_never_zero_rows() -> None:

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 
 from data_schema.errors import UsageError
-from ingest.model import ColumnDeclaration, Declarations, ReadFile, SignalPart
+from ingest.model import ColumnDeclaration, Declarations
 from ingest.read import read_file
 from tests.helpers.wording import says
 from tests.ingest import synthetic_plates as made
+from tests.ingest.reading import read, rules, values
 
 WRITERS: dict[str, tuple[Callable[[], bytes], float]] = {
     "opensim": (made.opensim, 300.0),
@@ -25,18 +26,6 @@ WRITERS: dict[str, tuple[Callable[[], bytes], float]] = {
 }
 COUNTED = ("opensim", "cortex_forces", "bioware", "qualisys_tsv")
 """Formats whose header says how many samples there are."""
-
-
-def read(data: bytes, declared: Declarations | None = None) -> ReadFile:
-    return read_file(data, declared or Declarations())
-
-
-def values(part: SignalPart) -> dict[str, np.ndarray]:
-    return {channel.name: channel.values for channel in part.channels}
-
-
-def rules(result: ReadFile) -> set[str]:
-    return {finding.rule for finding in result.findings}
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -172,8 +161,18 @@ def test_body_weights_are_no_newtons_unless_they_are_declared(data: bytes, unit:
     assert not read(data, Declarations(columns=said)).refused
 
 
-def test_a_rate_that_contradicts_the_time_is_refused() -> None:
-    result = read(made.bioware().replace(b"1000.000000", b"500.000000"))
+@pytest.mark.parametrize(
+    ("data", "rate_hz"),
+    [
+        (made.bioware().replace(b"1000.000000", b"500.000000"), None),
+        (made.forcedecks().replace(b"Frequency,500", b"Frequency,1000"), None),
+        (made.vicon().replace(b"\r\n100,,", b"\r\n200,,"), None),
+        (made.amti(), 1000.0),
+    ],
+    ids=["BioWare", "ForceDecks", "two sections of Nexus", "declared against NetForce"],
+)
+def test_a_rate_that_contradicts_the_time_or_the_header_is_refused(data: bytes, rate_hz: float | None) -> None:
+    result = read(data, Declarations(rate_hz=rate_hz))
     assert result.refused
     assert "rate_contradicts" in rules(result)
 
@@ -227,7 +226,6 @@ def test_a_last_frame_without_all_its_samples_is_a_file_cut_short() -> None:
 def test_sections_of_one_trial_must_agree() -> None:
     lines = made.vicon().splitlines(keepends=True)
     assert "frames_contradict" in rules(read(b"".join(lines[:-5])))
-    assert "rate_contradicts" in rules(read(made.vicon().replace(b"\r\n100,,", b"\r\n200,,")))
     disordered = [*lines[:20], *lines[30:40], *lines[20:30], *lines[40:]]
     assert "frames_disordered" in rules(read(b"".join(disordered)))
 
@@ -241,10 +239,6 @@ def test_the_tare_of_forcedecks_is_not_taken_off_again() -> None:
         assert (stored["force_z"] + stored["force_z_2"]).max() == pytest.approx(2 * made.LOAD_N, rel=0.01)
         assert part.start_utc == "2026-03-02T10:11:12.123456Z"
         assert "tare_applied" in rules(result)
-
-
-def test_forcedecks_with_another_rate_than_its_stamps_is_refused() -> None:
-    assert "rate_contradicts" in rules(read(made.forcedecks().replace(b"Frequency,500", b"Frequency,1000")))
 
 
 def test_runs_side_by_side_are_parts_of_their_own_length() -> None:
@@ -289,10 +283,6 @@ def test_netforce_without_a_header_is_read_once_instrument_and_rate_are_said() -
     result = read(data, Declarations(instrument="amti", rate_hz=100.0))
     assert (result.format, result.refused) == ("amti_text", False)
     assert {"force_z", "moment_y_2"} <= values(result.parts[0]).keys()
-
-
-def test_a_rate_that_contradicts_the_foreign_header_is_refused() -> None:
-    assert "rate_contradicts" in rules(read(made.amti(), Declarations(rate_hz=1000.0)))
 
 
 def test_a_force_that_is_negative_under_load_is_a_reaction_on_a_plate_with_z_down() -> None:

@@ -9,6 +9,7 @@ import pytest
 from ingest.model import ColumnDeclaration, Declarations, PackFacts, ReadFile
 from ingest.read import read_file
 from tests.helpers.wording import says
+from tests.ingest.reading import rules
 from tests.ingest.synthetic import SHEET
 
 
@@ -17,10 +18,6 @@ def read(text: str, declared: Declarations | None = None) -> ReadFile:
 
 
 WITH_PACK = Declarations(time_zone="America/New_York", packs=(PackFacts("A", 6600.0),))
-
-
-def rules(result: ReadFile) -> set[str]:
-    return {finding.rule for finding in result.findings}
 
 
 def test_labbooks_own_sheet() -> None:

@@ -5,20 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ingest.model import Declarations, ReadFile
-from ingest.read import read_file
+from tests.ingest.reading import counts, read
 from tests.ingest.synthetic import robot_log, robot_rows, text
 
 HEADER = "time [ms], height [m], leg_length [m], k_gain"
 DEBUG = [f"Acceleration: {value / 100:.2f}" for value in range(590, 640)]
-
-
-def read(data: bytes, **declared: str) -> ReadFile:
-    return read_file(data, Declarations(**declared))  # type: ignore[arg-type]
-
-
-def rules(result: ReadFile) -> dict[str, int]:
-    return {finding.rule: finding.count for finding in result.findings}
 
 
 @pytest.mark.parametrize("place", [0, 30, 60])
@@ -29,7 +20,7 @@ def test_debug_lines_are_counted_and_cost_no_row(place: int, last_newline: bool)
     result = read(data if last_newline else data.removesuffix(b"\n"))
     assert not result.refused
     assert (result.rows_read, result.rows_kept) == (60, 60)
-    assert rules(result)["debug_line"] == len(DEBUG)
+    assert counts(result)["debug_line"] == len(DEBUG)
     plain = read(robot_log(60))
     assert np.array_equal(result.parts[0].channels[0].values, plain.parts[0].channels[0].values)
 
@@ -38,14 +29,14 @@ def test_a_row_cut_anywhere_is_no_debug_line() -> None:
     rows = robot_rows(60)
     for length in range(1, len(rows[30])):
         result = read(text(HEADER, [*rows[:30], rows[30][:length], *rows[31:]]))
-        assert "debug_line" not in rules(result)
+        assert "debug_line" not in counts(result)
         assert result.rows_kept < 60 or "k_gain" in {channel.name for channel in result.parts[0].channels}
 
 
 def test_a_line_of_words_for_every_column_is_no_debug_line() -> None:
     rows = robot_rows(60)
     result = read(text(HEADER, [*rows[:30], "time: [s],height: [mm],leg: [mm],gain", *rows[30:]]))
-    assert "debug_line" not in rules(result)
+    assert "debug_line" not in counts(result)
 
 
 def test_a_table_of_states_keeps_rows_that_look_like_debug_lines() -> None:

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
 from ingest.timebase.clock_formats import DATE_FORMATS, iso_text, parse_stamp
+from tests.ingest.reading import rules
 from tests.ingest.synthetic import text
 
 day = datetime.fromisoformat
@@ -31,10 +32,6 @@ def seconds(result: ReadFile) -> list[float]:
     assert not result.refused, result.findings
     (part,) = result.parts
     return [round(float(value), 6) for value in part.time_s]
-
-
-def rules(result: ReadFile) -> set[str]:
-    return {finding.rule for finding in result.findings}
 
 
 @pytest.mark.parametrize(

@@ -13,6 +13,7 @@ from ingest.read import read_file
 from ingest.tables.table import Block
 from ingest.timebase.order import Order, put_in_order
 from tests.helpers.wording import says
+from tests.ingest.reading import rules
 
 
 def order(seconds: list[float]) -> tuple[Order, list[str]]:
@@ -58,7 +59,7 @@ def test_a_long_table_is_asked_for_the_column_that_parts_its_series(every: int, 
     assert [parts[f"trial_{name}"].channels[0].name for name in names] == [*names]
     assert set(parts["trial_foot_height"].channels[0].values) == {0.1}
     one = Declarations(trials="field", columns={"value": ColumnDeclaration("body_height", "m")})
-    assert "declared_column_absent" in {finding.rule for finding in read_file(data, one).findings}
+    assert "declared_column_absent" in rules(read_file(data, one))
 
 
 def test_series_have_the_units_beside_them() -> None:
@@ -76,7 +77,7 @@ def test_series_have_the_units_beside_them() -> None:
     assert channels["body_height"].values == pytest.approx(0.4 + 0.001 * np.arange(50))
     assert set(channels["battery_voltage"].values) == {15.4}
     other = data.replace(b"battery_voltage,15.4,V", b"battery_voltage,15400,mV", 1)
-    assert "cell_units_differ" in {finding.rule for finding in read_file(other, declared).findings}
+    assert "cell_units_differ" in rules(read_file(other, declared))
 
 
 def test_words_beside_a_known_channel_are_trials() -> None:
@@ -98,7 +99,7 @@ def test_series_of_clocks_of_their_own_are_asked_about(jitter_ms: int) -> None:
     columns = {"2": ColumnDeclaration("time", "ms"), "BODY": ColumnDeclaration("body_height", "m")}
     data = "\n".join([*rows, ""]).encode()
     mixed = read_file(data, Declarations(columns={**columns, "3": ColumnDeclaration("body_height", "m")}))
-    assert "series_interleaved" in {finding.rule for finding in mixed.findings}
+    assert "series_interleaved" in rules(mixed)
     result = read_file(data, Declarations(columns=columns, trials="1"))
     assert [(part.part, part.channels[0].name) for part in result.parts] == [
         ("trial_body", "body_height"),
@@ -109,10 +110,10 @@ def test_series_of_clocks_of_their_own_are_asked_about(jitter_ms: int) -> None:
         "\n".join([*alternating, ""]).encode(),
         Declarations(columns={**columns, "3": ColumnDeclaration("body_height", "m")}),
     )
-    assert "series_interleaved" not in {finding.rule for finding in one.findings}
+    assert "series_interleaved" not in rules(one)
 
 
 def test_words_beside_stamps_that_repeat_by_chance_part_no_series() -> None:
     rows = [f"{k // 2 / 100:.2f},{'stance' if k % 9 else 'flight'},0.4" for k in range(90)]
     result = read_file("\n".join(["time_s,state,height_m", *rows, ""]).encode(), Declarations())
-    assert "series_interleaved" not in {finding.rule for finding in result.findings}
+    assert "series_interleaved" not in rules(result)

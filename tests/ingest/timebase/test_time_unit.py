@@ -8,9 +8,10 @@ from datetime import datetime, timedelta
 import numpy as np
 import pytest
 
-from ingest.model import ColumnDeclaration, Declarations, Finding, ReadFile
+from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
 from tests.helpers.wording import says
+from tests.ingest.reading import refusal, rules
 from tests.ingest.synthetic import text
 
 FIRST_NS = 1_690_000_000_123_456_789
@@ -20,11 +21,6 @@ HEIGHTS = [f"{0.4 + 0.05 * np.sin(k / 15):.5f}" for k in range(600)]
 
 def read(header: str, rows: list[str], **declared: object) -> ReadFile:
     return read_file(text(header, rows), Declarations(**declared))  # type: ignore[arg-type]
-
-
-def refusal(result: ReadFile) -> Finding:
-    (found,) = [finding for finding in result.findings if finding.severity == "file"]
-    return found
 
 
 def of_rostopic(step_ns: int = 5_000_001) -> list[str]:
@@ -120,7 +116,7 @@ def test_long_integers_in_any_column_drop_no_row(first: int) -> None:
     assert (result.refused, result.rows_kept) == (False, 600)
     (channel,) = [channel for channel in result.parts[0].channels if channel.name == "id"]
     assert channel.values.tolist() == [float(first + k) for k in range(600)]
-    assert "digits_rounded" in {finding.rule for finding in result.findings}
+    assert "digits_rounded" in rules(result)
 
 
 def test_samples_are_counted_as_the_message_says_where_stamps_in_ns_are_not_the_time() -> None:
