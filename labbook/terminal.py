@@ -13,7 +13,8 @@ import shutil
 import sys
 import textwrap
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import fields, is_dataclass
+from contextvars import ContextVar
+from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
 from typing import Any
 
@@ -66,9 +67,48 @@ def printable_json(text: str) -> str:
     return _OBEYED.sub(lambda found: f"\\u{ord(found[0]):04x}", text)
 
 
+def listed(names: Sequence[str], most: int = 12) -> str:
+    """Return names in a row; of more than `most` these, and how many more there are."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
 def say(line: str, *, err: bool = False) -> None:
     """Print a line for people."""
     typer.echo(printable(line), err=err)
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """What a command answers: data for programs, lines for people, who see the data where there are none; exit code."""
+
+    data: object
+    lines: Sequence[str] | None = None
+    code: int = 0
+
+
+_FOR_PROGRAM = ContextVar("what is printed is for a program", default=False)
+
+
+def for_program() -> bool:
+    """Tell whether a program reads what is printed, for which nothing stands beside the JSON and nobody is asked."""
+    return _FOR_PROGRAM.get()
+
+
+def show(answer: Callable[[], Shown], as_json: bool) -> int:
+    """Have a command answer, print it for a program or for people, and return the exit code."""
+    before = _FOR_PROGRAM.set(as_json)
+    try:
+        shown = answer()
+    finally:
+        _FOR_PROGRAM.reset(before)
+    emit(shown.data, shown.lines or (), as_json or shown.lines is None)
+    return shown.code
+
+
+def with_files(data: Mapping[str, Any], lines: Sequence[str], files: Mapping[str, Path | None]) -> Shown:
+    """Answer with the files that were written beside it, too, by what they are."""
+    written = {name: str(path) for name, path in files.items() if path is not None}
+    return Shown({**data, **written}, [*lines, *written.values()])
 
 
 def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
@@ -81,14 +121,6 @@ def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
             typer.echo("\n".join(said))  # at once: a line each takes a second of a list of a hundred thousand
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-
-
-def emit_with_files(
-    data: dict[str, Any], lines: Sequence[str], files: Mapping[str, Path | None], as_json: bool
-) -> None:
-    """Print an answer, and the files that were written beside it, by what they are."""
-    written = {name: str(path) for name, path in files.items() if path is not None}
-    emit({**data, **written}, [*lines, *written.values()], as_json)
 
 
 NOT_IN_JSON = {"json": False}
@@ -117,14 +149,14 @@ def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
 
 
 @contextlib.contextmanager
-def progress(what: str, total: int | None, shown: bool) -> Iterator[Callable[[str], None]]:
+def progress(what: str, total: int | None, shown: bool = True) -> Iterator[Callable[[str], None]]:
     """Show a progress bar on the terminal while work goes on; yields the function that says one step is done."""
     with _bar(what, total, "", shown) as advance:
         yield lambda step: advance(1, step)
 
 
 @contextlib.contextmanager
-def counted(what: str, total: int, unit: str, shown: bool) -> Iterator[Callable[[int], None]]:
+def counted(what: str, total: int, unit: str, shown: bool = True) -> Iterator[Callable[[int], None]]:
     """Show on the terminal how much of many is done and when all will be.
 
     Yields the function that says how many more are; what it is told first was there before, and took no time.
@@ -136,7 +168,7 @@ def counted(what: str, total: int, unit: str, shown: bool) -> Iterator[Callable[
 @contextlib.contextmanager
 def _bar(what: str, total: int | None, unit: str, shown: bool) -> Iterator[Callable[[int, str], None]]:
     """Show a bar, or without a total that work goes on; yields the function that says how many more are, and which."""
-    if not shown or not sys.stderr.isatty():
+    if not shown or for_program() or not sys.stderr.isatty():
         yield lambda _more, _step: None
         return
     from rich.console import Console
@@ -164,4 +196,4 @@ def _bar(what: str, total: int | None, unit: str, shown: bool) -> Iterator[Calla
 
 def asking() -> bool:
     """Tell whether a person sits at the terminal and can be asked."""
-    return sys.stdin.isatty() and sys.stderr.isatty()
+    return not for_program() and sys.stdin.isatty() and sys.stderr.isatty()

@@ -1,13 +1,14 @@
 """Commands on the book as a whole: init, demo, backup, restore, merge, rebuild."""
 
 import contextlib
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption
-from labbook.terminal import emit, progress, say
+from labbook.cli.common import AsOption, BookOption, opened
+from labbook.terminal import Shown, for_program, progress, say
 
 if TYPE_CHECKING:
     from labbook.book.rebuilding import Place
@@ -18,16 +19,13 @@ def init(
     person: Annotated[str, typer.Option("--as", metavar="NAME", envvar="LABBOOK_AS", help="Who makes the book.")],
     database: Annotated[
         str | None,
-        typer.Option(
-            "--database", metavar="URL", help="An empty PostgreSQL database for the tables, for a shared book."
-        ),
+        typer.Option(metavar="URL", help="An empty PostgreSQL database for the tables, for a shared book."),
     ] = None,
     store: Annotated[
         Path | None,
-        typer.Option("--store", metavar="DIR", help="Where raw copies and journal lie, if not in the book."),
+        typer.Option(metavar="DIR", help="Where raw copies and journal lie, if not in the book."),
     ] = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Make a book: a folder with labbook.toml, its database, its journal and its store.
 
     An existing labbook.toml in the folder is used as it is; otherwise a commented one is written to be filled in.
@@ -40,33 +38,29 @@ def init(
     was_there = (folder / "labbook.toml").exists()
     if not make_book(folder, person, database, store):
         done = "nothing was made" if was_there else "labbook.toml was written as it last was"
-        emit({"book": str(folder.resolve())}, [f"{folder.resolve()} is a book already: {done}."], as_json)
-        return
-    emit(
+        return Shown({"book": str(folder.resolve())}, [f"{folder.resolve()} is a book already: {done}."])
+    return Shown(
         {"book": str(folder.resolve())},
         [
             f"made the book {folder.resolve()}.",
             f"Next: describe the study in {folder / 'labbook.toml'}, then `labbook plan`.",
             "Decide there under [analysis], before the first run is ingested, what will be compared and how.",
         ],
-        as_json,
     )
 
 
 def demo(
     folder: Annotated[Path, typer.Argument(help="An empty folder, or one that does not exist yet.")],
-    seed: Annotated[int, typer.Option("--seed", help="The same seed makes the same files.")] = 1,
+    seed: Annotated[int, typer.Option(help="The same seed makes the same files.")] = 1,
     full: Annotated[bool, typer.Option("--full", help="Write 12-minute logs (4.4 GB) instead of short ones.")] = False,
     study: Annotated[
         str | None,
         typer.Option(
-            "--study",
             metavar="NAME",
             help="A study: force-plate, characterisation, emulator, bed (as without it), compaction, field.",
         ),
     ] = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Make the demonstration: synthetic instruments' files, a book, everything ingested, and the report.
 
     The campaign is the thesis's chapter 5, of simulated jumps with known truth (truth.json, docs/demonstration.md), or
@@ -76,20 +70,22 @@ def demo(
     """
     from labbook.demo.running import new_folder, run_demo
 
+    def report(line: str) -> None:
+        if not for_program():
+            say(line)
+
     new_folder(folder)
     if study is not None:
-        _study_demo(folder, study, seed, full, as_json)
-        return
+        return _study_demo(folder, study, seed, full, report)
     from labbook.demo.campaign import make_campaign
     from labbook.demo.files import campaign_files
 
-    with progress("demonstration", None, shown=not as_json) as step:
-        files = campaign_files(make_campaign(seed), full=full)
-        done = run_demo(folder, files, step, lambda line: None if as_json else say(line))
-    emit(done, [f"the report: {done.page}"], as_json)
+    with progress("demonstration", None) as step:
+        done = run_demo(folder, campaign_files(make_campaign(seed), full=full), step, report)
+    return Shown(done, [f"the report: {done.page}"])
 
 
-def _study_demo(folder: Path, study: str, seed: int, full: bool, as_json: bool) -> None:
+def _study_demo(folder: Path, study: str, seed: int, full: bool, report: Callable[[str], None]) -> Shown:
     from data_schema.errors import UsageError, unknown_name
     from labbook.demo.studies.registry import STUDIES, make_study
 
@@ -97,10 +93,10 @@ def _study_demo(folder: Path, study: str, seed: int, full: bool, as_json: bool) 
         raise unknown_name("study with a demonstration", study, STUDIES)
     if full:
         raise UsageError("--full is about the logs of the demonstration without --study: leave one of the two out.")
-    with progress("demonstration", None, shown=not as_json) as step:
-        command = make_study(study, folder, seed, step, lambda line: None if as_json else say(line))
+    with progress("demonstration", None) as step:
+        command = make_study(study, folder, seed, step, report)
     truth = str(folder / "truth.json")
-    emit({"folder": str(folder), "truth": truth, "next": command}, [f"the truth: {truth}", f"Next: {command}"], as_json)
+    return Shown({"folder": str(folder), "truth": truth, "next": command}, [f"the truth: {truth}", f"Next: {command}"])
 
 
 def backup(
@@ -108,8 +104,7 @@ def backup(
         Path, typer.Argument(metavar="DEST", help="A folder for this book's backup, best on another disk.")
     ],
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Copy the journal, the raw copies and labbook.toml to DEST; the next time only what is new.
 
     Every copy is read again and compared with its hash. Others may go on writing to the book. The database is made anew
@@ -120,9 +115,7 @@ def backup(
     from labbook.book.copies.backing_up import back_up
     from labbook.book.opening import find_folder
 
-    done = back_up(
-        find_folder(book or Path.cwd()), destination, lambda total: progress("backing up", total, shown=not as_json)
-    )
+    done = back_up(find_folder(book or Path.cwd()), destination, lambda total: progress("backing up", total))
     raw = done.raw
     lines = [
         f"backup in {done.last.where}: {done.last.entries} entries and {raw.raw_copies} raw copies; {raw.written} "
@@ -130,7 +123,7 @@ def backup(
     ]
     if raw.replaced:
         lines.append(f"{raw.replaced} of them {'were' if raw.replaced > 1 else 'was'} damaged in the backup.")
-    emit(done, [*lines, *done.remarks], as_json)
+    return Shown(done, [*lines, *done.remarks])
 
 
 def restore(
@@ -138,13 +131,12 @@ def restore(
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the book; empty, or not there.")],
     database: Annotated[
         str | None,
-        typer.Option("--database", metavar="URL", help="The empty PostgreSQL database that the book is to have."),
+        typer.Option(metavar="URL", help="The empty PostgreSQL database that the book is to have."),
     ] = None,
     sqlite: Annotated[
         bool, typer.Option("--sqlite", help="Make labbook.db in DIR, of a book that was on PostgreSQL.")
     ] = False,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Make the book of a backup: copy and compare everything, make the database anew, check all of it.
 
     Cut off, the same command goes on where it was. Pages of reports are not in a backup: `labbook report` makes them.
@@ -154,7 +146,7 @@ def restore(
     from labbook.actions.upkeep.restoring import restore as restore_book
 
     place = _place(database, sqlite)
-    with progress("restoring", None, shown=not as_json) as step:
+    with progress("restoring", None) as step:
         done = restore_book(source, folder, place, step, lambda _total: contextlib.nullcontext(step))
     lines = [
         f"the book of {source} is restored in {done.folder}: {done.entries} entries, {done.raw.raw_copies} raw copies; "
@@ -164,7 +156,7 @@ def restore(
     if done.moved:
         where = "in the book" if database is None else "in the database given"
         lines.append(f"its labbook.toml says now that the store is in the book, and the tables are {where}.")
-    emit(done, lines, as_json)
+    return Shown(done, lines)
 
 
 def _place(database: str | None, sqlite: bool) -> "Place | None":
@@ -182,8 +174,7 @@ def merge(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Show what would come, and write nothing.")] = False,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Bring in what another book of the same study says beyond this one, all of it or nothing.
 
     What follows the common beginning of both is added, each statement with its own time and person. What both books
@@ -193,7 +184,6 @@ def merge(
     Example: labbook merge /media/laptop/book --dry-run
     """
     from labbook.actions.upkeep.merging import merge as bring_in
-    from labbook.book.opening import opened
 
     with opened(book) as opened_book:
         done = bring_in(opened_book, other, person, dry_run=dry_run)
@@ -208,9 +198,7 @@ def merge(
         had = _counted(done.there_already, "entry", "entries")
         lines.append(f"this book had already {had} of those after the first {done.common}, which both share.")
     lines += [f"in the way: {sentence}" for sentence in done.conflicts]
-    emit(done, lines, as_json)
-    if done.conflicts:
-        raise typer.Exit(1)
+    return Shown(done, lines, 1 if done.conflicts else 0)
 
 
 def _counted(number: int, one: str, several: str) -> str:
@@ -221,12 +209,11 @@ def rebuild(
     journal: Annotated[bool, typer.Option("--journal", help="Write journal.jsonl from the database instead.")] = False,
     database: Annotated[
         str | None,
-        typer.Option("--database", metavar="URL", help="Make the tables in this PostgreSQL database from now on."),
+        typer.Option(metavar="URL", help="Make the tables in this PostgreSQL database from now on."),
     ] = None,
     sqlite: Annotated[bool, typer.Option("--sqlite", help="Make labbook.db in the book from now on.")] = False,
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Make the database anew from the raw copies and the journal; the old one is kept beside it.
 
     With --database or --sqlite the book moves to the other kind of database, and its labbook.toml says so.
@@ -243,9 +230,8 @@ def rebuild(
         if place is not None:
             raise UsageError("--journal writes no database: leave --database and --sqlite out.")
         count = rewrite_journal(folder)
-        emit({"entries": count}, [f"journal.jsonl written anew: {count} entries."], as_json)
-        return
-    with progress("rebuilding", None, shown=not as_json) as step:
+        return Shown({"entries": count}, [f"journal.jsonl written anew: {count} entries."])
+    with progress("rebuilding", None) as step:
         done = rebuild_database(folder, step, place)
     old_database = f"the old database is kept as {done.old}" if done.old else "there was no old database"
-    emit(done, [f"rebuilt from {done.entries} entries; {old_database}.", *done.sentences], as_json)
+    return Shown(done, [f"rebuilt from {done.entries} entries; {old_database}.", *done.sentences])

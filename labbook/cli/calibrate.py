@@ -6,24 +6,23 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import BookOption, JsonOption, WhereOption, options_given
-from labbook.terminal import columns, emit_with_files, progress, within_width
+from labbook.cli.common import BookOption, WhereOption, opened, options_given
+from labbook.terminal import Shown, columns, progress, with_files, within_width
 
 
 def calibrate(
     context: typer.Context,
     fit: Annotated[
         list[str] | None,
-        typer.Option("--fit", metavar="NAME", help="A parameter to fit, again for each. [default: kg_scale, bg_scale]"),
+        typer.Option(metavar="NAME", help="A parameter to fit, again for each. [default: kg_scale, bg_scale]"),
     ] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="Write the scene with what was fitted: a .toml file.")
+        Path | None, typer.Option(metavar="FILE", help="Write the scene with what was fitted: a .toml file.")
     ] = None,
-    level: Annotated[float, typer.Option("--level", help="Level of the intervals.")] = 0.95,
+    level: Annotated[float, typer.Option(help="Level of the intervals.")] = 0.95,
     where: WhereOption = None,
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Fit parameters of the simulated ground to the joules and apex heights that the book measured.
 
     The scene is that of [simulation] in labbook.toml, simulated for each condition as it was run. Beside each value
@@ -39,7 +38,6 @@ def calibrate(
     from data_schema.errors import UsageError
     from labbook.actions.report_command import selection
     from labbook.actions.simulate.calibrating import calibrate_book
-    from labbook.book.opening import opened
     from labbook.presenting.simulation.calibrated import HEAD, as_data, how_to_use, rows, sentences
     from simulator.scene_file import write_scene
 
@@ -51,7 +49,7 @@ def calibrate(
         raise UsageError(f"there is no folder {out.absolute().parent}: make it, or name another for --out.")
     with opened(book) as opened_book:
         text = selection(opened_book.configuration, where, context.args, options_given(context))
-        with progress("calibrate", None, shown=not as_json) as step:
+        with progress("calibrate", None) as step:
             found = calibrate_book(opened_book, text, fit or [], level, step)
         folder = opened_book.folder.resolve()
     if out is not None:
@@ -59,6 +57,5 @@ def calibrate(
     use = []
     if out is not None:  # labbook.toml says where a scene is from its own folder
         use.append(how_to_use(found.calibration, Path(os.path.relpath(out.resolve(), folder)).as_posix()))
-    table = [] if as_json else columns(HEAD, rows(found.calibration))
-    lines = [*table, "", *within_width(sentences(found.calibration)), *use]
-    emit_with_files(as_data(found.calibration), lines, {"scene": out}, as_json)
+    lines = [*columns(HEAD, rows(found.calibration)), "", *within_width(sentences(found.calibration)), *use]
+    return with_files(as_data(found.calibration), lines, {"scene": out})

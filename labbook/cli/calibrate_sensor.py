@@ -5,25 +5,19 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import JsonOption
-from labbook.terminal import columns, emit
+from labbook.terminal import Shown, columns
 
 
 def calibrate_sensor(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="A log in which the sensor rests at each known value.")],
-    column: Annotated[str, typer.Option("--column", metavar="COLUMN", help="The sensor's column.")],
-    points: Annotated[
-        str, typer.Option("--points", metavar="VALUES", help="The known values in order of time: 0.2,0.4,0.6.")
-    ],
-    unit: Annotated[str, typer.Option("--unit", help="The unit of the known values.")] = "m",
-    channel: Annotated[str, typer.Option("--channel", help="What it measures (`labbook channels`).")] = "body_height",
-    time: Annotated[
-        str | None, typer.Option("--time", metavar="COLUMN:UNIT", help="The time column and its unit: t:ms.")
-    ] = None,
-    rate: Annotated[float | None, typer.Option("--rate", help="Samples a second, where the file has no time.")] = None,
-    source: Annotated[str | None, typer.Option("--source", help="How the values are known: a ruler, page 12.")] = None,
-    as_json: JsonOption = False,
-) -> None:
+    column: Annotated[str, typer.Option(metavar="COLUMN", help="The sensor's column.")],
+    points: Annotated[str, typer.Option(metavar="VALUES", help="The known values in order of time: 0.2,0.4,0.6.")],
+    unit: Annotated[str, typer.Option(help="The unit of the known values.")] = "m",
+    channel: Annotated[str, typer.Option(help="What it measures (`labbook channels`).")] = "body_height",
+    time: Annotated[str | None, typer.Option(metavar="COLUMN:UNIT", help="The time column and its unit: t:ms.")] = None,
+    rate: Annotated[float | None, typer.Option(help="Samples a second, where the file has no time.")] = None,
+    source: Annotated[str | None, typer.Option(help="How the values are known: a ruler, page 12.")] = None,
+) -> Shown:
     """Fit scale and offset of a sensor to a log in which it was held still at known values, one after the other.
 
     Hold it for a second or longer at each; two values give a line, three or more its standard error. Put the printed
@@ -54,4 +48,4 @@ def calibrate_sensor(
     line = f"{found.calibration.sentence(found.column, found.channel, found.unit)}."
     if found.n_rests > len(known):
         line += f" It rests {found.n_rests} times: the {len(known)} longest are taken."
-    emit(found, [line, *columns(head, rows), "", "for [profiles.NAME.columns]:", found.profile()], as_json)
+    return Shown(found, [line, *columns(head, rows), "", "for [profiles.NAME.columns]:", found.profile()])

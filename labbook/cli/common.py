@@ -1,4 +1,4 @@
-"""The options that commands share. Light, because every command loads it."""
+"""The options that commands share, and how what a command returns is shown. Light, because every command loads it."""
 
 from __future__ import annotations
 
@@ -6,13 +6,14 @@ import contextlib
 import functools
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass
 from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from labbook.terminal import emit
+from labbook.terminal import Shown, show
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -29,7 +30,7 @@ AsOption = Annotated[
         "--as", metavar="NAME", envvar="LABBOOK_AS", help="Who states this: a name or initials that labbook.toml lists."
     ),
 ]
-JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for programs.")]
+_JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for programs.")]
 
 
 class Fold(StrEnum):
@@ -53,10 +54,17 @@ MaybeWhyOption = Annotated[str | None, typer.Option("--why", "--reason", help="W
 
 
 @contextlib.contextmanager
+def opened(folder: Path | None) -> Iterator[Book]:
+    """Open a book."""
+    from labbook.book.opening import opened as open_book
+
+    with open_book(folder) as book:
+        yield book
+
+
+@contextlib.contextmanager
 def reading(folder: Path | None) -> Iterator[tuple[Book, sa.Connection]]:
     """Open a book and read from it."""
-    from labbook.book.opening import opened
-
     with opened(folder) as book, book.reading() as connection:
         yield book, connection
 
@@ -64,58 +72,54 @@ def reading(folder: Path | None) -> Iterator[tuple[Book, sa.Connection]]:
 @contextlib.contextmanager
 def stating(folder: Path | None, person: str | None) -> Iterator[tuple[Book, WriteSession]]:
     """Open a book and state something in it, all or nothing."""
-    from labbook.book.opening import opened
-
     with opened(folder) as book, book.session(person) as session:
         yield book, session
 
 
-def tell(data: Mapping[str, Any], said: Sequence[str], as_json: bool) -> None:
-    """Print what was stated, and of `data` how the runs do now (`rig`), what became `stale`, and `remarks`."""
+def tell(data: Mapping[str, Any], said: Sequence[str]) -> Shown:
+    """Answer what was stated, and of `data` how the runs do now (`rig`), what became `stale`, and `remarks`."""
     from labbook.actions.upkeep.stale import stale_lines
 
     stale = data.get("stale")
     remarks = [f"look again: {getattr(remark, 'message', remark)}" for remark in data.get("remarks", ())]
-    emit(data, [*said, *data.get("rig", ()), *(stale_lines(stale) if stale else ()), *remarks], as_json)
+    return Shown(data, [*said, *data.get("rig", ()), *(stale_lines(stale) if stale else ()), *remarks])
 
 
-def tell_statement(
-    folder: Path | None,
-    person: str | None,
-    make: Callable[[WriteSession], str],
-    data: Mapping[str, Any],
-    as_json: bool,
-) -> None:
-    """Make one statement, and print its message and what became stale."""
+def tell_statement(folder: Path | None, person: str | None, make: Callable[[WriteSession], str], **data: Any) -> Shown:
+    """Make one statement, and answer its message and what became stale."""
     with stating(folder, person) as (_book, session):
         said = make(session)
         stale = session.stale
-    tell({**data, "said": said, "stale": stale}, [said], as_json)
+    return tell({**data, "said": said, "stale": stale}, [said])
 
 
-def with_options(parameter: str, options: Mapping[str, tuple[Any, Any]]) -> Callable[[Callable[..., Any]], Any]:
-    """Let a command take `options`, each an annotation and a default, where its function has one dict of them."""
+def as_command(own: Callable[..., Shown]) -> Callable[..., int]:
+    """Return the command of a function: it takes --json, and the options that dataclasses among its parameters
+    declare; it shows what the function returns, and returns the exit code.
+    """
+    parameters = inspect.signature(own).parameters
+    declared: dict[str, Any] = {
+        name: one.annotation for name, one in parameters.items() if is_dataclass(one.annotation)
+    }
+    every: dict[str, inspect.Parameter] = {}
+    for name, one in parameters.items():
+        every |= inspect.signature(declared[name]).parameters if name in declared else {name: one}
+    every["as_json"] = inspect.Parameter(
+        "as_json", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=_JsonOption
+    )
 
-    def decorated(own: Callable[..., Any]) -> Callable[..., Any]:
-        @functools.wraps(own)
-        def run(**given: Any) -> Any:
-            taken = {name: given.pop(name) for name in options}
-            return own(**given, **{parameter: taken})
+    @functools.wraps(own)
+    def run(**given: Any) -> int:
+        as_json = given.pop("as_json")
+        for name, kind in declared.items():
+            given[name] = kind(**{one.name: given.pop(one.name) for one in fields(kind)})
+        return show(functools.partial(own, **given), as_json)
 
-        every: list[inspect.Parameter] = []
-        for one in inspect.signature(own).parameters.values():
-            if one.name == parameter:
-                every += [
-                    inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default, annotation=kind)
-                    for name, (kind, default) in options.items()
-                ]
-            else:
-                every.append(one.replace(kind=inspect.Parameter.KEYWORD_ONLY))
-        run.__signature__ = inspect.Signature(every)  # type: ignore[attr-defined]
-        run.__annotations__ = {one.name: one.annotation for one in every}
-        return run
-
-    return decorated
+    run.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
+        [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in every.values()]
+    )
+    run.__annotations__ = {name: one.annotation for name, one in every.items()}
+    return run
 
 
 def options_given(context: typer.Context) -> dict[str, object]:

@@ -6,8 +6,8 @@ from typing import Annotated
 import typer
 
 from data_schema.errors import BookDamaged
-from labbook.cli.common import BookOption, JsonOption
-from labbook.terminal import columns, emit, progress
+from labbook.cli.common import BookOption, opened
+from labbook.terminal import Shown, columns, progress
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -19,8 +19,7 @@ def prune_command(
     ] = None,
     yes: Annotated[bool, typer.Option("--yes", help="Remove them; without, they are only listed.")] = False,
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """List what nothing needs: old databases, files of commands that were cut off, results that no report shows.
 
     Never a raw copy that a row or the journal speaks of. Files written to within an hour are left out. What was set
@@ -29,11 +28,10 @@ def prune_command(
     Example: labbook db prune --yes
     """
     from labbook.actions.upkeep.pruning import leftovers, named, prune
-    from labbook.book.opening import opened
 
     with opened(book) as opened_book:
         if yes:
-            found = prune(opened_book, names or (), lambda total: progress("checking", total, shown=not as_json))
+            found = prune(opened_book, names or (), lambda total: progress("checking", total))
         else:
             with opened_book.reading() as connection:
                 found = named(leftovers(opened_book, connection), names or ())
@@ -45,11 +43,11 @@ def prune_command(
         lines.append(f"{len(found)} removed.")
     else:
         lines.append("nothing was removed: --yes removes all of these, names before it only those.")
-    emit({"removed": yes, "leftovers": found}, lines, as_json)
+    return Shown({"removed": yes, "leftovers": found}, lines)
 
 
 @app.command("status")
-def status_command(book: BookOption = None, as_json: JsonOption = False) -> None:
+def status_command(book: BookOption = None) -> Shown:
     """Show the database's schema number and its rows by table, and when the last backup was made.
 
     Example: labbook db status
@@ -70,7 +68,7 @@ def status_command(book: BookOption = None, as_json: JsonOption = False) -> None
     found = {"database": shown(engine), "schema": schema, "rows": rows, "last_backup": last}
     lines = [f"{found['database']}: schema {schema}, this labbook works with schema {SCHEMA}."]
     lines += [f"  {name}: {count}" for name, count in rows.items() if count]
-    emit(found, [*lines, backup_line(last, rows.get("journal", 0))], as_json)
+    return Shown(found, [*lines, backup_line(last, rows.get("journal", 0))])
 
 
 @app.command("check")
@@ -79,8 +77,7 @@ def check_command(
         bool, typer.Option("--deep", help="Compare every row with what the raw copies and the journal give.")
     ] = False,
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Read everything that the book rests on and say whether it is whole; exit code 3 where it is not.
 
     Rows that do not fit their hashes are named, with what should stand there and the reports that rest on them; so are
@@ -116,6 +113,4 @@ def check_command(
         what = f"{len(found.orphans)} files in the store belong" if several else "1 file in the store belongs"
         lines.append(f"{what} to nothing and {'do' if several else 'does'} no harm:")
         lines += [f"  {path}" for path in found.orphans]
-    emit(found, lines, as_json)
-    if not found.whole:
-        raise typer.Exit(BookDamaged.exit_code)
+    return Shown(found, lines, BookDamaged.exit_code if not found.whole else 0)

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import asdict
-from datetime import date
 from typing import Any
 
 import typer
@@ -13,7 +12,9 @@ import typer
 from data_schema.errors import UsageError
 from data_schema.vocabulary import Severity
 from labbook.actions.files.ingesting import FileOutcome
+from labbook.cli.declaring import Declared
 from labbook.config.checks import check_profile
+from labbook.config.local_time import date_named
 from labbook.config.model import ProfileSettings
 from labbook.config.profiles import calibration_in, check_unit, declared_channel
 from labbook.config.reading import read_model
@@ -36,31 +37,31 @@ _AS_GIVEN = ("format", "profile", "instrument", "override_units", "complete", "n
 """Options that the journal stores as they are written on the command line."""
 
 
-def declared_options(given: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the options of `declaring` that were given, as the journal stores them.
+def declared_options(given: Declared) -> dict[str, Any]:
+    """Return the options that were given, as the journal stores them.
 
     Raises `UsageError` for an option that has no meaning.
     """
-    options = _as_profile({option: given[option] for option in _KEYS if given[option] is not None})
-    if given["encoding"] is not None:
+    options = _as_profile({name: value for name in _KEYS if (value := getattr(given, name)) is not None})
+    if given.encoding is not None:
         try:
-            "".encode(given["encoding"])
+            "".encode(given.encoding)
         except LookupError:
-            raise UsageError(f"--encoding {given['encoding']!r} is not known: give for example cp1252.") from None
-        options["encoding"] = given["encoding"]
+            raise UsageError(f"--encoding {given.encoding!r} is not known: give for example cp1252.") from None
+        options["encoding"] = given.encoding
     declared: dict[str, dict[str, Any]] = {}
-    for text in given["column"] or ():
+    for text in given.column or ():
         name, column = _column(text)
         declared[name] = column
-    for text in given["unit"] or ():
+    for text in given.unit or ():
         name, unit = _pair("--unit", text, "COLUMN=UNIT")
         check_unit(unit, None)
         declared.setdefault(name, {"channel": None})["unit"] = unit
     if declared:
         options["columns"] = declared
-    if given["day"] is not None:
-        options["day"] = _day(given["day"])
-    return options | {name: given[name] for name in _AS_GIVEN if given[name]}
+    if given.day is not None:
+        options["day"] = date_named("--day", given.day)
+    return options | {name: value for name in _AS_GIVEN if (value := getattr(given, name))}
 
 
 def _as_profile(given: Mapping[str, Any]) -> dict[str, Any]:
@@ -75,13 +76,6 @@ def _as_profile(given: Mapping[str, Any]) -> dict[str, Any]:
         option = next(option for option, name in _KEYS.items() if name == key.strip("."))
         raise UsageError(f"--{option}: {sentence}")
     return profile.settings
-
-
-def _day(text: str) -> str:
-    try:
-        return str(date.fromisoformat(text))
-    except ValueError:
-        raise UsageError(f"--day {text!r} is no date: write one such as 2024-03-04.") from None
 
 
 def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] | None:

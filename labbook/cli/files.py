@@ -8,15 +8,14 @@ from data_schema.errors import UsageError
 from labbook.cli.common import (
     AsOption,
     BookOption,
-    JsonOption,
     MaybeWhyOption,
     WhyOption,
+    opened,
     reading,
     tell_statement,
-    with_options,
 )
-from labbook.cli.declaring import DECLARED
-from labbook.terminal import columns, emit, progress
+from labbook.cli.declaring import Declared
+from labbook.terminal import Shown, columns, for_program, progress
 
 if TYPE_CHECKING:
     from labbook.actions.files.rereading import Reread
@@ -29,7 +28,7 @@ NameArgument = Annotated[
 
 
 @app.command("list")
-def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
+def list_command(book: BookOption = None) -> Shown:
     """List the files of the book, how they were read, and which wait or are withdrawn.
 
     Example: labbook files list
@@ -37,12 +36,14 @@ def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
     from labbook.actions.files.stored_files import list_cells, list_files
 
     with reading(book) as (_opened_book, connection):
-        found, (head, rows) = (list_files(connection), ((), [])) if as_json else ([], list_cells(connection))
-    emit(found, columns(head, rows) if rows else ["no files."], as_json)
+        if for_program():
+            return Shown(list_files(connection))
+        head, rows = list_cells(connection)
+    return Shown(None, columns(head, rows) if rows else ["no files."])
 
 
 @app.command("show")
-def show_command(name: NameArgument, book: BookOption = None, as_json: JsonOption = False) -> None:
+def show_command(name: NameArgument, book: BookOption = None) -> Shown:
     """Show how a file was read, each time: by whom, with what declared, and what came of it.
 
     Example: labbook files show r007.csv
@@ -51,11 +52,10 @@ def show_command(name: NameArgument, book: BookOption = None, as_json: JsonOptio
 
     with reading(book) as (_opened_book, connection):
         found = show_file(connection, name)
-    emit(found, show_lines(found), as_json)
+    return Shown(found, show_lines(found))
 
 
 @app.command("reread")
-@with_options("declared", DECLARED)
 def reread_command(
     names: Annotated[
         list[str] | None,
@@ -65,7 +65,7 @@ def reread_command(
         bool, typer.Option("--all", help="All files that labbook.toml would have read otherwise now.")
     ] = False,
     *,
-    declared: dict[str, Any],
+    declared: Declared,
     nothing: Annotated[
         bool, typer.Option("--nothing-declared", help="Take back what was declared about the files before.")
     ] = False,
@@ -73,8 +73,7 @@ def reread_command(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would change; store nothing.")] = False,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Read the kept copies of files again: with what was declared about them, and what is declared here.
 
     Today's labbook.toml holds. What changes and what becomes stale is said; a reading that is refused
@@ -85,7 +84,6 @@ def reread_command(
     from labbook.actions.files.named_files import file_named
     from labbook.actions.files.rereading import RereadRequest, reread_lines
     from labbook.actions.files.stored_files import files_to_reread, reread_named
-    from labbook.book.opening import opened
     from labbook.book.write_session import new_uid
     from labbook.cli.file_options import declared_options
 
@@ -99,7 +97,7 @@ def reread_command(
         if not dry_run:
             opened_book.speaker(person)
         if every:
-            with progress("comparing", None, shown=not as_json) as step:
+            with progress("comparing", None) as step:
                 uids = [row.file_uid or "" for row in files_to_reread(opened_book, step)]
         else:  # a name that means no file is refused before one is read
             with opened_book.reading() as connection:
@@ -113,9 +111,11 @@ def reread_command(
     lines = [
         line for item in done for line in (f"{item.name}:", *(f"  {x}" for x in reread_lines(item, dry_run=dry_run)))
     ]
-    emit([_reread_json(item) for item in done], lines or ["no file would be read otherwise."], as_json)
-    if any(item.read.refused for item in done):
-        raise typer.Exit(2)
+    return Shown(
+        [_reread_json(item) for item in done],
+        lines or ["no file would be read otherwise."],
+        2 if any(item.read.refused for item in done) else 0,
+    )
 
 
 def _reread_json(done: "Reread") -> dict[str, Any]:
@@ -141,15 +141,14 @@ def withdraw_command(
     why: WhyOption,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Take a file out of use: no number uses it, nothing is deleted, and the same bytes coming again are named.
 
     Example: labbook files withdraw r007.csv --why "the log of another robot"
     """
     from labbook.actions.files.stored_files import withdraw
 
-    tell_statement(book, person, lambda session: withdraw(session, name, why), {"file": name, "why": why}, as_json)
+    return tell_statement(book, person, lambda session: withdraw(session, name, why), file=name, why=why)
 
 
 @app.command("restore")
@@ -158,12 +157,11 @@ def restore_command(
     why: MaybeWhyOption = None,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Take a withdrawn file into use again, as it was read.
 
     Example: labbook files restore r007.csv
     """
     from labbook.actions.files.stored_files import restore
 
-    tell_statement(book, person, lambda session: restore(session, name, why), {"file": name, "why": why}, as_json)
+    return tell_statement(book, person, lambda session: restore(session, name, why), file=name, why=why)

@@ -10,17 +10,17 @@ if TYPE_CHECKING:
     from labbook.book.opening import Book
 
 from data_schema.errors import UsageError
-from labbook.cli.common import AsOption, BookOption, JsonOption, with_options
-from labbook.cli.declaring import DECLARED
-from labbook.terminal import asking, emit, progress, say
+from data_schema.vocabulary import IngestStatus
+from labbook.cli.common import AsOption, BookOption, opened
+from labbook.cli.declaring import Declared
+from labbook.terminal import Shown, asking, emit, for_program, progress, say
 
 
-@with_options("declared", DECLARED)
 def ingest(
     paths: Annotated[list[Path], typer.Argument(metavar="FILE...", help="Files, or folders of files.")],
-    run: Annotated[str | None, typer.Option("--run", help="The run that the file belongs to.")] = None,
+    run: Annotated[str | None, typer.Option(help="The run that the file belongs to.")] = None,
     *,
-    declared: dict[str, Any],
+    declared: Declared,
     explain: Annotated[
         bool, typer.Option("--explain", help="Say how each file would be read, and why; store nothing.")
     ] = False,
@@ -37,8 +37,7 @@ def ingest(
     verbose: Annotated[bool, typer.Option("--verbose", help="Of many files, list also those in order.")] = False,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Ingest files: a byte-exact copy, its samples and charges, and everything that the checks found.
 
     The same bytes again change nothing, unless other things are declared about them: then the kept copy is read again,
@@ -58,7 +57,6 @@ def ingest(
     )
     from labbook.actions.files.named_files import files_of
     from labbook.actions.runs.rig_line import MissingHeight, RigLine, missing_heights, rig_lines_of
-    from labbook.book.opening import opened
     from labbook.book.write_session import new_uid
     from labbook.cli.file_options import ask_for, declared_options
     from labbook.cli.ingest_lines import Batch, batch_lines, outcome_json
@@ -75,10 +73,8 @@ def ingest(
             if meant.skipped:
                 say(meant.skipped_line, err=True)
             if draft_profile:
-                _draft(opened_book, files, options, out, as_json)
-            else:
-                _explain(opened_book, meant.names, options, run, as_json)
-        return
+                return _draft(opened_book, files, options, out)
+            return _explain(opened_book, meant.names, options, run)
     outcomes: list[FileOutcome] = []
     rig: list[list[RigLine]] = []
     heights: list[MissingHeight | None] = []
@@ -94,7 +90,7 @@ def ingest(
             with progress("ingesting", len(files), shown=many) as step:
                 for path in files:
                     outcome = take(opened_book, path, IngestRequest(run, options, dry_run, person, batch, again))
-                    if asking() and not as_json and not many:
+                    if asking() and not many:
                         answered = ask_for(outcome, options)
                         if answered is not None:
                             outcome = take(opened_book, path, IngestRequest(run, answered, dry_run, person))
@@ -103,19 +99,17 @@ def ingest(
             rig = rig_lines_of(opened_book, outcomes)
             heights = missing_heights(opened_book, outcomes)
         finally:  # finished files are printed, also where Ctrl-C or a full disk stopped the others
-            if outcomes and not as_json:
+            if outcomes and not for_program():
                 n = len(outcomes)
                 done = Batch(outcomes, rig or [[]] * n, heights or [None] * n, run, dry_run, meant.skipped_line)
                 emit(None, batch_lines(done, verbose=verbose), as_json=False)
-    if as_json:
-        if meant.skipped:
-            say(meant.skipped_line, err=True)
-        emit([outcome_json(*both) for both in zip(outcomes, rig, heights, strict=True)], [], as_json=True)
-    if any(outcome.status == "refused" for outcome in outcomes):
-        raise typer.Exit(2)
+    if for_program() and meant.skipped:
+        say(meant.skipped_line, err=True)
+    data = [outcome_json(*both) for both in zip(outcomes, rig, heights, strict=True)] if for_program() else None
+    return Shown(data, (), 2 if any(outcome.status is IngestStatus.REFUSED for outcome in outcomes) else 0)
 
 
-def _explain(book: "Book", names: dict[Path, str], options: dict[str, Any], run: str | None, as_json: bool) -> None:
+def _explain(book: "Book", names: dict[Path, str], options: dict[str, Any], run: str | None) -> Shown:
     """Print how files would be read."""
     from labbook.actions.files.explaining import explain_file
     from labbook.cli.ingest_lines import explained_lines
@@ -124,12 +118,14 @@ def _explain(book: "Book", names: dict[Path, str], options: dict[str, Any], run:
         replace(explain_file(book, path, options, run, alone=len(names) == 1), file=name)
         for path, name in names.items()
     ]
-    emit(explained, [line for each in explained for line in explained_lines(each)], as_json)
-    if any(each.refused for each in explained):
-        raise typer.Exit(2)
+    return Shown(
+        explained,
+        [line for each in explained for line in explained_lines(each)],
+        2 if any(each.refused for each in explained) else 0,
+    )
 
 
-def _draft(book: "Book", files: list[Path], options: dict[str, Any], out: Path | None, as_json: bool) -> None:
+def _draft(book: "Book", files: list[Path], options: dict[str, Any], out: Path | None) -> Shown:
     """Print the drafted profiles of files, or write them to the new file `out`."""
     from labbook.actions.files.explaining import draft_profile, write_drafts
 
@@ -138,4 +134,4 @@ def _draft(book: "Book", files: list[Path], options: dict[str, Any], out: Path |
     if out is not None:
         write_drafts(drafts, out)
         lines = [f"wrote {out}: correct it, then put it into labbook.toml."]
-    emit(drafts, lines, as_json)
+    return Shown(drafts, lines)

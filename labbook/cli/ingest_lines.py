@@ -16,7 +16,7 @@ from ingest.model import ColumnUse, Finding, ReadFile, TableUse
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.files.rereading import OUTDATED
 from labbook.actions.runs.rig_line import MissingHeight, RigLine, missing_height_lines
-from labbook.terminal import columns
+from labbook.terminal import columns, listed
 
 if TYPE_CHECKING:
     from labbook.actions.files.explaining import Explained, PartStored
@@ -135,8 +135,7 @@ def finding_lines(findings: Sequence[Finding]) -> list[str]:
 def _finding_line(same: Sequence[Finding]) -> str:
     first = same[0]
     columns = list(dict.fromkeys(repr(finding.column) for finding in same if finding.column is not None))
-    more = f" and {len(columns) - _MOST_COLUMNS} more" if len(columns) > _MOST_COLUMNS else ""
-    column = f"column{'' if len(columns) == 1 else 's'} {', '.join(columns[:_MOST_COLUMNS])}{more}" if columns else ""
+    column = f"column{'' if len(columns) == 1 else 's'} {listed(columns, _MOST_COLUMNS)}" if columns else ""
     line = "" if first.line is None else f"line {first.line}"
     count = sum(finding.count for finding in same)
     if count > 1 and line:
@@ -202,7 +201,7 @@ def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
     attention += [(_of_run(line), [f"  {line.text}"], None) for line in rig if line.concern]
     others = [
         *noted,
-        *([f"{_few(outdated)}: imported before; {OUTDATED}"] if outdated else []),
+        *([f"{listed(outdated)}: imported before; {OUTDATED}"] if outdated else []),
         *_folded(fine, "files with nothing to remark"),
         *_folded([f"  {line.text}" for line in rig if not line.concern], "runs as they should be"),
     ]
@@ -237,13 +236,8 @@ def _worst_first(concerns: Sequence[_Concern]) -> list[str]:
     for (lines, _name), *others in groups.values():
         found += lines
         if others:
-            found.append(f"  the same of: {_few([name for _lines, name in others])}.")
+            found.append(f"  the same of: {listed([name for _lines, name in others])}.")
     return found
-
-
-def _few(names: Sequence[str]) -> str:
-    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
-    return f"{', '.join(names[:MOST_LISTED])}{more}"
 
 
 def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | None) -> tuple[int, int] | None:
@@ -290,8 +284,8 @@ def explained_lines(explained: Explained) -> list[str]:
     lines = [f"{explained.file}: {explained.format}, version {explained.reader_version}{plugin}{by}"]
     others = [each for each in explained.explanation.candidates if each.format != explained.format][:2]
     if others:
-        listed = "; ".join(f"{each.format} ({each.evidence})" for each in others)
-        lines.append(f"  next likely: {listed}; `--format NAME` decides")
+        likely = "; ".join(f"{each.format} ({each.evidence})" for each in others)
+        lines.append(f"  next likely: {likely}; `--format NAME` decides")
     lines.append(f"  profile: {explained.profile or 'none'}")
     if explained.explanation.encoding:
         lines.append(f"  text: {explained.explanation.encoding}")

@@ -22,6 +22,7 @@ import typer.main
 from typer.core import TyperGroup
 
 from data_schema.errors import LabbookError
+from labbook.cli.common import as_command
 from labbook.terminal import printable_json, say
 
 GARBAGE_AFTER = 1_000_000
@@ -129,13 +130,15 @@ def _build(name: str) -> Any:
     settings = {"allow_extra_args": True, "ignore_unknown_options": True} if name in TAKE_FACTORS else None
     alone = typer.Typer(add_completion=False, rich_markup_mode="markdown")
     function = getattr(import_module(f"labbook.cli.{module}"), name.replace("-", "_"))
-    alone.command(name, rich_help_panel=heading, context_settings=settings)(function)
+    alone.command(name, rich_help_panel=heading, context_settings=settings)(as_command(function))
     return typer.main.get_command(alone)
 
 
 def _group(name: str) -> Mapping[str, Any]:
     app = import_module(f"labbook.cli.{name}").app
     app.rich_markup_mode = "markdown"
+    for one in app.registered_commands:
+        one.callback = as_command(one.callback)
     return typer.main.get_group(app).commands
 
 

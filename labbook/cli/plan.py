@@ -1,47 +1,31 @@
 """`labbook plan`: the order of the experiments."""
 
-from pathlib import Path
+from dataclasses import fields
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption
-from labbook.terminal import emit
+from labbook.actions.planning.asked import PlanRequest
+from labbook.cli.common import AsOption, BookOption, opened, options_given
+from labbook.terminal import Shown
 
 if TYPE_CHECKING:
     from labbook.actions.planning.runs import PlanMade
 
-_OF_DRAWING = {
-    "n": "--n",
-    "per_day": "--per-day",
-    "method": "--method",
-    "start": "--start",
-    "idle": "--idle/--no-idle",
-    "looks": "--looks",
-    "out": "--out",
-}
-"""Options, by parameter, that say how a plan is drawn and written."""
-
 
 def plan(
     ctx: typer.Context,
-    seed: Annotated[int | None, typer.Option("--seed", help="The same seed draws the same plan, to the byte.")] = None,
-    n: Annotated[int, typer.Option("--n", help="Runs of each condition.")] = 10,
-    per_day: Annotated[int, typer.Option("--per-day", help="Runs a day at most.")] = 16,
-    method: Annotated[str, typer.Option("--method", help="randomised, or blocked by group.")] = "randomised",
-    start: Annotated[str | None, typer.Option("--start", metavar="DATE", help="The first day; default today.")] = None,
-    idle: Annotated[bool, typer.Option("--idle/--no-idle", help="Include the protocol's idle runs.")] = True,
-    looks: Annotated[int, typer.Option("--looks", help="At how many times the data are looked at.")] = 1,
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The run sheet to write.")] = Path("runs.csv"),
+    seed: Annotated[int | None, typer.Option(help="The same seed draws the same plan, to the byte.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Write the sheet; state nothing.")] = False,
     withdraw: Annotated[
         bool, typer.Option("--withdraw", help="Take back what is still to be made, of the plan with --seed or of all.")
     ] = False,
-    why: Annotated[str | None, typer.Option("--why", help="With --withdraw: why it will not be made.")] = None,
+    why: Annotated[str | None, typer.Option(help="With --withdraw: why it will not be made.")] = None,
+    *,
+    request: PlanRequest,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Draw the order of the experiments, write the run sheet (CSV, and HTML to print), and state the plan.
 
     Every day has a control for each group (foot and gain) in it, and every condition reaches its n. The order of a day
@@ -60,23 +44,27 @@ def plan(
     Example: labbook plan --seed 7 --n 10 --per-day 16 --start 2021-06-01; labbook plan --withdraw --why "new foot"
     """
     from data_schema.errors import UsageError
-    from labbook.actions.planning.runs import PlanRequest, make_plan
-    from labbook.book.opening import opened
+    from labbook.actions.planning.runs import make_plan
 
     if withdraw:
         if why is None:
             raise UsageError("withdrawing a plan needs a reason: add --why, the journal keeps it.")
-        _refuse_drawing(ctx)
-        _withdraw(seed, why, dry_run, book, person, as_json)
-        return
+        given = options_given(ctx)
+        names = {one.name.replace("_", "-"): "" for one in fields(PlanRequest)} | {"idle": "/--no-idle"}
+        drawing = [f"--{name}{other}" for name, other in names.items() if given[name] is not None]
+        if drawing:
+            raise UsageError(
+                f"--withdraw draws no plan and has no use for {' and '.join(drawing)}: leave that out, --seed, --why "
+                "and --dry-run go with it."
+            )
+        return _withdraw(seed, why, dry_run, book, person)
     if seed is None:
         raise UsageError("a plan needs a seed: add for example --seed 7, the same seed draws the same plan.")
     if why is not None:
         raise UsageError("--why belongs to --withdraw: leave it out, or withdraw the plan.")
-    request = PlanRequest(seed, n, per_day, method, start, idle, out, dry_run, looks)
     with opened(book) as opened_book:
-        done = make_plan(opened_book, request, person)
-    emit(
+        done = make_plan(opened_book, seed, request, person, dry_run=dry_run)
+    return Shown(
         done,
         [
             f"{done.runs} runs on {done.days} days, {done.controls} of them controls, {done.idle} idle.",
@@ -85,7 +73,6 @@ def plan(
             f"{done.sheet} to fill in, {done.printed} to print; then `labbook runs import {done.sheet}`.",
             *(f"look again: {remark}" for remark in done.remarks),
         ],
-        as_json,
     )
 
 
@@ -119,27 +106,8 @@ def _looks(done: "PlanMade") -> list[str]:
     return [f"{len(at)} looks, with the level that p is compared with if they are at {', '.join(at)}."] if at else []
 
 
-def _refuse_drawing(ctx: typer.Context) -> None:
-    """Raise `UsageError` for options that say how a plan is drawn, where one is withdrawn."""
-    from data_schema.errors import UsageError
-
-    given = []
-    for name, option in _OF_DRAWING.items():
-        source = ctx.get_parameter_source(name)
-        if source is not None and source.name == "COMMANDLINE":
-            given.append(option)
-    if given:
-        raise UsageError(
-            f"--withdraw draws no plan and has no use for {' and '.join(given)}: leave that out, --seed, --why and "
-            "--dry-run go with it."
-        )
-
-
-def _withdraw(
-    seed: int | None, why: str, dry_run: bool, book: BookOption, person: AsOption, as_json: JsonOption
-) -> None:
+def _withdraw(seed: int | None, why: str, dry_run: bool, book: BookOption, person: AsOption) -> Shown:
     from labbook.actions.planning.runs import withdraw_plans
-    from labbook.book.opening import opened
     from labbook.book.write_session import DryRun
 
     with opened(book) as opened_book:
@@ -152,4 +120,4 @@ def _withdraw(
             pass
     stay = f" {len(done.made)} that were made stay." if done.made else ""
     dry = " (dry run: nothing stored)" if dry_run else ""
-    emit(done, [f"{len(done.withdrawn)} planned runs withdrawn{dry}.{stay}"], as_json)
+    return Shown(done, [f"{len(done.withdrawn)} planned runs withdrawn{dry}.{stay}"])

@@ -13,15 +13,13 @@ from labbook.terminal import asking, say
 _Done = TypeVar("_Done")
 
 
-def with_answers(
-    attempt: Callable[[dict[str, str | None]], _Done], answers: dict[str, str | None], *, ask: bool
-) -> _Done:
+def with_answers(attempt: Callable[[dict[str, str | None]], _Done], answers: dict[str, str | None]) -> _Done:
     """Call `attempt` with the answers given as options; ask for one that is missing at a terminal, refuse elsewhere."""
     while True:
         try:
             return attempt(answers)
         except SheetQuestion as question:
-            if not ask or not asking() or answers.get(question.option) is not None:
+            if not asking() or answers.get(question.option) is not None:
                 raise
             listed = ", ".join(f"{choice}: {meaning}" for choice, meaning in question.choices.items())
             say(f"{question.sentence} ({listed}).", err=True)

@@ -5,14 +5,14 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, JsonOption, WhereOption, options_given
-from labbook.terminal import emit, progress
+from labbook.cli.common import AsOption, BookOption, WhereOption, opened, options_given
+from labbook.terminal import Shown, progress
 
 
 def report(
     context: typer.Context,
     where: WhereOption = None,
-    out: Annotated[str | None, typer.Option("--out", metavar="DIR", help="Where to write it.")] = None,
+    out: Annotated[str | None, typer.Option(metavar="DIR", help="Where to write it.")] = None,
     figures: Annotated[
         bool,
         typer.Option("--figures", help="Also write each figure as PDF, and for both widths of a paper."),
@@ -26,8 +26,7 @@ def report(
     ] = False,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Write the report: one self-contained page, its figures as SVG, every table as CSV and LaTeX.
 
     Every factor of the study is an option: --foot small is short for --where "foot=small".
@@ -38,13 +37,12 @@ def report(
     from data_schema.queries.imported_files import inbox
     from labbook.actions.files.stored_files import waiting_lines, why_waiting
     from labbook.actions.report_command import selection, write
-    from labbook.book.opening import opened
     from labbook.studies.registry import studies_of_book
 
     with opened(book) as opened_book:
         folder = _folder(out)
         text = selection(opened_book.configuration, where, context.args, options_given(context))
-        with progress("report", None, shown=not as_json) as step:
+        with progress("report", None) as step:
             written = write(
                 opened_book, text, folder, person, step, unsaved=unsaved, summary=summary, pdf=pdf, every_figure=figures
             )
@@ -53,7 +51,7 @@ def report(
             # the bed's is the report itself
             studies = [study for study in studies_of_book(connection, opened_book.configuration) if study != "bed"]
     not_stored = ["nothing was stored: `labbook why` knows those of its numbers that a stored report has too."]
-    emit(
+    return Shown(
         written,
         [
             *(written.claims[:1] or ["nothing is claimed from this selection."]),
@@ -66,7 +64,6 @@ def report(
             *(f"look again: {line}" for line in waiting),
             *([f"look again: {written.warning}"] if written.warning else []),
         ],
-        as_json,
     )
 
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from labbook.cli.common import BookOption, JsonOption, reading
+from labbook.cli.common import BookOption, reading
 from labbook.config.local_time import local_text
-from labbook.terminal import columns, emit
+from labbook.terminal import Shown, columns
 
 if TYPE_CHECKING:
     from data_schema.queries.reports import ReportRow
@@ -26,7 +26,7 @@ MOST_MOVED, MOST_CAUSES = 20, 12
 
 
 @app.command("list")
-def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
+def list_command(book: BookOption = None) -> Shown:
     """List the reports that were made of the book, the newest last.
 
     Example: labbook reports list
@@ -40,11 +40,11 @@ def list_command(book: BookOption = None, as_json: JsonOption = False) -> None:
         for one in found
     ]
     lines = columns(("report", "id", "made", "by", "numbers", "of"), rows) if rows else ["no report was stored yet."]
-    emit(found, lines, as_json)
+    return Shown(found, lines)
 
 
 @app.command("show")
-def show_command(report: ReportArgument, book: BookOption = None, as_json: JsonOption = False) -> None:
+def show_command(report: ReportArgument, book: BookOption = None) -> Shown:
     """Show what a report was made with, and its numbers as they were printed.
 
     Example: labbook reports show last
@@ -63,7 +63,7 @@ def show_command(report: ReportArgument, book: BookOption = None, as_json: JsonO
         *(columns(("id", "number", "value", "of"), rows) if rows else ()),
         *([f"{gone} more are of results that the book has no longer: `labbook why ID` says why."] if gone else ()),
     ]
-    emit({"report": made, "numbers": numbers}, lines, as_json)
+    return Shown({"report": made, "numbers": numbers}, lines)
 
 
 @app.command("diff")
@@ -74,8 +74,7 @@ def diff_command(
         bool, typer.Option("--full", help="All numbers that moved, and those that only one of the two has.")
     ] = False,
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Say which numbers moved between two reports, by what: corrections, voids, verdicts, files, settings, versions.
 
     Numbers are the same where they are called the same and about the same, whatever their ids; whether one moved is
@@ -88,7 +87,7 @@ def diff_command(
     with reading(book) as (opened_book, connection):
         found = compare_reports(connection, report_named(connection, before), report_named(connection, after))
         zone = opened_book.configuration.study.time_zone
-    emit(found, [] if as_json else _lines(found, full, zone), as_json)
+    return Shown(found, _lines(found, full, zone))
 
 
 def _lines(found: "ReportsCompared", full: bool, zone: str) -> list[str]:

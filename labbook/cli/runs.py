@@ -12,18 +12,16 @@ from labbook.cli.common import (
     AsOption,
     BookOption,
     FoldOption,
-    JsonOption,
     MaybeWhyOption,
     WhereOption,
+    opened,
     reading,
     tell,
     tell_statement,
 )
-from labbook.terminal import columns, emit, plain
+from labbook.terminal import Shown, columns, for_program, listed, plain
 
 app = typer.Typer(no_args_is_help=True)
-_MOST_RUNS = 12
-"""Runs whose waiting files are named."""
 
 
 class DateOrder(StrEnum):
@@ -34,7 +32,7 @@ class DateOrder(StrEnum):
 
 
 @app.command("list")
-def list_command(where: WhereOption = None, book: BookOption = None, as_json: JsonOption = False) -> None:
+def list_command(where: WhereOption = None, book: BookOption = None) -> Shown:
     """List runs by day and position.
 
     Example: labbook runs list --where "foot=small and not state=void"
@@ -44,8 +42,10 @@ def list_command(where: WhereOption = None, book: BookOption = None, as_json: Js
 
     with reading(book) as (_opened_book, connection):
         expression = compile_known(parse(where), where_columns(connection)) if where else None
-        found, shown = (list_runs(connection, expression), ()) if as_json else ([], shown_runs(connection, expression))
-    emit(found, run_lines(shown) if shown else ["no runs."], as_json)
+        if for_program():
+            return Shown(list_runs(connection, expression))
+        shown = shown_runs(connection, expression)
+    return Shown(None, run_lines(shown) if shown else ["no runs."])
 
 
 def run_lines(rows: "Sequence[Sequence[Any]]") -> list[str]:
@@ -64,18 +64,13 @@ def run_lines(rows: "Sequence[Sequence[Any]]") -> list[str]:
 @app.command("import")
 def import_command(
     sheet: Annotated[Path, typer.Argument(help="The run sheet: CSV, or a workbook.")],
-    dates: Annotated[
-        DateOrder | None, typer.Option("--dates", help="How dates with slashes are written, as 03/04/2021.")
-    ] = None,
+    dates: Annotated[DateOrder | None, typer.Option(help="How dates with slashes are written, as 03/04/2021.")] = None,
     fold: FoldOption = None,
-    encoding: Annotated[
-        str | None, typer.Option("--encoding", help="The page of text that is not UTF-8; else cp1252.")
-    ] = None,
+    encoding: Annotated[str | None, typer.Option(help="The page of text that is not UTF-8; else cp1252.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be stated; store nothing.")] = False,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Import a filled-in run sheet; rows that are not filled in yet wait, the same sheet again changes nothing.
 
     Dates as 2021-06-01 or 1.6.2021, cells between commas, semicolons or tabs, numbers with a decimal point or comma.
@@ -85,7 +80,6 @@ def import_command(
     from ingest.tables.sheet import SheetFile
     from labbook.actions.files.named_files import own_name, read_bytes
     from labbook.actions.runs.runs_importing import RunsImported, import_runs
-    from labbook.book.opening import opened
     from labbook.book.write_session import DryRun
     from labbook.cli.reading import with_answers
 
@@ -100,7 +94,7 @@ def import_command(
                     raise DryRun
             return done
 
-        done = with_answers(attempt, {"dates": dates, "fold": fold}, ask=not as_json)
+        done = with_answers(attempt, {"dates": dates, "fold": fold})
     line = (
         f"{len(done.stated)} runs stated, {len(done.filled_in)} filled in, {len(done.unchanged)} there already, "
         f"{len(done.not_made)} still to be made{' (dry run: nothing stored)' if dry_run else ''}."
@@ -109,17 +103,14 @@ def import_command(
         line += f" {len(done.withdrawn)} were planned and are withdrawn."
     if done.encoding != "utf-8":
         line += f" {file.name} is no UTF-8 text and was read as {done.encoding} (`--encoding`)."
-    tell(vars(done), [line, *_taken_in(done.taken_in)], as_json)
+    return tell(vars(done), [line, *_taken_in(done.taken_in)])
 
 
 def _taken_in(items: Mapping[str, Sequence[str]]) -> list[str]:
     """Say which files and charges waited for the runs of a sheet; empty where none did."""
-    listed = [f"{', '.join(names)} to {run}" for run, names in items.items()]
-    if not listed:
-        return []
-    more = f" and {len(listed) - _MOST_RUNS} more runs" if len(listed) > _MOST_RUNS else ""
     count = sum(map(len, items.values()))
-    return [f"{count} that waited in the inbox belong{'s' * (count == 1)} now: {'; '.join(listed[:_MOST_RUNS])}{more}."]
+    runs = [f"{' and '.join(names)} to {run}" for run, names in items.items()]
+    return [f"{count} that waited in the inbox belong{'s' * (count == 1)} now: {listed(runs)}."] if count else []
 
 
 @app.command("dismiss")
@@ -130,15 +121,14 @@ def dismiss_command(
     why: Annotated[str, typer.Option("--why", "--reason", help="Why it belongs to no run.")],
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Take an item out of the inbox that belongs to no run; it stays in the book, and can come back.
 
     Example: labbook runs dismiss charges.csv#4 --why "the pack of another robot"
     """
     from labbook.actions.files.stored_files import dismiss
 
-    tell_statement(book, person, lambda session: dismiss(session, what, why), {"item": what, "why": why}, as_json)
+    return tell_statement(book, person, lambda session: dismiss(session, what, why), item=what, why=why)
 
 
 @app.command("restore")
@@ -147,19 +137,18 @@ def restore_command(
     why: MaybeWhyOption = None,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Bring a dismissed item back to the inbox.
 
     Example: labbook runs restore charges.csv#4
     """
     from labbook.actions.files.stored_files import restore_item
 
-    tell_statement(book, person, lambda session: restore_item(session, what, why), {"item": what, "why": why}, as_json)
+    return tell_statement(book, person, lambda session: restore_item(session, what, why), item=what, why=why)
 
 
 @app.command("inbox")
-def inbox_command(book: BookOption = None, as_json: JsonOption = False) -> None:
+def inbox_command(book: BookOption = None) -> Shown:
     """List files and charges that belong to no run, and why, where it is known; `labbook assign` gives them one.
 
     Of a run that has another charge, correct that one (`labbook correct RUN mah=VALUE`), which settles rows that say
@@ -178,4 +167,4 @@ def inbox_command(book: BookOption = None, as_json: JsonOption = False) -> None:
     ]
     head = ("what", "name", "stated run", "detail", "waits because")
     lines = columns(head, rows) if rows else ["the inbox is empty."]
-    emit([{**plain(each.item), "why": each.why} for each in waiting], lines, as_json)
+    return Shown([{**plain(each.item), "why": each.why} for each in waiting], lines)

@@ -1,48 +1,58 @@
 """`labbook sim`: the simulator; it needs no book."""
 
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from labbook.cli.common import JsonOption
-from labbook.terminal import asking, columns, counted, emit, emit_with_files, progress, say
+from labbook.terminal import Shown, asking, columns, counted, progress, say, with_files
+
+if TYPE_CHECKING:
+    from simulator.scene import Scene
 
 app = typer.Typer(no_args_is_help=True)
 
-SceneOption = Annotated[
-    str, typer.Option("--scene", metavar="NAME", help="bed, sim1, sim2, emulator, force_plate, or a .toml file.")
-]
-SetOption = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--set",
-        metavar="NAME=VALUE",
-        help="A parameter in SI units, or gain, flight, jumps, ...: see `labbook sim parts`; repeatable.",
-    ),
-]
-EffectsOption = Annotated[
-    str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass.")
-]
+
+@dataclass(frozen=True, slots=True)
+class Changed:
+    """A scene and what is changed in it."""
+
+    scene: Annotated[str, typer.Option(metavar="NAME", help="bed, sim1, sim2, emulator, force_plate, or a .toml file.")]
+    sets: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--set",
+            metavar="NAME=VALUE",
+            help="A parameter in SI units, or gain, flight, jumps, ...: see `labbook sim parts`; repeatable.",
+        ),
+    ] = None
+    effects: Annotated[str | None, typer.Option(metavar="LIST", help="Effects on and off: +drag,-added_mass.")] = None
+
+    def load(self) -> "Scene":
+        """Return the scene with the changes."""
+        from simulator.changes import changed_by_words
+        from simulator.scene_file import load_scene
+
+        return changed_by_words(load_scene(self.scene), self.sets or (), self.effects)
+
+
 AccuracyOption = Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")]
 COMPILING = "compiling for up to 30 s, once"
 
 
 @app.command()
 def run(
-    scene: SceneOption,
-    sets: SetOption = None,
-    effects: EffectsOption = None,
+    scene: Changed,
     accuracy: AccuracyOption = 1e-6,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Draw the motion: a .png, .svg or .pdf file.")
+        Path | None, typer.Option(metavar="FILE", help="Draw the motion: a .png, .svg or .pdf file.")
     ] = None,
     error_bars: Annotated[
         bool, typer.Option("--error-bars/--no-error-bars", help="Simulate a second time, a hundred times finer.")
     ] = True,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Simulate a scene and show its jump: times, heights, joules, how sure they are and what they rest on.
 
     Each number has an estimated error: the difference to a simulation a hundred times finer, whose values are shown.
@@ -54,52 +64,46 @@ def run(
     from labbook.presenting.simulation.simulated import as_data, as_lines, figure_title, mode_name
     from reports.figures.kind import check_form, write_figure
     from reports.figures.trajectory import draw_trajectory
-    from simulator.changes import changed_by_words
     from simulator.error_bars import simulate_with_errors
     from simulator.jump import simulate
     from simulator.kernel.build import is_compiled
-    from simulator.scene_file import load_scene
 
     check_form("--plot", plot)
-    changed = changed_by_words(load_scene(scene), sets or (), effects)
+    changed = scene.load()
     simulated = simulate_with_errors if error_bars else simulate
     first = "" if is_compiled(changed.effects) else f"; where it takes long, {COMPILING}"
-    with progress(f"simulating{first}", None, shown=not as_json):
+    with progress(f"simulating{first}", None):
         result = simulated(changed, accuracy, trajectory=plot is not None)
         if plot is not None:
             write_figure(draw_trajectory(result, figure_title(result), partial(mode_name, changed)), plot)
-    emit_with_files(as_data(result), as_lines(result), {"plot": plot}, as_json)
+    return with_files(as_data(result), as_lines(result), {"plot": plot})
 
 
 @app.command()
 def sweep(
-    scene: SceneOption,
+    scene: Changed,
     over: Annotated[
         list[str],
         typer.Option(
-            "--over",
             metavar="NAME=VALUES",
             help="What to sweep: LOW:HIGH:COUNT[:log] or VALUE,VALUE; for a sample LOW:HIGH[:log]; repeatable.",
         ),
     ],
-    out: Annotated[Path, typer.Option("--out", metavar="FILE", help="The result: a .nc file or a .zarr folder.")],
-    sets: SetOption = None,
-    effects: EffectsOption = None,
+    out: Annotated[Path, typer.Option(metavar="FILE", help="The result: a .nc file or a .zarr folder.")],
     sobol: Annotated[
         int | None,
-        typer.Option("--sobol", metavar="COUNT", help="Draw so many scenes (best a power of 2) from the ranges."),
+        typer.Option(metavar="COUNT", help="Draw so many scenes (best a power of 2) from the ranges."),
     ] = None,
-    seed: Annotated[int | None, typer.Option("--seed", help="Another seed draws another sample; 0 without it.")] = None,
+    seed: Annotated[int | None, typer.Option(help="Another seed draws another sample; 0 without it.")] = None,
     accuracy: AccuracyOption = 1e-6,
     error_bars: Annotated[
         bool, typer.Option("--error-bars", help="Simulate each scene a second time, a hundred times finer.")
     ] = False,
     scheduler: Annotated[
         str | None,
-        typer.Option("--scheduler", metavar="URL", help="A Dask cluster's scheduler, tcp://HOST:PORT, to compute on."),
+        typer.Option(metavar="URL", help="A Dask cluster's scheduler, tcp://HOST:PORT, to compute on."),
     ] = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Simulate a scene over a grid, or a Sobol sample, of its parameters, on all cores, to an xarray Dataset in a file.
 
     A value outside its parameter's range is refused at once. Where values are in range but do not fit together, the
@@ -123,27 +127,27 @@ def sweep(
     from simulator.sweep.sweep import sweep_by_words
 
     asked = sweep_by_words(
-        scene,
+        scene.scene,
         over,
-        sets or (),
-        effects,
+        scene.sets or (),
+        scene.effects,
         accuracy=accuracy,
         sample=sobol,
         seed=seed,
         error_bars=error_bars,
         labbook=importlib.metadata.version("robot-labbook"),
     )
-    if asked.why_refused and asking() and not as_json:
+    if asked.why_refused and asking():
         say(f"note: {asked.why_refused}", err=True)
     lanes = why_scalar(asked.scene, asked.design) is None
     here = scheduler is None and not is_compiled(asked.scene.effects, lanes=lanes)
     first = f" after {COMPILING}" if here else ""
     with (
-        counted(f"sweeping{first}", asked.jumps_wanted, "jumps", shown=not as_json) as advance,
+        counted(f"sweeping{first}", asked.jumps_wanted, "jumps") as advance,
         threads() if scheduler is None else cluster(scheduler) as computing,
     ):
         done = run_sweep(asked, out, computing, advance)
-    emit(as_data(done), as_lines(done), as_json)
+    return Shown(as_data(done), as_lines(done))
 
 
 @app.command()
@@ -154,8 +158,7 @@ def parts(
     markdown: Annotated[
         bool, typer.Option("--markdown", help="Print the tables as Markdown, as docs/scenes.md has them.")
     ] = False,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """List what scenes are made of: effects, parameters with unit and range, and words that --set takes beside them.
 
     Of one effect: what it needs, what it excludes and why, what it reads, which shipped scenes have it. Of one
@@ -172,8 +175,7 @@ def parts(
     )
 
     if name is not None:
-        emit(part_data(name), part_lines(name), as_json)
-        return
+        return Shown(part_data(name), part_lines(name))
     lines = parts_markdown().splitlines()
     if not markdown:
         lines = []
@@ -181,22 +183,17 @@ def parts(
             head, *rows = table.texts
             lines += [table.caption, "", *columns(head, rows), ""]
         lines.append("labbook sim parts NAME says more of one of them.")
-    emit(parts_data(), lines, as_json)
+    return Shown(parts_data(), lines)
 
 
 @app.command()
 def accuracy(
-    scene: SceneOption,
-    sets: SetOption = None,
-    effects: Annotated[
-        str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off: +drag,-added_mass.")
-    ] = None,
+    scene: Changed,
     plot: Annotated[
-        Path | None, typer.Option("--plot", metavar="FILE", help="Draw error against time: a .png, .svg or .pdf file.")
+        Path | None, typer.Option(metavar="FILE", help="Draw error against time: a .png, .svg or .pdf file.")
     ] = None,
     quick: Annotated[bool, typer.Option("--quick", help="Try few settings of each method.")] = False,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Show what accuracy costs: this scene by the thesis's fixed steps, by scipy's integrators and by labbook.
 
     Errors of depth, lift-off time, apex and cost against a reference, evaluations and times of each method at many
@@ -208,30 +205,23 @@ def accuracy(
     from reports.figures.kind import check_form, write_figure
     from reports.figures.work_precision import draw_work_precision
     from simulator.accuracy.study import accuracy_study, n_points
-    from simulator.changes import changed_by_words
-    from simulator.scene_file import load_scene
 
-    with progress("compiling", n_points(quick), shown=not as_json) as done:
+    with progress("compiling", n_points(quick)) as done:
         check_form("--plot", plot)
-        study = accuracy_study(changed_by_words(load_scene(scene), sets or (), effects), quick, done)
+        study = accuracy_study(scene.load(), quick, done)
         if plot is not None:
             write_figure(draw_work_precision(study, figure_title(study), figure_notes(study)), plot)
-    emit_with_files(as_data(study), as_lines(study), {"plot": plot}, as_json)
+    return with_files(as_data(study), as_lines(study), {"plot": plot})
 
 
 @app.command()
 def effects(
-    scene: SceneOption,
+    scene: Changed,
     within: Annotated[
-        str, typer.Option("--within", metavar="SHARE", help="The change of cost, apex and depth that may pass.")
+        str, typer.Option(metavar="SHARE", help="The change of cost, apex and depth that may pass.")
     ] = "1%",
-    sets: SetOption = None,
-    switched: Annotated[
-        str | None, typer.Option("--effects", metavar="LIST", help="Effects on and off at first: +drag,-added_mass.")
-    ] = None,
     accuracy: AccuracyOption = 1e-6,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Leave out each effect of a scene, and find out which are enough.
 
     Enough are those with which cost, apex and depth stay within a share of those with all effects; the others are left
@@ -241,25 +231,22 @@ def effects(
     """
     from labbook.presenting.simulation.effects import as_data, as_lines
     from simulator.ablation import ablation_of_effects, tolerance_of
-    from simulator.changes import changed_by_words
-    from simulator.scene_file import load_scene
 
     tolerance = tolerance_of(within, accuracy)
-    full = changed_by_words(load_scene(scene), sets or (), switched)
-    with progress("simulating", None, shown=not as_json) as step:
+    full = scene.load()
+    with progress("simulating", None) as step:
         ablation = ablation_of_effects(full, tolerance, accuracy, step)
-    emit(as_data(full, ablation), as_lines(full, ablation), as_json)
+    return Shown(as_data(full, ablation), as_lines(full, ablation))
 
 
 @app.command()
 def figures(
-    out: Annotated[Path, typer.Option("--out", metavar="DIR", help="The folder to write to.")] = Path("thesis-figures"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="The folder to write to.")] = Path("thesis-figures"),
     form: Annotated[str, typer.Option("--format", metavar="KIND", help="png, pdf or svg.")] = "png",
     only: Annotated[
-        list[str] | None, typer.Option("--only", metavar="NUMBER", help="This figure, such as 3.8; repeatable.")
+        list[str] | None, typer.Option(metavar="NUMBER", help="This figure, such as 3.8; repeatable.")
     ] = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Reproduce the figures of the thesis's ch. 3, and hold its claims against what the simulation gives.
 
     Writes one file a figure, figures.md with the captions, and the claims as claims.csv and claims.md.
@@ -269,7 +256,7 @@ def figures(
     from labbook.actions.simulate.thesis_figures import THESIS_FIGURES, write_thesis_figures
     from labbook.presenting.simulation.published import claims_data
 
-    with progress("figures", len(only or THESIS_FIGURES) + 1, shown=not as_json) as step:
+    with progress("figures", len(only or THESIS_FIGURES) + 1) as step:
         written = write_thesis_figures(out, form, only or (), step)
     contradicted = [finding.claim.id for finding in written.findings if not finding.agrees]
     agreeing = len(written.findings) - len(contradicted)
@@ -288,15 +275,14 @@ def figures(
     if written.findings:
         lines.append(f"{agreeing} of {len(written.findings)} claims hold at every point: {written.tables[1]}")
         lines += [f"not everywhere: {', '.join(contradicted)}"] if contradicted else []
-    emit(data, lines, as_json)
+    return Shown(data, lines)
 
 
 @app.command()
 def published(
     out: Annotated[Path | None, typer.Option("--out", "-o", metavar="FILE", help="Write it to a .md file.")] = None,
     accuracy: AccuracyOption = 1e-6,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Simulate the published experiments on ground emulator, force plate and bed, and judge every published result.
 
     Shows the last of a hundred (eighty) jumps at each gain and the 24 conditions of the bed, the published number
@@ -315,7 +301,7 @@ def published(
     if out is not None and out.suffix != ".md":
         raise UsageError(f"--out {out} is no name for a document in Markdown: end it in .md.")
 
-    with progress("experiments", STEPS + 1, shown=not as_json) as step:
+    with progress("experiments", STEPS + 1) as step:
         tables = steady_tables(accuracy, step)
         findings = experiment_findings(tables)
         results = judge_results((*chapter_3_findings(ThesisFigures(accuracy)), *findings), tables.bed)
@@ -325,7 +311,7 @@ def published(
         out.parent.mkdir(parents=True, exist_ok=True)
         out.write_text(text, encoding="utf-8")
     lines = text.splitlines() if out is None else []
-    emit_with_files(as_data(tables, findings, results), lines, {"document": out}, as_json)
+    return with_files(as_data(tables, findings, results), lines, {"document": out})
 
 
 @app.command()
@@ -336,8 +322,7 @@ def warm(
     lanes: Annotated[
         bool, typer.Option("--lanes", help="Also compile sweeps that simulate many scenes side by side: 50 s each.")
     ] = False,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Compile the simulator for the effects of scenes: 10 to 30 s each, once for each version of labbook.
 
     Nothing needs it: a first simulation runs in plain Python for 10 s before it compiles. Sweeps, reports and anything
@@ -353,7 +338,7 @@ def warm(
 
     found = {name: load_scene(name) for name in scenes or shipped_scenes()}
     spent_s: dict[str, float] = {}
-    with progress("compiling", len(found), shown=not as_json) as done:
+    with progress("compiling", len(found)) as done:
         for name, scene in found.items():
             spent_s[name] = kernel_for(scene.effects).compile_time_s
             if lanes and why_no_lanes(scene.effects) is None:
@@ -364,6 +349,4 @@ def warm(
                     f"the kernel of {name} was compiled and cannot be kept: name a folder that can be written in "
                     f"{CACHE_VARIABLE}."
                 )
-    emit(
-        {"compile_time_s": spent_s}, [f"{name}: ready after {spent:.3g} s" for name, spent in spent_s.items()], as_json
-    )
+    return Shown({"compile_time_s": spent_s}, [f"{name}: ready after {spent:.3g} s" for name, spent in spent_s.items()])

@@ -4,7 +4,8 @@ from typing import Annotated, Any
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, FoldOption, JsonOption, stating, tell
+from labbook.cli.common import AsOption, BookOption, FoldOption, opened, stating, tell
+from labbook.terminal import Shown
 
 
 def note(
@@ -12,8 +13,7 @@ def note(
     text: Annotated[str, typer.Argument(help="What is to be remembered.")],
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Write a note on a run.
 
     Example: labbook note r017 "left rail squeaked"
@@ -29,7 +29,7 @@ def note(
         target = run_named(session.connection, run)
         new = {"target_kind": "run", "target_uid": target.uid, "text": text}
         session.state(Statement(Action.NOTE, "note", new_uid(), new=new))
-    tell({"run": run, "text": text}, [f"noted on run {run}."], as_json)
+    return tell({"run": run, "text": text}, [f"noted on run {run}."])
 
 
 def charge(
@@ -37,15 +37,12 @@ def charge(
     charge_mah: Annotated[
         float, typer.Argument(metavar="MAH", help="What the charger put back, in mAh: 0 or more, without a sign.")
     ],
-    minutes: Annotated[float | None, typer.Option("--minutes", help="How long charging took.")] = None,
-    end_voltage: Annotated[
-        float | None, typer.Option("--end-voltage", help="The pack's voltage at the end, V.")
-    ] = None,
+    minutes: Annotated[float | None, typer.Option(help="How long charging took.")] = None,
+    end_voltage: Annotated[float | None, typer.Option(help="The pack's voltage at the end, V.")] = None,
     add: Annotated[bool, typer.Option("--add", help="One more part of the run's charge: the sum counts.")] = False,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Type in one charge, where nobody keeps a sheet.
 
     Example: labbook charge r017 128 --minutes 14 --end-voltage 15.4
@@ -53,7 +50,6 @@ def charge(
     from labbook.actions.runs.charges import state_charge
     from labbook.actions.runs.remarks import remarks_on
     from labbook.actions.runs.rig_line import rig_lines_of_runs
-    from labbook.book.opening import opened
 
     with opened(book) as opened_book:
         with opened_book.session(person) as session:
@@ -62,19 +58,18 @@ def charge(
             stale = session.stale
         rig = [line.text for line in rig_lines_of_runs(opened_book, [run])]
     data = {"run": run, "charge": uid, "charge_mah": charge_mah, "rig": rig, "stale": stale, "remarks": remarks}
-    tell(data, [f"run {run}: {charge_mah:g} mAh{' more' if add else ''} (charge:{uid})."], as_json)
+    return tell(data, [f"run {run}: {charge_mah:g} mAh{' more' if add else ''} (charge:{uid})."])
 
 
 def check(
     kind: Annotated[str, typer.Argument(help="A check that [protocol] checks of labbook.toml lists.")],
-    value: Annotated[float | None, typer.Option("--value", help="What was measured.")] = None,
-    unit: Annotated[str | None, typer.Option("--unit", help="Its unit.")] = None,
+    value: Annotated[float | None, typer.Option(help="What was measured.")] = None,
+    unit: Annotated[str | None, typer.Option(help="Its unit.")] = None,
     failed: Annotated[bool, typer.Option("--failed", help="The check was made and did not pass.")] = False,
-    day: Annotated[str | None, typer.Option("--day", metavar="DATE", help="Another day, as 2021-06-01.")] = None,
+    day: Annotated[str | None, typer.Option(metavar="DATE", help="Another day, as 2021-06-01.")] = None,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Record a check made before the day's first run, one of those that `checks` of [protocol] lists.
 
     Example: labbook check rail_angle --value 0.4 --unit deg
@@ -88,7 +83,7 @@ def check(
         date = state_check(session, opened_book.configuration, kind, value, unit, not failed, day)
     remarks = remarks_on_check(earlier, kind, value, unit)
     data = {"day": date, "kind": kind, "passed": not failed, "remarks": remarks}
-    tell(data, [f"{date}: {kind} {'did not pass' if failed else 'passed'}."], as_json)
+    return tell(data, [f"{date}: {kind} {'did not pass' if failed else 'passed'}."])
 
 
 def correct(
@@ -98,8 +93,7 @@ def correct(
     fold: FoldOption = None,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Correct a fact: the old value stays in the journal, and everything that rested on it becomes stale.
 
     The words of the run sheet stand beside the columns' names: started=09:20 date=2021-06-05 minutes=12 jumps=24
@@ -114,7 +108,6 @@ def correct(
     from labbook.actions.runs.remarks import remarks_on
     from labbook.actions.runs.rig_line import OF_JOULES, rig_lines_of_runs
     from labbook.book.naming import changes_in_words
-    from labbook.book.opening import opened
     from labbook.cli.reading import with_answers
     from labbook.config.places import toml_changes
 
@@ -133,7 +126,7 @@ def correct(
                 data = {"changed": changed, "remarks": remarks, "settled": settled, "stale": session.stale}
                 return data, words, runs
 
-        data, words, runs = with_answers(attempt, {"fold": fold}, ask=not as_json)
+        data, words, runs = with_answers(attempt, {"fold": fold})
         changed = data["changed"]
         about = runs if OF_JOULES & changed.keys() else ()
         rig = [line.text for line in rig_lines_of_runs(opened_book, about, jumps="jumps_made" in changed)]
@@ -144,7 +137,7 @@ def correct(
         *in_file,
         *(f"{row} waited and says so too: it is dismissed (`labbook runs restore {row}`)." for row in data["settled"]),
     ]
-    tell({"target": target, **data, "rig": rig, "labbook_toml": in_file}, lines, as_json)
+    return tell({"target": target, **data, "rig": rig, "labbook_toml": in_file}, lines)
 
 
 def void(
@@ -155,8 +148,7 @@ def void(
     undo: Annotated[bool, typer.Option("--undo", help="The run counts after all.")] = False,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Declare a run void: it stays in the book with its files, no result uses it, reports count it.
 
     Where [analysis] of labbook.toml says for which reasons, begin with one of them: "sensor_fault: the string was off".
@@ -176,7 +168,7 @@ def void(
         if change.made and not undo:
             remedy = f"If one of these is meant, {other_reason(run)}."
             remarks = reason_remarks(session.connection, opened_book.configuration, reason, remedy=remedy)
-    tell({"run": run, "stale": stale, "remarks": remarks}, [f"{change.text}."], as_json)
+    return tell({"run": run, "stale": stale, "remarks": remarks}, [f"{change.text}."])
 
 
 def assign(
@@ -194,8 +186,7 @@ def assign(
     ] = False,
     book: BookOption = None,
     person: AsOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Say to which run files, or rows of a charger sheet, belong; no result uses them before.
 
     NAME#ROW is one row of a charger sheet, NAME#PART one of several runs in a file (`labbook files show NAME`).
@@ -206,7 +197,6 @@ def assign(
     from labbook.actions.files.assigning import assign as state_assignment
     from labbook.actions.runs.remarks import remarks_on
     from labbook.actions.runs.rig_line import rig_lines_of_runs
-    from labbook.book.opening import opened
 
     runs = [] if run == NO_RUN else [run]
     with opened(book) as opened_book:
@@ -216,4 +206,4 @@ def assign(
             remarks = remarks_on(session.connection, opened_book.configuration, runs, ["log"])
         rig = [line.text for line in rig_lines_of_runs(opened_book, runs, jumps=True)]
     data = {"files": files, "run": None if run == NO_RUN else run, "said": said, "rig": rig, "stale": stale}
-    tell({**data, "remarks": remarks}, said, as_json)
+    return tell({**data, "remarks": remarks}, said)

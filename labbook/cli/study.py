@@ -1,56 +1,68 @@
 """`labbook study`: studies of the thesis, each from what was measured to its verdict.
 
-What studies have in common is declared once, in `_OF_ANY`, `_OF_SHEET` and `_OF_RUNS`.
+What studies have in common is declared once, in `OfAny`, `OfSheet` and `OfRuns`.
 """
 
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from data_schema.errors import InputRefused, UsageError
-from labbook.cli.common import BookOption, JsonOption, WhereOption, with_options
-from labbook.terminal import columns, emit, emit_with_files, plain, progress, within_width
+from labbook.cli.common import BookOption, WhereOption, opened
+from labbook.terminal import Shown, columns, plain, progress, with_files, within_width
 
 if TYPE_CHECKING:
     from labbook.studies.study import Found
     from reports.page.study import Study
 
-_LEVEL = typer.Option("--level", help="Level of the intervals; usual: 0.95.")
-_PLOT = typer.Option("--plot", metavar="FILE", help="Draw it: a .png, .svg or .pdf file.")
-_PAGE = typer.Option("--page", metavar="FILE", help="Write it as a page: a .html file.")
-_FILE = typer.Argument(metavar="[FILE]", help="A CSV file; without one, the book's sheet.")
-_DECIMAL = typer.Option("--decimal", metavar="SIGN", help="The table's decimal sign, where it is unclear.")
-_COMPLETE = typer.Option("--complete", help="The last line of a file is whole, though it has no line end.")
 
-_OF_ANY: dict[str, tuple[Any, Any]] = {
-    "level": (Annotated[float | None, _LEVEL], None),
-    "plot": (Annotated[Path | None, _PLOT], None),
-    "page": (Annotated[Path | None, _PAGE], None),
-    "book": (BookOption, None),
-    "as_json": (JsonOption, False),
-}
-_OF_SHEET: dict[str, tuple[Any, Any]] = {
-    "file": (Annotated[Path | None, _FILE], None),
-    "decimal": (Annotated[str | None, _DECIMAL], None),
-    "complete": (Annotated[bool, _COMPLETE], False),
-    **_OF_ANY,
-}
-_OF_RUNS: dict[str, tuple[Any, Any]] = {"where": (WhereOption, None), **_OF_ANY}
-"""The options by parameter, each with its default: of every study, of one that is kept as a sheet, of one of runs."""
+@dataclass(frozen=True, slots=True)
+class OfAny:
+    """The options of every study."""
+
+    level: Annotated[float | None, typer.Option(help="Level of the intervals; usual: 0.95.")] = None
+    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it: a .png, .svg or .pdf file.")] = None
+    page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write it as a page: a .html file.")] = None
+    book: BookOption = None
+
+
+@dataclass(frozen=True, slots=True)
+class OfSheet(OfAny):
+    """The options of a study that is kept as a sheet."""
+
+    file: Annotated[
+        Path | None, typer.Argument(metavar="[FILE]", help="A CSV file; without one, the book's sheet.")
+    ] = None
+    decimal: Annotated[
+        str | None, typer.Option(metavar="SIGN", help="The table's decimal sign, where it is unclear.")
+    ] = None
+    complete: Annotated[
+        bool, typer.Option("--complete", help="The last line of a file is whole, though it has no line end.")
+    ] = False
+
+
+@dataclass(frozen=True, slots=True)
+class OfRuns(OfAny):
+    """The options of a study of runs."""
+
+    where: WhereOption = None
+
 
 app = typer.Typer(no_args_is_help=True)
 
 
-def _show(name: str, shared: dict[str, Any], **own: Any) -> None:
+def _show(name: str, shared: OfAny, **own: Any) -> Shown:
     """Ask a study with the options that it shares with others, and its own."""
     from reports.display import BESIDE
     from reports.figures.kind import check_form, write_figure
 
-    plot, page = shared.pop("plot"), shared.pop("page")
+    options = asdict(shared)
+    plot, page = options.pop("plot"), options.pop("page")
     check_form("--plot", plot)
     check_form("--page", page, (".html",))
-    found = _asked(name, **shared, **own)
+    found = _asked(name, **options, **own)
     study = found.study
     if plot is not None:
         write_figure(study.draw(), plot)
@@ -59,13 +71,12 @@ def _show(name: str, shared: dict[str, Any], **own: Any) -> None:
     lines = within_width(study.sentences())
     for head, *rows in (table for table in (study.table(), [BESIDE, *study.beside()]) if len(table) > 1):
         lines += ["", *columns(head, rows)]
-    emit_with_files(_data(study), lines, {"plot": plot, "page": page}, shared["as_json"])
+    return with_files(_data(study), lines, {"plot": plot, "page": page})
 
 
 def _asked(
     name: str,
     book: Path | None,
-    as_json: bool,
     file: Path | None = None,
     complete: bool = False,
     **options: Any,
@@ -75,7 +86,7 @@ def _asked(
     from labbook.studies.registry import ask
     from labbook.studies.study import Asked
 
-    with progress(f"study {name}", None, shown=not as_json) as step:
+    with progress(f"study {name}", None) as step:
         return ask(name, Asked(book, file, StudyProtocol(**options), complete, step))
 
 
@@ -96,11 +107,10 @@ def _write_page(found: "Found[Study]", page: Path) -> None:
 
 
 @app.command()
-@with_options("shared", _OF_SHEET)
 def compaction(
-    shared: dict[str, Any],
-    grain: Annotated[float | None, typer.Option("--grain", metavar="MM", help="The grains' diameter, mm.")] = None,
-) -> None:
+    shared: OfSheet,
+    grain: Annotated[float | None, typer.Option(metavar="MM", help="The grains' diameter, mm.")] = None,
+) -> Shown:
     """Show how densely a bed's grains lie, poured and compacted, from the water that fills flasks of several sizes.
 
     FILE, else the sheet in the book, has the columns radius_mm, state (two words, such as loose and compacted) and
@@ -109,12 +119,11 @@ def compaction(
 
     Example: labbook study compaction flasks.csv --grain 3.4 --plot compaction.pdf
     """
-    _show("compaction", shared, grain_mm=grain)
+    return _show("compaction", shared, grain_mm=grain)
 
 
 @app.command("field")
-@with_options("shared", _OF_SHEET)
-def field_walks(shared: dict[str, Any]) -> None:
+def field_walks(shared: OfSheet) -> Shown:
     """Compare what two robots need that walk together: specific resistance, energy over weight times distance.
 
     FILE, else the sheet in the book, has the columns walk, robot, mass_kg, distance_m and energy_Wh, or charge_mAh and
@@ -123,12 +132,11 @@ def field_walks(shared: dict[str, Any]) -> None:
 
     Example: labbook study field walks.csv --plot field.pdf
     """
-    _show("field", shared)
+    return _show("field", shared)
 
 
 @app.command()
-@with_options("shared", _OF_SHEET)
-def characterisation(shared: dict[str, Any]) -> None:
+def characterisation(shared: OfSheet) -> Shown:
     """Measure what a leg's gains are in N/m and kg/s, from oscillations of a mass that stands on it.
 
     FILE, else the sheet in the book, has the columns file, gain, damping_gain, mass_kg and, where it was varied,
@@ -138,17 +146,16 @@ def characterisation(shared: dict[str, Any]) -> None:
 
     Example: labbook study characterisation trials.csv --plot gains.pdf
     """
-    _show("characterisation", shared)
+    return _show("characterisation", shared)
 
 
 @app.command("force-plate")
-@with_options("shared", _OF_RUNS)
 def force_plate(
-    shared: dict[str, Any],
+    shared: OfRuns,
     window: Annotated[
-        int | None, typer.Option("--window", metavar="N", help="Samples of the moving average; default: its corner.")
+        int | None, typer.Option(metavar="N", help="Samples of the moving average; default: its corner.")
     ] = None,
-) -> None:
+) -> Shown:
     """Compare the joules of a hop that force plate and leg say with those that the battery gave.
 
     Of the book's runs that have a plate's record, a log with the leg's length, and a recharge. Both clocks are aligned
@@ -156,26 +163,25 @@ def force_plate(
 
     Example: labbook study force-plate --where "k_gain>=300" --plot plate.pdf
     """
-    _show("force-plate", shared, window=window)
+    return _show("force-plate", shared, window=window)
 
 
 @app.command()
-@with_options("shared", _OF_RUNS)
 def emulator(
-    shared: dict[str, Any],
+    shared: OfRuns,
     constant: Annotated[
         float | None,
-        typer.Option("--constant", metavar="GAIN", help="The active-damping gain that is the same at all; usual: 50."),
+        typer.Option(metavar="GAIN", help="The active-damping gain that is the same at all; usual: 50."),
     ] = None,
     ratio: Annotated[
         float | None,
-        typer.Option("--ratio", help="The extension gain over the damping gain that is scaled with it; usual: 6."),
+        typer.Option(help="The extension gain over the damping gain that is scaled with it; usual: 6."),
     ] = None,
     same: Annotated[
         float | None,
-        typer.Option("--same", metavar="%", help="A rise of the apex below it is not appreciable; usual: 2."),
+        typer.Option(metavar="%", help="A rise of the apex below it is not appreciable; usual: 2."),
     ] = None,
-) -> None:
+) -> Shown:
     """Compare constant and scaled active damping with compression-extension at each extension gain.
 
     Of the book's runs with joules and apexes: savings and lost height with their intervals, by the days that both
@@ -184,12 +190,11 @@ def emulator(
 
     Example: labbook study emulator --plot emulator.pdf
     """
-    _show("emulator", shared, constant=constant, ratio=ratio, same_percent=same)
+    return _show("emulator", shared, constant=constant, ratio=ratio, same_percent=same)
 
 
 @app.command()
-@with_options("shared", _OF_RUNS)
-def bed(shared: dict[str, Any]) -> None:
+def bed(shared: OfRuns) -> Shown:
     """Compare active damping with compression-extension on the granular bed: energy and apex heights by foot and gain.
 
     As the report does, by the days that both sides share, with its intervals; beside each p that of the thesis's route
@@ -197,24 +202,22 @@ def bed(shared: dict[str, Any]) -> None:
 
     Example: labbook study bed --where "foot=small" --plot bed.pdf
     """
-    _show("bed", shared)
+    return _show("bed", shared)
 
 
 @app.command("all")
 def all_studies(
     pages: Annotated[
-        Path | None, typer.Option("--pages", metavar="DIR", help="Write each as a page into a folder, as NAME.html.")
+        Path | None, typer.Option(metavar="DIR", help="Write each as a page into a folder, as NAME.html.")
     ] = None,
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Show every study of a book: those whose sheet it has, that labbook.toml names, or that it was made for.
 
     Each is asked with what [studies.NAME] of labbook.toml says. The exit code is 2 where one cannot be made.
 
     Example: labbook study all --pages studies/
     """
-    from labbook.book.opening import opened
     from labbook.studies.registry import STUDIES, studies_of_book
 
     if pages is not None and pages.exists() and not pages.is_dir():
@@ -232,7 +235,7 @@ def all_studies(
     lines: list[str] = []
     for name in names:
         try:
-            found = _asked(name, book, as_json)
+            found = _asked(name, book)
         except (InputRefused, UsageError) as error:
             data[name] = {"refused": str(error)}
             lines += [f"{name}: refused", *within_width([str(error)]), ""]
@@ -245,6 +248,4 @@ def all_studies(
             data[name]["page"] = str(page)
             lines.append(str(page))
         lines.append("")
-    emit(data, lines[:-1], as_json)
-    if any("refused" in one for one in data.values()):
-        raise typer.Exit(2)
+    return Shown(data, lines[:-1], 2 if any("refused" in one for one in data.values()) else 0)

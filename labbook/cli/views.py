@@ -7,15 +7,14 @@ from typing import Annotated
 import typer
 
 from data_schema.errors import BookDamaged
-from labbook.cli.common import BookOption, JsonOption, WhereOption, options_given, reading
-from labbook.terminal import columns, emit, plain, progress
+from labbook.cli.common import BookOption, WhereOption, opened, options_given, reading
+from labbook.terminal import Shown, columns, plain, progress
 
 
 def today(
-    day: Annotated[str | None, typer.Option("--day", metavar="DATE", help="Another day, as 2021-06-01.")] = None,
+    day: Annotated[str | None, typer.Option(metavar="DATE", help="Another day, as 2021-06-01.")] = None,
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """List what a day still needs: logs without charge, charges without log, logs that do not count, checks not made.
 
     Runs of jumps without joules or without apex heights are named with the reason, and runs whose charge is below what
@@ -36,12 +35,10 @@ def today(
         found = to_do(Detections(connection, opened_book.store), opened_book.configuration, day)
         last, (entries, _hash) = last_backup(opened_book.store), journal.head(connection)
     lines = [*to_do_lines(found), backup_line(last, entries)]
-    emit({**plain(found), "last_backup": last}, lines, as_json)
+    return Shown({**plain(found), "last_backup": last}, lines)
 
 
-def show(
-    run: Annotated[str, typer.Argument(help="The run.")], book: BookOption = None, as_json: JsonOption = False
-) -> None:
+def show(run: Annotated[str, typer.Argument(help="The run.")], book: BookOption = None) -> Shown:
     """Show a run: facts, files with channels and gaps, charges, notes, and what was stated about it.
 
     Example: labbook show r017
@@ -51,18 +48,17 @@ def show(
 
     with reading(book) as (opened_book, connection):
         found = run_view(Detections(connection, opened_book.store), opened_book.configuration, run)
-    emit(found, view_lines(found), as_json)
+    return Shown(found, view_lines(found))
 
 
 def plot(
     run: Annotated[str, typer.Argument(help="The run.")],
-    jump: Annotated[int | None, typer.Option("--jump", help="The jump to show enlarged.")] = None,
+    jump: Annotated[int | None, typer.Option(help="The jump to show enlarged.")] = None,
     out: Annotated[
-        Path | None, typer.Option("--out", metavar="FILE", help="A .png, .svg, .pdf or .html file; the page zooms.")
+        Path | None, typer.Option(metavar="FILE", help="A .png, .svg, .pdf or .html file; the page zooms.")
     ] = None,
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Plot the body height of a run with its jumps, misfires, gaps and verdicts, and one jump enlarged.
 
     The enlarged jump has the leg length below it where the log has it.
@@ -74,10 +70,10 @@ def plot(
     with reading(book) as (opened_book, connection):
         plotted = plot_run(opened_book, connection, run, jump, out or picture_named(run))
     lines = [str(plotted.path), *([plotted.remark] if plotted.remark else [])]
-    emit({"run": run, "figure": str(plotted.path), "remark": plotted.remark}, lines, as_json)
+    return Shown({"run": run, "figure": str(plotted.path), "remark": plotted.remark}, lines)
 
 
-def channels(as_json: JsonOption = False) -> None:
+def channels() -> Shown:
     """List what a column of a log or of a charger sheet can be declared as, with unit and meaning.
 
     Units are those that values are stored in; a file's own unit is declared with the column and converted.
@@ -105,10 +101,10 @@ def channels(as_json: JsonOption = False) -> None:
         "A second plate's forces, moments and centres of pressure have the ending _2, a third's _3.",
         'On the command line: `labbook ingest FILE --column "COLUMN=CHANNEL:UNIT"`; in labbook.toml: [profiles.NAME].',
     ]
-    emit(data, lines, as_json)
+    return Shown(data, lines)
 
 
-def formats(as_json: JsonOption = False) -> None:
+def formats() -> Shown:
     """List the file formats, by what a file is recognised as one, and which plug-in a format comes from.
 
     Any other text with columns is read as delimited_log; what it does not say is declared with flags or a profile.
@@ -121,14 +117,13 @@ def formats(as_json: JsonOption = False) -> None:
     rows = [(each.name, str(each.version), each.plugin or "-", each.evidence, each.what) for each in found]
     faults = list(plugins().faults)
     more = "`--explain` of `labbook ingest` shows by what evidence a file was recognised, `--format` decides it."
-    emit(
+    return Shown(
         {"formats": found, "faults": faults},
         [*columns(("format", "version", "plug-in", "recognised by", "what"), rows), more, *faults],
-        as_json,
     )
 
 
-def analysis(book: BookOption = None, as_json: JsonOption = False) -> None:
+def analysis(book: BookOption = None) -> Shown:
     """Show what was decided about the analysis, when and by whom, and what departs from it.
 
     [analysis] of labbook.toml is in the journal before the first file is ingested or the first charge stated. What it
@@ -146,7 +141,7 @@ def analysis(book: BookOption = None, as_json: JsonOption = False) -> None:
     with reading(book) as (opened_book, connection):
         found = planned_analysis(connection, opened_book.configuration)
     watched = found.stated and found.first_measured_utc is not None
-    emit(found, (*planned_sentences(found), *((NOT_WATCHED,) if watched else ())), as_json)
+    return Shown(found, (*planned_sentences(found), *((NOT_WATCHED,) if watched else ())))
 
 
 def config(
@@ -155,8 +150,7 @@ def config(
         typer.Option("--schema", help="Print the JSON schema of labbook.toml, by which an editor helps to write it."),
     ] = False,
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Check what labbook.toml says: every fault with its place, what was given and what is allowed.
 
     Example: labbook config; labbook config --schema > labbook.schema.json
@@ -166,11 +160,10 @@ def config(
     from labbook.config.reading import json_schema
 
     if schema:
-        emit(json_schema(Configuration), [], as_json=True)
-        return
+        return Shown(json_schema(Configuration))
     folder = find_folder(book or Path.cwd())
     found, path = read_configuration(folder), folder / "labbook.toml"
-    emit({"path": str(path), "sha256": found.sha256}, [f"{path} can be read, and every key has a meaning."], as_json)
+    return Shown({"path": str(path), "sha256": found.sha256}, [f"{path} can be read, and every key has a meaning."])
 
 
 NOT_MET = 1
@@ -187,8 +180,7 @@ def compare(
         ),
     ] = False,
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Show what the simulator predicts beside what was measured, condition by condition.
 
     Each condition is simulated as it was run, in the scene that [simulation] of labbook.toml names. A prediction is
@@ -209,15 +201,14 @@ def compare(
     """
     from labbook.actions.report_command import selection
     from labbook.actions.simulate.comparing_predictions import as_data, as_lines, compare_predictions
-    from labbook.book.opening import opened
 
     with opened(book) as opened_book:
         text = selection(opened_book.configuration, where, context.args, options_given(context))
-        with progress("compare", None, shown=not as_json) as step:
+        with progress("compare", None) as step:
             compared = compare_predictions(opened_book, text, step)
-    emit(as_data(compared), [] if as_json else as_lines(compared), as_json)
-    if compared.fails or (check and not compared.met):
-        raise typer.Exit(NOT_MET)
+    return Shown(
+        as_data(compared), as_lines(compared), NOT_MET if compared.fails or (check and not compared.met) else 0
+    )
 
 
 def why(
@@ -226,8 +217,7 @@ def why(
         bool, typer.Option("--check", help="Compute the number anew from raw copies and journal, and compare.")
     ] = False,
     book: BookOption = None,
-    as_json: JsonOption = False,
-) -> None:
+) -> Shown:
     """Trace a number to the algorithm, the facts and the bytes it rests on.
 
     A number printed by an earlier labbook, which a rebuild computes anew under another id, is told as it was printed.
@@ -238,19 +228,19 @@ def why(
     """
     from labbook.actions.upkeep.recomputing import recompute
     from labbook.actions.upkeep.tracing import NumberTrace, trace, trace_lines
-    from labbook.book.opening import opened
 
     with opened(book) as opened_book:
         with opened_book.reading() as connection:
             found = trace(connection, number)
         if not check:
-            emit(found, trace_lines(found), as_json)
-            return
+            return Shown(found, trace_lines(found))
         uid = found.number.uid if isinstance(found, NumberTrace) else found.uid
-        with progress("replaying", None, shown=not as_json) as step:
+        with progress("replaying", None) as step:
             (checked,) = recompute(opened_book, [uid], step)
     if isinstance(found, NumberTrace) and checked.trace is not None:
         found = replace(found, trace=checked.trace)
-    emit({"trace": found, "check": checked}, [checked.sentence, *trace_lines(found)], as_json)
-    if checked.stands is False:
-        raise typer.Exit(BookDamaged.exit_code)
+    return Shown(
+        {"trace": found, "check": checked},
+        [checked.sentence, *trace_lines(found)],
+        BookDamaged.exit_code if checked.stands is False else 0,
+    )

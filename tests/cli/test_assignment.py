@@ -88,7 +88,7 @@ def test_moving_a_file_or_a_charge_needs_a_reason_and_keeps_the_old_run(
     with unchanged(stated.folder):
         refused(labbook("assign", "LOG0007.csv", "r001", at=stated.folder), 2, "belongs to run r002", "--why")
         refused(labbook("assign", "LOG0007.csv", "r001", "--why", " ", at=stated.folder), 2, "--why is empty")
-        refused(labbook("assign", "charges.csv#1", "r002", at=stated.folder), 2, "another run", "--why")
+        refused(labbook("assign", "charges.csv#1", "r002", at=stated.folder), 2, "belongs to run r001", "--why")
     moved = good(labbook("assign", "LOG0007.csv", "r001", "--why", "wrong card", at=stated.folder))
     says(moved.out, "LOG0007.csv", "r001")
     good(labbook("assign", "charges.csv#1", "r002", "--why", "read a line too low", at=stated.folder))

@@ -53,7 +53,7 @@ UNKNOWN_NAMES = {
     "reason": ("jumps reject r001 1 --reason misfired", "'misfired' is not a known reason", "'misfire'"),
     "imported file": ("assign r01.csv r001", "'r01.csv' is not a known imported file", "did you mean 'r0"),
     "provenance id": ("why 0123456789ab", "'0123456789ab'", "copy the whole id"),
-    "plan method": ("plan --seed 1 --method random", "'random' is not a known method", "'randomised'"),
+    "plan method": ("plan --seed 1 --method random", "'random' is not one of", "'randomised'"),
 }
 
 BAD_VALUES = {

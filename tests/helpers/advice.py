@@ -12,7 +12,7 @@ import re
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 from typing import Any
 
 import msgspec
@@ -28,7 +28,7 @@ from ingest.formats.format import Head
 from ingest.model import ColumnDeclaration, ColumnUse, Declarations, Finding, ReadFile
 from ingest.read import read_file
 from ingest.timebase.stamps import TICKS_PER_SECOND
-from labbook.cli.declaring import DECLARED
+from labbook.cli.declaring import Declared
 from labbook.cli.file_options import declared_options
 from labbook.cli.main import application
 from labbook.config.parsing import parse_configuration, template
@@ -108,7 +108,7 @@ def advice_of(message: str) -> Iterator[Advice]:
 def _only_names(snippet: str) -> bool:
     """Whether a snippet is the name of an option that takes a value, as in "say which holds with `--rate`"."""
     option = snippet.removeprefix("--").replace("-", "_")
-    return option in DECLARED and DECLARED[option][1] is not False
+    return any(one.name == option and one.default is not False for one in fields(Declared))
 
 
 def command(*words: str) -> Any:
@@ -202,7 +202,7 @@ def _as_advised(
         return None
     words = [word for flags in filled for word in shlex.split(flags or "")]
     given = command("ingest").make_context("ingest", ["FILE", *words]).params
-    options = declared_options({name: given[name] for name in DECLARED})
+    options = declared_options(Declared(**{one.name: given[one.name] for one in fields(Declared)}))
     own = {name: msgspec.convert(column, ColumnDeclaration) for name, column in options.pop("columns", {}).items()}
     for flag in advice.left_out:
         name = shlex.split(flag)[0].removeprefix("--").replace("-", "_")

@@ -8,7 +8,8 @@ from pathlib import Path
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.planning.runs import PlanRequest, make_plan
+from labbook.actions.planning.asked import PlanRequest
+from labbook.actions.planning.runs import make_plan
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, void
@@ -75,7 +76,7 @@ def _measure_and_judge(made: SmallBook, book: Book) -> None:
     sheet = made.instruments / "charger" / f"{DAYS[0]}.csv"
     lines = sheet.read_text().splitlines(keepends=True)
     sheet.write_text("".join(line for line in lines if not line.startswith("r006,")))  # forgotten, typed in below
-    make_plan(book, PlanRequest(7, 2, 8, "randomised", "2021-06-21", True, strays / "plan.csv", False), BEN)
+    make_plan(book, 7, PlanRequest(2, 8, start="2021-06-21", out=strays / "plan.csv"), BEN)
     ingest_file(book, made.log("r002"), IngestRequest(person=ADA))  # before its run is known
     ingest_file(book, unnamed, IngestRequest(person=BEN))
     ingest_file(book, unreadable, IngestRequest(person=BEN))

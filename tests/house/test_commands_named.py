@@ -6,11 +6,12 @@ import ast
 import re
 import shlex
 from collections.abc import Iterator
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
-from labbook.cli.declaring import DECLARED
+from labbook.cli.declaring import Declared
 from labbook.cli.main import COMMANDS, GROUPS, TAKE_FACTORS
 from tests.helpers.advice import command
 
@@ -61,7 +62,7 @@ def test_an_option_that_is_named_is_one_of_some_command(snippet: str) -> None:
     known = {name for each in COMMANDS for name in options_of(command(each))}
     for group in GROUPS:
         known |= {name for each in command(group).commands.values() for name in options_of(each)}
-    known |= {f"--{name.replace('_', '-')}" for name in DECLARED} | {FACTOR}
+    known |= {f"--{one.name.replace('_', '-')}" for one in fields(Declared)} | {FACTOR}
     named = set(re.findall(r"(?<!\S)--[a-z][a-z-]*", snippet))
     assert named
     assert named <= known

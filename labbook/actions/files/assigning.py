@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import sqlalchemy as sa
@@ -46,88 +46,97 @@ def assign(session: WriteSession, what: str, run_name: str, why: str | None, *, 
         file = file_named(session.connection, what)
         if file.role == FileRole.SHEET:
             raise UsageError(f"{what} is for a study and belongs to no run: `labbook study --help` lists them.")
-        return _take_file_off(session, file, what, why) if run is None else _assign_file(session, file, what, run, why)
+        return _assign_file(session, file, what, run, why)
     file = file_named(session.connection, name)
     parts = parts_of_file(session.connection, file.uid)
     if place in parts:
-        return assign_part(session, file, place, run, why)
+        return _assign_part(session, file, place, run, why)
     if not place.isdigit():
         raise unknown_name(f"part of {file.name}", place, parts, f"`labbook files show {file.name}` lists them.")
     charge = charge_of(session.connection, file, int(place))
-    if run is None:
-        return _take_charge_off(session, file, charge, why)
-    return _add_charge(session, file, charge, run, why) if add else _assign_charge(session, file, charge, run, why)
+    if add and run is not None:
+        return _add_charge(session, file, charge, run, why)
+    return _assign_charge(session, file, charge, run, why)
 
 
-def _assign_file(session: WriteSession, file: FileRow, what: str, run: RunRow, why: str | None) -> str:
-    links = links_of_file(session.connection, file.uid)
-    if any(link.run_uid == run.uid for link in links):
+def _moved(
+    what: str, before: Sequence[Link | SheetRow], run: RunRow | None, why: str | None, state: Callable[[], None]
+) -> str:
+    """Let something that belonged to the runs of `before` belong to another run, or to none; returns what was done."""
+    names = {row.run_name: "" for row in before if row.run_name is not None}
+    held = ", ".join(sorted(names))
+    if run is not None and run.name in names:
         return f"{what} belongs to run {run.name} already."
-    if not links:
-        refuse_second_of_file(session.connection, file.uid, file.role, run)
-        session.state(Statement(Action.ASSIGN, "file", file.uid, new={"run": run.uid, "role": file.role}, reason=why))
-        return f"{what} belongs to run {run.name} now."
-    if why is None:
-        raise UsageError(f"{what} belongs to run {_names(links)}: add --why to move it to {run.name}.")
-    charges = _charges_with(session, file, links)
-    for charge in charges:
-        if not charge.added:
-            refuse_second_charge(session.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
-    moved: list[tuple[str, str, dict[str, Any]]] = [("run_file", link.uid, {"run": link.run_uid}) for link in links]
-    moved += [("charge", item.uid, {"run": item.run_uid} | ({"added": 1} if item.added else {})) for item in charges]
-    for kind, uid, old in moved:
-        session.state(Statement(Action.CORRECT, kind, uid, new={**old, "run": run.uid}, old=old, reason=why))
-    return f"{what} moved to run {run.name}."
-
-
-def _take_file_off(session: WriteSession, file: FileRow, what: str, why: str | None) -> str:
-    links = links_of_file(session.connection, file.uid)
-    charges = _charges_with(session, file, links)
-    if not links and not charges:
-        assigned = [charge for charge in charges_of_file(session.connection, file.uid) if charge.run_uid is not None]
-        if assigned:
-            first = assigned[0]
-            raise UsageError(
-                f"the charges of {what} belong to {len(assigned)} runs: take them off one by one, for example "
-                f"{what}#{first.row_number}, the charge of run {first.run_name}."
-            )
+    if run is None and not held:
         return f"{what} belongs to no run: `labbook runs inbox` lists it."
-    names = _names([*links, *charges])
-    if why is None:
-        raise UsageError(f"{what} belongs to run {names}: add --why to take it off.")
-    if links:
-        old = {"runs": sorted({link.run_uid for link in links})}
-        session.state(Statement(Action.ASSIGN, "file", file.uid, new={"run": None}, old=old, reason=why))
-    for charge in charges:
-        _state_no_run(session, charge, why)
-    return f"{what} belongs to run {names} no longer: it is in the inbox."
+    if held and why is None:
+        doing = "take it off" if run is None else f"move it to {run.name}"
+        raise UsageError(f"{what} belongs to run {held}: add --why to {doing}.")
+    state()
+    if run is None:
+        return f"{what} belongs to run {held} no longer: it is in the inbox."
+    return f"{what} moved to run {run.name}." if held else f"{what} belongs to run {run.name} now."
 
 
-def _charges_with(session: WriteSession, file: FileRow, links: list[Link]) -> list[SheetRow]:
-    """Return the charges that follow their file: those of the run it is linked to; without a link, its only one."""
-    if file.role != FileRole.CHARGE:
-        return []
-    charges = charges_of_file(session.connection, file.uid)
-    if links:
-        runs = {link.run_uid for link in links}
-        return [charge for charge in charges if charge.run_uid in runs]
-    return [charge for charge in charges if len(charges) == 1 and charge.run_uid is not None]
+def _assign_file(session: WriteSession, file: FileRow, what: str, run: RunRow | None, why: str | None) -> str:
+    links = links_of_file(session.connection, file.uid)
+    every = charges_of_file(session.connection, file.uid) if file.role == FileRole.CHARGE else []
+    runs = {link.run_uid for link in links}
+    alone = len(every) == 1 and not links and run is None
+    # a file's charges follow it: those of its run, or without one its only one
+    charges = [charge for charge in every if charge.run_uid in runs or (alone and charge.run_uid is not None)]
+    assigned = [charge for charge in every if charge.run_uid is not None]
+    if run is None and assigned and not links and not charges:
+        first = assigned[0]
+        raise UsageError(
+            f"the charges of {what} belong to {len(assigned)} runs: take them off one by one, for example "
+            f"{what}#{first.row_number}, the charge of run {first.run_name}."
+        )
+
+    def state() -> None:
+        if run is None:
+            if links:
+                _state(session, Action.ASSIGN, "file", file.uid, {"runs": sorted(runs)}, {"run": None}, why)
+            for charge in charges:
+                _state_charge(session, Action.ASSIGN, charge, None, why)
+        elif not links:
+            refuse_second_of_file(session.connection, file.uid, file.role, run)
+            _state(session, Action.ASSIGN, "file", file.uid, None, {"run": run.uid, "role": file.role}, why)
+        else:
+            for charge in charges:
+                if not charge.added:
+                    refuse_second_charge(session.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
+            for link in links:
+                _state(session, Action.CORRECT, "run_file", link.uid, {"run": link.run_uid}, {"run": run.uid}, why)
+            for charge in charges:
+                added = {"added": 1} if charge.added else {}
+                old, new = {"run": charge.run_uid, **added}, {"run": run.uid, **added}
+                _state(session, Action.CORRECT, "charge", charge.uid, old, new, why)
+
+    return _moved(what, [*links, *charges] if run is None else links, run, why, state)
 
 
-def _assign_charge(session: WriteSession, file: FileRow, charge: SheetRow, run: RunRow, why: str | None) -> str:
-    what = f"charge {charge.row_number} of {file.name}"
-    if charge.run_uid != run.uid:
-        refuse_second_charge(session.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
-    if charge.run_uid is None:
-        session.state(Statement(Action.ASSIGN, "charge", charge.uid, new={"run": run.uid}, reason=why))
-        return f"{what} belongs to run {run.name} now."
-    if charge.run_uid == run.uid:
-        return f"{what} belongs to run {run.name} already."
-    if why is None:
-        raise UsageError(f"{what} belongs to another run, {charge.run_name}: add --why to move it to {run.name}.")
-    old, new = _with_added(charge, {"run": charge.run_uid}, {"run": run.uid})
-    session.state(Statement(Action.CORRECT, "charge", charge.uid, new=new, old=old, reason=why))
-    return f"{what} moved to run {run.name}."
+def _assign_part(session: WriteSession, file: FileRow, part: str, run: RunRow | None, why: str | None) -> str:
+    links = [link for link in links_of_file(session.connection, file.uid) if link.part == part]
+
+    def state() -> None:
+        for link in links:
+            _state(session, Action.ASSIGN, "file", file.uid, {"runs": [link.run_uid]}, {"run": None, "part": part}, why)
+        if run is not None:
+            new = {"run": run.uid, "role": file.role, "part": part}
+            _state(session, Action.ASSIGN, "file", file.uid, None, new, why)
+
+    return _moved(f"part {part} of {file.name}", links, run, why, state)
+
+
+def _assign_charge(session: WriteSession, file: FileRow, charge: SheetRow, run: RunRow | None, why: str | None) -> str:
+    def state() -> None:
+        if run is not None:
+            refuse_second_charge(session.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
+        moves = run is not None and charge.run_uid is not None
+        _state_charge(session, Action.CORRECT if moves else Action.ASSIGN, charge, run, why)
+
+    return _moved(f"charge {charge.row_number} of {file.name}", [charge], run, why, state)
 
 
 def _add_charge(session: WriteSession, file: FileRow, charge: SheetRow, run: RunRow, why: str | None) -> str:
@@ -142,33 +151,30 @@ def _add_charge(session: WriteSession, file: FileRow, charge: SheetRow, run: Run
     if charge.mode != ChargeMode.CHARGE:
         raise UsageError(f"{what} is a discharge, which adds nothing to the charge of a run: leave --add out.")
     refuse_added_to_nothing(session.connection, run)
-    new, old = {"run": run.uid, "added": 1}, {"run": None, "added": 0}
-    session.state(Statement(Action.ASSIGN, "charge", charge.uid, new=new, old=old, reason=why))
+    old, new = {"run": None, "added": 0}, {"run": run.uid, "added": 1}
+    _state(session, Action.ASSIGN, "charge", charge.uid, old, new, why)
     return f"{what} is added to that of run {run.name}: the sum counts."
 
 
-def _take_charge_off(session: WriteSession, file: FileRow, charge: SheetRow, why: str | None) -> str:
-    what = f"charge {charge.row_number} of {file.name}"
-    if charge.run_uid is None:
-        return f"{what} belongs to no run: `labbook runs inbox` lists it."
-    if why is None:
-        raise UsageError(f"{what} belongs to run {charge.run_name}: add --why to take it off.")
-    _state_no_run(session, charge, why)
-    return f"{what} belongs to run {charge.run_name} no longer: it is in the inbox."
+def _state_charge(session: WriteSession, action: Action, charge: SheetRow, run: RunRow | None, why: str | None) -> None:
+    """State which run a charge belongs to; one that was added to that of the run which it leaves is so no longer."""
+    old: dict[str, Any] = {"run": charge.run_uid}
+    new: dict[str, Any] = {"run": None if run is None else run.uid}
+    if charge.added:
+        old, new = {**old, "added": 1}, {**new, "added": 0}
+    _state(session, action, "charge", charge.uid, old if charge.run_uid is not None else None, new, why)
 
 
-def _state_no_run(session: WriteSession, charge: SheetRow, why: str) -> None:
-    old, new = _with_added(charge, {"run": charge.run_uid}, {"run": None})
-    session.state(Statement(Action.ASSIGN, "charge", charge.uid, new=new, old=old, reason=why))
-
-
-def _with_added(charge: SheetRow, old: dict[str, Any], new: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
-    """Return old and new values of a charge that leaves a run; one that was added there is so no longer."""
-    return ({**old, "added": 1}, {**new, "added": 0}) if charge.added else (old, new)
-
-
-def _names(rows: Sequence[Link | SheetRow]) -> str:
-    return ", ".join(sorted({row.run_name for row in rows if row.run_name is not None}))
+def _state(
+    session: WriteSession,
+    action: Action,
+    kind: str,
+    uid: str,
+    old: Mapping[str, Any] | None,
+    new: Mapping[str, Any],
+    why: str | None,
+) -> None:
+    session.state(Statement(action, kind, uid, new=new, old=old, reason=why))
 
 
 def resolve_item(connection: sa.Connection, what: str) -> str:
@@ -189,25 +195,3 @@ def charge_of(connection: sa.Connection, file: FileRow, row_number: int) -> Shee
         if charge.row_number == row_number:
             return charge
     raise UsageError(f"{file.name} has no charge {row_number}: `labbook runs inbox` lists the rows without a run.")
-
-
-def assign_part(session: WriteSession, file: FileRow, part: str, run: RunRow | None, why: str | None) -> str:
-    """Assign a part to a run, or to none; returns a sentence about what was done."""
-    what = f"part {part} of {file.name}"
-    link = next((link for link in links_of_file(session.connection, file.uid) if link.part == part), None)
-    if link is None and run is None:
-        return f"{what} belongs to no run: `labbook runs inbox` lists it."
-    if link is not None and run is not None and link.run_uid == run.uid:
-        return f"{what} belongs to run {run.name} already."
-    if link is not None:
-        if why is None:
-            doing = "take it off" if run is None else f"move it to {run.name}"
-            raise UsageError(f"{what} belongs to run {link.run_name}: add --why to {doing}.")
-        old = {"runs": [link.run_uid]}
-        session.state(Statement(Action.ASSIGN, "file", file.uid, new={"run": None, "part": part}, old=old, reason=why))
-        if run is None:
-            return f"{what} belongs to run {link.run_name} no longer: it is in the inbox."
-    assert run is not None  # noqa: S101 - a part without a run was refused
-    new = {"run": run.uid, "role": file.role, "part": part}
-    session.state(Statement(Action.ASSIGN, "file", file.uid, new=new, reason=why))
-    return f"{what} {'belongs' if link is None else 'moved'} to run {run.name}{' now' if link is None else ''}."

@@ -15,6 +15,7 @@ from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.queries.imported_files import FileRow, find_files, imported_names
 from data_schema.vocabulary import IngestStatus
 from labbook.book.opening import CONFIGURATION, DATABASE, JOURNAL
+from labbook.terminal import listed
 
 
 def file_named(connection: sa.Connection, name: str, *, withdrawn: bool = False) -> FileRow:
@@ -41,9 +42,6 @@ def file_named(connection: sa.Connection, name: str, *, withdrawn: bool = False)
     return row
 
 
-_MOST_SKIPPED = 12
-
-
 @dataclass(frozen=True, slots=True)
 class FoundFiles:
     """The files that paths mean, each with what messages call it; others in the folders named, each with why not."""
@@ -59,9 +57,8 @@ class FoundFiles:
     @property
     def skipped_line(self) -> str:
         """Name what was skipped and why; "" where nothing was."""
-        listed = [f"{name} ({why})" for name, why in self.skipped.items()]
-        more = f" and {len(listed) - _MOST_SKIPPED} more" if len(listed) > _MOST_SKIPPED else ""
-        return f"skipped ({len(listed)}): {', '.join(listed[:_MOST_SKIPPED])}{more}." if listed else ""
+        skipped = [f"{name} ({why})" for name, why in self.skipped.items()]
+        return f"skipped ({len(skipped)}): {listed(skipped)}." if skipped else ""
 
 
 def files_of(paths: Sequence[Path], book_folder: Path) -> FoundFiles:

@@ -245,48 +245,39 @@ class ReadingContents:
 
 def changes(old: ReadingContents, new: ReadingContents) -> list[str]:
     """Return what differs in another reading, a sentence each; one sentence where nothing does."""
-    found = []
+    found = _differences(_facts(old), _facts(new))
+    if not found and any(part.sha256 != old.parts[name].sha256 for name, part in new.parts.items()):
+        found = ["values differ"]
     if old.row.status is IngestStatus.WAITING:
-        found.append("the file waited for a declaration and is read now")
-    if (old.row.reader, old.row.reader_version) != (new.row.reader, new.row.reader_version):
-        found.append(
-            f"read as {new.row.reader} version {new.row.reader_version}, was {old.row.reader} version "
-            f"{old.row.reader_version}"
-        )
-    if old.row.rows_kept != new.row.rows_kept:
-        found.append(f"{new.row.rows_kept} rows kept, were {old.row.rows_kept}")
-    found += [f"part {name!r} is there no longer" for name in old.parts if name not in new.parts]
-    for name, part in new.parts.items():
-        before = old.parts.get(name)
-        if before is None:
-            found.append(f"part {name!r} is new: {part.n_samples} samples of {_channels(part)}")
-        elif before != part:
-            found += [f"{text}{f' in part {name!r}' if len(new.parts) > 1 else ''}" for text in _part(before, part)]
-        if name in old.jumps and name in new.jumps and old.jumps[name] != new.jumps[name]:
-            found.append(f"{new.jumps[name]} jumps found, were {old.jumps[name]}")
-        elif name in new.jumps and name not in old.jumps:
-            found.append(f"{new.jumps[name]} jumps found")
-    return [*found, *_charge_changes(old, new)] or ["nothing comes out otherwise"]
+        found.insert(0, "the file waited for a declaration and is read now")
+    was, now = ({name: f"{n} jumps found" for name, n in one.jumps.items() if name in new.jumps} for one in (old, new))
+    return [*found, *_differences(was, now), *_charge_changes(old, new)] or ["nothing comes out otherwise"]
 
 
-def _part(old: PartRow, new: PartRow) -> list[str]:
-    before, now = dict(old.channels), dict(new.channels)
-    found = [f"channel {name} [{unit or 'no unit'}] is new" for name, unit in now.items() if name not in before]
-    found += [f"channel {name} is there no longer" for name in before if name not in now]
-    found += [
-        f"channel {name} is in {now[name] or 'no unit'}, was in {unit or 'no unit'}"
-        for name, unit in before.items()
-        if name in now and now[name] != unit
-    ]
-    if old.rate_hz != new.rate_hz:
-        found.append(f"{_rate(new)}, was {_rate(old)}")
-    if old.n_samples != new.n_samples:
-        found.append(f"{new.n_samples} samples, were {old.n_samples}")
-    if old.start_utc != new.start_utc:
-        found.append(f"starts at {new.start_utc or 'no known instant'}, was {old.start_utc or 'no known instant'}")
-    if old.gaps != new.gaps:
-        found.append(f"{len(new.gaps)} gaps, were {len(old.gaps)}" if len(old.gaps) != len(new.gaps) else "gaps differ")
-    return found or (["values differ"] if old.sha256 != new.sha256 else [])
+def _facts(reading: ReadingContents) -> dict[Any, str]:
+    """Return what may differ between two readings: in words, by what it is about."""
+    row = reading.row
+    found: dict[Any, str] = {
+        "reader": f"read as {row.reader} version {row.reader_version}",
+        "rows": f"{row.rows_kept} rows kept",
+    }
+    for name, part in reading.parts.items():
+        rate = "no rate" if part.rate_hz is None else f"{part.rate_hz:.6g} samples a second"
+        facts = {
+            "samples": f"{part.n_samples} samples",
+            "rate": rate,
+            "start": f"start at {part.start_utc or 'no known instant'}",
+            "gaps": f"{len(part.gaps)} gaps",
+            **{channel: f"channel {channel} [{unit or 'no unit'}]" for channel, unit in part.channels},
+        }
+        found |= {(name, what): f"{text} in part {name!r}" if name else text for what, text in facts.items()}
+    return found
+
+
+def _differences(before: Mapping[Any, str], now: Mapping[Any, str]) -> list[str]:
+    found = [f"{text}, was {before[about]}" for about, text in now.items() if before.get(about, text) != text]
+    found += [f"{text} is new" for about, text in now.items() if about not in before]
+    return found + [f"{text} is there no longer" for about, text in before.items() if about not in now]
 
 
 def _charge_changes(old: ReadingContents, new: ReadingContents) -> list[str]:
@@ -298,14 +289,6 @@ def _charge_changes(old: ReadingContents, new: ReadingContents) -> list[str]:
     }
     listed = [f"{count} {what}" for what, count in counts.items() if count]
     return [f"charges: {', '.join(listed)}"] if listed else []
-
-
-def _channels(part: PartRow) -> str:
-    return ", ".join(f"{name} [{unit}]" if unit else name for name, unit in part.channels)
-
-
-def _rate(part: PartRow) -> str:
-    return "no rate" if part.rate_hz is None else f"{part.rate_hz:.6g} samples a second"
 
 
 @dataclass(frozen=True, slots=True)

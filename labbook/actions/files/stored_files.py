@@ -38,6 +38,7 @@ from labbook.book.naming import refuse_empty, study_of
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession
 from labbook.config.local_time import local_text
+from labbook.terminal import listed
 
 if TYPE_CHECKING:  # it reads files, which a list need not wait for
     from labbook.actions.files.rereading import Reread, RereadRequest
@@ -114,7 +115,7 @@ def list_cells(connection: sa.Connection) -> tuple[tuple[str, ...], list[tuple[s
     head = ("file", "read as", "rows", "runs", "uid", "remark")
     runs = runs_by_file(connection)
     rows: list[tuple[str, ...]] = [
-        (name, reader, str(rows_kept), _few(runs.get(key, ())), uid, _remark(connection, status, uid, reading))
+        (name, reader, str(rows_kept), listed(runs.get(key, ()), 4), uid, _remark(connection, status, uid, reading))
         for name, reader, rows_kept, key, uid, status, reading in shown_readings(connection)
     ]
     return head, rows
@@ -319,7 +320,3 @@ def _declared(row: ReadingRow) -> str:
     profiles = json.loads(row.settings_json)["declared"]["profiles"]
     declared += [f"profile {profile['name']}" for profile in profiles]
     return "; ".join(declared) or "nothing"
-
-
-def _few(names: Sequence[str]) -> str:
-    return ", ".join(names[:4]) + (f" and {len(names) - 4} more" if len(names) > 4 else "")

@@ -7,14 +7,16 @@ import math
 from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import sqlalchemy as sa
 
-from data_schema.errors import UsageError, unknown_name
+from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
 from data_schema.queries.study import planned_runs
 from data_schema.reasons import Reason
-from data_schema.vocabulary import PlanMethod, Undefined
+from data_schema.vocabulary import Undefined
+from labbook.actions.planning.asked import PowerRequest
 from labbook.actions.planning.power_tests import (
     Assumed,
     Crossing,
@@ -38,22 +40,8 @@ from labbook.config.parsing import Configuration
 from labbook.plan.drawing import LARGEST_PLAN, Plan
 from stats.planning.power import SampleSize, sample_size
 
-
-@dataclass(frozen=True, slots=True)
-class PowerRequest:
-    """What was asked of `labbook power`; the numbers are those of the primary outcome, in J or m."""
-
-    saving_percent: float | None
-    difference: float | None
-    sd: float | None
-    mean: float | None
-    apex_sd_m: float | None
-    apex_mean_m: float | None
-    target: float
-    n: int
-    per_day: int
-    method: str
-    idle: bool
+USUAL_N = 10
+_Given = TypeVar("_Given", int, float)
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +88,9 @@ class StudyPower:
 
 def study_power(book: Book, request: PowerRequest) -> StudyPower:
     """Work out what the study needs; raises `UsageError` where too little is known to do so."""
-    _refuse_impossible(request)
+    asked_n = USUAL_N if (n := _one("--n", request.n)) is None else n
+    sd, mean = _one("--sd", request.sd), _one("--mean", request.mean)
+    _refuse_impossible(request, sd, mean, asked_n)
     configuration = book.configuration
     with book.reading() as connection:
         planned = planned_analysis(connection, configuration)
@@ -112,13 +102,13 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         def spread(of: Outcome) -> Spread | Undefined:
             return run_spread(cache, detections, evidence, of)
 
-        primary = _assumed(request.sd, request.mean, spread, quantity, "--mean")
-        if quantity.has_equivalence and request.apex_sd_m is None and request.apex_mean_m is None:
+        primary = _assumed(sd, mean, spread, quantity, "--mean")
+        if quantity.has_equivalence and request.apex_sd is None and request.apex_mean is None:
             apex = primary
         elif settings.apex_bounds is None:
             apex = Undefined(Reason.NO_APEX_BOUNDS)
         else:
-            given = request.apex_sd_m, request.apex_mean_m
+            given = request.apex_sd, request.apex_mean
             apex = _assumed(*given, spread, Outcome.APEX, "--apex-mean")
         n_of_plan = _n_of_plan(connection)
     if isinstance(primary, Undefined):
@@ -126,54 +116,59 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
     difference = _difference(request, quantity, primary)
     design = _design(configuration, planned)
     draw = functools.cache(lambda n: _drawn(configuration, request, n))
-    ns = sorted({request.n, *([] if n_of_plan is None else [n_of_plan])})
+    ns = sorted({asked_n, *([] if n_of_plan is None else [n_of_plan])})
     layouts = drawn_layouts(design.swept, settings.family, draw)
     tests = tests_of(design, difference, primary, apex, layouts)
     within = largest_n_within_days(layouts)
-    needed = tuple(_needed(test, ns, request.target, draw, within) for test in tests)
+    needed = tuple(_needed(test, ns, request.power, draw, within) for test in tests)
     largest = max(*ns, needed[0].n if isinstance(needed[0].n, int) else 2)
     crossing = crossing_of(lambda n: tests[0].plan(primary.sd, n), layouts, largest)
     return StudyPower(
         outcome=quantity,
         unit=quantity.unit,
-        target=request.target,
+        target=request.power,
         difference=difference,
-        saving_percent=request.saving_percent,
+        saving_percent=request.saving,
         primary=primary,
         apex=apex,
         planned=planned,
         design=design,
-        n=request.n,
+        n=asked_n,
         n_of_plan=n_of_plan,
         needed=needed,
         crossing=crossing,
     )
 
 
-def _refuse_impossible(request: PowerRequest) -> None:
+def _one(option: str, values: list[_Given] | None) -> _Given | None:
+    """Return the value of an option that may be given several times; raises `UsageError` where it is."""
+    if values and len(values) > 1:
+        raise UsageError(f"{option} is given {len(values)} times: a study takes one, or name one test with --test.")
+    return values[0] if values else None
+
+
+def _refuse_impossible(request: PowerRequest, sd: float | None, mean: float | None, n: int) -> None:
     """Raise `UsageError` for numbers that no study has."""
-    if (request.saving_percent is None) == (request.difference is None):
+    if (request.saving is None) == (request.difference is None):
         raise UsageError(
             "the power needs one effect to be found: add --saving 10 (percent of the control) or --difference 4."
         )
-    if request.saving_percent is not None and not 0 < request.saving_percent < 100:
-        raise UsageError(f"--saving {request.saving_percent:g} is no saving: give percent between 0 and 100.")
+    if request.saving is not None and not 0 < request.saving < 100:
+        raise UsageError(f"--saving {request.saving:g} is no saving: give percent between 0 and 100.")
     if request.difference is not None and not (math.isfinite(request.difference) and request.difference != 0):
         raise UsageError(f"--difference {request.difference:g} is none: give the smallest one that matters.")
     for option, value in (
-        ("--sd", request.sd),
-        ("--mean", request.mean),
-        ("--apex-sd", request.apex_sd_m),
-        ("--apex-mean", request.apex_mean_m),
+        ("--sd", sd),
+        ("--mean", mean),
+        ("--apex-sd", request.apex_sd),
+        ("--apex-mean", request.apex_mean),
     ):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise UsageError(f"{option} {value:g} is not possible: give a number above 0.")
-    if not 0 < request.target < 1:
-        raise UsageError(f"--power {request.target:g} is no chance: give one between 0 and 1, such as 0.8.")
-    if request.n < 2:
-        raise UsageError(f"--n {request.n} has no scatter to test against: give 2 or more.")
-    if request.method not in tuple(PlanMethod):
-        raise unknown_name("method", request.method, tuple(PlanMethod))
+    if not 0 < request.power < 1:
+        raise UsageError(f"--power {request.power:g} is no chance: give one between 0 and 1, such as 0.8.")
+    if n < 2:
+        raise UsageError(f"--n {n} has no scatter to test against: give 2 or more.")
 
 
 def _assumed(
@@ -198,14 +193,14 @@ def _assumed(
 def _difference(request: PowerRequest, outcome: Outcome, primary: Assumed) -> float:
     if request.difference is not None:
         return request.difference
-    assert request.saving_percent is not None  # noqa: S101 - `_refuse_impossible` has asked
+    assert request.saving is not None  # noqa: S101 - `_refuse_impossible` has asked
     if not outcome.has_savings:
         raise UsageError(
             f"--saving is of joules, and the primary outcome is {outcome}: give --difference in {outcome.unit}."
         )
     if isinstance(primary.mean, Undefined):
         raise UsageError(f"{primary.mean.reason}, or the effect in joules with --difference.")
-    return request.saving_percent / 100.0 * primary.mean
+    return request.saving / 100.0 * primary.mean
 
 
 def _design(configuration: Configuration, planned: Planned) -> Design:
@@ -265,4 +260,4 @@ def _drawn(configuration: Configuration, request: PowerRequest, n: int) -> Plan 
     """Return a plan with this n, as `labbook plan` would draw it."""
     if n * math.prod(len(factor.levels) for factor in configuration.factors.values()) > LARGEST_PLAN // 2:
         return Undefined(Reason.PLAN_TOO_LARGE)
-    return draw_study_plan(configuration, n, request.per_day, PlanMethod(request.method), seed=1, idle=request.idle)
+    return draw_study_plan(configuration, n, request.per_day, request.method, seed=1, idle=request.idle)

@@ -7,15 +7,14 @@ import datetime
 import functools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from zoneinfo import ZoneInfo
 
 from data_schema.disk import replace_together
-from data_schema.errors import UsageError, unknown_name
+from data_schema.errors import UsageError
 from data_schema.queries.history import EntryRow, first_measurement
 from data_schema.queries.runs import run_names
 from data_schema.queries.study import OpenPlan, open_plans, planned_runs, withdrawn_names
 from data_schema.vocabulary import Action, PlanMethod, RunKind, Undefined
+from labbook.actions.planning.asked import PlanRequest
 from labbook.actions.planning.power_tests import (
     Crossing,
     DrawPlan,
@@ -31,27 +30,13 @@ from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.naming import condition_key, ensure_condition, refuse_empty, study_of
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, now_utc
+from labbook.config.local_time import day_named
 from labbook.config.model import AnalysisSettings
 from labbook.config.parsing import Configuration
 from labbook.config.run_names import RunNames
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
 from labbook.plan.sheet import format_run_sheet_for_print, write_run_sheet
 from stats.planning.power import Power, power_by_day
-
-
-@dataclass(frozen=True, slots=True)
-class PlanRequest:
-    """What was asked of `labbook plan`."""
-
-    seed: int
-    runs_per_condition: int
-    runs_per_day: int
-    method: str
-    start: str | None
-    idle: bool
-    out: Path
-    dry_run: bool
-    looks: int = 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,22 +71,19 @@ class PlannedLook:
     level: float
 
 
-def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
+def make_plan(book: Book, seed: int, request: PlanRequest, person: str | None, *, dry_run: bool = False) -> PlanMade:
     """Draw a plan, write its sheet and print-out, and state it unless it is a dry run."""
     configuration = book.configuration
-    if request.method not in tuple(PlanMethod):
-        raise unknown_name("method", request.method, tuple(PlanMethod))
     if not configuration.factors:
         raise UsageError("the study has no factors: declare them under [factors] in labbook.toml.")
 
     @functools.cache
     def draw(n: int) -> Plan:
-        method = PlanMethod(request.method)
-        return draw_study_plan(configuration, n, request.runs_per_day, method, request.seed, idle=request.idle)
+        return draw_study_plan(configuration, n, request.per_day, request.method, seed, idle=request.idle)
 
-    drawn = draw(request.runs_per_condition)
+    drawn = draw(request.n)
     with book.reading() as connection:
-        _refuse_seed_in_use(open_plans(connection), request.seed)
+        _refuse_seed_in_use(open_plans(connection), seed)
         planned = {row.name for row in planned_runs(connection)}
         taken = {*run_names(connection), *planned, *withdrawn_names(connection)}
         settings = planned_analysis(connection, configuration).settings
@@ -110,11 +92,11 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
     looks = _looks(request.looks, jumps, settings, measured)
     if looks:
         settings = replace(settings, alpha=looks[-1].level)
-    days, power, crossing = _tested(configuration, draw, request.runs_per_condition, settings)
+    days, power, crossing = _tested(configuration, draw, request.n, settings)
     scheme = RunNames(configuration.study.run_names)
     free = 1 + max((number for name in taken if (number := scheme.number(name)) is not None), default=0)
     names = [scheme.name(number) for number in range(free, free + len(drawn.runs))]
-    first_day = _start(request.start, configuration.study.time_zone)
+    first_day = datetime.date.fromisoformat(day_named("--start", request.start, configuration.study.time_zone))
     dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
     only = {"battery": _only(list(configuration.batteries)), "robot": _only(list(configuration.robots))}
     sheet = write_run_sheet(drawn, names, dates, **only)
@@ -138,7 +120,7 @@ def make_plan(book: Book, request: PlanRequest, person: str | None) -> PlanMade:
         except OSError as error:
             reason = error.strerror or error
             raise UsageError(f"{error.filename} cannot be written ({reason}): name another file with --out.") from error
-        if not request.dry_run:
+        if not dry_run:
             with book.session(person) as session:
                 entries = [
                     PlannedEntry(name, run.day, run.block, None if run.condition is None else dict(run.condition))
@@ -304,12 +286,3 @@ def _is_control(drawn: Plan, run: PlannedRun) -> bool:
 
 def _only(names: list[str]) -> str:
     return names[0] if len(names) == 1 else ""
-
-
-def _start(text: str | None, time_zone: str) -> datetime.date:
-    if text is None:
-        return datetime.datetime.now(ZoneInfo(time_zone)).date()
-    try:
-        return datetime.date.fromisoformat(text)
-    except ValueError:
-        raise UsageError(f"--start {text!r} is not a date: write it as 2021-06-01.") from None

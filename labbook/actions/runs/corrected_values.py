@@ -90,14 +90,6 @@ def number_value(name: str, text: str, column: sa.Column[Any]) -> float | int:
     )
 
 
-def date_value(text: str) -> str:
-    """Read the date of a day."""
-    try:
-        return datetime.date.fromisoformat(text).isoformat()
-    except ValueError:
-        raise UsageError(f"day={text} is not a date: write it as 2021-06-01.") from None
-
-
 MAH = "mah"
 """Of a run it is the charge of its only recharge."""
 _DATE, _STARTED, _MINUTES = "date", "started", "minutes"

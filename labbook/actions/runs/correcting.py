@@ -20,7 +20,6 @@ from data_schema.vocabulary import Action, ChargeState, RunKind, RunState
 from labbook.actions.runs.charges import refuse_second_charge
 from labbook.actions.runs.corrected_values import (
     MAH,
-    date_value,
     in_columns,
     number_value,
     resolve_charge,
@@ -39,6 +38,7 @@ from labbook.book.naming import (
 )
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession
+from labbook.config.local_time import date_named
 from labbook.config.parsing import Configuration
 from labbook.statements.counted_charges import same_charge
 
@@ -305,7 +305,7 @@ def _column(book: Book, session: WriteSession, kind: str, name: str, text: str) 
         known: Mapping[str, Any] = getattr(book.configuration, {"battery": "batteries"}.get(name, f"{name}s"))
         return {name: named_uid(session.connection, name, text, known)}
     if name == "day":
-        return {name: ensure_day(session, study_of(session.connection).uid, date_value(text))}
+        return {name: ensure_day(session, study_of(session.connection).uid, date_named("day", text))}
     if name == "run":
         return {name: None if text == "none" else run_named(session.connection, text).uid}
     is_text = isinstance(column.type, sa.Text)

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import datetime
 import math
-from zoneinfo import ZoneInfo
 
 from data_schema.errors import UsageError, unknown_name
 from labbook.book.naming import ensure_day, study_of
 from labbook.book.write_session import WriteSession
+from labbook.config.local_time import day_named
 from labbook.config.parsing import Configuration
 
 
@@ -31,14 +30,7 @@ def state_check(
         raise unknown_name("check", kind, listed, remedy)
     if value is not None and not math.isfinite(value):
         raise UsageError(f"--value {value} is not a measurement: give a finite number.")
-    try:
-        date = datetime.date.fromisoformat(day) if day else _today(configuration)
-    except ValueError:
-        raise UsageError(f"--day {day!r} is not a date: write it as 2021-06-01.") from None
-    day_uid = ensure_day(session, study_of(session.connection).uid, date.isoformat())
+    date = day_named("--day", day, configuration.study.time_zone)
+    day_uid = ensure_day(session, study_of(session.connection).uid, date)
     session.declare("day_check", day=day_uid, kind=kind, value=value, unit=unit, passed=int(passed))
-    return date.isoformat()
-
-
-def _today(configuration: Configuration) -> datetime.date:
-    return datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()
+    return date

@@ -27,9 +27,10 @@ from labbook.analysis.outcomes.log_dates import differing_day
 from labbook.analysis.outcomes.run_apexes import calibrated_for_other_day, usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity
 from labbook.book.naming import study_of
-from labbook.config.local_time import local_text
+from labbook.config.local_time import local_text, today_in
 from labbook.config.parsing import Configuration
 from labbook.config.run_names import RunNames
+from labbook.terminal import listed
 
 MOST_NAMED = 20
 """Runs that a remark names beside the first."""
@@ -169,8 +170,7 @@ def _remark(rule: str, messages: Mapping[str, str]) -> list[Remark]:
     first, *more = messages
     message = messages[first]
     if more:
-        rest = f" and {len(more) - MOST_NAMED} more" if len(more) > MOST_NAMED else ""
-        message += f"; the same of {', '.join(more[:MOST_NAMED])}{rest}"
+        message += f"; the same of {listed(more, MOST_NAMED)}"
     return [Remark(rule, len(messages), first, tuple(more[:MOST_NAMED]), f"{message}.")]
 
 
@@ -187,8 +187,9 @@ def _duration(run: RunRow, facts: Facts) -> str | None:
 
 
 def _future(run: RunRow, facts: Facts) -> str | None:
-    today = datetime.datetime.now(ZoneInfo(facts.study.time_zone)).date().isoformat()
-    return f"run {run.name} is of {run.day}, which is yet to come" if run.day > today else None
+    if run.day <= today_in(facts.study.time_zone):
+        return None
+    return f"run {run.name} is of {run.day}, which is yet to come"
 
 
 def _long_ago(run: RunRow, facts: Facts) -> str | None:

@@ -31,6 +31,7 @@ from labbook.analysis.outcomes.run_energy import below_drain, drain_lines, joule
 from labbook.analysis.study_data import StudyData, gather_about
 from labbook.book.opening import Book
 from labbook.statements.importing import PreparedImport
+from labbook.terminal import listed
 from stats.lines.passive_drain import PassiveDrain
 
 OF_JOULES = frozenset({"charge_mah", "duration_s", "jumps_made", "condition", "mode", "run"})
@@ -236,7 +237,6 @@ def known_joules(evidence: StudyData, drains: Lines) -> dict[str, float]:
 _LIKE_HEIGHT = ("bodyheight", "height", "hgt", "bodyz", "z", "h", "pot", "string", "position", "hoehe")
 _LENGTHS = ("m", "cm", "mm", "um", "in", "ft")
 _WITHOUT_UNIT = (None, "1")
-_MOST_COLUMNS = 12
 _ALIKE = 0.5
 """A name less alike is none of a height."""
 _CLOSE = 0.7
@@ -278,12 +278,11 @@ def missing_height_lines(name: str, missing: MissingHeight) -> list[str]:
     columns = [
         f"{name!r}"
         + (f" (kept as {stored_name}{'' if near is None else f', nearest channel {near}'})" if stored_name else "")
-        for name, stored_name, near in missing.columns[:_MOST_COLUMNS]
+        for name, stored_name, near in missing.columns
     ]
-    more = len(missing.columns) - len(columns)
     return [
         f"{name}: NO {BODY_HEIGHT}: no jump can be found in this log.",
-        f"  its columns: {', '.join(columns)}{f' and {more} more' if more else ''}.",
+        f"  its columns: {listed(columns)}.",
         f"  say which one it is{_its_unit(missing)}: `{missing.command}` (`labbook channels` lists all channels).",
     ]
 

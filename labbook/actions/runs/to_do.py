@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import datetime
 import shlex
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from zoneinfo import ZoneInfo
 
-from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_of_runs
 from data_schema.queries.detections import verdicts_waiting
 from data_schema.queries.history import first_measurement, void_reasons
@@ -27,7 +24,9 @@ from labbook.analysis.outcomes.run_apexes import Judgement, as_protocol, judge, 
 from labbook.analysis.outcomes.run_energy import above_capacity, drain_lines
 from labbook.analysis.outdated_files import outdated_files, outdated_sentence
 from labbook.analysis.study_data import StudyData, gather_about
+from labbook.config.local_time import day_named
 from labbook.config.model import HOW_TO_DECIDE, Configuration
+from labbook.terminal import listed
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,15 +68,15 @@ class ToDo:
 def to_do(detections: Detections, configuration: Configuration, day: str | None) -> ToDo:
     """Compare the day's runs with what they should have; without `day`, today in the study's time zone."""
     connection = detections.connection
-    date = _date(day) if day else datetime.datetime.now(ZoneInfo(configuration.study.time_zone)).date()
-    of_day = runs_of_day(connection, date.isoformat())
+    date = day_named("--day", day, configuration.study.time_zone)
+    of_day = runs_of_day(connection, date)
     runs = [run for run in of_day if run.state is not RunState.VOID]
     jumped = [run for run in runs if run.kind is RunKind.JUMPS]
     idle = [run for run in runs if run.kind is RunKind.IDLE]
     why_void = void_reasons(connection) if len(runs) < len(of_day) else {}
     charged = charges_of_runs(connection, [run.uid for run in runs])
     logged = {log.run_uid for log in signals_of_runs(connection, FileRole.LOG, [run.uid for run in runs])}
-    made = {check.kind for check in checks_by_day(connection).get(date.isoformat(), ())}
+    made = {check.kind for check in checks_by_day(connection).get(date, ())}
     conditions = list({run.condition_uid for run in jumped if run.condition_uid is not None})
     evidence = gather_about(connection, configuration, jumped, runs_of_conditions(connection, conditions))
     drains = drain_lines(evidence)
@@ -89,7 +88,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
     for run in jumped:
         lacking[run.uid in logged, run.uid in charged].append(run.name)
     return ToDo(
-        day=date.isoformat(),
+        day=date,
         runs_done=_names(runs),
         void={run.name: why_void.get(run.uid, "") for run in of_day if run.state is RunState.VOID},
         planned_not_done=tuple(row.name for row in planned_runs(connection) if row.run_name is None),
@@ -134,7 +133,7 @@ def _reason(found: object) -> str | None:
 def to_do_lines(found: ToDo) -> list[str]:
     """Say it line by line; what is in order is not mentioned."""
     void = [f"{name} ({why})" for name, why in found.void.items()]
-    beside = f", and {len(void)} void: {_listed(void)}" if void else ""
+    beside = f", and {len(void)} void: {listed(void)}" if void else ""
     done = len(found.runs_done)
     lines = [f"{found.day}: {done} run{'' if done == 1 else 's'}{beside}."]
     for what, names in (
@@ -147,7 +146,7 @@ def to_do_lines(found: ToDo) -> list[str]:
         ("checks not made", found.checks_not_made),
     ):
         if names:
-            lines.append(f"{what} ({len(names)}): {_listed(names)}")
+            lines.append(f"{what} ({len(names)}): {listed(names)}")
     lines += _lines_by_reason("logs that do not count", found.logs_do_not_count, ())
     uncharged, unlogged = {*found.log_without_charge, *found.neither}, {*found.charge_without_log, *found.neither}
     lines += _lines_by_reason("no joules", found.no_joules, uncharged)
@@ -157,7 +156,7 @@ def to_do_lines(found: ToDo) -> list[str]:
     if found.zero_doubtful:
         file = shlex.quote(next(iter(found.zero_doubtful.values())))
         lines.append(
-            f"heights that may be too high ({len(found.zero_doubtful)}): {_listed(list(found.zero_doubtful))} "
+            f"heights that may be too high ({len(found.zero_doubtful)}): {listed([*found.zero_doubtful])} "
             f"(`labbook files show {file}` says why and what corrects it)"
         )
     lines += _lines_by_reason("no apexes", found.no_apexes, {*unlogged, *found.logs_do_not_count})
@@ -177,22 +176,11 @@ def _lines_by_reason(what: str, reasons: Mapping[str, str], named: Collection[st
     for name, why in reasons.items():
         if name not in named:
             by_reason.setdefault(why, []).append(name)
-    return [f"{what} ({why}): {_listed(names)}" for why, names in by_reason.items()]
-
-
-def _listed(names: Sequence[str]) -> str:
-    return ", ".join(names[:12]) + (f" and {len(names) - 12} more" if len(names) > 12 else "")
+    return [f"{what} ({why}): {listed(names)}" for why, names in by_reason.items()]
 
 
 def _why_not(run: RunRow, logs: Sequence[SignalRow]) -> str | None:
     return _reason(usable_logs(run, logs)) if logs else None
-
-
-def _date(text: str) -> datetime.date:
-    try:
-        return datetime.date.fromisoformat(text)
-    except ValueError:
-        raise UsageError(f"--day {text!r} is not a date: write it as 2021-06-01.") from None
 
 
 def _judgements(detections: Detections, evidence: StudyData, runs: Sequence[RunRow]) -> dict[str, Judgement]:

@@ -8,13 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, cast
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.rounding import error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Rule, Undefined
-from labbook.actions.stats.data import DataSource, observe
+from labbook.actions.stats.asked import Values
+from labbook.actions.stats.data import observe
 from labbook.actions.stats.figures import (
     as_shown_to_people,
     difference_number,
@@ -76,26 +76,20 @@ class Answer:
 
 
 def answer(
-    source: DataSource,
-    ask: Callable[[Question], Answer],
-    *,
-    alpha: float | None,
-    pooled: bool,
-    pictures: Mapping[str, Path],
-    step: Callable[[str], None],
+    values: Values, ask: Callable[[Question], Answer], pooled: bool, step: Callable[[str], None]
 ) -> tuple[dict[str, Any], list[str]]:
     """Observe the values, ask, and draw what is wanted; returns data for programs, and lines for people.
 
-    `pictures` are files by what they show: an estimation "plot", normal quantiles ("qq") of the residuals, "residuals"
-    against groups and days. Data have the values' unit and the groups' own names, as programs ask for them; what people
-    read has lengths below 1 m in mm, and groups of a book named as in its report.
+    Data have the values' unit and the groups' own names, as programs ask for them; what people read has lengths below
+    1 m in mm, and groups of a book named as in its report.
     """
+    pictures = values.pictures
     for name, path in pictures.items():
         check_form(f"--{name}", path)
-    observed = observe(source, step)
+    observed = observe(values, step)
     if pooled:
         observed = observed.pooled()
-    question = Question(observed, cast(Missing, source.missing), _alpha_of(alpha, observed))
+    question = Question(observed, cast(Missing, values.missing), _alpha_of(values.alpha, observed))
     observed.others()
     found = ask(question)
     step("figures" if pictures else "tables")

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import sqlalchemy as sa
@@ -26,7 +25,8 @@ from ingest.tables.sheet import (
     read_sheet,
 )
 from ingest.text.cells import CellFault
-from labbook.actions.files.named_files import own_name
+from labbook.actions.files.named_files import own_name, read_bytes
+from labbook.actions.stats.asked import Values
 from labbook.analysis.comparison.pairing import with_control
 from labbook.analysis.observations import Observation, ObservationRequest, Observations, observations_of_book
 from labbook.book.opening import opened
@@ -69,34 +69,14 @@ def _column(sheet: Sheet, name: str) -> tuple[ColumnKind, Sequence[str | float |
 QUANTITIES = {outcome.key: outcome for outcome in Outcome}
 
 
-@dataclass(frozen=True, slots=True)
-class DataSource:
-    """Where the values come from, as options give it; without `file` they are the book's.
-
-    `value`, `by` and `day` name columns of a table, `by` a factor of the book; `data` is the table's.
-    """
-
-    file: Path | None = None
-    data: bytes = b""
-    value: str | None = None
-    by: str | None = None
-    control: str | None = None
-    where: str | None = None
-    missing: str = "refuse"
-    decimal: str | None = None
-    quantity: str | None = None
-    book: Path | None = None
-    day: str | None = None
-
-
-def observe(given: DataSource, step: Callable[[str], None]) -> Observations:
+def observe(given: Values, step: Callable[[str], None]) -> Observations:
     """Read the values that are asked for; raises `UsageError` for options that do not belong to their source."""
     if given.missing not in MISSING:
         raise unknown_name("way with missing values", given.missing, MISSING)
     return _of_book(given, step) if given.file is None else _of_table(given, given.file)
 
 
-def _of_book(given: DataSource, step: Callable[[str], None]) -> Observations:
+def _of_book(given: Values, step: Callable[[str], None]) -> Observations:
     for option, value in (("--value", given.value), ("--decimal", given.decimal), ("--day", given.day)):
         if value is not None:
             raise UsageError(
@@ -114,12 +94,12 @@ def _of_book(given: DataSource, step: Callable[[str], None]) -> Observations:
         return observations_of_book(connection, book.store, book.configuration, asked, step)
 
 
-def _of_table(given: DataSource, file: Path) -> Observations:
+def _of_table(given: Values, file: Path) -> Observations:
     for option, value in (("--quantity", given.quantity), ("--book", given.book)):
         if value is not None:
             raise UsageError(f"{option} is about a book and {own_name(file)} is a table: leave one of the two out.")
     table = read_sheet(
-        SheetFile(own_name(file), given.data, decimal=given.decimal),
+        SheetFile(own_name(file), read_bytes(file), decimal=given.decimal),
         "a header such as controller,energy_J and one value a row",
     )
     table.refuse()
@@ -165,7 +145,7 @@ def _of_table(given: DataSource, file: Path) -> Observations:
 
 
 def _about(
-    lacking: list[int], selected: list[int], given: DataSource, rows: tuple[Observation, ...], control: str
+    lacking: list[int], selected: list[int], given: Values, rows: tuple[Observation, ...], control: str
 ) -> list[str]:
     notes = []
     if lacking:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import codecs
 import contextlib
 import datetime
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -17,7 +18,8 @@ from ingest.formats.study_sheets import read_flasks
 from ingest.model import Declarations
 from ingest.read import read_file
 from ingest.tables.sheet import Sheet, SheetFile, SheetRefused, decimal_sign, numbers_of, read_sheet
-from labbook.actions.stats.data import DataSource, observe
+from labbook.actions.stats.asked import Values
+from labbook.actions.stats.data import observe
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet_reader import read_run_sheet
 from tests.helpers.wording import refuses, says
@@ -54,8 +56,11 @@ def flasks(data: bytes) -> Content:
 
 
 def values(data: bytes) -> Content:
-    source = DataSource(Path("sheet"), data, value="energy_J", by="controller")
-    return [(row.label, row.value) for row in observe(source, lambda _step: None).rows]
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "sheet"
+        file.write_bytes(data)
+        asked = Values(file, value="energy_J", by="controller")
+        return [(row.label, row.value) for row in observe(asked, lambda _step: None).rows]
 
 
 def log(data: bytes) -> Content:

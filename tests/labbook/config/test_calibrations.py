@@ -8,7 +8,7 @@ import pytest
 
 from data_schema.calibration import Calibration, line_through
 from data_schema.errors import InputRefused, UsageError
-from labbook.cli.declaring import DECLARED
+from labbook.cli.declaring import Declared
 from labbook.cli.file_options import declared_options
 from labbook.config.parsing import parse_configuration, template
 from labbook.statements.importing import declarations
@@ -29,7 +29,7 @@ def in_profile(keys: str) -> tuple[Calibration, ...]:
 
 
 def on_command_line(column: str) -> dict[str, Any]:
-    return declared_options({name: default for name, (_, default) in DECLARED.items()} | {"column": [column]})
+    return declared_options(Declared(column=[column]))
 
 
 @pytest.mark.parametrize(

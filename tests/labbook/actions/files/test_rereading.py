@@ -94,7 +94,7 @@ def test_a_reading_needs_no_labbook_toml(home: tuple[SmallBook, Path]) -> None:
         says(line, "labbook files reread --all")
         (row,) = files_to_reread(book, lambda _name: None)
         mended = reread_named(book, row.name, RereadRequest({}, ADA, "it hangs upside down"))
-        says(mended.changes, "values differ", "0 jumps", "were 3")
+        says(mended.changes, "values differ", "0 jumps", "was 3")
         assert files_to_reread(book, lambda _name: None) == []
         assert take(book, path, MM).changes is not None
     small.toml.write_text(toml)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -12,15 +13,15 @@ from scipy import stats
 from data_schema.errors import UsageError
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
+from labbook.actions.planning.asked import PlanRequest, PowerRequest
 from labbook.actions.planning.power import (
     Needed,
-    PowerRequest,
     StudyPower,
     study_power,
 )
 from labbook.actions.planning.power_lines import power_foot, power_head, power_table
 from labbook.actions.planning.power_tests import Assumed
-from labbook.actions.planning.runs import PlanRequest, make_plan
+from labbook.actions.planning.runs import make_plan
 from labbook.demo.truth import Condition
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 from stats.planning.power import power_equivalence_by_day
@@ -32,12 +33,9 @@ R = Path(__file__).parents[3] / "stats" / "r" / "power.csv"
 EACH = '\n[analysis]\nfamily = "each"\nalpha = {alpha:g}\n'
 
 
-def asked(**given: float | int | None) -> PowerRequest:
-    values: dict[str, float | int | None] = {
-        "saving_percent": None, "difference": None, "sd": None, "mean": None, "apex_sd_m": None, "apex_mean_m": None,
-        "target": 0.8, "n": 10, "per_day": 16,
-    }  # fmt: skip
-    return PowerRequest(**{**values, **given}, method="randomised", idle=True)  # type: ignore[arg-type]
+def asked(**given: Any) -> PowerRequest:
+    lists = {name: [given.pop(name)] for name in ("sd", "mean", "n") if given.get(name) is not None}
+    return PowerRequest(**{**given, **lists})
 
 
 def power_of(made: SmallBook, analysis: str = "", gains: str = "[0, 100]", **given: float | int | None) -> StudyPower:
@@ -76,7 +74,7 @@ def fresh(tmp_path: Path) -> SmallBook:
 def test_equal_apexes_are_planned_by_the_shared_days_where_these_decide(fresh: SmallBook) -> None:
     """Four days hold 12 controls and 12 treated runs a group: paired on day means, by what each day holds."""
     bounds = "\n[analysis]\napex_bounds_percent = [-3, 3]\n"
-    found = power_of(fresh, bounds, n=12, difference=1.0, sd=1.0, apex_sd_m=0.008, apex_mean_m=0.3)
+    found = power_of(fresh, bounds, n=12, difference=1.0, sd=1.0, apex_sd=0.008, apex_mean=0.3)
     equal = row(found, "no loss")
     layouts = [(4, 4), (3, 3), (4, 4), (1, 1)], [(4, 4), (2, 2), (4, 4), (2, 2)]
     powers = [power_equivalence_by_day(0.008, -3.0, 3.0, layout, control_mean=0.3).power for layout in layouts]
@@ -111,7 +109,7 @@ def test_runs_and_days_are_those_of_a_plan_that_is_drawn(fresh: SmallBook) -> No
     assert isinstance(needed.n, int)
     with fresh.open() as book:
         sheet = fresh.folder / "runs.csv"
-        drawn = make_plan(book, PlanRequest(5, needed.n, 8, "randomised", "2021-06-01", True, sheet, False), ADA)
+        drawn = make_plan(book, 5, PlanRequest(needed.n, 8, start="2021-06-01", out=sheet), ADA)
     assert (needed.runs, needed.days) == (drawn.runs, drawn.days)
     again = power_of(fresh, difference=1.0, sd=1.0, n=4, per_day=8)
     assert again.n_of_plan == needed.n
@@ -121,7 +119,7 @@ def test_runs_and_days_are_those_of_a_plan_that_is_drawn(fresh: SmallBook) -> No
 
 def test_the_scatter_is_that_of_the_runs_so_far(tmp_path: Path) -> None:
     made = small_book(tmp_path)
-    found = power_of(made, "\n[analysis]\napex_bounds_percent = [-3, 3]\n", saving_percent=10.0)
+    found = power_of(made, "\n[analysis]\napex_bounds_percent = [-3, 3]\n", saving=10.0)
     joules = joules_drawn()
     squares = sum(float(np.var(values)) * len(values) for values in joules.values())
     df = sum(len(values) - 1 for values in joules.values())
@@ -154,27 +152,27 @@ def test_apexes_as_the_primary_outcome_are_planned_in_metres(tmp_path: Path) -> 
     assert found.unit == "m"
     assert 0.001 < found.primary.sd < 0.005
     with refuses(UsageError, "--saving"):
-        power_of(made, analysis, saving_percent=10.0)
+        power_of(made, analysis, saving=10.0)
 
 
 def test_what_cannot_be_known_is_said(fresh: SmallBook) -> None:
     bounds = "\n[analysis]\napex_bounds_percent = [-3, 3]\n"
-    found = power_of(fresh, bounds, saving_percent=10.0, sd=4.0, mean=42.0)
+    found = power_of(fresh, bounds, saving=10.0, sd=4.0, mean=42.0)
     equal = row(found, "no loss")
     assert isinstance(equal.n, Undefined)
     says(equal.sentence, "no condition has", "--apex-sd", "--apex-mean")
     says(power_foot(found), "apex height (TOST")
     assert power_table(found)[1][-1][2:] == ("-", "", "-", "-", "-")
-    no_mean = power_of(fresh, bounds, saving_percent=10.0, sd=4.0, mean=42.0, apex_sd_m=0.002)
+    no_mean = power_of(fresh, bounds, saving=10.0, sd=4.0, mean=42.0, apex_sd=0.002)
     says(row(no_mean, "no loss").sentence, "--apex-mean")
     with refuses(UsageError, "expected standard deviation", "--sd"):
         power_of(fresh, difference=4.0)
     with refuses(UsageError, "--mean", "--difference"):
-        power_of(fresh, saving_percent=10.0, sd=4.0)
+        power_of(fresh, saving=10.0, sd=4.0)
 
 
 def test_whose_decision_it_is_is_said(fresh: SmallBook) -> None:
-    given = {"saving_percent": 10.0, "sd": 4.0, "mean": 42.0}
+    given = {"saving": 10.0, "sd": 4.0, "mean": 42.0}
     says(power_head(power_of(fresh, **given))[-1], "[analysis]")
     says(power_head(power_of(fresh, EACH.format(alpha=0.01), **given))[-1], "0.01", "[analysis]")
     says(power_head(power_of(fresh, **given))[:2], "4.2 J", "10 %", "control's 42 J", "deviation 4 J", "as stated")
@@ -184,13 +182,13 @@ def test_whose_decision_it_is_is_said(fresh: SmallBook) -> None:
     ("given", "said"),
     [
         ({}, "needs one effect"),
-        ({"saving_percent": 10.0, "difference": 4.0}, "needs one effect"),
-        ({"saving_percent": 100.0}, "--saving 100 is no saving"),
+        ({"saving": 10.0, "difference": 4.0}, "needs one effect"),
+        ({"saving": 100.0}, "--saving 100 is no saving"),
         ({"difference": 0.0}, "--difference 0 is none"),
         ({"difference": math.inf}, "--difference inf is none"),
         ({"difference": 4.0, "sd": 0.0}, "--sd 0 is not possible"),
         ({"difference": 4.0, "sd": math.nan}, "--sd nan is not possible"),
-        ({"difference": 4.0, "sd": 1.0, "target": 1.0}, "--power 1 is no chance"),
+        ({"difference": 4.0, "sd": 1.0, "power": 1.0}, "--power 1 is no chance"),
         ({"difference": 4.0, "sd": 1.0, "n": 1}, "--n 1 has no scatter"),
         ({"difference": 4.0, "sd": 1.0, "per_day": 0}, "0 runs a day is too few"),
     ],

@@ -14,7 +14,7 @@ from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, runs_corrected, void
-from labbook.actions.runs.remarks import MOST_NAMED, RULES, Remark, remark_lines, remarks_on, remarks_on_check
+from labbook.actions.runs.remarks import MOST_NAMED, Remark, remark_lines, remarks_on, remarks_on_check
 from labbook.actions.runs.rig_line import rig_lines_of
 from labbook.actions.runs.runs_importing import RunsImported, import_runs
 from labbook.book.naming import run_named
@@ -192,7 +192,3 @@ def test_a_check_without_the_unit_of_earlier_ones_is_remarked(stated: SmallBook)
     assert remarks_on_check(earlier, "rail_angle", 0.4, "deg") == []
     assert remarks_on_check(earlier, "rail_angle", None, None) == []
     assert remarks_on_check(earlier, "lubrication", 3.0, None) == []
-
-
-def test_every_rule_says_which_columns_it_looks_at() -> None:
-    assert all(rule.columns for rule in RULES.values())
