@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import io
-import shutil
 import sqlite3
 import tempfile
 from collections.abc import Callable
@@ -16,12 +15,10 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
-from benchmarks.inputs import big_log, new_book
+from benchmarks.inputs import big_log, ingest_anew
 from benchmarks.section import Benchmark, Budget, Section, Table, milliseconds, times_table
 from benchmarks.timing import Work, in_turns, together
 from ingest.store import RAW_COMPRESSION_LEVEL
-from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.book.opening import Book, open_book
 
 REPEATS = 9
 OF_PARTS, OF_PANDAS = 1.6, 2.0
@@ -36,7 +33,7 @@ def measure(say: Callable[[str], None]) -> Section:
         path = folder / "log.csv"
         path.write_bytes(data)
         say(f"{REPEATS} rounds of ingest, its parts and pandas, {len(data) / 1e6:.1f} MB")
-        times = in_turns({**_parts(data), "labbook": _labbook(path), "pandas": _pandas(path)}, REPEATS)
+        times = in_turns({**_parts(data), "labbook": ingest_anew(path), "pandas": _pandas(path)}, REPEATS)
     parts = [times[part] for part in PARTS]
     whole = together(parts)
     least = sum(part.minimum for part in parts)
@@ -83,17 +80,6 @@ def _parts(data: bytes) -> dict[str, Work]:
         lambda _: pyarrow.parquet.write_table(table, io.BytesIO(), compression="zstd"),
     )
     return {name: Work(work) for name, work in zip(PARTS, works, strict=True)}
-
-
-def _labbook(path: Path) -> Work:
-    def prepare() -> Book:
-        return open_book(new_book(path.parent / "book"))
-
-    def clear(book: Book) -> None:
-        book.close()
-        shutil.rmtree(book.folder)
-
-    return Work(lambda book: ingest_file(book, path, IngestRequest()), prepare, clear)
 
 
 def _pandas(path: Path) -> Work:

@@ -6,7 +6,6 @@ one run of 25 jumps at 300 Hz without the pauses, of its own noise each.
 
 from __future__ import annotations
 
-import datetime as dt
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -14,9 +13,9 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.inputs import new_book
+from benchmarks.inputs import new_book, nth_run, run_name
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from data_schema.vocabulary import IngestStatus, ReasonCode, RunKind, Verdict
+from data_schema.vocabulary import IngestStatus, ReasonCode, Verdict
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.correcting import correct
@@ -24,9 +23,7 @@ from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import Book, opened
 from labbook.book.write_session import new_uid
-from labbook.demo.campaign import BATTERIES
 from labbook.demo.files import FACTORS
-from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers import SheetRun, charger_sheet, run_sheet, string_pot_log
 
 RATE_HZ, JUMPS, RUNS_A_DAY = 300, 25, 12
@@ -34,8 +31,6 @@ AT_ONCE = 1000
 """So many runs have a run sheet, a folder of logs and a charger sheet together."""
 VERDICT_EVERY, CORRECTION_EVERY = 50, 100
 _REST_LENGTH_M, _START_M, _CLAMP_M = 0.27, 0.42, 0.46
-_FEET = sorted({group.foot for group in CHAPTER_5.groups})
-_K_GAINS = sorted({group.k_gain for group in CHAPTER_5.groups})
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,11 +49,6 @@ def grow_book(folder: Path, first: int, last: int, say: Callable[[str], None]) -
         grown = _take_in(book, range(first, last), folder.parent / f"{folder.name}-instruments")
     say(f"{last} runs, {grown.ingest_s / grown.runs * 1e3:.1f} ms a log")
     return grown
-
-
-def run_name(number: int) -> str:
-    """Return the name of a run."""
-    return f"r{number:06d}"
 
 
 def _take_in(book: Book, numbers: range, instruments: Path) -> Grown:
@@ -113,25 +103,5 @@ def _fall_s(height_m: float) -> float:
     return float(np.sqrt(2 * height_m / STANDARD_GRAVITY_M_S2))
 
 
-def _started(number: int) -> dt.datetime:
-    day, position = divmod(number, RUNS_A_DAY)
-    return dt.datetime(2001, 1, 1, 9) + dt.timedelta(days=day, minutes=40 * position)  # noqa: DTZ001 - local time
-
-
 def _row(number: int) -> SheetRun:
-    return SheetRun(
-        name=run_name(number),
-        started=_started(number),
-        position=number % RUNS_A_DAY + 1,
-        kind=RunKind.JUMPS,
-        levels={
-            "foot": _FEET[number % len(_FEET)],
-            "k_gain": _K_GAINS[number // len(_FEET) % len(_K_GAINS)],
-            "b_ad_gain": CHAPTER_5.ad_gains[number % len(CHAPTER_5.ad_gains)],
-        },
-        battery=BATTERIES[number % len(BATTERIES)],
-        duration_s=720,
-        jumps_made=JUMPS,
-        charge_mah=780 + number * 7919 % 97,
-        recharge_ended=_started(number) + dt.timedelta(minutes=39),
-    )
+    return nth_run(number, RUNS_A_DAY, charge_mah=780 + number * 7919 % 97)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -12,14 +11,12 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.csv
 
-from benchmarks.inputs import full_log, new_book
+from benchmarks.inputs import full_log, ingest_anew, new_book
 from benchmarks.processes import LABBOOK, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
 from benchmarks.timing import Work, in_turns
 from ingest.model import Declarations
 from ingest.read import read_file
-from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.book.opening import Book, open_book
 from labbook.demo.logger import DECIMALS
 from labbook.demo.writers import string_pot_log
 
@@ -35,7 +32,7 @@ def measure(say: Callable[[str], None]) -> Section:
         say(f"{REPEATS} rounds of 100 MB")
         path = folder / "log.csv"
         n_bytes = write_log(path, 100_000_000)
-        times = in_turns({**_libraries(path), "labbook ingest": _labbook(path)}, REPEATS)
+        times = in_turns({**_libraries(path), "labbook ingest": ingest_anew(path)}, REPEATS)
         least = sum(times[part].cpu_minimum for part in ("pyarrow.csv", "SHA-256"))
         say("1 GB in a process of its own")
         large_bytes = write_log(path, 1_000_000_000)
@@ -80,17 +77,6 @@ def _libraries(path: Path) -> dict[str, Work]:
         "pyarrow.csv": Work(lambda _: pyarrow.csv.read_csv(pa.BufferReader(data))),
         "SHA-256": Work(lambda _: hashlib.sha256(data).hexdigest()),
     }
-
-
-def _labbook(path: Path) -> Work:
-    def prepare() -> Book:
-        return open_book(new_book(path.parent / "book"))
-
-    def clear(book: Book) -> None:
-        book.close()
-        shutil.rmtree(book.folder)
-
-    return Work(lambda book: ingest_file(book, path, IngestRequest()), prepare, clear)
 
 
 def _peak_mb(path: Path) -> float | None:

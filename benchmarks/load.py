@@ -14,7 +14,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from benchmarks.large_books import AT_ONCE, Grown, grow_book, log_of, run_name
+from benchmarks.inputs import run_name
+from benchmarks.large_books import AT_ONCE, Grown, grow_book, log_of
 from benchmarks.processes import LABBOOK, ProcessRun, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
 from labbook.actions.report_command import state_report

@@ -10,11 +10,12 @@ from collections.abc import Callable, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from benchmarks.campaign import RESULTS
-from benchmarks.inputs import new_book
+from benchmarks.inputs import new_book, nth_run
 from benchmarks.processes import LABBOOK, ProcessRun, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
 from data_schema.cache_folder import cache_folder
@@ -23,13 +24,12 @@ from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import DATABASE, opened
-from labbook.demo.campaign import BATTERIES
 from labbook.demo.files import FACTORS
 from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers import SheetRun, charger_sheet, run_sheet
 from reports.figures.figure_cache import KIND
 
-RUNS_A_DAY, JUMPS, AT_ONCE = 20, 25, 5000
+RUNS_A_DAY, AT_ONCE, _FIRST_DAY = 20, 5000, dt.date(1990, 1, 1)
 IDLE_RUNS = 17
 """In a book of any size, on days spread over all of it."""
 
@@ -54,19 +54,10 @@ def book_of_charges(folder: Path, runs: int, levels: Sequence[dict[str, str]]) -
 
 def _row(number: int, levels: dict[str, str] | None) -> SheetRun:
     """Return a run, an idle one without `levels`."""
-    day, position = divmod(number, RUNS_A_DAY)
-    started = dt.datetime(1990, 1, 1, 7) + dt.timedelta(days=day, minutes=40 * position)  # noqa: DTZ001 - local time
-    return SheetRun(
-        name=f"r{number:06d}",
-        started=started,
-        position=position + 1,
-        kind=RunKind.JUMPS if levels else RunKind.IDLE,
-        levels=levels or {},
-        battery=BATTERIES[number % len(BATTERIES)],
-        duration_s=720 if levels else 60 * (6 + number % 7 * 2),
-        jumps_made=JUMPS if levels else 0,
-        recharge_ended=started + dt.timedelta(minutes=39),
-    )
+    if levels:
+        return nth_run(number, RUNS_A_DAY, _FIRST_DAY, levels=levels)
+    idle: dict[str, Any] = {"kind": RunKind.IDLE, "duration_s": 60 * (6 + number % 7 * 2), "jumps_made": 0}
+    return nth_run(number, RUNS_A_DAY, _FIRST_DAY, levels={}, **idle)
 
 
 def _charge_mah(row: SheetRun, scatter: float) -> int:

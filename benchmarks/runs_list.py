@@ -2,30 +2,26 @@
 
 from __future__ import annotations
 
-import datetime as dt
 import sqlite3
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
-from benchmarks.inputs import new_book
+from benchmarks.inputs import new_book, nth_run
 from benchmarks.processes import run_process
 from benchmarks.section import Benchmark, Budget, Section, times_table
 from benchmarks.timing import Work, in_turns
 from data_schema.queries.runs import shown_runs
-from data_schema.vocabulary import RunKind
 from ingest.tables.sheet import SheetFile
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import DATABASE, Book, opened
 from labbook.cli.main import GARBAGE_AFTER
 from labbook.cli.runs import run_lines
-from labbook.demo.campaign import BATTERIES
 from labbook.demo.files import FACTORS
-from labbook.demo.truth import CHAPTER_5
-from labbook.demo.writers import SheetRun, run_sheet
+from labbook.demo.writers import run_sheet
 
 RUNS, RUNS_A_DAY = 10_000, 12
 REPEATS, FIRST_REPEATS = 25, 7
@@ -58,8 +54,9 @@ def measure(say: Callable[[str], None]) -> Section:
     with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name, opened(new_book(Path(name) / "book")) as book:
         say(f"stating {RUNS} runs from a sheet")
         start = time.perf_counter()
+        sheet = run_sheet(FACTORS, [nth_run(number, RUNS_A_DAY) for number in range(RUNS)])
         with book.session(None) as session:
-            import_runs(book, session, SheetFile("runs.csv", run_sheet(FACTORS, _rows())))
+            import_runs(book, session, SheetFile("runs.csv", sheet))
         stating_s = time.perf_counter() - start
         say(f"{REPEATS} rounds of listing them")
         with closing(sqlite3.connect(book.folder / DATABASE)) as bare:
@@ -96,29 +93,6 @@ def _listed(book: Book) -> list[str]:
     with book.reading() as connection:
         rows = shown_runs(connection)
     return run_lines(rows)
-
-
-def _rows() -> Iterator[SheetRun]:
-    feet = sorted({group.foot for group in CHAPTER_5.groups})
-    k_gains = sorted({group.k_gain for group in CHAPTER_5.groups})
-    for number in range(RUNS):
-        day, position = divmod(number, RUNS_A_DAY)
-        started = dt.datetime(2001, 1, 1, 9) + dt.timedelta(days=day, minutes=30 * position)  # noqa: DTZ001
-        yield SheetRun(
-            name=f"r{number:05d}",
-            started=started,
-            position=position + 1,
-            kind=RunKind.JUMPS,
-            levels={
-                "foot": feet[number % len(feet)],
-                "k_gain": k_gains[number // len(feet) % len(k_gains)],
-                "b_ad_gain": CHAPTER_5.ad_gains[number % len(CHAPTER_5.ad_gains)],
-            },
-            battery=BATTERIES[number % len(BATTERIES)],
-            duration_s=720,
-            jumps_made=25,
-            recharge_ended=started + dt.timedelta(minutes=29),
-        )
 
 
 BENCHMARK = Benchmark("runs_list", measure)

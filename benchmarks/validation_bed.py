@@ -9,7 +9,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.validation_emulator import LEVEL, conditions_of, drain_error
+from benchmarks.validation_emulator import LEVEL, charged, conditions_of
 from benchmarks.worlds.conditions import run_row
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import RunKind, Undefined
@@ -64,8 +64,7 @@ def as_charged(campaign: Campaign) -> Conditions:
             duration_s=run.duration_s,
         )
         worth_j = joules_per_mah(truth.reference_voltage_v, run.jumps_made)
-        value_j = worth_j * (run.charge_mah - line.at(run.duration_s).charge_mah)
-        joules.append(RunNumber(row, value_j, drain_error(line, run.duration_s, worth_j), StoredResult()))
+        joules.append(charged(row, run, line, worth_j))
         apexes.append(RunNumber(row, float(run.reached_apexes_m.mean()), SharedError(), StoredResult()))
     return {Outcome.JOULES: conditions_of(joules), Outcome.APEX: conditions_of(apexes)}
 

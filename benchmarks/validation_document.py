@@ -13,7 +13,6 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple, dataclass, fields
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -26,10 +25,18 @@ from benchmarks.section import Table
 from benchmarks.validation_calibration import from_means
 from benchmarks.validation_calibration import intervals as calibration_intervals
 from benchmarks.validation_calibration import truths as calibration_truths
-from benchmarks.validation_emulator import emulator_book, from_charges, intervals, true_changes
+from benchmarks.validation_emulator import (
+    LEVEL,
+    drain_error,
+    emulator_book,
+    from_charges,
+    ingested,
+    intervals,
+    true_changes,
+)
+from benchmarks.validation_sheets import Intervals
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.run_energy import joules_per_mah
-from labbook.demo.running import make_campaign_book
 from labbook.demo.studies.force_plate import (
     DAYS,
     HOPS,
@@ -43,7 +50,6 @@ from labbook.demo.studies.force_plate import (
 from labbook.demo.studies.runs import StudyScatter
 from labbook.demo.truth import recharged_mah
 from labbook.studies.force_plate import MOTOR_PARAMETERS, Drive, ForcePlateStudy, PlateRun, ask, compare_joules
-from labbook.studies.study import Asked
 from simulator.scene_file import load_scene
 from stats.compare.shared_error import SharedError
 from stats.groups.multiple import holm
@@ -52,8 +58,7 @@ from stats.lines.regression import SlopeThroughOrigin, slope_through_origin
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "validation.md"
 DATA = DOCUMENT.with_suffix(".csv")
-CAMPAIGNS, LEVEL, SEED = 2000, 0.95, 21
-Intervals = Mapping[str, tuple[float, float] | Undefined]
+CAMPAIGNS, SEED = 2000, 21
 
 
 @dataclass(frozen=True, slots=True)
@@ -73,9 +78,7 @@ SLOPE, DRIFT = "slope less that without errors", "drift of a log's clock less th
 def plate_book(chance: np.random.Generator) -> tuple[list[PlateStudyRun], ForcePlateStudy]:
     """Draw the campaign of four days on a force plate through files and ingest; returns it and what the study says."""
     campaign = plate_campaign(int(chance.integers(2**31)))
-    with TemporaryDirectory() as folder:
-        book = make_campaign_book(Path(folder) / "demo", plate_files(campaign), lambda _what: None, lambda _line: None)
-        return campaign, ask(Asked(book)).study
+    return campaign, ingested(ask, plate_files(campaign))
 
 
 @functools.cache
@@ -135,13 +138,7 @@ def recharges(chance: np.random.Generator) -> SlopeThroughOrigin:
         [worth_j * (mah - line.at(RUN_S[gain]).charge_mah) for _, gain, mah in made],
         [ESTIMATES_J[gain] for _, gain, _ in made],
         [day for day, _, _ in made],
-        [
-            SharedError(
-                {("drain", term): -worth_j * mah for term, mah in line.error_terms_mah(RUN_S[gain]).items()},
-                {"drain": line.df},
-            )
-            for _, gain, _ in made
-        ],
+        [drain_error(line, RUN_S[gain], worth_j) for _, gain, _ in made],
         LEVEL,
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -10,10 +10,11 @@ import numpy as np
 
 from benchmarks.worlds.conditions import run_row
 from data_schema.outcomes import Outcome
+from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah
-from labbook.demo.running import make_campaign_book
+from labbook.demo.running import CampaignFiles, make_campaign_book
 from labbook.demo.studies.emulator import (
     CONSTANT,
     JUMPS,
@@ -26,8 +27,9 @@ from labbook.demo.studies.emulator import (
     emulator_files,
     truths,
 )
+from labbook.demo.writers import SheetRun
 from labbook.studies.emulator import SAME_PERCENT, Controller, EmulatorStudy, ask, emulator_study
-from labbook.studies.study import Asked
+from labbook.studies.study import Asked, Found, S_co
 from reports.numbers import Number, StoredResult
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
@@ -117,9 +119,7 @@ def from_charges(chance: np.random.Generator, jumps: int = JUMPS) -> EmulatorStu
             is_control=run.levels["b_ad_gain"] == 0,
             duration_s=run.duration_s,
         )
-        shared = drain_error(line, run.duration_s, worth_j)
-        value_j = worth_j * (run.charge_mah - line.at(run.duration_s).charge_mah)
-        joules.append(RunNumber(row, value_j, shared, StoredResult()))
+        joules.append(charged(row, run, line, worth_j))
         apexes.append(
             RunNumber(
                 row,
@@ -143,6 +143,19 @@ def from_charges(chance: np.random.Generator, jumps: int = JUMPS) -> EmulatorStu
 
 def _apex_m(chance: np.random.Generator, truth: Truth) -> float:
     return truth.apex_m + chance.normal(0.0, RUN_HEIGHT) * (truth.apex_m - REST_LENGTH_M)
+
+
+def charged(row: RunRow, run: SheetRun, line: PassiveDrain, worth_j: float) -> RunNumber:
+    """Return a run's joules as the charger reads them."""
+    value_j = worth_j * (run.charge_mah - line.at(run.duration_s).charge_mah)
+    return RunNumber(row, value_j, drain_error(line, run.duration_s, worth_j), StoredResult())
+
+
+def ingested(ask: Callable[[Asked], Found[S_co]], files: CampaignFiles) -> S_co:
+    """Ingest a campaign's files into a book, and ask the study of it."""
+    with TemporaryDirectory() as folder:
+        book = make_campaign_book(Path(folder) / "demo", files, lambda _what: None, lambda _line: None)
+        return ask(Asked(book)).study
 
 
 def drain_error(line: PassiveDrain, duration_s: float, worth_j: float) -> SharedError:

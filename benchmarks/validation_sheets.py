@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 
+from benchmarks.validation_emulator import LEVEL, ingested
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import read_flasks, read_walks
 from ingest.tables.sheet import SheetFile
-from labbook.demo.running import CampaignFiles, make_campaign_book
+from labbook.demo.running import CampaignFiles
 from labbook.demo.studies.sheets import (
     COMPACTED,
     DAMPING,
@@ -35,7 +34,6 @@ from labbook.studies.compaction import Compaction
 from labbook.studies.field import FieldStudy
 from labbook.studies.study import Asked, Found, S_co
 
-LEVEL = 0.95
 Intervals = Mapping[str, tuple[float, float] | Undefined]
 
 _CURVE = ", along a curve"
@@ -81,29 +79,16 @@ def oscillations_read(chance: np.random.Generator) -> Characterisation:
     return characterisation.characterisation(oscillations(chance), LEVEL)
 
 
-def _ingested(
-    ask: Callable[[Asked], Found[S_co]], draw: Callable[[int], CampaignFiles], chance: np.random.Generator
-) -> S_co:
+def _through_files(
+    ask: Callable[[Asked], Found[S_co]], draw: Callable[[int], CampaignFiles]
+) -> Callable[[np.random.Generator], S_co]:
     """Draw a study's whole campaign as files, ingest them into a book, and ask the study of it."""
-    with TemporaryDirectory() as folder:
-        campaign = draw(int(chance.integers(2**31)))
-        book = make_campaign_book(Path(folder) / "demo", campaign, lambda _what: None, lambda _line: None)
-        return ask(Asked(book)).study
+    return lambda chance: ingested(ask, draw(int(chance.integers(2**31))))
 
 
-def flasks_ingested(chance: np.random.Generator) -> Compaction:
-    """Draw flasks through files and ingest."""
-    return _ingested(compaction.ask, flask_campaign, chance)
-
-
-def walks_ingested(chance: np.random.Generator) -> FieldStudy:
-    """Draw walks through files and ingest."""
-    return _ingested(field.ask, walk_campaign, chance)
-
-
-def oscillations_ingested(chance: np.random.Generator) -> Characterisation:
-    """Draw oscillations at three neutral lengths through files and ingest."""
-    return _ingested(characterisation.ask, oscillation_campaign, chance)
+flasks_ingested = _through_files(compaction.ask, flask_campaign)
+walks_ingested = _through_files(field.ask, walk_campaign)
+oscillations_ingested = _through_files(characterisation.ask, oscillation_campaign)
 
 
 def of_flasks(study: Compaction) -> Intervals:
