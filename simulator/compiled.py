@@ -14,7 +14,14 @@ import functools
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-F = TypeVar("F", bound=Callable[..., Any])
+import numpy as np
+from numpy.typing import NDArray
+
+Row = NDArray[np.float64]
+"""An array of numbers."""
+Function = Callable[..., Any]
+"""A function of numbers and arrays that numba can compile."""
+F = TypeVar("F", bound=Function)
 _OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True}
 
 

@@ -10,9 +10,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
+from simulator.compiled import Row
 from simulator.kernel.build import Kernel
 from simulator.kernel.interpreter import kernel_for_few, lost_time_s
 from simulator.kernel.layout import MODES, OUTCOMES
@@ -33,7 +33,6 @@ from simulator.result import JumpResult, ModeChange, SceneResult
 from simulator.scene import Scene
 from simulator.trajectory import Recording, trajectory_of
 
-Row = NDArray[np.float64]
 FINEST_ACCURACY, COARSEST_ACCURACY = 1e-13, 0.1
 ILL_CONDITIONED_BELOW = 10.0
 ROUNDING = 1e-15

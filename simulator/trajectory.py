@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from simulator.compiled import Row
 from simulator.effects.registry import ENERGIES
 from simulator.kernel.composition import Composition
 from simulator.kernel.layout import LEG_WORK, MECHANICAL, MODES, V_BODY, V_FOOT, X_BODY, X_FOOT
@@ -15,7 +16,6 @@ from simulator.kernel.layout import LEG_WORK, MECHANICAL, MODES, V_BODY, V_FOOT,
 if TYPE_CHECKING:
     import xarray
 
-Row = NDArray[np.float64]
 SAMPLE_EVERY_S = 5e-4
 _MEMBERS = {
     "body_height": (X_BODY, "m", "height of the body above the undisturbed surface"),

@@ -14,11 +14,9 @@ import math
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from simulator.compiled import inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, inner
 from simulator.effects.registry import EFFECTS
 from simulator.kernel.cache import cached_entry
 from simulator.kernel.composition import Composition, compose
@@ -58,7 +56,6 @@ from simulator.kernel.start import make_begin
 from simulator.parameter import GRAVITY_M_S2
 from simulator.scene import Scene
 
-Row = NDArray[np.float64]
 THESIS_STEP_S = 1e-6
 
 
@@ -143,7 +140,7 @@ def _make_run(composition: Composition) -> Function:
     prepare, rates_of, forces = composition.prepare, make_rates(composition), make_forces(composition)
     touch_down, lift_off, look = _make_touchdown(composition), make_lift_off(composition), _make_look(composition)
     note_liftoff, note_stance = make_note_liftoff(composition), make_note_cost(composition, "stance")
-    has_mass, added_kg = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    has_mass, added_kg = composition.optional("added_mass_kg")
     foot, upper, lower = (composition.position[name] for name in ("foot_mass", "upper_link", "lower_link"))
     outcome_at, lift, apex, depth, steps_at, flips_at = (
         COLUMN[name] for name in ("outcome", "liftoff_time_s", "apex_height_m", "max_depth_m", "steps", "mode_changes")

@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from simulator.accuracy import fixed_step_euler
 from simulator.accuracy.peers import METHODS as SOLVE_IVP
 from simulator.accuracy.peers import PeerRun, peer_run, system_for
+from simulator.compiled import Row
 from simulator.jump import limits_for, parameter_row
 from simulator.kernel.build import kernel_for
 from simulator.kernel.layout import OUTCOMES
@@ -20,7 +20,6 @@ from simulator.kernel.limits import JUMPS_WANTED, STOP_AFTER_APEX, STOP_AFTER_LI
 from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS
 from simulator.scene import Scene
 
-Row = NDArray[np.float64]
 TITLES = {
     "max_depth_m": "Deepest foot",
     "liftoff_time_s": "Lift-off time",

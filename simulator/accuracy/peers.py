@@ -14,10 +14,9 @@ from dataclasses import dataclass
 
 import numba
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row
 from simulator.kernel.cache import cached_entry
 from simulator.kernel.composition import Composition, compose
 from simulator.kernel.control.controller import make_must_land, make_switch, make_tick, make_timer, make_wants_switch
@@ -76,7 +75,6 @@ from simulator.kernel.steps.step_loop import make_control, make_finish_step, mak
 from simulator.kernel.steps.stride import TIMED, UNEVENTFUL
 from simulator.parameter import GRAVITY_M_S2
 
-Row = NDArray[np.float64]
 WISH = GUARDS
 """Place after the guards: whether a sampled controller would change its phase, were there a tick."""
 WATCHED = GUARDS + 1

@@ -5,14 +5,9 @@ m_a(z) = phi rho mu V(s) + C z
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simulator.compiled import inner
+from simulator.compiled import Row, inner
 from simulator.effects.effect import Effect, Energy, Function, ParameterIndex
 from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, PHI, RHO
-
-Row = NDArray[np.float64]
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:

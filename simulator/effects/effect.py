@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import Any, Literal, get_args
+from typing import Literal, get_args
 
+from simulator.compiled import Function as Function
 from simulator.parameter import Parameter
-
-Function = Callable[..., Any]
-"""A function of numbers and arrays that numba can compile (see `simulator.compiled`)."""
-
 
 ParameterIndex = Callable[[str], int]
 """Where a parameter, declared or derived, of an effect that is on stands in the row that a kernel works in."""

@@ -6,15 +6,10 @@ holds it where it stops. After the leg's push-off the platform is released and l
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from simulator.compiled import inner
 from simulator.effects.effect import Effect, Energy, Function, ParameterIndex
 from simulator.effects.shared import GROUND_LOSS, IMPACT_LOSS
 from simulator.parameter import Parameter
-
-Row = NDArray[np.float64]
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:

@@ -9,15 +9,10 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simulator.compiled import inner
+from simulator.compiled import Row, inner
 from simulator.effects.effect import Effect, Function, Guard, ParameterIndex
 from simulator.effects.shared import CONE, GROUND_LOSS
 from simulator.parameter import Parameter
-
-Row = NDArray[np.float64]
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:

@@ -5,15 +5,10 @@ D(z) = bg_scale b_g c_g [phi rho mu A(s) + C]
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simulator.compiled import inner
+from simulator.compiled import Row, inner
 from simulator.effects.effect import Effect, Function, ParameterIndex
 from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, GROUND_LOSS, PHI, RHO
 from simulator.parameter import Parameter
-
-Row = NDArray[np.float64]
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:

@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simulator.compiled import inner
+from simulator.compiled import Row, inner
 from simulator.effects.effect import MODES, BodyForce, Effect, Energy, Function, ParameterIndex
 from simulator.parameter import Parameter
-
-Row = NDArray[np.float64]
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import compiled, inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, compiled, inner
 from simulator.kernel.composition import Composition
 from simulator.kernel.layout import PARAMETERS, STEP_LIMIT
 from simulator.kernel.limits import FINEST_TOLERANCE, FIXED_STEP_S, REPEATS, TOLERANCE, TOLERANCE_SHARE
@@ -14,7 +13,6 @@ from simulator.kernel.rows import COLUMN
 from simulator.kernel.run import make_run
 from simulator.kernel.working_row import address_of
 
-Row = NDArray[np.float64]
 Counts = NDArray[np.int64]
 GROWTH_LET_PASS = 3.0
 """Growth of an error that is within what the tolerance has to spare."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import numba
 
-from simulator.effects.effect import Function
+from simulator.compiled import Function
 from simulator.effects.registry import EFFECTS
 from simulator.kernel.batch import make_batch
 from simulator.kernel.cache import compiling_alone, give_unique_symbols, keep_on_disk, on_disk

@@ -29,8 +29,7 @@ from data_schema.cache_folder import (
     why_not_trusted,
 )
 from data_schema.errors import UsageError
-from simulator.compiled import compiled
-from simulator.effects.effect import Function
+from simulator.compiled import Function, compiled
 
 
 def cached_entry(function: Function, types: tuple[Any, ...], what: str, effects: Iterable[str]) -> Function:

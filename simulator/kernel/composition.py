@@ -10,17 +10,14 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simulator.compiled import inner
-from simulator.effects.effect import BodyForce, Effect, Energy, Function, Mode
+from simulator.compiled import Function, Row, inner
+from simulator.effects.effect import BodyForce, Effect, Energy, Mode
 from simulator.effects.registry import COSTS, EFFECTS, ENERGIES
+from simulator.kernel.combined import in_turn
 from simulator.kernel.effect_functions import EffectGuard, EffectState, Given, sorted_functions
 from simulator.kernel.layout import GUARDS, MECHANICAL, PARAMETERS, SWITCHES
 from simulator.parameter import BASICS, GRAVITY_M_S2, Parameter
 
-Row = NDArray[np.float64]
 Maker = Callable[["Composition"], Function]
 
 
@@ -49,6 +46,10 @@ class Composition:
     def slot(self, name: str) -> Any:
         """The function that fills a slot; None where no effect does, for code that `has` keeps from being compiled."""
         return self.slots.get(name)
+
+    def optional(self, name: str) -> tuple[bool, Any]:
+        """Whether an effect that is on fills a slot, and the function that does, or None."""
+        return self.has(name), self.slot(name)
 
     def on(self, effect: str) -> bool:
         """Whether this effect is on."""
@@ -154,15 +155,6 @@ def _prepare_inverses(position: Mapping[str, int]) -> Function:
     return prepare
 
 
-def _after(first: Function, second: Function) -> Function:
-    @inner
-    def both(work: Row) -> None:
-        first(work)
-        second(work)
-
-    return both
-
-
 def compose(effects: Iterable[str]) -> Composition:
     """Compose what is called for; the order in which effects are named does not matter."""
     chosen: tuple[Effect, ...] = tuple(EFFECTS[name] for name in EFFECTS if name in set(effects))
@@ -180,7 +172,7 @@ def compose(effects: Iterable[str]) -> Composition:
         one = sorted_functions(effect, position.__getitem__, next_state)
         next_state += len(one.states)
         if one.prepare is not None:
-            prepare = _after(prepare, one.prepare)
+            prepare = in_turn((prepare, one.prepare))
         if twice := one.slots.keys() & slots.keys():
             raise ValueError(f"{effect.name} fills {min(twice)}, as another effect does: let both exclude each other.")
         slots |= one.slots

@@ -7,16 +7,12 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from data_schema.errors import nearest
-from simulator.compiled import inlined, inner
-from simulator.effects.effect import MODES, BodyForce, Effect, Function, Guard, ParameterIndex, State
+from simulator.compiled import Function, Row, inlined, inner
+from simulator.effects.effect import MODES, BodyForce, Effect, Guard, ParameterIndex, State
 from simulator.effects.registry import GUARDS as EFFECT_GUARDS
 from simulator.kernel.layout import OF_EFFECTS, V_BODY, V_FOOT, X_BODY, X_FOOT
 
-Row = NDArray[np.float64]
 Functions = dict[str, Function]
 
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simulator.compiled import inner
-from simulator.effects.effect import Function
-from simulator.effects.registry import BOOKED, COSTS
+from simulator.compiled import Function, Row, inner
+from simulator.effects.registry import BOOKED
+from simulator.kernel.combined import in_turn, summed
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     BOTTOMED,
@@ -44,10 +43,8 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
-from simulator.kernel.rows import COLUMN
+from simulator.kernel.rows import COLUMN, COST_PARTS, COUNTERS
 from simulator.parameter import GRAVITY_M_S2
-
-Row = NDArray[np.float64]
 
 
 @made_once
@@ -55,12 +52,8 @@ def make_energy(composition: Composition) -> Function:
     """Kinetic and potential energy, J: `(mode, work)`; grains and a platform with mass count while they
     move."""
     body, foot = composition.position["body_mass"], composition.position["foot_mass"]
-    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
-    slides, platform, platform_kg = (
-        composition.platform >= 0,
-        composition.platform,
-        composition.slot("platform_mass_kg"),
-    )
+    has_mass, mass = composition.optional("added_mass_kg")
+    (slides, platform_kg), platform = composition.optional("platform_mass_kg"), composition.platform
 
     @inner
     def energy(mode: int, work: Row) -> float:
@@ -83,15 +76,16 @@ def make_energy(composition: Composition) -> Function:
 
 def make_booked(composition: Composition) -> Function:
     """Energy gained since touchdown according to what events and integrals say, J: `(work)`."""
-    booked = inner(lambda work: work[NOW + LEG_WORK] - work[IMPACT])
-    for energy in BOOKED:
-        if energy.name in composition.integrals:
-            booked = _with_entry(booked, composition.integrals[energy.name], float(energy.sign))
-    return booked
+    entries = [
+        _entry(composition.integrals[energy.name], float(energy.sign))
+        for energy in BOOKED
+        if energy.name in composition.integrals
+    ]
+    return summed([inner(lambda work: work[NOW + LEG_WORK] - work[IMPACT]), *entries])
 
 
-def _with_entry(before: Function, integral: int, sign: float) -> Function:
-    return inner(lambda work: before(work) + sign * work[NOW + integral])
+def _entry(integral: int, sign: float) -> Function:
+    return inner(lambda work: sign * work[NOW + integral])
 
 
 def make_note_energies(composition: Composition) -> Function:
@@ -99,43 +93,28 @@ def make_note_energies(composition: Composition) -> Function:
 
     Returns the sum of their sizes and of that of the leg's work, J.
     """
-    note = inner(lambda work, row: abs(work[NOW + LEG_WORK]))
-    for energy in BOOKED:
-        if energy.sudden:
-            place = int(IMPACT)
-        elif energy.name in composition.integrals:
-            place = int(NOW) + composition.integrals[energy.name]
-        else:
-            place = -1
-        note = _with_column(note, COLUMN[energy.column], place)
-    return note
+    places = {name: int(NOW) + integral for name, integral in composition.integrals.items()}
+    places |= {energy.name: int(IMPACT) for energy in BOOKED if energy.sudden}
+    notes = [_column(COLUMN[energy.column], places.get(energy.name, -1)) for energy in BOOKED]
+    return summed([inner(lambda work, row: abs(work[NOW + LEG_WORK])), *notes])
 
 
-def _with_column(before: Function, column: int, place: int) -> Function:
+def _column(column: int, place: int) -> Function:
+    """Compose `(work, row)`: write what stands at a place, 0 where there is none (-1), and return its size."""
+
     @inner
     def note(work: Row, row: Row) -> float:
-        turned_over_j = before(work, row)
         row[column] = work[place] if place >= 0 else 0.0
-        return turned_over_j + abs(row[column])
+        return abs(row[column])
 
     return note
 
 
 def make_note_cost(composition: Composition, span: str) -> Function:
     """Write the cost so far, of the stance or of the jump: `(work, row)`."""
-    note = _with_part(inner(lambda work, row: None), COLUMN[f"{span}_mechanical_J"], MECHANICAL)
-    for energy in COSTS:
-        note = _with_part(note, COLUMN[f"{span}_{energy.name}_J"], composition.integrals.get(energy.name, -1))
-    return note
-
-
-def _with_part(before: Function, column: int, integral: int) -> Function:
-    @inner
-    def note_cost(work: Row, row: Row) -> None:
-        before(work, row)
-        row[column] = work[NOW + integral] if integral >= 0 else 0.0
-
-    return note_cost
+    places = {name: int(NOW) + integral for name, integral in composition.integrals.items()}
+    places["mechanical"] = int(NOW) + MECHANICAL
+    return in_turn(_column(COLUMN[f"{span}_{part}_J"], places.get(part, -1)) for part in COST_PARTS)
 
 
 @made_once
@@ -164,6 +143,25 @@ def make_note_liftoff(composition: Composition) -> Function:
     return note_liftoff
 
 
+_COUNTED = (BOTTOMED, TOUCHED_DURING_RESET, TOUCHED_BEFORE_HOLD, RELEASE_MISSED, GUARD_SWITCHES, CANCELLED)
+_AT_THE_END = {
+    "jump_time_s": TIME,
+    "max_depth_m": DEPTH,
+    "unresisted_sink_m": UNRESISTED,
+    "leg_work_J": NOW + LEG_WORK,
+    "decision_margin": MARGIN,
+    "decision_tick": MARGIN_TICK,
+    "min_leg_length_m": SHORTEST,
+    "max_leg_length_m": LONGEST,
+    "capped_time_s": CAPPED,
+    "steps": STEPS,
+    "rhs_evaluations": EVALUATIONS,
+    "mode_changes": EVENTS,
+    **dict(zip(COUNTERS, _COUNTED, strict=True)),
+}
+"""Columns that are written at the end of a jump, and where in the working row they stand."""
+
+
 def make_finish(composition: Composition) -> Function:
     """Write the rest of the row: `(outcome, work, row)`.
 
@@ -171,55 +169,25 @@ def make_finish(composition: Composition) -> Function:
     from where a leg folded to nothing would lie: where next to nothing is turned over, rounding is not an error.
     """
     note_stance, note_jump = make_note_cost(composition, "stance"), make_note_cost(composition, "jump")
-    at = COLUMN
-    o, lift, work_at, residual_at = (
-        at["outcome"],
-        at["liftoff_time_s"],
-        at["leg_work_J"],
-        at["energy_residual_J"],
-    )
-    margin, tick, growth, shortest, longest, lowest, capped, at_play = (
-        at["decision_margin"],
-        at["decision_tick"],
-        at["error_growth"],
-        at["min_leg_length_m"],
-        at["max_leg_length_m"],
-        at["min_body_height_m"],
-        at["capped_time_s"],
-        at["energy_at_play_J"],
-    )
     energy, booked, note_energies = make_energy(composition), make_booked(composition), make_note_energies(composition)
-    steps, evaluations, counters, changes, duration, depth, sunk = (
-        at["steps"],
-        at["rhs_evaluations"],
-        at["bottomed"],
-        at["mode_changes"],
-        at["jump_time_s"],
-        at["max_depth_m"],
-        at["unresisted_sink_m"],
+    note_rest = in_turn(_column(COLUMN[name], int(place)) for name, place in _AT_THE_END.items())
+    outcome_at, lift, residual, at_play, growth, lowest = (
+        COLUMN[name]
+        for name in (
+            *("outcome", "liftoff_time_s", "energy_residual_J", "energy_at_play_J", "error_growth"),
+            "min_body_height_m",
+        )
     )
 
     @inner
     def finish(outcome: int, work: Row, row: Row) -> None:
-        row[o] = outcome
+        row[outcome_at] = outcome
         if np.isnan(row[lift]):
             note_stance(work, row)
         note_jump(work, row)
-        row[duration] = work[TIME]
-        row[depth], row[sunk] = work[DEPTH], work[UNRESISTED]
-        row[work_at] = work[NOW + LEG_WORK]
+        note_rest(work, row)
         row[at_play] = 1e-3 * work[START_ENERGY] + note_energies(work, row)
-        row[residual_at] = energy(work[MODE], work) - work[START_ENERGY] - booked(work)
-        row[margin], row[tick], row[growth] = work[MARGIN], work[MARGIN_TICK], math.exp(work[WORST_GROWTH])
-        row[shortest], row[longest], row[capped] = work[SHORTEST], work[LONGEST], work[CAPPED]
-        row[lowest] = min(work[LOWEST], work[NOW + X_BODY])
-        row[steps], row[evaluations] = work[STEPS], work[EVALUATIONS]
-        row[counters] = work[BOTTOMED]
-        row[counters + 1] = work[TOUCHED_DURING_RESET]
-        row[counters + 2] = work[TOUCHED_BEFORE_HOLD]
-        row[counters + 3] = work[RELEASE_MISSED]
-        row[counters + 4] = work[GUARD_SWITCHES]
-        row[counters + 5] = work[CANCELLED]
-        row[changes] = work[EVENTS]
+        row[residual] = energy(work[MODE], work) - work[START_ENERGY] - booked(work)
+        row[growth], row[lowest] = math.exp(work[WORST_GROWTH]), min(work[LOWEST], work[NOW + X_BODY])
 
     return finish

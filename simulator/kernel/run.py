@@ -4,11 +4,7 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simulator.compiled import inlined, inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, inlined, inner
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.control.controller import make_switch, make_tick, make_wants_switch
 from simulator.kernel.events.contact import GOES_ON, make_lift_off, make_meet_ground, make_settle
@@ -69,7 +65,6 @@ from simulator.kernel.steps.stride import REJECTED, make_stride
 from simulator.kernel.working_row import address_of
 from simulator.parameter import GRAVITY_M_S2
 
-Row = NDArray[np.float64]
 FIRST_STEP_S = 1e-3
 
 

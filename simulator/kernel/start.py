@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simulator.compiled import inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, inner
+from simulator.kernel.combined import in_turn
 from simulator.kernel.composition import Composition
 from simulator.kernel.events.contact import make_note_saturation, make_turn_hold
 from simulator.kernel.layout import (
@@ -63,25 +62,18 @@ from simulator.kernel.mechanics.leg import make_set_gains
 from simulator.kernel.report import make_energy
 from simulator.kernel.rows import COLUMN, COLUMNS
 
-Row = NDArray[np.float64]
-
 
 def make_start_states(composition: Composition) -> Function:
     """Compose `(work)`: the states of effects at the height and speed at which a simulation starts; 0 by default."""
-    starts = inner(lambda work: None)
-    for one in composition.effect_states:
-        if one.start is not None:
-            starts = _also(starts, one.start, one.place)
-    return starts
+    return in_turn(_start(one.start, one.place) for one in composition.effect_states if one.start is not None)
 
 
-def _also(before: Function, start: Function, place: int) -> Function:
+def _start(start: Function, place: int) -> Function:
     @inner
-    def starts(work: Row) -> None:
-        before(work)
+    def write_start(work: Row) -> None:
         work[NOW + place] = start(work, work[NOW + X_BODY], work[NOW + V_BODY])
 
-    return starts
+    return write_start
 
 
 def make_begin(composition: Composition) -> Function:
@@ -89,12 +81,8 @@ def make_begin(composition: Composition) -> Function:
     at = composition.position
     rest, height, velocity = at["rest_length"], at["initial_height"], at["initial_velocity"]
     set_gains, note, size = make_set_gains(composition), make_note_saturation(composition), composition.state_size
-    turn_hold, holds, body_moves = (
-        make_turn_hold(composition),
-        composition.has("body_held"),
-        composition.slot("body_moves"),
-    )
-    start_states = make_start_states(composition)
+    turn_hold, start_states = make_turn_hold(composition), make_start_states(composition)
+    holds, body_moves = composition.optional("body_moves")
 
     @inner
     def begin(work: Row) -> None:
@@ -115,6 +103,14 @@ def make_begin(composition: Composition) -> Function:
             turn_hold(work)
 
     return begin
+
+
+AT_ZERO = (
+    *(CAPPED, DEPTH, IMPACT, DECIDED, GROWTH, WORST_GROWTH, TICK, AIRBORNE, STEPS, EVALUATIONS, EVENTS),
+    *(BOTTOMED, TOUCHED_DURING_RESET, TOUCHED_BEFORE_HOLD, RELEASE_MISSED, GUARD_SWITCHES),
+    *(ASLEEP, CANCELLED, UNRESISTED),
+)
+"""Places of clocks and counters that start at zero with each jump."""
 
 
 def make_begin_jump(composition: Composition, meet_ground: Function, settle: Function) -> Function:
@@ -139,18 +135,14 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[TIME] = 0.0
         work[EMULATOR_SINCE] -= t
         work[HOLD_SINCE] -= t
-        work[CAPPED], work[DEPTH], work[IMPACT] = 0.0, 0.0, 0.0
-        work[MARGIN], work[MARGIN_TICK], work[DECIDED] = np.inf, -1.0, 0.0
-        work[GROWTH], work[WORST_GROWTH] = 0.0, 0.0
+        for place in AT_ZERO:
+            work[place] = 0.0
+        work[MARGIN], work[MARGIN_TICK] = np.inf, -1.0
         if lands and t > 0.0 and -SLOW_M_S < work[NOW + V_FOOT] < 0.0:
             work[GROWTH] = max(0.0, -math.log(-work[NOW + V_FOOT] * work[per_fall]))
             work[WORST_GROWTH] = work[GROWTH]
         work[SHORTEST] = work[NOW + X_BODY] - work[NOW + X_FOOT]
         work[LONGEST], work[LOWEST] = work[SHORTEST], work[NOW + X_BODY]
-        work[TICK], work[AIRBORNE], work[STEPS], work[EVALUATIONS], work[EVENTS] = 0, 0, 0, 0, 0
-        work[BOTTOMED], work[TOUCHED_DURING_RESET], work[TOUCHED_BEFORE_HOLD] = 0, 0, 0
-        work[RELEASE_MISSED], work[GUARD_SWITCHES] = 0, 0
-        work[ASLEEP], work[CANCELLED], work[UNRESISTED] = 0, 0, 0.0
         work[START_ENERGY] = energy(work[MODE], work)
         if lands:
             meet_ground(work)

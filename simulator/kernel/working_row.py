@@ -10,15 +10,14 @@ from __future__ import annotations
 import operator
 from typing import Any
 
-import numpy as np
 from llvmlite import ir
 from numba import types
 from numba.core.imputils import lower_builtin
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import type_callable
-from numpy.typing import NDArray
 
-Row = NDArray[np.float64]
+from simulator.compiled import Row
+
 _pointer_to: Any = types.CPointer
 _ADDRESS = _pointer_to(types.float64)
 _sign: Any = signature

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
+from simulator.compiled import Row
 from simulator.error_bars import JUDGED, finer_accuracies
 from simulator.jump import (
     ILL_CONDITIONED_BELOW,
@@ -35,7 +36,6 @@ from simulator.scene import Scene
 from simulator.sweep.design import Design
 from simulator.sweep.outputs import ERRORS, FROM_KERNEL, NOT_MADE_FLAG, OUTPUTS, PLACE
 
-Row = NDArray[np.float64]
 Block = NDArray[np.float64]
 FEWEST_IN_LANES, FEWEST_TO_COMPILE = 10_000, 500_000
 """Jumps of a sweep from which on it is in lanes where they are on disk, and for which they are compiled."""

@@ -12,13 +12,12 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_schema.errors import UsageError, unknown_name
 from simulator.changes import WORDS
+from simulator.compiled import Row
 from simulator.declared import all_parameters
 
-Row = NDArray[np.float64]
 SAMPLE = "sample"
 """Name of the dimension of a Sobol sample."""
 MOST_ROWS = 10**8

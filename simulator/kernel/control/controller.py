@@ -9,10 +9,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simulator.compiled import inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, inner
+from simulator.kernel.combined import nothing
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
@@ -63,8 +62,6 @@ from simulator.kernel.mechanics.leg import make_set_gains
 from simulator.kernel.mechanics.motion import make_moved_mass
 from simulator.kernel.working_row import choose
 
-Row = NDArray[np.float64]
-
 
 @made_once
 def make_timer(composition: Composition) -> Function:
@@ -94,7 +91,7 @@ def make_timer(composition: Composition) -> Function:
 def make_advance(composition: Composition) -> Function:
     """Go to the emulator's next state at t: `(work)`."""
     if not composition.has("travel_m"):
-        return inner(lambda work: None)
+        return nothing
 
     @inner
     def advance(work: Row) -> None:
@@ -129,7 +126,7 @@ def make_conditions(composition: Composition) -> Function:
 
     Three conditions that must hold together, in m and m/s, and last that the leg is short, or 1 and -1 for none.
     """
-    guarded, guard_m = composition.has("guard_length_m"), composition.slot("guard_length_m")
+    guarded, guard_m = composition.optional("guard_length_m")
     rest, latched = composition.position["rest_length"], composition.on("latched_switching")
     compression_m, tolerance_m = composition.slot("switch_compression_m"), composition.slot("rest_tolerance_m")
     tolerance_m_s = composition.slot("switch_speed_tolerance_m_s")
@@ -213,7 +210,7 @@ LARGEST_GROWTH = 700.0
 def make_switch(composition: Composition) -> Function:
     """Change the phase and its gains: `(work)`."""
     set_gains = make_set_gains(composition)
-    guarded, guard_m = composition.has("guard_length_m"), composition.slot("guard_length_m")
+    guarded, guard_m = composition.optional("guard_length_m")
     emulated = composition.has("travel_m")
 
     @inner
@@ -285,7 +282,7 @@ def make_growth(composition: Composition) -> Function:
     """
     active = composition.has("active_damping_kg_m") and composition.on("sampled_control")
     if not active or composition.on("continuous_foot_speed") or not composition.has("quadratic_drag_kg_m"):
-        return inner(lambda work: None)
+        return nothing
     growth_factor = make_growth_factor(composition)
 
     @inner
@@ -302,7 +299,7 @@ def make_growth_factor(composition: Composition) -> Function:
     """Compose `(work)`: the size of that factor for an intruding foot."""
     moved_mass_kg, rate = make_moved_mass(composition), composition.position["control_rate"]
     quadratic, linear = composition.slots["quadratic_drag_kg_m"], composition.on("linear_active_damping")
-    has_linear, drag_kg_s = composition.has("linear_drag_kg_s"), composition.slot("linear_drag_kg_s")
+    has_linear, drag_kg_s = composition.optional("linear_drag_kg_s")
 
     @inner
     def growth_factor(work: Row) -> float:

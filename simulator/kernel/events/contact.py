@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simulator.compiled import inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, inner
+from simulator.kernel.combined import nothing
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.control.controller import make_hold
 from simulator.kernel.layout import (
@@ -71,8 +68,6 @@ from simulator.kernel.mechanics.motion import (
 )
 from simulator.kernel.report import make_energy
 
-Row = NDArray[np.float64]
-
 
 @inner
 def note_near(distance: float, unit: float, work: Row) -> None:
@@ -103,7 +98,7 @@ def make_stop_foot(composition: Composition) -> Function:
 def make_turn_hold(composition: Composition) -> Function:
     """The body has stopped where an effect may hold it, or is pushed on: `(work)`."""
     if not composition.has("body_held"):
-        return inner(lambda work: None)
+        return nothing
     forces, drive_n, body_stops = make_forces(composition), make_drive(composition), composition.slots["body_stops"]
 
     @inner
@@ -138,7 +133,7 @@ def make_meet_ground(composition: Composition) -> Function:
     foot = composition.position["foot_mass"]
     emulated = composition.has("travel_m")
     yields, travel = composition.has("resistance_n"), composition.position.get("platform_travel", -1)
-    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    has_mass, mass = composition.optional("added_mass_kg")
     grain, reset = composition.integrals.get("grain_energy", -1), composition.integrals.get("reset_work", -1)
 
     holds_force, hold = composition.on("held_force"), make_hold(composition)
@@ -219,7 +214,7 @@ def make_note_saturation(composition: Composition) -> Function:
     """
     capped, cost_capped = composition.has("cap_n"), composition.has("cost_cap_n")
     if not capped and not cost_capped:
-        return inner(lambda work: None)
+        return nothing
     forces, lever, cost_cap_n = make_forces(composition), make_lever(composition), composition.slot("cost_cap_n")
 
     @inner
@@ -247,7 +242,7 @@ def make_creeps(composition: Composition) -> Function:
     slope = composition.slots["resistance_slope_n_m"]
     force_rate = make_force_rate(composition)
     moved_mass_kg = make_moved_mass(composition)
-    has_drag, drag_kg_m = composition.has("quadratic_drag_kg_m"), composition.slot("quadratic_drag_kg_m")
+    has_drag, drag_kg_m = composition.optional("quadratic_drag_kg_m")
     resistance_n = composition.slots["resistance_n"]
     damped, active = composition.has("compression_damping_kg_s"), composition.has("active_damping_kg_m")
     linear = composition.on("linear_active_damping")
@@ -284,7 +279,7 @@ def make_creeps(composition: Composition) -> Function:
 def make_creep_on(composition: Composition) -> Function:
     """Let a foot that creeps through grains do so only as long as it may: `(work)`."""
     if not composition.has("resistance_n") or composition.has("travel_m"):
-        return inner(lambda work: None)
+        return nothing
     creeps, forces, margins = make_creeps(composition), make_forces(composition), make_foot_margins(composition)
     accelerate = make_body_acceleration(composition)
 

@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simulator.compiled import inlined, inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, inlined, inner
 from simulator.kernel.composition import Composition
 from simulator.kernel.events.guards import make_due
 from simulator.kernel.layout import (
@@ -37,7 +33,6 @@ from simulator.kernel.layout import (
 )
 from simulator.kernel.limits import NEAR_PEAK, SLOW_M_S
 
-Row = NDArray[np.float64]
 MOST_PASSED = 3
 """Events that a landing may pass and go back to."""
 SLOW_S_M = 10.0

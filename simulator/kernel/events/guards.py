@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simulator.compiled import inlined, inner
-from simulator.effects.effect import MODES, Function
+from simulator.compiled import Function, Row, inlined, inner
+from simulator.effects.effect import MODES
+from simulator.kernel.combined import in_turn, nothing
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.control.controller import make_conditions, make_rule
 from simulator.kernel.effect_functions import EffectGuard
@@ -72,8 +70,6 @@ from simulator.kernel.mechanics.motion import (
 from simulator.kernel.working_row import choose
 from simulator.parameter import GRAVITY_M_S2
 
-Row = NDArray[np.float64]
-
 
 def _in_modes(one: EffectGuard) -> tuple[bool, ...]:
     return tuple(mode in one.guard.modes for mode in MODES)
@@ -81,18 +77,14 @@ def _in_modes(one: EffectGuard) -> tuple[bool, ...]:
 
 def make_effect_guards(composition: Composition) -> Function:
     """Compose `(mode, work, row, place)`: the guards that effects declare, each in its modes."""
-    filled = inlined(lambda mode, work, row, place: None)
-    for one in composition.effect_guards:
-        filled = _with_guard(filled, one)
-    return filled
+    return in_turn(map(_filled, composition.effect_guards))
 
 
-def _with_guard(before: Function, one: EffectGuard) -> Function:
+def _filled(one: EffectGuard) -> Function:
     value, guard, acts = one.value, one.place, _in_modes(one)
 
     @inlined
     def filled(mode: float, work: Row, row: int, place: int) -> None:
-        before(mode, work, row, place)
         if acts[int(mode)]:
             work[place + guard] = value(work, row)
 
@@ -130,19 +122,14 @@ def _with_due(before: Function, one: EffectGuard) -> Function:
 
 def make_effects_happen(composition: Composition) -> Function:
     """Compose `(event, work)`: what effects do at this event, their own or another that ends their mode as well."""
-    happen = inner(lambda event, work: None)
-    for one in composition.effect_guards:
-        if one.happens is not None:
-            happen = _with_happening(happen, one, one.happens)
-    return happen
+    return in_turn(_happening(one, one.happens) for one in composition.effect_guards if one.happens is not None)
 
 
-def _with_happening(before: Function, one: EffectGuard, act: Function) -> Function:
+def _happening(one: EffectGuard, act: Function) -> Function:
     guard, armed, acts, value = one.place, ARMED + one.place - OF_EFFECTS, _in_modes(one), one.value
 
     @inner
     def happen(event: int, work: Row) -> None:
-        before(event, work)
         if event == guard or (work[armed] == 1 and acts[int(work[MODE])] and value(work, NOW) > 0.0):
             work[armed] = 0
             act(work, NOW)
@@ -180,7 +167,7 @@ def make_flight_guards(composition: Composition) -> Function:
 
 def make_intruding_guards(composition: Composition) -> Function:
     """Compose `(work, row, place, applied_n)`: the foot stops, is at the end of the travel, or is lifted."""
-    emulated, travel_m = composition.has("travel_m"), composition.slot("travel_m")
+    emulated, travel_m = composition.optional("travel_m")
     slides, foot, ground = composition.platform >= 0, composition.position["foot_mass"], make_ground(composition)
 
     @inlined
@@ -283,7 +270,7 @@ def beyond_cap(sign: float, force_n: float, most_n: float) -> float:
 def make_cost_guards(composition: Composition) -> Function:
     """Compose `(work, place, length_m, applied_n)`: the force goes beyond the cap of the cost, or back."""
     if not composition.has("cost_cap_n"):
-        return inner(lambda work, place, length_m, applied_n: None)
+        return nothing
     cost_cap_n, lever = composition.slots["cost_cap_n"], make_lever(composition)
 
     @inlined
@@ -297,7 +284,7 @@ def make_cost_guards(composition: Composition) -> Function:
 def make_release_guards(composition: Composition) -> Function:
     """Compose `(work, place, length_m)`: the ratchet lets the platform go; a step ends when it may do so first."""
     if not composition.has("travel_m"):
-        return inner(lambda work, place, length_m: None)
+        return nothing
     at = composition.position
     rest, tolerance, shortest = at["rest_length"], at["release_tolerance"], at["shortest_hold"]
 
@@ -313,7 +300,7 @@ def make_release_guards(composition: Composition) -> Function:
 def make_hold_guards(composition: Composition) -> Function:
     """Compose `(mode, work, row, place, applied_n)`: the body stops where an effect may hold it, or is pushed on."""
     if not composition.has("hold_guard"):
-        return inner(lambda mode, work, row, place, applied_n: None)
+        return nothing
     hold_guard, drive_n = composition.slots["hold_guard"], make_drive(composition)
 
     @inlined

@@ -8,10 +8,9 @@ intruding --bottoms--> jammed (the emulator's stop)
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simulator.compiled import inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, inner
+from simulator.kernel.combined import nothing
 from simulator.kernel.composition import Composition
 from simulator.kernel.control.controller import make_conditions, make_note_conditions, make_rule
 from simulator.kernel.events.contact import (
@@ -85,13 +84,11 @@ from simulator.kernel.mechanics.leg import make_forces
 from simulator.kernel.mechanics.motion import make_stop_platform
 from simulator.kernel.rows import COLUMN
 
-Row = NDArray[np.float64]
-
 
 def make_touches(composition: Composition) -> Function:
     """The foot meets the ground in flight: `(work)`. On grains a rising body goes on with its stance."""
     granular = composition.on("hydrostatic_stiffness")
-    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
+    has_mass, mass = composition.optional("added_mass_kg")
     grain = composition.integrals.get("grain_energy", -1)
 
     @inner
@@ -183,7 +180,7 @@ def make_falls(composition: Composition) -> Function:
 def make_bottoms(composition: Composition, settle: Function) -> Function:
     """The platform comes to the end of its travel: `(work)`."""
     if not composition.has("travel_m"):
-        return inner(lambda work: None)
+        return nothing
     slides, travel = composition.platform >= 0, composition.position["platform_travel"]
     stop_foot, stop_platform = make_stop_foot(composition), make_stop_platform(composition)
 
@@ -243,7 +240,7 @@ def make_note_release(composition: Composition) -> Function:
     The platform is released only if the hold ends first.
     """
     if not composition.has("travel_m"):
-        return inner(lambda work: None)
+        return nothing
     conditions, shortest = make_conditions(composition), composition.position["shortest_hold"]
 
     @inner

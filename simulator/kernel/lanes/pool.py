@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import compiled, inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, compiled, inner
 from simulator.kernel.batch import make_repeat_finer
 from simulator.kernel.composition import Composition
 from simulator.kernel.events.contact import GOES_ON
@@ -36,7 +35,6 @@ from simulator.kernel.layout import (
 from simulator.kernel.run import make_begin_scene, make_jump_loop
 from simulator.kernel.working_row import address_of
 
-Row = NDArray[np.float64]
 Counts = NDArray[np.int64]
 LANES = 8
 """Lanes of a block: two registers of four numbers each hide one another's latency."""

@@ -10,8 +10,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
-from simulator.compiled import inlined, inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, inlined, inner
+from simulator.kernel.combined import nothing
 from simulator.kernel.composition import Composition
 from simulator.kernel.control.controller import LARGEST_GROWTH, make_growth_factor, make_wants_switch
 from simulator.kernel.events.first_event import may_peak
@@ -98,7 +98,7 @@ Row = Any
 def make_grow(composition: Composition) -> Function:
     """Compose `(which, work)`: follow how much a small error of the foot's speed grows, as the scalar kernel does."""
     if not composition.has("active_damping_kg_m") or not composition.has("quadratic_drag_kg_m"):
-        return inner(lambda which, work: None)
+        return nothing
     growth_factor = make_growth_factor(composition)
 
     @inner

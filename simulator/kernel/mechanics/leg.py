@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simulator.compiled import inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, inner
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
@@ -26,8 +24,6 @@ from simulator.kernel.layout import (
 )
 from simulator.kinematics import lever_m
 from simulator.parameter import GRAVITY_M_S2
-
-Row = NDArray[np.float64]
 
 
 @made_once
@@ -116,7 +112,7 @@ AT_REST = 1e-12
 def make_forces(composition: Composition) -> Function:
     """Commanded and applied force of the leg, and its cap, N: `(work, row)`."""
     lever, command, apply = make_lever(composition), make_command(composition), make_apply(composition)
-    capped, cap_n = composition.has("cap_n"), composition.slot("cap_n")
+    capped, cap_n = composition.optional("cap_n")
 
     @inner
     def forces(work: Row, row: int) -> tuple[float, float, float]:
@@ -139,8 +135,8 @@ def make_foot_margins(composition: Composition) -> Function:
     foot = composition.position["foot_mass"]
     resistance_n = composition.slot("resistance_n")
     yields = composition.has("resistance_n")
-    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
-    emulated, travel_m = composition.has("travel_m"), composition.slot("travel_m")
+    has_mass, mass = composition.optional("added_mass_kg")
+    emulated, travel_m = composition.optional("travel_m")
 
     @inner
     def margins(work: Row, row: int, applied_n: float) -> tuple[float, float]:

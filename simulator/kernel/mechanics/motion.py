@@ -13,11 +13,9 @@ from __future__ import annotations
 import math
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from simulator.compiled import inlined, inner
-from simulator.effects.effect import MODES, BodyForce, Energy, Function
+from simulator.compiled import Function, Row, inlined, inner
+from simulator.effects.effect import MODES, BodyForce, Energy
+from simulator.kernel.combined import in_turn, nothing, summed
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     CARRIED,
@@ -44,15 +42,13 @@ from simulator.kernel.layout import (
 from simulator.kernel.mechanics.leg import make_apply, make_command, make_lever
 from simulator.parameter import GRAVITY_M_S2
 
-Row = NDArray[np.float64]
-
 
 @made_once
 def make_moved_mass(composition: Composition) -> Function:
     """Compose `(work, depth_m)`: the mass that an intruding foot moves, kg."""
     foot = composition.position["foot_mass"]
-    has_mass, mass = composition.has("added_mass_kg"), composition.slot("added_mass_kg")
-    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
+    has_mass, mass = composition.optional("added_mass_kg")
+    heavy, platform_kg = composition.optional("platform_mass_kg")
 
     @inner
     def moved_mass_kg(work: Row, depth_m: float) -> float:
@@ -81,23 +77,15 @@ def _in_its_modes(force: BodyForce, newtons: Function) -> Function:
 
 def _sum(composition: Composition, *, friction: bool) -> Any:
     """Compose `(mode, work, row)`: the effects' forces on the body, N, without that of `friction`; None without any."""
-    found: Function | None = None
-    for force, newtons in composition.body_forces:
-        if friction or not force.holds:
-            one = _in_its_modes(force, newtons)
-            found = one if found is None else _both(found, one)
-    return found
-
-
-def _both(first: Function, second: Function) -> Function:
-    return inner(lambda mode, work, row: first(mode, work, row) + second(mode, work, row))
+    found = [_in_its_modes(*one) for one in composition.body_forces if friction or not one[0].holds]
+    return summed(found) if found else None
 
 
 @made_once
 def make_body_acceleration(composition: Composition) -> Function:
     """Compose `(mode, work, row, applied_n)`: the acceleration upward, m/s²; 0 while the body is held."""
     per_body, force_n = composition.position["inverse_body_mass"], _sum(composition, friction=True)
-    holds, held, forced = composition.has("body_held"), composition.slot("body_held"), force_n is not None
+    (holds, held), forced = composition.optional("body_held"), force_n is not None
 
     @inner
     def acceleration_m_s2(mode: float, work: Row, row: int, applied_n: float) -> float:
@@ -129,19 +117,18 @@ def make_drive(composition: Composition) -> Function:
 
 def make_force_losses(composition: Composition) -> Function:
     """Compose `(mode, work, row, stage)`: the rates of what each effect's force takes from the body, W."""
-    losses = inner(lambda mode, work, row, stage: None)
-    for force, newtons in composition.body_forces:
-        losses = _also(losses, _in_its_modes(force, newtons), composition.integrals[force.loss.name])
-    return losses
+    return in_turn(
+        _loss(_in_its_modes(force, newtons), composition.integrals[force.loss.name])
+        for force, newtons in composition.body_forces
+    )
 
 
-def _also(before: Function, force_n: Function, place: int) -> Function:
+def _loss(force_n: Function, place: int) -> Function:
     @inner
-    def losses(mode: float, work: Row, row: int, stage: int) -> None:
-        before(mode, work, row, stage)
+    def loss(mode: float, work: Row, row: int, stage: int) -> None:
         work[stage + place] = -force_n(mode, work, row) * work[row + V_BODY]
 
-    return losses
+    return loss
 
 
 @made_once
@@ -197,7 +184,7 @@ def make_slide(composition: Composition) -> Function:
 def make_stop_platform(composition: Composition) -> Function:
     """Stop a sliding platform: `(work)`; what it moved with is lost and booked."""
     if composition.platform < 0:
-        return inner(lambda work: None)
+        return nothing
     place, mass_kg = composition.platform, composition.slots["platform_mass_kg"]
 
     @inner
@@ -230,7 +217,7 @@ def _root(square: float, linear: float, constant: float) -> float:
 def make_speed(composition: Composition) -> Function:
     """Compose `(work, x_b, v_b, x_f, inertia_n)`: the speed of sinking at which the forces on the foot sum to that."""
     command, lever = make_command(composition), make_lever(composition)
-    has_cap, cap_n = composition.has("cap_n"), composition.slot("cap_n")
+    has_cap, cap_n = composition.optional("cap_n")
     resistance_n, linear_kg_s = composition.slots["resistance_n"], composition.slots["linear_drag_kg_s"]
     quadratic_kg_m = composition.slots["quadratic_drag_kg_m"]
     foot = composition.position["foot_mass"]
@@ -262,7 +249,7 @@ def make_follow_platform(composition: Composition) -> Function:
     if not composition.follows:
         return inner(lambda work, row: (0.0, 0.0))
     speed, command, lever = make_speed(composition), make_command(composition), make_lever(composition)
-    has_cap, cap_n = composition.has("cap_n"), composition.slot("cap_n")
+    has_cap, cap_n = composition.optional("cap_n")
     foot, accelerate = composition.position["foot_mass"], make_body_acceleration(composition)
 
     @inner
@@ -288,7 +275,7 @@ def make_try_to_follow(composition: Composition) -> Function:
     be seen at the error allowed; and no longer where its speed changes so fast that it lags.
     """
     if not composition.follows:
-        return inner(lambda work: None)
+        return nothing
     follow_platform = make_follow_platform(composition)
     damping, stiffness = composition.slots["linear_drag_kg_s"], composition.slots["resistance_slope_n_m"]
     foot, body = composition.position["foot_mass"], composition.position["body_mass"]
@@ -324,11 +311,8 @@ def make_try_to_follow(composition: Composition) -> Function:
 
 def make_powers(composition: Composition) -> Function:
     """Rates of the drive's integrals: `(mode, work, stage, lever_m, leg_speed_m_s, commanded_n, applied_n)`."""
-    chosen = composition.slot("cost_force_n")
-    choose = composition.has("cost_force_n")
-    cost_powers: Function = inner(lambda mode, work, stage, lever_m, speed_m_s, cost_n: None)
-    for energy in composition.costs:
-        cost_powers = _with_cost(cost_powers, composition, energy)
+    choose, chosen = composition.optional("cost_force_n")
+    cost_powers = in_turn(_cost_power(composition, energy) for energy in composition.costs)
 
     @inner
     def powers(
@@ -348,34 +332,29 @@ def make_powers(composition: Composition) -> Function:
     return powers
 
 
-def _with_cost(before: Function, composition: Composition, energy: Energy) -> Function:
-    """Compose `(mode, work, stage, lever_m, leg_speed_m_s, cost_n)`: one more part of the cost."""
+def _cost_power(composition: Composition, energy: Energy) -> Function:
+    """Compose `(mode, work, stage, lever_m, leg_speed_m_s, cost_n)`: the rate of a part of the cost."""
     power_w, place = composition.slots[f"{energy.name}_w"], composition.integrals[energy.name]
     always = not energy.singular or composition.on("cost_of_whole_jump")
 
     @inner
-    def cost_powers(mode: float, work: Row, stage: int, lever_m: float, speed_m_s: float, cost_n: float) -> None:
-        before(mode, work, stage, lever_m, speed_m_s, cost_n)
+    def cost_power(mode: float, work: Row, stage: int, lever_m: float, speed_m_s: float, cost_n: float) -> None:
         work[stage + place] = power_w(work, lever_m, speed_m_s, cost_n) if always or mode != FLIGHT else 0.0
 
-    return cost_powers
+    return cost_power
 
 
 def make_effect_rates(composition: Composition) -> Function:
     """Rates of the states that effects have of their own: `(work, row, stage)`."""
-    rates = inner(lambda work, row, stage: None)
-    for one in composition.effect_states:
-        rates = _with_rate(rates, one.rate, one.place)
-    return rates
+    return in_turn(_rate(one.rate, one.place) for one in composition.effect_states)
 
 
-def _with_rate(before: Function, rate: Function, place: int) -> Function:
+def _rate(rate: Function, place: int) -> Function:
     @inner
-    def rates(work: Row, row: int, stage: int) -> None:
-        before(work, row, stage)
+    def write_rate(work: Row, row: int, stage: int) -> None:
         work[stage + place] = rate(work, row)
 
-    return rates
+    return write_rate
 
 
 @made_once
@@ -387,11 +366,10 @@ def make_ground(composition: Composition) -> Function:
     if not composition.has("resistance_n"):
         return inner(lambda work, applied_n, x_f, v_f: (0.0, 0.0, 0.0))
     resistance_n = composition.slots["resistance_n"]
-    quadratic, linear = composition.slot("quadratic_drag_kg_m"), composition.slot("linear_drag_kg_s")
-    mass, mass_slope = composition.slot("added_mass_kg"), composition.slot("added_mass_slope_kg_m")
-    has_quadratic, has_linear = composition.has("quadratic_drag_kg_m"), composition.has("linear_drag_kg_s")
-    has_mass = composition.has("added_mass_kg")
-    heavy, platform_kg = composition.has("platform_mass_kg"), composition.slot("platform_mass_kg")
+    has_quadratic, quadratic = composition.optional("quadratic_drag_kg_m")
+    has_linear, linear = composition.optional("linear_drag_kg_s")
+    (has_mass, mass), mass_slope = composition.optional("added_mass_kg"), composition.slot("added_mass_slope_kg_m")
+    heavy, platform_kg = composition.optional("platform_mass_kg")
 
     @inner
     def ground(work: Row, applied_n: float, x_f: float, v_f: float) -> tuple[float, float, float]:
@@ -507,7 +485,7 @@ def make_creep(composition: Composition) -> Function:
 def make_force_rate(composition: Composition) -> Function:
     """Rate of the applied force while the foot rests, N/s: `(work, length_m, v_b, a_b)`."""
     lever, command = make_lever(composition), make_command(composition)
-    has_cap, bends, cap_n = composition.has("cap_n"), composition.has("cap_bends"), composition.slot("cap_n")
+    (has_cap, cap_n), bends = composition.optional("cap_n"), composition.has("cap_bends")
     nudge_m = 1e-6
 
     @inner

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simulator.compiled import inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, inner
+from simulator.kernel.combined import largest
 from simulator.kernel.composition import Composition, made_once
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
@@ -49,7 +48,6 @@ from simulator.kernel.mechanics.motion import make_moved_mass
 from simulator.kernel.working_row import choose, lanes_in
 from simulator.parameter import GRAVITY_M_S2
 
-Row = NDArray[np.float64]
 ORDER = 5
 
 
@@ -244,7 +242,7 @@ def make_coefficients(composition: Composition) -> Function:
 @made_once
 def make_is_linear(composition: Composition) -> Function:
     """Whether the motion has a closed form: `(mode, held, saturated)`."""
-    bends, holds, held = composition.has("cap_bends"), composition.has("body_held"), composition.slot("body_held")
+    bends, (holds, held) = composition.has("cap_bends"), composition.optional("body_held")
     jammed, flight = composition.closed_form("jammed"), composition.closed_form("flight")
     sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
     follows, slides = composition.has("active_damping_kg_m") and not sampled, composition.platform >= 0
@@ -437,14 +435,12 @@ def make_motion_error(composition: Composition) -> Function:
 
 def make_effects_error(composition: Composition) -> Function:
     """Compose `(work)`: the largest error of a state of an effect, as a share of its typical size or its own."""
-    worst = inner(lambda work: 0.0)
-    for one in composition.effect_states:
-        worst = _with_error(worst, one.place, one.state.typical)
-    return worst
+    errors = [_state_error(one.place, one.state.typical) for one in composition.effect_states]
+    return largest([inner(lambda work: 0.0), *errors])
 
 
-def _with_error(before: Function, place: int, typical: float) -> Function:
-    return inner(lambda work: max(before(work), abs(work[ERROR + place]) / max(typical, abs(work[TRIAL + place]))))
+def _state_error(place: int, typical: float) -> Function:
+    return inner(lambda work: abs(work[ERROR + place]) / max(typical, abs(work[TRIAL + place])))
 
 
 def make_error_norm(composition: Composition) -> Function:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simulator.compiled import inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, inner
+from simulator.kernel.combined import nothing
 from simulator.kernel.composition import Composition
 from simulator.kernel.control.controller import make_advance
 from simulator.kernel.events.contact import GOES_ON, make_creep_on, make_note_saturation
@@ -48,8 +47,6 @@ from simulator.kernel.report import make_note_liftoff
 from simulator.kernel.rows import COLUMN
 from simulator.kernel.steps.stride import TIMED, UNEVENTFUL
 
-Row = NDArray[np.float64]
-
 
 def make_note_mode(composition: Composition) -> Function:
     """Compose `(before, jump, work, row, changes)`: note that the contact mode is no longer `before`; at lift-off also
@@ -75,7 +72,7 @@ def make_note_mode(composition: Composition) -> Function:
 def make_control(composition: Composition, tick: Function, settle: Function) -> Function:
     """Compose `(work, flip_tick)`: the decisions of the ticks that are due, and what they do to a resting foot."""
     if not composition.on("sampled_control"):
-        return inner(lambda work, flip_tick: None)
+        return nothing
     rate = composition.position["control_rate"]
     note, sleeps = make_note_saturation(composition), composition.sleeps_in_flight
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from simulator.compiled import inlined, inner
-from simulator.effects.effect import Function
+from simulator.compiled import Function, Row, inlined, inner
 from simulator.kernel.composition import Composition
 from simulator.kernel.control.controller import make_must_land, make_timer
 from simulator.kernel.events.first_event import make_at_once, make_first_event, make_land
@@ -75,7 +73,6 @@ from simulator.kernel.steps.attempt import (
 )
 from simulator.kernel.working_row import choose, lanes_in
 
-Row = NDArray[np.float64]
 FRESH_SHARE = 0.2
 """First step after the ground yields or the foot leaves it, in units of the foot's time scale: shorter than an
 intrusion that ends at once."""
@@ -96,8 +93,8 @@ def make_damping_rate(composition: Composition) -> Function:
     damped, held = composition.has("compression_damping_kg_s"), composition.on("held_force")
     active, linear = composition.has("active_damping_kg_m"), composition.on("linear_active_damping")
     sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
-    has_quadratic, quadratic = composition.has("quadratic_drag_kg_m"), composition.slot("quadratic_drag_kg_m")
-    has_linear, drag_kg_s = composition.has("linear_drag_kg_s"), composition.slot("linear_drag_kg_s")
+    has_quadratic, quadratic = composition.optional("quadratic_drag_kg_m")
+    has_linear, drag_kg_s = composition.optional("linear_drag_kg_s")
     product, follows = active and sampled and not linear, active and not sampled
     moved_mass_kg = make_moved_mass(composition)
 
