@@ -71,34 +71,25 @@ register_default(Lanes)(_model(ir.DoubleType()))
 register_default(Which)(_model(ir.IntType(1)))
 
 
-def _width_of(arguments: Any) -> int | None:
-    widths = {each.width for each in arguments if isinstance(each, Lanes)}
-    known = all(isinstance(each, Lanes | types.Number) for each in arguments)
-    return widths.pop() if len(widths) == 1 and known else None
+def _width_of(kind: Any, arguments: Any) -> int | None:
+    widths = {each.width for each in arguments if isinstance(each, kind)}
+    beside = kind | types.Number if kind is Lanes else kind
+    return widths.pop() if len(widths) == 1 and all(isinstance(each, beside) for each in arguments) else None
+
+
+def _define(operation: Any, kind: Any, count: int, generate: Any, result: Any) -> None:
+    """Let an operation take so many of a kind, lanes also with numbers beside them."""
+
+    def generic(self: Any, arguments: Any, keywords: Any) -> Any:
+        width = _width_of(kind, arguments) if len(arguments) == count else None
+        return None if width is None else _sign(result(width), *[kind(width)] * count)
+
+    _infer(operation)(type("generic", (_Template,), {"generic": generic}))
+    _lower(operation, *[kind] * count)(lambda context, builder, sign, arguments: generate(builder, *arguments))
 
 
 def _of_lanes(operation: Any, count: int, generate: Any, result: Any = Lanes) -> None:
-    """Let an operation take lanes, and numbers beside them."""
-
-    def generic(self: Any, arguments: Any, keywords: Any) -> Any:
-        width = _width_of(arguments) if len(arguments) == count else None
-        return None if width is None else _sign(result(width), *[Lanes(width)] * count)
-
-    _infer(operation)(type("generic", (_Template,), {"generic": generic}))
-
-    def lower(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
-        return generate(builder, *arguments)
-
-    _lower(operation, *[Lanes] * count)(lower)
-
-
-def _of_masks(operation: Any, count: int, generate: Any) -> None:
-    def generic(self: Any, arguments: Any, keywords: Any) -> Any:
-        fits = len(arguments) == count and all(isinstance(each, Which) for each in arguments)
-        return _sign(arguments[0], *arguments) if fits else None
-
-    _infer(operation)(type("generic", (_Template,), {"generic": generic}))
-    _lower(operation, *[Which] * count)(lambda context, builder, sign, arguments: generate(builder, *arguments))
+    _define(operation, Lanes, count, generate, result)
 
 
 def _call(name: str) -> Any:
@@ -118,42 +109,38 @@ def _smaller(builder: Any, first: Any, second: Any) -> Any:
     return builder.select(builder.fcmp_ordered("<", second, first), second, first)
 
 
-for _operation, _name in (
-    (operator.add, "fadd"),
-    (operator.sub, "fsub"),
-    (operator.mul, "fmul"),
-    (operator.truediv, "fdiv"),
+for _name, *_operations in (
+    ("fadd", operator.add, operator.iadd),
+    ("fsub", operator.sub, operator.isub),
+    ("fmul", operator.mul, operator.imul),
+    ("fdiv", operator.truediv, operator.itruediv),
 ):
-    _of_lanes(_operation, 2, lambda builder, a, b, _name=_name: getattr(builder, _name)(a, b))
-    _in_place = {operator.add: operator.iadd, operator.sub: operator.isub, operator.mul: operator.imul}.get(
-        _operation, operator.itruediv
-    )
-    _of_lanes(_in_place, 2, lambda builder, a, b, _name=_name: getattr(builder, _name)(a, b))
-for _operation, _name in (
-    (operator.lt, "<"),
-    (operator.le, "<="),
-    (operator.gt, ">"),
-    (operator.ge, ">="),
-    (operator.eq, "=="),
+    for _operation in _operations:
+        _of_lanes(_operation, 2, lambda builder, a, b, _name=_name: getattr(builder, _name)(a, b))
+for _name, _operation in (
+    ("<", operator.lt),
+    ("<=", operator.le),
+    (">", operator.gt),
+    (">=", operator.ge),
+    ("==", operator.eq),
 ):
     _of_lanes(_operation, 2, lambda builder, a, b, _name=_name: builder.fcmp_ordered(_name, a, b), Which)
 _of_lanes(operator.ne, 2, lambda builder, a, b: builder.fcmp_unordered("!=", a, b), Which)
 _of_lanes(operator.neg, 1, lambda builder, a: builder.fneg(a))
 _of_lanes(abs, 1, _call("fabs"))
-_of_lanes(math.sqrt, 1, _call("sqrt"))
-_of_lanes(math.exp, 1, _call("exp"))
-_of_lanes(math.log, 1, _call("log"))
-_of_lanes(math.sin, 1, _call("sin"))
-_of_lanes(math.cos, 1, _call("cos"))
-_of_lanes(max, 2, _larger)
-_of_lanes(min, 2, _smaller)
-_of_lanes(max, 3, lambda builder, a, b, c: _larger(builder, _larger(builder, a, b), c))
-_of_lanes(min, 3, lambda builder, a, b, c: _smaller(builder, _smaller(builder, a, b), c))
-_of_masks(operator.and_, 2, lambda builder, a, b: builder.and_(a, b))
-_of_masks(operator.or_, 2, lambda builder, a, b: builder.or_(a, b))
-_of_masks(operator.iand, 2, lambda builder, a, b: builder.and_(a, b))
-_of_masks(operator.ior, 2, lambda builder, a, b: builder.or_(a, b))
-_of_masks(operator.invert, 1, lambda builder, a: builder.not_(a))
+for _function in (math.sqrt, math.exp, math.log, math.sin, math.cos):
+    _of_lanes(_function, 1, _call(_function.__name__))
+for _most, _pick in ((max, _larger), (min, _smaller)):
+    _of_lanes(_most, 2, _pick)
+    _of_lanes(_most, 3, lambda builder, a, b, c, _pick=_pick: _pick(builder, _pick(builder, a, b), c))
+for _operation, _name in (
+    (operator.and_, "and_"),
+    (operator.iand, "and_"),
+    (operator.or_, "or_"),
+    (operator.ior, "or_"),
+):
+    _define(_operation, Which, 2, lambda builder, a, b, _name=_name: getattr(builder, _name)(a, b), Which)
+_define(operator.invert, Which, 1, lambda builder, a: builder.not_(a), Which)
 
 
 def _spread(builder: Any, value: Any, width: int) -> Any:
@@ -184,17 +171,11 @@ _infer(choose)(type("choice", (_Template,), {"generic": _type_of_choice}))
 _lower(choose, Which, Lanes, Lanes)(_choose)
 
 
-def _type_of_lanes_in(self: Any, arguments: Any, keywords: Any) -> Any:
-    fits = len(arguments) == 1 and isinstance(arguments[0], Which)
-    return _sign(types.int64, *arguments) if fits else None
+def _lanes_in(builder: Any, which: Any) -> Any:
+    return builder.zext(builder.bitcast(which, ir.IntType(which.type.count)), ir.IntType(64))
 
 
-def _lanes_in(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
-    return builder.zext(builder.bitcast(arguments[0], ir.IntType(sign.args[0].width)), ir.IntType(64))
-
-
-_infer(lanes_in)(type("lanes_in", (_Template,), {"generic": _type_of_lanes_in}))
-_lower(lanes_in, Which)(_lanes_in)
+_define(lanes_in, Which, 1, _lanes_in, lambda _width: types.int64)
 
 
 @_intrinsic  # type: ignore[untyped-decorator]
@@ -232,20 +213,6 @@ def make_lanes_of(width: int) -> Any:
     return lanes_of
 
 
-def _is_row(row: Any, place: Any) -> bool:
-    return isinstance(row, types.CPointer) and isinstance(row.dtype, Lanes) and isinstance(place, types.Integer)
-
-
-def _type_of_reading(self: Any, arguments: Any, keywords: Any) -> Any:
-    row, place = arguments
-    return _sign(row.dtype, row, types.intp) if _is_row(row, place) else None
-
-
-def _type_of_writing(self: Any, arguments: Any, keywords: Any) -> Any:
-    row, place, _ = arguments
-    return _sign(types.none, row, types.intp, row.dtype) if _is_row(row, place) else None
-
-
 def _read(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
     row, place = arguments
     return builder.load(builder.gep(row, [place]), align=_BYTES)
@@ -257,7 +224,5 @@ def _write(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
     return context.get_dummy_value()
 
 
-_infer(operator.getitem)(type("reading", (_Template,), {"generic": _type_of_reading}))
-_infer(operator.setitem)(type("writing", (_Template,), {"generic": _type_of_writing}))
 _lower(operator.getitem, types.CPointer, types.Integer)(_read)
 _lower(operator.setitem, types.CPointer, types.Integer, Lanes)(_write)
