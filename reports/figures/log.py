@@ -6,7 +6,6 @@ import math
 import textwrap
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -22,6 +21,7 @@ from reports.figures.style import (
     PURPLE,
     TWO_COLUMNS_IN,
     VERMILLION,
+    legend_below,
     light_grid,
     new_figure,
     publication_style,
@@ -57,11 +57,8 @@ def draw_log(log: RunLog) -> Figure:
             _show_clock(axes, log)
         several = any(not gap.length_known for gap in log.gaps)
         panels[-1].set_xlabel(f"Time from the start of {'each' if several else 'the'} log (min:s)")
-        handles: dict[str, Artist] = {}
-        for axes in panels:
-            handles.update({str(name): handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)})
-        if handles:
-            figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=3)
+        if log.jumps or log.gaps:
+            legend_below(figure, panels, 3)
         return figure
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 import contextlib
 import math
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from matplotlib.legend import Legend
     from matplotlib.ticker import MaxNLocator
 
 ONE_COLUMN_IN = 3.5
@@ -102,6 +104,17 @@ def lay_out(figure: Figure) -> None:
         figure.set_dpi(FigureCanvasSVG.fixed_dpi)
         engine.execute(figure)
     figure.set_layout_engine(None)
+
+
+def legend_below(
+    figure: Figure, panels: Iterable[Axes], columns: int, more: Mapping[str, Artist] | None = None, **look: Any
+) -> Legend:
+    """Set one legend under all panels, of each label once and of `more` that they do not draw."""
+    handles: dict[str, Artist] = {}
+    for axes in panels:
+        handles |= {str(name): artist for artist, name in zip(*axes.get_legend_handles_labels(), strict=True)}
+    handles |= more or {}
+    return figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=columns, **look)
 
 
 def light_grid(axes: Axes, axis: Literal["both", "x", "y"] = "y") -> None:

@@ -24,6 +24,7 @@ from reports.figures.style import (
     GREY,
     TWO_COLUMNS_IN,
     VERMILLION,
+    legend_below,
     light_grid,
     new_figure,
     publication_style,
@@ -94,7 +95,7 @@ def draw_over_speed(data: OverVelocity, quantities: tuple[Quantity, Quantity]) -
             quantity = _compared(each, data.jumps)
             either = (CE_LOOK, quantity.ce, quantity.ce_flagged), (AD_LOOK, quantity.ad, quantity.ad_flagged)
             for look, values, flagged in either:
-                above.plot(speed_m_s, values, color=look.colour, linestyle=look.line_style, label=look.label)
+                above.plot(speed_m_s, values, label=look.label, **look.line)
                 above.plot(speed_m_s[flagged], values[flagged], color=look.colour, **_FLAGGED)
             above.set_title(quantity.title, loc="left")
             above.set_ylabel(quantity.label)
@@ -105,9 +106,8 @@ def draw_over_speed(data: OverVelocity, quantities: tuple[Quantity, Quantity]) -
             light_grid(above)
         grid[1, 0].set_ylabel(SHARE_LABEL)
         figure.align_ylabels(grid[:, 0])
-        handles, _ = grid[0, 0].get_legend_handles_labels()
-        handles.append(Line2D([], [], color=BLACK, label="ill-conditioned", **_FLAGGED))
-        figure.legend(handles=handles, loc="outside lower center", ncols=3, handlelength=3.2)
+        hanging = {"ill-conditioned": Line2D([], [], color=BLACK, **_FLAGGED)}
+        legend_below(figure, [grid[0, 0]], 3, hanging, handlelength=3.2)
         return figure
 
 

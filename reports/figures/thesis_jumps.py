@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,6 +17,7 @@ from reports.figures.style import (
     PURPLE,
     TWO_COLUMNS_IN,
     VERMILLION,
+    legend_below,
     light_grid,
     new_figure,
     publication_style,
@@ -24,6 +25,7 @@ from reports.figures.style import (
 from simulator.thesis.figures import GroundFunctions, JumpEnergies, Motion, Pair, PowerSurface
 
 MILLI = 1e3
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +36,19 @@ class ControllerLook:
     colour: str
     line_style: Literal["-", "--"]
 
+    @property
+    def line(self) -> dict[str, Any]:
+        """How its lines are drawn."""
+        return {"color": self.colour, "linestyle": self.line_style}
+
 
 CE_LOOK = ControllerLook("compression-extension (CE)", VERMILLION, "--")
 AD_LOOK = ControllerLook("active damping (AD)", BLUE, "-")
+
+
+def with_looks(pair: Pair[T]) -> tuple[tuple[ControllerLook, T], tuple[ControllerLook, T]]:
+    """Return what belongs to either controller with how that is drawn."""
+    return (CE_LOOK, pair.ce), (AD_LOOK, pair.ad)
 
 
 def mark_instant(axes: Axes, time_s: float, words: str = "") -> None:
@@ -108,10 +120,9 @@ def draw_body_and_toe(paths: Pair[Motion]) -> Figure:
         figure = new_figure(TWO_COLUMNS_IN, 3.6)
         body, toe = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         end_s = max(float(path.time_s[-1]) for path in (paths.ce, paths.ad))
-        for look, path in ((CE_LOOK, paths.ce), (AD_LOOK, paths.ad)):
-            style = {"color": look.colour, "linestyle": look.line_style}
-            body.plot(path.time_s, path.body_height_m * MILLI, label=look.label, **style)
-            toe.plot(path.time_s, path.foot_height_m * MILLI, **style)
+        for look, path in with_looks(paths):
+            body.plot(path.time_s, path.body_height_m * MILLI, label=look.label, **look.line)
+            toe.plot(path.time_s, path.foot_height_m * MILLI, **look.line)
             left = int((path.time_s >= path.liftoff_time_s).argmax())
             for axes, heights in ((body, path.body_height_m), (toe, path.foot_height_m)):
                 axes.plot(
@@ -126,7 +137,7 @@ def draw_body_and_toe(paths: Pair[Motion]) -> Figure:
         toe.set_ylabel("Toe (mm)")
         toe.set_xlabel("Time since touchdown (s)")
         figure.align_ylabels([body, toe])
-        figure.legend(loc="outside lower center", ncols=2, handlelength=3.2)
+        legend_below(figure, [body], 2, handlelength=3.2)
         return figure
 
 
@@ -146,14 +157,13 @@ def draw_energies(energies: Pair[JumpEnergies]) -> Figure:
         figure = new_figure(TWO_COLUMNS_IN, 3.2)
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         end_s = max(part.motion.liftoff_time_s for part in (energies.ce, energies.ad)) + _AFTER_LIFTOFF_S
-        for axes, look, curves in zip(panels, (CE_LOOK, AD_LOOK), (energies.ce, energies.ad), strict=True):
+        for axes, (look, curves) in zip(panels, with_looks(energies), strict=True):
             _draw_panel(axes, curves, end_s)
             axes.set_title(look.label[0].upper() + look.label[1:], loc="left")
             axes.set_xlabel("Time since touchdown (s)")
         panels[0].set_ylabel("Energy (J)")
         panels[0].set_xlim(0.0, end_s)
-        handles, labels = panels[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside lower center", ncols=4, handlelength=2.6)
+        legend_below(figure, panels, 4, handlelength=2.6)
         return figure
 
 
@@ -201,14 +211,13 @@ def draw_power_surface(power: PowerSurface) -> Figure:
         lines.set_linestyle("solid")
         axes.clabel(lines, fmt=lambda value: f"{value:.0f} W".replace("-", "−"), fontsize=6, colors=BLACK)
         for pair in power.motions:
-            for look, path in ((CE_LOOK, pair.ce), (AD_LOOK, pair.ad)):
+            for look, path in with_looks(pair):
                 stance = path.time_s <= path.liftoff_time_s
                 axes.plot(
                     -path.foot_height_m[stance] * MILLI,
                     path.foot_velocity_m_s[stance],
-                    color=look.colour,
-                    linestyle=look.line_style,
                     linewidth=1.4,
+                    **look.line,
                 )
             _mark_path(axes, pair.ce)
         axes.set_xlim(0.0, float(depth_mm[-1]))
@@ -216,10 +225,7 @@ def draw_power_surface(power: PowerSurface) -> Figure:
         axes.set_xlabel("Depth of the foot (mm)")
         axes.set_ylabel("Velocity of the foot (m/s)")
         handles = [
-            *(
-                Line2D([], [], color=look.colour, linestyle=look.line_style, linewidth=1.4, label=look.label)
-                for look in (CE_LOOK, AD_LOOK)
-            ),
+            *(Line2D([], [], linewidth=1.4, label=look.label, **look.line) for look in (CE_LOOK, AD_LOOK)),
             Line2D([], [], color=BLACK, marker="o", markerfacecolor="white", linestyle="none", label="touchdown"),
             Line2D([], [], color=BLACK, marker="o", markersize=3.5, linestyle="none", label="switch to extension"),
         ]

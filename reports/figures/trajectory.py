@@ -7,7 +7,6 @@ from collections.abc import Callable
 from itertools import pairwise
 
 import numpy as np
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -23,6 +22,7 @@ from reports.figures.style import (
     SKY,
     TWO_COLUMNS_IN,
     VERMILLION,
+    legend_below,
     light_grid,
     new_figure,
     publication_style,
@@ -74,10 +74,7 @@ def draw_trajectory(result: SceneResult, title: str, mode_name: Callable[[str], 
         force.set_xlabel("Time (s)")
         for axes in (heights, force):
             _draw_marks(axes, result.jump)
-        handles: dict[str, Artist] = {}
-        for axes in (heights, force):
-            handles.update({str(name): handle for handle, name in zip(*axes.get_legend_handles_labels(), strict=True)})
-        figure.legend(list(handles.values()), list(handles), loc="outside lower center", ncols=5)
+        legend_below(figure, (heights, force), 5)
         return figure
 
 

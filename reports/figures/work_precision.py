@@ -6,7 +6,6 @@ import math
 import textwrap
 from collections.abc import Sequence
 
-from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
@@ -21,6 +20,7 @@ from reports.figures.style import (
     SKY,
     TWO_COLUMNS_IN,
     VERMILLION,
+    legend_below,
     light_grid,
     new_figure,
     publication_style,
@@ -71,18 +71,8 @@ def draw_work_precision(study: AccuracyStudy, title: str, notes: Sequence[str] =
             drawn.set_xlabel("Time of one run")
             drawn.tick_params(labelbottom=True)
         figure.supylabel("Relative error", fontsize=8)
-        handles: dict[str, Artist] = {}
-        for drawn in axes:
-            handles |= {str(name): artist for artist, name in zip(*drawn.get_legend_handles_labels(), strict=True)}
-        handles[_FLOOR_NAME] = Patch(facecolor=PALE)
-        legend = figure.legend(
-            list(handles.values()),
-            list(handles),
-            loc="outside lower center",
-            ncols=3,
-            title="\n".join(notes) or None,
-            title_fontsize=6,
-        )
+        floor = {_FLOOR_NAME: Patch(facecolor=PALE)}
+        legend = legend_below(figure, axes, 3, floor, title="\n".join(notes) or None, title_fontsize=6)
         legend.get_title().set_multialignment("left")
         return figure
 
