@@ -7,7 +7,6 @@ and the order. They lie in a folder beside the file to come, each in a file that
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import itertools
 import json
 import math
@@ -18,12 +17,13 @@ from collections.abc import Callable, Iterator, Mapping
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.errors import LabbookError, UsageError
+from data_schema.disk import exclusive_lock, sync, sync_all, write_json
+from data_schema.errors import BookBusy, LabbookError, UsageError
 from simulator.effects.registry import EFFECTS
 from simulator.scene_file import write_scene
 from simulator.sweep.chunks import NOT_MADE_ROW, Block, Recipe, kernel_of, recipe_for, simulate_rows
@@ -108,10 +108,9 @@ def run_sweep(
         computed = time.perf_counter()
         result = folder / f".result{out.suffix}"
         _write(sweep, identity, folder, result)
-        for entry in (*result.rglob("*"), result):
-            _sync(entry)
+        sync_all(result)
         result.rename(out)
-        _sync(out.parent)
+        sync(out.parent)
         _remove_part_folder(folder)
         written = time.perf_counter()
     return Finished(
@@ -193,31 +192,18 @@ def _part_folder_alone(out: Path, identity: Identity) -> Iterator[Path]:
     Raises `UsageError` where another sweep was left there, or another program is at work.
     """
     folder = part_folder(out)
-    while (handle := _locked(folder)) is None:
-        pass
-    with handle:
+    busy = f"another program is working on {folder}: wait until it has finished, or give another --out."
+    with contextlib.ExitStack() as held:
+        try:
+            folder.mkdir(exist_ok=True)
+            (folder / LOCK).touch()
+            held.enter_context(exclusive_lock(folder / LOCK, busy))
+        except (FileNotFoundError, BookBusy) as error:  # it is at work, or has just removed the folder
+            raise UsageError(busy) from error
         _check_same(folder, identity)
         for entry in folder.glob(".*"):
             _remove(entry)  # what was being written when a program died
         yield folder
-
-
-def _locked(folder: Path) -> BinaryIO | None:
-    """Make the folder where it is not there and return its lock, held; None where another program just removed it."""
-    with contextlib.suppress(FileExistsError):
-        folder.mkdir()
-    with contextlib.ExitStack() as stack, contextlib.suppress(FileNotFoundError):
-        handle = stack.enter_context((folder / LOCK).open("wb"))
-        try:
-            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            raise UsageError(
-                f"another program is working on {folder}: wait until it has finished, or give another --out."
-            ) from error
-        if os.path.samestat(os.fstat(handle.fileno()), (folder / LOCK).stat()):
-            stack.pop_all()
-            return handle
-    return None
 
 
 def _check_same(folder: Path, identity: Identity) -> None:
@@ -232,11 +218,7 @@ def _check_same(folder: Path, identity: Identity) -> None:
         return
     if any(not entry.name.startswith(".") and entry.name != LOCK for entry in folder.iterdir()):
         raise UsageError(f"{folder} is in the way and is no unfinished sweep: remove it, or give another --out.")
-    made = folder / f".{PLAN}"
-    made.write_text(json.dumps(dict(identity), ensure_ascii=False, indent=1), encoding="utf-8")
-    _sync(made)
-    made.replace(plan)
-    _sync(folder)
+    write_json(plan, dict(identity))
 
 
 def _remove_part_folder(folder: Path) -> None:
@@ -255,15 +237,6 @@ def _remove(entry: Path) -> None:
         shutil.rmtree(entry)
     else:
         entry.unlink()
-
-
-def _sync(path: Path) -> None:
-    """Make a file's content, or the names in a folder, survive a power cut."""
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
 
 
 LIBRARIES = {".nc": "netCDF4", ".zarr": "zarr"}
