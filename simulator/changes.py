@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 from data_schema.errors import UsageError, nearest, unknown_name
 from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
-from simulator.gains import active_damping_kg_m, fitted_active_damping_kg_m, stiffness_n_m
-from simulator.scene import Scene
+from simulator.gains import (
+    DAMPING_AT_ZERO_GAIN,
+    DAMPING_PER_GAIN,
+    STIFFNESS_AT_ZERO_GAIN_N_M,
+    STIFFNESS_PER_GAIN_N_M,
+    active_damping_kg_m,
+    fitted_active_damping_kg_m,
+    stiffness_n_m,
+)
+from simulator.scene import MOST_JUMPS, Scene
 
 _BUT = ", but with "
 """Between a scene's title and the words that changed the scene."""
 
+_HEIGHT, _JUMPS, _SOFT = "initial_height", "jumps", "soft"
 FLIGHT_EFFECTS = {"held": "held_gains_in_flight", "massless": "massless_leg_in_flight"}
 """Words for the leg in flight, beside `soft`, which is neither of these effects."""
 
@@ -23,27 +32,30 @@ CONTACT_EFFECT, CONTACTS = "contact_once_risen", ("once_risen", "at_the_print")
 
 @dataclass(frozen=True, slots=True)
 class Change:
-    """What one word changes: parameters' values, effects, the number of jumps; `drop_height_m` waits for the rest.
+    """What one word changes: a `subject` by a `number`, or what effects are switched for; no two may change the same.
 
-    `choice` names what the effects are switched for.
+    A subject is a parameter, "jumps" or a choice; the height of a drop waits for the leg's rest length.
     """
 
-    values: Mapping[str, float] = field(default_factory=dict)
+    subject: str
+    number: float | None = None
     on: frozenset[str] = frozenset()
     off: frozenset[str] = frozenset()
-    choice: str = ""
-    jumps: int | None = None
-    drop_height_m: float | None = None
+    is_drop: bool = False
 
-    @property
-    def subjects(self) -> tuple[str, ...]:
-        """What is changed; no two words may change the same."""
-        others = {
-            self.choice: bool(self.choice),
-            "jumps": self.jumps is not None,
-            "initial_height": self.drop_height_m is not None,
-        }
-        return (*self.values, *(name for name, is_changed in others.items() if is_changed))
+
+@dataclass(frozen=True, slots=True)
+class Word:
+    """A word for `--set` beside the parameters' names, and what it changes: the value and the effects in force say.
+
+    One that is `swept` stands for one parameter, in other units, and this is its meaning; of others `not_swept` says
+    why they are no axis of a sweep, and what to do instead.
+    """
+
+    meaning: str
+    change: Callable[[str, frozenset[str]], Change]
+    swept: str = ""
+    not_swept: str = ""
 
 
 def changed_by_words(scene: Scene, sets: Sequence[str] = (), effects: str | None = None) -> Scene:
@@ -66,27 +78,24 @@ def changed_by_words(scene: Scene, sets: Sequence[str] = (), effects: str | None
     100.0
     """
     on, off = _effects(effects)
-    values: dict[str, float] = {}
+    changes: dict[str, Change] = {}
     word_of: dict[str, str] = {}
-    jumps, drop_height_m = None, None
     for word in sets:
         change = _change(word, (scene.effects | on) - off)
-        for subject in change.subjects:
-            if subject in word_of:
-                raise UsageError(f"{word_of[subject]} and {word} both set {subject}: leave one of them out.")
-            word_of[subject] = word
-        values |= change.values
+        if change.subject in changes:
+            raise UsageError(f"{word_of[change.subject]} and {word} both set {change.subject}: leave one of them out.")
+        changes[change.subject], word_of[change.subject] = change, word
         on, off = on | change.on, off | change.off
-        jumps = jumps if change.jumps is None else change.jumps
-        drop_height_m = drop_height_m if change.drop_height_m is None else change.drop_height_m
-    if drop_height_m is not None:
-        rest_length_m = values.get("rest_length", scene["rest_length"])
+    values = {subject: change.number for subject, change in changes.items() if change.number is not None}
+    jumps = int(values.pop(_JUMPS)) if _JUMPS in values else None
+    if (height := changes.get(_HEIGHT)) is not None and height.is_drop:
+        drop_height_m, rest_length_m = values[_HEIGHT], values.get("rest_length", scene["rest_length"])
         if drop_height_m < rest_length_m:
             raise UsageError(
                 f"drop_height={drop_height_m:g} starts with the foot in the ground: give the body's height above the "
                 f"surface, at least the leg's rest length of {rest_length_m:g} m."
             )
-        values["initial_height"] = drop_height_m - rest_length_m
+        values[_HEIGHT] = drop_height_m - rest_length_m
     changed = scene.changed(values, on, off, jumps)
     if changed == scene:
         return scene
@@ -105,9 +114,9 @@ def _change(word: str, effects: frozenset[str]) -> Change:
     if not name or not equals or not value:
         raise UsageError(f"--set {word!r} is not NAME=VALUE: write for example --set foot_radius=0.038.")
     if name in WORDS:
-        return WORDS[name](value, effects)
+        return WORDS[name].change(value, effects)
     if name in all_parameters():
-        return Change({name: _number(name, value)})
+        return Change(name, _number(name, value))
     if name in EFFECTS:
         raise UsageError(f"{name} is an effect, not a parameter: switch it with --effects +{name} or -{name}.")
     raise unknown_name("parameter", name, (*all_parameters(), *WORDS))
@@ -124,12 +133,10 @@ def _number(name: str, text: str) -> float:
 
 def _flight(value: str, _effects: frozenset[str]) -> Change:
     every = frozenset(FLIGHT_EFFECTS.values())
-    choice = "the leg in flight"
-    if value == "soft":
-        return Change(off=every, choice=choice)
-    if value not in FLIGHT_EFFECTS:
-        raise unknown_name("leg in flight", value, ("soft", *FLIGHT_EFFECTS))
-    return Change(on=frozenset({FLIGHT_EFFECTS[value]}), off=every - {FLIGHT_EFFECTS[value]}, choice=choice)
+    if value not in (_SOFT, *FLIGHT_EFFECTS):
+        raise unknown_name("leg in flight", value, (_SOFT, *FLIGHT_EFFECTS))
+    on = frozenset(effect for word, effect in FLIGHT_EFFECTS.items() if word == value)
+    return Change("the leg in flight", on=on, off=every - on)
 
 
 def _contact(value: str, effects: frozenset[str]) -> Change:
@@ -138,39 +145,72 @@ def _contact(value: str, effects: frozenset[str]) -> Change:
     rule = frozenset({CONTACT_EFFECT})
     if value not in CONTACTS:
         raise unknown_name("contact after lift-off", value, CONTACTS)
-    once_risen = value == CONTACTS[0]
-    return Change(on=rule if once_risen else frozenset(), off=frozenset() if once_risen else rule, choice="contact")
+    on = rule if value == CONTACTS[0] else frozenset[str]()
+    return Change("contact", on=on, off=rule - on)
 
 
 def _jumps(value: str, _effects: frozenset[str]) -> Change:
     try:
-        return Change(jumps=int(value))
+        return Change(_JUMPS, int(value))
     except ValueError as error:
         raise UsageError(f"jumps={value} is not a whole number: give for example jumps=4.") from error
 
 
 def _gain(value: str, _effects: frozenset[str]) -> Change:
-    return Change({"k_extension": stiffness_n_m(_number("gain", value))})
+    return Change("k_extension", stiffness_n_m(_number("gain", value)))
 
 
 def _damping_gain(value: str, effects: frozenset[str]) -> Change:
     of_gain = active_damping_kg_m if "emulated_ground" in effects else fitted_active_damping_kg_m
-    return Change({"b_ad": of_gain(_number("damping_gain", value))})
+    return Change("b_ad", of_gain(_number("damping_gain", value)))
 
 
 def _drop_height(value: str, _effects: frozenset[str]) -> Change:
-    return Change(drop_height_m=_number("drop_height", value))
+    return Change(_HEIGHT, _number("drop_height", value), is_drop=True)
 
 
-WORDS: dict[str, Callable[[str, frozenset[str]], Change]] = {
-    "flight": _flight,
-    "contact": _contact,
-    "gain": _gain,
-    "damping_gain": _damping_gain,
-    "drop_height": _drop_height,
-    "jumps": _jumps,
+WORDS: dict[str, Word] = {
+    "flight": Word(
+        "how the leg flies: soft (with its gains of compression), "
+        + " or ".join(f"{word} (the effect {effect})" for word, effect in FLIGHT_EFFECTS.items()),
+        _flight,
+        not_swept="switches effects and cannot be swept: give it with --set, in a sweep of its own for each of soft, "
+        "held and massless.",
+    ),
+    "contact": Word(
+        f"when a lifted foot meets grains again: {CONTACTS[0]} (the effect {CONTACT_EFFECT}) or {CONTACTS[1]} "
+        "(without it)",
+        _contact,
+        not_swept="switches an effect and cannot be swept: give it with --set, in a sweep of its own for each of "
+        "once_risen and at_the_print.",
+    ),
+    "gain": Word(
+        "extension gain of the robot's controller; sets k_extension to "
+        f"{STIFFNESS_PER_GAIN_N_M:g} gain + {STIFFNESS_AT_ZERO_GAIN_N_M:g} N/m (thesis 5.1.1)",
+        _gain,
+        swept="extension gain of the leg's controller",
+    ),
+    "damping_gain": Word(
+        "active-damping gain of the controller; sets b_ad to "
+        f"{DAMPING_PER_GAIN:g} gain + {DAMPING_AT_ZERO_GAIN:g} kg/m, to 0 at gain 0, and on the emulator to "
+        f"{DAMPING_PER_GAIN:g} gain (thesis 5.1.1)",
+        _damping_gain,
+        swept="active-damping gain of the leg's controller",
+    ),
+    "drop_height": Word(
+        "height of the body at the start, in m; sets initial_height to it less rest_length",
+        _drop_height,
+        not_swept="depends on the leg's rest length and cannot be swept: give it with --set, or sweep initial_height, "
+        "the foot's height at the start.",
+    ),
+    "jumps": Word(
+        f"number of jumps, one after the other: 1 to {MOST_JUMPS}, on a granular bed 1",
+        _jumps,
+        not_swept="is a dimension of every result and cannot be swept: give it with --set, and the result holds all "
+        "jumps up to that number.",
+    ),
 }
-"""Words for `--set` beside the parameters' names: the value and the effects in force give the change."""
+"""Words for `--set` beside the parameters' names."""
 
 
 def _effects(words: str | None) -> tuple[frozenset[str], frozenset[str]]:

@@ -25,22 +25,6 @@ MOST_ROWS = 10**8
 LOGARITHMIC = "log"
 GRID_FORM = "NAME=LOW:HIGH:COUNT (a fourth part, log, spaces the values evenly in the logarithm), or NAME=VALUE,VALUE"
 SAMPLE_FORM = "NAME=LOW:HIGH, or NAME=LOW:HIGH:log"
-GAINS = {
-    "gain": "extension gain of the leg's controller",
-    "damping_gain": "active-damping gain of the leg's controller",
-}
-"""Words that stand for one parameter each, in other units: `simulator.changes` has their conversion."""
-NOT_SWEPT = {
-    "flight": "switches effects and cannot be swept: give it with --set, in a sweep of its own for each of soft, held "
-    "and massless.",
-    "contact": "switches an effect and cannot be swept: give it with --set, in a sweep of its own for each of "
-    "once_risen and at_the_print.",
-    "drop_height": "depends on the leg's rest length and cannot be swept: give it with --set, or sweep initial_height, "
-    "the foot's height at the start.",
-    "jumps": "is a dimension of every result and cannot be swept: give it with --set, and the result holds all jumps "
-    "up to that number.",
-}
-"""Words that stand for no parameter, why that is and what to do instead."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -144,12 +128,13 @@ def sobol(words: Sequence[str], effects: Collection[str], rows: int, seed: int) 
 
 def _axis(name: str, coordinates: Row, effects: Collection[str]) -> Axis:
     """Return the axis of a parameter or gain, in a scene with these effects."""
-    if name not in GAINS:
+    if name not in WORDS:
         known = all_parameters()[name]
         return Axis(name, known.unit, known.meaning, name, coordinates, coordinates)
-    changes = [WORDS[name](repr(number), frozenset(effects)).values for number in coordinates.tolist()]
-    (parameter,) = changes[0]
-    return Axis(name, "1", GAINS[name], parameter, coordinates, np.array([one[parameter] for one in changes]))
+    word = WORDS[name]
+    changes = [word.change(repr(number), frozenset(effects)) for number in coordinates.tolist()]
+    values = np.array([one.number for one in changes], np.float64)
+    return Axis(name, "1", word.swept, changes[0].subject, coordinates, values)
 
 
 def _checked(design: Design) -> Design:
@@ -172,10 +157,10 @@ def _parted(word: str, form: str) -> tuple[str, str]:
     name, _, values = (part.strip() for part in word.partition("="))
     if not name or not values:
         raise UsageError(f"--over {word!r} does not name a parameter and its values: write {form}.")
-    if name in NOT_SWEPT:
-        raise UsageError(f"{name} {NOT_SWEPT[name]}")
-    if name not in all_parameters() and name not in GAINS:
-        raise unknown_name("parameter", name, (*all_parameters(), *GAINS))
+    if name in WORDS and (why := WORDS[name].not_swept):
+        raise UsageError(f"{name} {why}")
+    if name not in all_parameters() and name not in WORDS:
+        raise unknown_name("parameter", name, (*all_parameters(), *(word for word in WORDS if WORDS[word].swept)))
     return name, values
 
 

@@ -8,42 +8,13 @@ from typing import Any
 from data_schema.errors import unknown_name
 from reports.tables.formats.as_markdown import markdown_text
 from reports.tables.table import Column, Row, Table, words
-from simulator.changes import CONTACT_EFFECT, CONTACTS, FLIGHT_EFFECTS
+from simulator.changes import WORDS
 from simulator.declared import all_parameters, readers
 from simulator.effects.effect import Effect
 from simulator.effects.registry import EFFECTS
-from simulator.gains import (
-    DAMPING_AT_ZERO_GAIN,
-    DAMPING_PER_GAIN,
-    STIFFNESS_AT_ZERO_GAIN_N_M,
-    STIFFNESS_PER_GAIN_N_M,
-)
 from simulator.parameter import Parameter
-from simulator.scene import MOST_JUMPS
 from simulator.scene_file import PARTS, load_scene, shipped_scenes
 
-WORDS = {
-    "flight": (
-        "how the leg flies: soft (with its gains of compression), "
-        + " or ".join(f"{word} (the effect {effect})" for word, effect in FLIGHT_EFFECTS.items())
-    ),
-    "contact": (
-        f"when a lifted foot meets grains again: {CONTACTS[0]} (the effect {CONTACT_EFFECT}) or {CONTACTS[1]} "
-        "(without it)"
-    ),
-    "gain": (
-        "extension gain of the robot's controller; sets k_extension to "
-        f"{STIFFNESS_PER_GAIN_N_M:g} gain + {STIFFNESS_AT_ZERO_GAIN_N_M:g} N/m (thesis 5.1.1)"
-    ),
-    "damping_gain": (
-        "active-damping gain of the controller; sets b_ad to "
-        f"{DAMPING_PER_GAIN:g} gain + {DAMPING_AT_ZERO_GAIN:g} kg/m, to 0 at gain 0, and on the emulator to "
-        f"{DAMPING_PER_GAIN:g} gain (thesis 5.1.1)"
-    ),
-    "drop_height": "height of the body at the start, in m; sets initial_height to it less rest_length",
-    "jumps": f"number of jumps, one after the other: 1 to {MOST_JUMPS}, on a granular bed 1",
-}
-"""The words that `--set` takes beside parameters, and what each changes."""
 EVERY_SCENE = "every scene"
 _CAPTIONS = {
     "effects": "Effects: on in a scene where its list of effects, or --effects +NAME, names them.",
@@ -74,8 +45,12 @@ def parts_tables() -> dict[str, Table]:
             ("parameter", "table", "unit", "from", "to", "meaning", "read by"),
             (_parameter_cells(parameter) for parameter in _by_part()),
         ),
-        "words": _table("words", ("word", "meaning"), WORDS.items()),
+        "words": _table("words", ("word", "meaning"), _meanings().items()),
     }
+
+
+def _meanings() -> dict[str, str]:
+    return {name: word.meaning for name, word in WORDS.items()}
 
 
 def parts_markdown() -> str:
@@ -88,7 +63,7 @@ def parts_data() -> dict[str, Any]:
     return {
         "effects": {effect.name: _effect_data(effect) for effect in EFFECTS.values()},
         "parameters": {name: _parameter_data(parameter) for name, parameter in all_parameters().items()},
-        "words": WORDS,
+        "words": _meanings(),
     }
 
 
@@ -99,7 +74,7 @@ def part_data(name: str) -> dict[str, Any]:
     if name in all_parameters():
         return {"name": name, "kind": "parameter", **_parameter_data(all_parameters()[name])}
     if name in WORDS:
-        return {"name": name, "kind": "word", "meaning": WORDS[name]}
+        return {"name": name, "kind": "word", "meaning": WORDS[name].meaning}
     raise unknown_name("effect, parameter or word", name, (*EFFECTS, *all_parameters(), *WORDS))
 
 
