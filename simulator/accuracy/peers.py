@@ -98,9 +98,9 @@ class HybridSystem:
     ticks that are due. `due(work)` is the guard whose event is due before a step is taken, or -1.
     `rates(mode, t, work, state)` and `watch(t, work, state)` are new arrays, the latter of guards, and wish.
     `follow(event, work, row, stop_after)` takes the state at `TRIAL` over and does what happens there;
-    it returns an outcome or `GOES_ON`. `horizon(work)` is when the emulator's state ends, and whether to stop at the
-    next tick. `given_up(work)` is an outcome or `GOES_ON`, `finish(outcome, work, row)` writes the row. `events[mode]`
-    are the guards that can fire in a mode.
+    it returns an outcome or `GOES_ON`. `timer(work)` is when the emulator's state ends, `must_land(work)` whether to
+    stop at the next tick. `given_up(work)` is an outcome or `GOES_ON`, `finish(outcome, work, row)` writes the row.
+    `events[mode]` are the guards that can fire in a mode.
     """
 
     composition: Composition
@@ -112,7 +112,8 @@ class HybridSystem:
     due: Function
     watch: Function
     follow: Function
-    horizon: Function
+    timer: Function
+    must_land: Function
     given_up: Function
     finish: Function
 
@@ -150,7 +151,7 @@ def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object,
     size, rates_of = composition.state_size, make_rates(composition)
     wants_switch, sampled = make_wants_switch(composition), composition.on("sampled_control")
     sleeps, count = composition.sleeps_in_flight, composition.guards
-    fill_guards, timer, must_land = make_guards(composition), make_timer(composition), make_must_land(composition)
+    fill_guards = make_guards(composition)
     at_once = make_at_once(composition, fill_guards)
 
     def rates(mode: int, t: float, work: Row, state: Row) -> Row:
@@ -172,14 +173,12 @@ def _moving(composition: Composition) -> dict[str, tuple[Function, tuple[object,
             values[WISH] = wants_switch(work, work[PHASE], TRIAL, 1.0, 1.0)
         return values
 
-    def horizon(work: Row) -> tuple[float, bool]:
-        return timer(work), must_land(work)
-
     return {
         "rates": (rates, (_WHOLE, _NUMBER, _ROW, _ROW)),
         "due": (due, (_ROW,)),
         "watch": (watch, (_NUMBER, _ROW, _ROW)),
-        "horizon": (horizon, (_ROW,)),
+        "timer": (make_timer(composition), (_ROW,)),
+        "must_land": (make_must_land(composition), (_ROW,)),
     }
 
 
@@ -190,12 +189,8 @@ def _changing(composition: Composition) -> dict[str, tuple[Function, tuple[objec
     look, notice = make_control(composition, tick, settle), make_note_mode(composition)
     meet_ground, prepare, put = make_meet_ground(composition), composition.prepare, make_begin(composition)
     meet_again = make_touch_down(meet_ground, settle)
-    begin_jump, write = make_begin_jump(composition, meet_ground, settle), make_finish(composition)
-    act, end = (
-        make_finish_step(composition, make_transition(composition, switch, settle, lift_off), settle),
-        make_given_up(composition),
-    )
-    sampled, rate = composition.on("sampled_control"), composition.position.get("control_rate", -1)
+    begin_jump = make_begin_jump(composition, meet_ground, settle)
+    act = make_finish_step(composition, make_transition(composition, switch, settle, lift_off), settle)
 
     def begin(work: Row) -> None:
         prepare(work)
@@ -217,27 +212,17 @@ def _changing(composition: Composition) -> dict[str, tuple[Function, tuple[objec
         outcome: int = act(event, work, row, stop_after)
         if outcome == TOUCHDOWN:
             outcome = meet_again(work, row)
-        if sampled and mode == FLIGHT and work[MODE] != FLIGHT:
-            while work[TICK] / work[rate] < work[TIME]:
-                work[TICK] += 1
         if work[MODE] != mode:
             notice(mode, 0, work, row, np.zeros((0, 4)))
         return outcome
-
-    def given_up(work: Row) -> int:
-        outcome: int = end(work)
-        return outcome
-
-    def finish(outcome: int, work: Row, row: Row) -> None:
-        write(outcome, work, row)
 
     return {
         "begin": (begin, (_ROW,)),
         "touch_down": (touch_down, (_ROW, _ROW)),
         "control": (control, (_ROW, _ROW)),
         "follow": (follow, (_WHOLE, _ROW, _ROW, _NUMBER)),
-        "given_up": (given_up, (_ROW,)),
-        "finish": (finish, (_WHOLE, _ROW, _ROW)),
+        "given_up": (make_given_up(composition), (_ROW,)),
+        "finish": (make_finish(composition), (_WHOLE, _ROW, _ROW)),
     }
 
 
@@ -337,7 +322,7 @@ class _Walk:
             size = system.composition.state_size
             work[TRIAL : TRIAL + size], work[STRIDE] = work[NOW : NOW + size], 0.0
             return int(system.follow(due, work, row, float(self.stop_after)))
-        timer_s, must_land = system.horizon(work)
+        timer_s, must_land = system.timer(work), system.must_land(work)
         end_s = min(LONGEST_FLIGHT_S if work[MODE] == FLIGHT else LONGEST_STANCE_S, timer_s)
         stops = must_land or self.to_tick
         if stops:

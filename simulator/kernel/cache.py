@@ -35,11 +35,12 @@ from simulator.compiled import Function, compiled
 def cached_entry(function: Function, types: tuple[Any, ...], what: str, effects: Iterable[str]) -> Function:
     """Compile a function that Python calls with arguments of these numba types, or load it from disk.
 
-    It is composed for `effects`; `what` distinguishes it from other entries for them. The fingerprint of the kernels
-    does not include the module that defines it, so the name includes that module's hash.
+    It is composed for `effects`, and may be an inner one of a kernel; `what` distinguishes it from other entries for
+    them. The fingerprint of the kernels does not include the module that defines it, so the name includes that module's
+    hash.
     """
     name = (what, _source_hash(function.__module__), *effects)
-    entry = compiled(function)
+    entry = compiled(getattr(function, "py_func", function))
     if hasattr(entry, "compile"):  # with NUMBA_DISABLE_JIT=1 it is the plain function
         give_unique_symbols(name)
         keep_on_disk(entry, name)

@@ -81,6 +81,11 @@ class Composition:
         return self.has("travel_m") and not self.has("platform_mass_kg")
 
     @property
+    def samples_speed(self) -> bool:
+        """Whether active damping takes the foot's speed as it was at the last tick."""
+        return self.on("sampled_control") and not self.on("continuous_foot_speed")
+
+    @property
     def costs(self) -> tuple[Energy, ...]:
         """The parts of the cost that effects compute."""
         return tuple(energy for energy in COSTS if energy.name in self.integrals)

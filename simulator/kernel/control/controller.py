@@ -60,7 +60,7 @@ from simulator.kernel.layout import (
 )
 from simulator.kernel.mechanics.leg import make_set_gains
 from simulator.kernel.mechanics.motion import make_moved_mass
-from simulator.kernel.working_row import choose
+from simulator.kernel.working_row import choose, lanes_in
 
 
 @made_once
@@ -253,7 +253,7 @@ def make_tick(composition: Composition, wants_switch: Function, switch: Function
 
     @inner
     def tick(work: Row, flip: bool) -> bool:
-        grow(work)
+        grow((work[ACTIVE_DAMPING] != 0.0) & (work[MODE] == INTRUDING), work)
         wish = wants_switch(work, work[PHASE], NOW, work[LENGTH_UNIT], work[SPEED_UNIT])
         if abs(wish) < work[MARGIN] and work[TICK] > 0:  # the state at touchdown carries no error of this jump
             work[MARGIN], work[MARGIN_TICK] = abs(wish), work[TICK]
@@ -273,12 +273,12 @@ def make_tick(composition: Composition, wants_switch: Function, switch: Function
 
 
 def make_growth(composition: Composition) -> Function:
-    """Follow how much a small error of the foot's speed has grown, as a logarithm: `(work)`, once a tick.
+    """Follow how much a small error of an intruding foot's speed has grown, as a logarithm: `(which, work)`, at a tick.
 
     A foot damped by its sampled speed carries an error from tick to tick with the factor
     exp(-c T / m) - (g / c) (1 - exp(-c T / m)): T the period, m the moving mass, c the damping that acts at once, g
     that by the sample. Beyond -1 the leg chatters: errors grow each tick, and a goal is met only by steps that are
-    as much finer.
+    as much finer. In lanes `which` says whose foot is damped.
     """
     active = composition.has("active_damping_kg_m") and composition.on("sampled_control")
     if not active or composition.on("continuous_foot_speed") or not composition.has("quadratic_drag_kg_m"):
@@ -286,11 +286,15 @@ def make_growth(composition: Composition) -> Function:
     growth_factor = make_growth_factor(composition)
 
     @inner
-    def grow(work: Row) -> None:
-        if work[ACTIVE_DAMPING] == 0.0 or work[MODE] != INTRUDING:
+    def grow(which: bool, work: Row) -> None:
+        if lanes_in(which) == 0:
             return
-        work[GROWTH] = max(0.0, work[GROWTH] + math.log(max(growth_factor(work), 1e-3)))
-        work[WORST_GROWTH] = max(work[WORST_GROWTH], min(work[GROWTH], LARGEST_GROWTH))
+        factor = growth_factor(work)
+        if lanes_in(which & ((factor > 1.0) | (work[GROWTH] > 0.0))) == 0:  # nothing has grown, and nothing does
+            return
+        grown = max(0.0, work[GROWTH] + math.log(max(factor, 1e-3)))
+        work[GROWTH] = choose(which, grown, work[GROWTH])
+        work[WORST_GROWTH] = choose(which, max(work[WORST_GROWTH], min(grown, LARGEST_GROWTH)), work[WORST_GROWTH])
 
     return grow
 

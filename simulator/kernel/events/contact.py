@@ -127,14 +127,27 @@ def make_held_still(composition: Composition) -> Function:
     return held_still
 
 
+@made_once
+def make_join_grains(composition: Composition) -> Function:
+    """Let the grains under an old print move with the foot at once: `(work)`."""
+    if not composition.has("added_mass_kg"):
+        return nothing
+    mass, grain = composition.slots["added_mass_kg"], composition.integrals["grain_energy"]
+
+    @inner
+    def join_grains(work: Row) -> None:
+        work[NOW + grain] += 0.5 * mass(work, -work[NOW + X_FOOT]) * work[NOW + V_FOOT] * work[NOW + V_FOOT]
+
+    return join_grains
+
+
 def make_meet_ground(composition: Composition) -> Function:
     """Put the foot on the ground at t: `(work)`; the energy lost in an impact is booked."""
     platform = make_platform(composition)
     foot = composition.position["foot_mass"]
     emulated = composition.has("travel_m")
     yields, travel = composition.has("resistance_n"), composition.position.get("platform_travel", -1)
-    has_mass, mass = composition.optional("added_mass_kg")
-    grain, reset = composition.integrals.get("grain_energy", -1), composition.integrals.get("reset_work", -1)
+    join_grains, reset = make_join_grains(composition), composition.integrals.get("reset_work", -1)
 
     holds_force, hold = composition.on("held_force"), make_hold(composition)
     engage = composition.position.get("engage_time", -1)
@@ -170,8 +183,7 @@ def make_meet_ground(composition: Composition) -> Function:
         if gives and work[NOW + V_FOOT] < 0.0:
             work[MODE] = INTRUDING
             work[NOW + X_FOOT] = height_m  # where it was found to be, but for what the landing is allowed
-            if has_mass:  # the grains under an old print move with the foot at once
-                work[NOW + grain] += 0.5 * mass(work, -work[NOW + X_FOOT]) * work[NOW + V_FOOT] * work[NOW + V_FOOT]
+            join_grains(work)
             return
         work[MODE] = JAMMED
         if not yields or emulated:

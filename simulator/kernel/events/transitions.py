@@ -16,6 +16,7 @@ from simulator.kernel.control.controller import make_conditions, make_note_condi
 from simulator.kernel.events.contact import (
     GOES_ON,
     make_held_still,
+    make_join_grains,
     make_note_saturation,
     make_stop_foot,
     make_turn_hold,
@@ -87,9 +88,7 @@ from simulator.kernel.rows import COLUMN
 
 def make_touches(composition: Composition) -> Function:
     """The foot meets the ground in flight: `(work)`. On grains a rising body goes on with its stance."""
-    granular = composition.on("hydrostatic_stiffness")
-    has_mass, mass = composition.optional("added_mass_kg")
-    grain = composition.integrals.get("grain_energy", -1)
+    granular, join_grains = composition.on("hydrostatic_stiffness"), make_join_grains(composition)
 
     @inner
     def touches(work: Row) -> int:
@@ -103,8 +102,7 @@ def make_touches(composition: Composition) -> Function:
             return GOES_ON
         work[NOW + X_FOOT] = work[DEEPEST]
         work[MODE], work[AIRBORNE], work[ASLEEP] = INTRUDING, 0, 0
-        if has_mass:
-            work[NOW + grain] += 0.5 * mass(work, -work[NOW + X_FOOT]) * work[NOW + V_FOOT] * work[NOW + V_FOOT]
+        join_grains(work)
         return GOES_ON
 
     return touches

@@ -7,13 +7,11 @@ step there (`simulator.kernel.lanes.pool`).
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 from simulator.compiled import Function, inlined, inner
-from simulator.kernel.combined import nothing
 from simulator.kernel.composition import Composition
-from simulator.kernel.control.controller import LARGEST_GROWTH, make_growth_factor, make_wants_switch
+from simulator.kernel.control.controller import make_growth, make_wants_switch
 from simulator.kernel.events.first_event import may_peak
 from simulator.kernel.events.guards import beyond_cap
 from simulator.kernel.lanes.numbers import numbers_of, width_of
@@ -32,7 +30,6 @@ from simulator.kernel.layout import (
     FLIGHT,
     FOLDS,
     FRESH,
-    GROWTH,
     HALF,
     INTRUDING,
     K1,
@@ -61,7 +58,6 @@ from simulator.kernel.layout import (
     TRIAL,
     V_BODY,
     V_FOOT,
-    WORST_GROWTH,
     X_BODY,
     X_FOOT,
     places,
@@ -86,6 +82,7 @@ from simulator.kernel.steps.stride import (
     make_longest_step,
     note_extremes,
     step_share,
+    stops_unseen,
 )
 from simulator.kernel.working_row import choose, lanes_in
 
@@ -95,26 +92,6 @@ Row = Any
 """The working rows of all lanes, place by place."""
 
 
-def make_grow(composition: Composition) -> Function:
-    """Compose `(which, work)`: follow how much a small error of the foot's speed grows, as the scalar kernel does."""
-    if not composition.has("active_damping_kg_m") or not composition.has("quadratic_drag_kg_m"):
-        return nothing
-    growth_factor = make_growth_factor(composition)
-
-    @inner
-    def grow(which: Lanes, work: Row) -> None:
-        if lanes_in(which) == 0:
-            return
-        factor = growth_factor(work)
-        if lanes_in(which & ((factor > 1.0) | (work[GROWTH] > 0.0))) == 0:
-            return
-        grown = max(0.0, work[GROWTH] + math.log(max(factor, 1e-3)))
-        work[GROWTH] = choose(which, grown, work[GROWTH])
-        work[WORST_GROWTH] = choose(which, max(work[WORST_GROWTH], min(grown, LARGEST_GROWTH)), work[WORST_GROWTH])
-
-    return grow
-
-
 def make_tick(composition: Composition, wants_switch: Function) -> Function:
     """Compose `(active, work)`: the tick that is due, where it changes no phase and brings no force to its cap.
 
@@ -122,7 +99,7 @@ def make_tick(composition: Composition, wants_switch: Function) -> Function:
     """
     rate, active_damping = composition.position["control_rate"], composition.has("active_damping_kg_m")
     capped, forces = composition.has("cap_n"), make_forces(composition)
-    grow = make_grow(composition)
+    grow = make_growth(composition)
 
     @inner
     def tick(active: Lanes, work: Row) -> Lanes:
@@ -180,8 +157,6 @@ def make_ticks_within(composition: Composition, wants_switch: Function) -> Funct
     return ticks_within
 
 
-"""A number of every lane, or whether something holds in each (`simulator.kernel.lanes.numbers`)."""
-"""The working rows of all lanes, place by place."""
 GUARDS = 6
 """Guards a mode, in its own order: the leg is folded, straight; the foot stops or touches; in the ground the cone is
 complete, in the air the foot clears; the body falls; the force reaches its cap."""
@@ -290,8 +265,6 @@ def make_events(composition: Composition, mode: int, guards: Function, *, exact:
     return events
 
 
-"""A number of every lane, or whether something holds in each (`simulator.kernel.lanes.numbers`)."""
-"""The working rows of all lanes, place by place."""
 SMALL_ERROR, LARGE_ERROR = 1.88e-4, 1.9e3
 """Errors of a step, in units of what is allowed, up to which the next one is five times as long, from which a fifth."""
 FACTOR, EACH_ERROR = places(FREE, FREE + 2, 1)
@@ -373,8 +346,7 @@ def make_step(composition: Composition, mode: int) -> Function:
             leaves |= active & (work[AT_START + guard] > 0.0)
         omega = frequency(work, mode, max(-work[NOW + X_FOOT], 0.0), work[STIFFNESS])
         if intruding:
-            sinking = -work[NOW + V_FOOT]
-            leaves |= active & (sinking > 0.0) & (max(work[K1 + V_FOOT], sinking * omega) * SHORTEST_S > sinking)
+            leaves |= active & stops_unseen(omega, work)
         h, end_s = longest_step(work, mode, omega, exact), 0.0 * t + last_s
         if intruding and active_damping:
             end_s = choose(work[ACTIVE_DAMPING] > 0.0, min(end_s, work[TICK] / work[rate]), end_s)

@@ -47,7 +47,7 @@ def make_command(composition: Composition) -> Function:
     damped = composition.has("compression_damping_kg_s")
     active = composition.has("active_damping_kg_m")
     linear, held = composition.on("linear_active_damping"), composition.on("held_force")
-    sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
+    sampled = composition.samples_speed
 
     @inner
     def command(work: Row, length_m: float, speed_m_s: float, foot_speed_m_s: float) -> float:

@@ -221,7 +221,7 @@ def oscillator(rate_1_s: float, square_1_s2: float, t: float) -> tuple[float, fl
 def make_coefficients(composition: Composition) -> Function:
     """Stiffness and damping of the leg while it is linear, 0 where its force is held or capped: `(held, saturated)`."""
     damped = composition.has("compression_damping_kg_s")
-    sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
+    sampled = composition.samples_speed
     product = composition.has("active_damping_kg_m") and sampled and not composition.on("linear_active_damping")
     constant = composition.on("held_force")
 
@@ -244,7 +244,7 @@ def make_is_linear(composition: Composition) -> Function:
     """Whether the motion has a closed form: `(mode, held, saturated)`."""
     bends, (holds, held) = composition.has("cap_bends"), composition.optional("body_held")
     jammed, flight = composition.closed_form("jammed"), composition.closed_form("flight")
-    sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
+    sampled = composition.samples_speed
     follows, slides = composition.has("active_damping_kg_m") and not sampled, composition.platform >= 0
 
     @inner

@@ -92,7 +92,7 @@ def make_damping_rate(composition: Composition) -> Function:
     foot = composition.position["foot_mass"]
     damped, held = composition.has("compression_damping_kg_s"), composition.on("held_force")
     active, linear = composition.has("active_damping_kg_m"), composition.on("linear_active_damping")
-    sampled = composition.on("sampled_control") and not composition.on("continuous_foot_speed")
+    sampled = composition.samples_speed
     has_quadratic, quadratic = composition.optional("quadratic_drag_kg_m")
     has_linear, drag_kg_s = composition.optional("linear_drag_kg_s")
     product, follows = active and sampled and not linear, active and not sampled
@@ -268,10 +268,10 @@ def make_stay(composition: Composition) -> Function:
 
 
 @inlined
-def stops_unseen(mode: float, omega: float, work: Row) -> bool:
-    """Whether the ground stops the foot in less time than a step may be short."""
+def stops_unseen(omega: float, work: Row) -> bool:
+    """Whether the ground stops an intruding foot in less time than a step may be short."""
     sinking = -work[NOW + V_FOOT]
-    return mode == INTRUDING and sinking > 0.0 and max(work[K1 + V_FOOT], sinking * omega) * SHORTEST_S > sinking
+    return (sinking > 0.0) & (max(work[K1 + V_FOOT], sinking * omega) * SHORTEST_S > sinking)
 
 
 @inlined
@@ -377,7 +377,7 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
             work[EVALUATIONS] += 1
             work[STALE] = 0
         omega = frequency(work, mode, max(-work[NOW + X_FOOT], 0.0), work[STIFFNESS])
-        stopping = stops_unseen(mode, omega, work)
+        stopping = mode == INTRUDING and stops_unseen(omega, work)
         if stopping and not stops_evenly(omega, work):
             event = stay(STOPS, work)
             sink(omega, work)
