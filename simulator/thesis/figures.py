@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Generic, TypeVar
 
@@ -103,31 +103,34 @@ class Motion:
         return float(np.interp(self.switch_time_s, self.time_s, values))
 
 
+_COLUMNS = {
+    "time_s": "time",
+    "body_height_m": "body_height",
+    "body_velocity_m_s": "body_velocity",
+    "foot_height_m": "foot_height",
+    "foot_velocity_m_s": "foot_velocity",
+    "body_acceleration_m_s2": "body_acceleration",
+    "leg_work_j": "leg_work",
+    "ground_loss_j": "ground_loss",
+    "grain_energy_j": "grain_energy",
+}
+"""Arrays of a motion, and the sampled variables that they are."""
+
+
 def motion_of(scene: Scene, accuracy: float) -> Motion:
     """Simulate a jump of a scene on grains with the sampled, unlatched controller, and keep its motion."""
     result = simulate(scene, accuracy, trajectory=True)
     motion, jump = result.trajectory, result.jump
     if motion is None or jump.liftoff_time_s is None:
         raise RuntimeError(f"{scene.name} does not leave the ground, and has no motion to draw")
-    columns = {
-        name: motion[name].to_numpy().astype(np.float64)
-        for name in ("time", "body_height", "body_velocity", "foot_height", "foot_velocity", "body_acceleration")
-    }
+    columns = {name: motion[of].to_numpy() for name, of in _COLUMNS.items()}
     flying = motion["mode"].to_numpy() == FLIGHT
     extending = _extending(scene, columns) & ~flying
     return Motion(
-        time_s=columns["time"],
-        body_height_m=columns["body_height"],
-        body_velocity_m_s=columns["body_velocity"],
-        foot_height_m=columns["foot_height"],
-        foot_velocity_m_s=columns["foot_velocity"],
-        body_acceleration_m_s2=columns["body_acceleration"],
-        leg_work_j=motion["leg_work"].to_numpy(),
-        ground_loss_j=motion["ground_loss"].to_numpy(),
-        grain_energy_j=motion["grain_energy"].to_numpy(),
+        **columns,
         extending=extending,
         flying=flying,
-        switch_time_s=float(columns["time"][np.argmax(extending)]),
+        switch_time_s=float(columns["time_s"][np.argmax(extending)]),
         liftoff_time_s=jump.liftoff_time_s,
         jams=sum(change.after == "jammed" for change in jump.mode_changes),
     )
@@ -144,11 +147,11 @@ def _extending(scene: Scene, columns: dict[str, FloatArray]) -> BoolArray:
 
     Steps land on the ticks at which the phase changes, so that nothing that decides is interpolated.
     """
-    time_s, tick_s = columns["time"], 1.0 / scene["control_rate"]
+    time_s, tick_s = columns["time_s"], 1.0 / scene["control_rate"]
     ticks_s = np.arange(int(time_s[-1] / tick_s) + 1) * tick_s
     body_m, foot_m, body_m_s, foot_m_s = (
         np.interp(ticks_s, time_s, columns[name])
-        for name in ("body_height", "foot_height", "body_velocity", "foot_velocity")
+        for name in ("body_height_m", "foot_height_m", "body_velocity_m_s", "foot_velocity_m_s")
     )
     rule = (body_m_s > foot_m_s) & (foot_m < 0.0) & (body_m_s > 0.0)
     phase = rule | (body_m - foot_m < scene["guard_length"])
@@ -282,55 +285,23 @@ class OverDamping:
     and the factors on the ground's functions rise.
     """
 
-    stiffness_factors: tuple[float, ...]
-    drag_factors: tuple[float, ...]
-    extension_gains: tuple[float, ...]
-    extension_stiffnesses_n_m: tuple[float, ...]
-    foot_radii_m: tuple[float, ...]
-    active_damping_kg_m: FloatArray
     jumps: Jumps
+    stiffness_factors: tuple[float, ...] = GROUND_FACTORS
+    drag_factors: tuple[float, ...] = GROUND_FACTORS
+    extension_gains: tuple[float, ...] = EXTENSION_GAINS
+    foot_radii_m: tuple[float, ...] = FOOT_RADII_M
+    active_damping_kg_m: FloatArray = field(default_factory=ACTIVE_DAMPINGS_KG_M.copy)
+
+    @property
+    def extension_stiffnesses_n_m(self) -> tuple[float, ...]:
+        """The stiffnesses of the leg under the extension gains."""
+        return tuple(map(stiffness_n_m, self.extension_gains))
 
     @property
     def saving(self) -> FloatArray:
         """Share of the cost that active damping saves, (CE - AD) / CE; the jumps' shape, 0 at the coefficient 0."""
         cost_j = self.jumps.cost_j
         return np.asarray(1.0 - cost_j / cost_j[..., :1])
-
-
-def over_velocity(scene: Scene, accuracy: float) -> OverVelocity:
-    """Simulate set 1 over the speed at which body and foot arrive."""
-    speeds = TOUCHDOWN_SPEEDS_M_S
-    return OverVelocity(speeds, _with_both(scene, {"initial_velocity": -speeds}, accuracy))
-
-
-def over_ground(scene: Scene, accuracy: float) -> OverGround:
-    """Simulate set 1 over the ground's depth-dependent stress and the scale of its drag."""
-    grid = {"sigma": SIGMAS_N_M3[:, np.newaxis], "b_g": DRAG_SCALES[np.newaxis, :]}
-    return OverGround(SIGMAS_N_M3, DRAG_SCALES, scene["sigma"], scene["b_g"], _with_both(scene, grid, accuracy))
-
-
-def over_damping(scene: Scene, accuracy: float) -> OverDamping:
-    """Simulate set 2 over active damping, feet, extension stiffnesses and scalings of the ground."""
-    stiffnesses = tuple(stiffness_n_m(gain) for gain in EXTENSION_GAINS)
-    factors, drags, extensions, feet, dampings = np.meshgrid(
-        GROUND_FACTORS, GROUND_FACTORS, stiffnesses, FOOT_RADII_M, ACTIVE_DAMPINGS_KG_M, indexing="ij", sparse=True
-    )
-    values = {
-        "kg_scale": factors,
-        "bg_scale": drags,
-        "k_extension": extensions,
-        "foot_radius": feet,
-        "b_ad": dampings,
-    }
-    return OverDamping(
-        stiffness_factors=GROUND_FACTORS,
-        drag_factors=GROUND_FACTORS,
-        extension_gains=EXTENSION_GAINS,
-        extension_stiffnesses_n_m=stiffnesses,
-        foot_radii_m=FOOT_RADII_M,
-        active_damping_kg_m=ACTIVE_DAMPINGS_KG_M,
-        jumps=jumps_over(scene, values, accuracy),
-    )
 
 
 def _with_both(scene: Scene, grid: dict[str, FloatArray], accuracy: float) -> Pair[Jumps]:
@@ -457,15 +428,22 @@ class ThesisFigures:
 
     @cached_property
     def over_velocity(self) -> OverVelocity:
-        """Figures 3.8 and 3.9."""
-        return over_velocity(self.set_1, self.accuracy)
+        """Figures 3.8 and 3.9: set 1 over the speed at which body and foot arrive."""
+        speeds = TOUCHDOWN_SPEEDS_M_S
+        return OverVelocity(speeds, _with_both(self.set_1, {"initial_velocity": -speeds}, self.accuracy))
 
     @cached_property
     def over_ground(self) -> OverGround:
-        """Figures 3.11 and 3.12."""
-        return over_ground(self.set_1, self.accuracy)
+        """Figures 3.11 and 3.12: set 1 over the ground's depth-dependent stress and the scale of its drag."""
+        scene, grid = self.set_1, {"sigma": SIGMAS_N_M3[:, np.newaxis], "b_g": DRAG_SCALES[np.newaxis, :]}
+        jumps = _with_both(scene, grid, self.accuracy)
+        return OverGround(SIGMAS_N_M3, DRAG_SCALES, scene["sigma"], scene["b_g"], jumps)
 
     @cached_property
     def over_damping(self) -> OverDamping:
-        """Figure 3.13."""
-        return over_damping(self.set_2, self.accuracy)
+        """Figure 3.13: set 2 over active damping, feet, extension stiffnesses and scalings of the ground."""
+        stiffnesses = [stiffness_n_m(gain) for gain in EXTENSION_GAINS]
+        axes = (GROUND_FACTORS, GROUND_FACTORS, stiffnesses, FOOT_RADII_M, ACTIVE_DAMPINGS_KG_M)
+        names = ("kg_scale", "bg_scale", "k_extension", "foot_radius", "b_ad")
+        grid = np.meshgrid(*axes, indexing="ij", sparse=True)
+        return OverDamping(jumps_over(self.set_2, dict(zip(names, grid, strict=True)), self.accuracy))

@@ -77,13 +77,12 @@ OVER_SPEED = OverVelocity(SPEED, Pair(jumps(SPEED, 1.0), jumps(SPEED, 0.8)))
 GRID = STRESS[:, np.newaxis] / 1.2e5 + DRAG / 17.2
 GROUNDS = over_ground(jumps(GRID, 1.0), jumps(GRID, 0.8))
 COSTS = OverDamping(
+    jumps(30.0 - np.arange(2 * 3 * 2 * 2 * 6).reshape(2, 3, 2, 2, 6) / 4.0, 1.0),
     (0.5, 1.0),
     (0.5, 1.0, 2.0),
     (300.0, 400.0),
-    (835.36, 1091.36),
     (0.03, 0.051),
     np.linspace(0.0, 500.0, 6),
-    jumps(30.0 - np.arange(2 * 3 * 2 * 2 * 6).reshape(2, 3, 2, 2, 6) / 4.0, 1.0),
 )
 GROUND = GroundFunctions(DEPTH, 800 * DEPTH, 50 + DEPTH, 2 * DEPTH, 0.026)
 SURFACE_W = np.outer(np.linspace(-500.0, 0.0, 13), 0.1 + DEPTH)
