@@ -6,19 +6,13 @@ import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 
-import numpy as np
-
 from data_schema.errors import UsageError
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from simulator.effects.registry import EFFECTS
-from simulator.jump import limits_for
-from simulator.kernel.layout import OUTCOMES
-from simulator.kernel.limits import MOST_STEPS
+from simulator.jump import limits_for, simulate
+from simulator.result import SceneResult
 from simulator.scene import Scene
-from simulator.sweep.chunks import recipe_for, simulate_rows
-from simulator.sweep.design import Design
-from simulator.sweep.outputs import PLACE
 
 MEASURED_JUMPS = 10
 """Of a scene with more jumps, so many are simulated for each set of effects, and the last of them is looked at."""
@@ -30,31 +24,14 @@ ACCURACIES_A_TOLERANCE = 10.0
 
 
 @dataclass(frozen=True, slots=True)
-class Outputs:
-    """What a scene's last jump gives, how it ended, and how many jumps there were until then.
-
-    `most_steps` is the number of steps of the jump that took the most.
-    """
-
-    outcome: str
-    jumps: int
-    cost_J: float  # noqa: N815
-    apex_height_m: float | None
-    max_depth_m: float
-    rhs_evaluations: int
-    ill_conditioned: bool
-    most_steps: int
-
-
-@dataclass(frozen=True, slots=True)
 class Without:
     """What a scene gives without some effects, and the relative changes of cost, apex and depth, signed.
 
-    A change is undefined where the jump ended otherwise.
+    They are those of the last jump, and undefined where that ended otherwise.
     """
 
     effects: tuple[str, ...]
-    outputs: Outputs
+    result: SceneResult
     changes: Mapping[str, float | Undefined]
 
     @property
@@ -74,7 +51,7 @@ class Ablation:
     scene: Scene
     accuracy: float
     tolerance: float
-    full: Outputs
+    full: SceneResult
     alone: Mapping[str, Without]
     needed: Mapping[str, str]
     left_out: Without
@@ -94,17 +71,17 @@ def ablation_of_effects(
     apex.
     """
     scene = scene.changed(jumps=min(scene.jumps, MEASURED_JUMPS))
-    full = outputs_of(scene, accuracy)
-    if full.apex_height_m is None:
+    full = simulate(scene, accuracy)
+    if full.jump.apex_height_m is None:
         raise UsageError(
-            f"jump {full.jumps} of {scene.name} ends in {full.outcome}, before an apex, so that there is no jump for "
-            "an effect to change: set other values until the robot jumps."
+            f"jump {len(full.jumps)} of {scene.name} ends in {full.jump.outcome}, before an apex, so that there is no "
+            "jump for an effect to change: set other values until the robot jumps."
         )
 
     def without(effects: Collection[str]) -> Without:
         names = _in_order(effects)
         step(f"without {' and '.join(names)}")
-        found = outputs_of(scene.changed(effects_off=names), accuracy, STEPS_MORE * full.most_steps)
+        found = simulate(scene.changed(effects_off=names), accuracy, most_steps=STEPS_MORE * most_steps(full))
         return Without(names, found, _changes(found, full))
 
     needed = {name: why for name in _in_order(scene.effects) if (why := _why_needed(scene, {name}))}
@@ -120,29 +97,6 @@ def ablation_of_effects(
         further = [gone | {name} for name in _in_order(scene.effects - gone)]
         candidates = [without(effects) for effects in further if not _why_needed(scene, effects)]
     return Ablation(scene, accuracy, tolerance, full, alone, needed, left_out)
-
-
-def outputs_of(scene: Scene, accuracy: float, most_steps: int | None = None) -> Outputs:
-    """Simulate a scene and return the outputs of its last jump.
-
-    A jump of more than `most_steps` ends in `step_limit`; None leaves the simulator's own limit.
-    """
-    recipe = recipe_for(scene, Design(()), accuracy)
-    if most_steps is not None:
-        recipe.limits[MOST_STEPS] = most_steps
-    ((*jumps,),) = simulate_rows(recipe, np.zeros((1, 0)))
-    made = [dict(zip(PLACE, jump.tolist(), strict=True)) for jump in jumps if jump[PLACE["outcome"]] >= 0.0]
-    last = made[-1]
-    return Outputs(
-        outcome=OUTCOMES[int(last["outcome"])],
-        jumps=len(made),
-        cost_J=last["cost_J"],
-        apex_height_m=None if math.isnan(last["apex_height_m"]) else last["apex_height_m"],
-        max_depth_m=last["max_depth_m"],
-        rhs_evaluations=int(last["rhs_evaluations"]),
-        ill_conditioned=any(jump["ill_conditioned"] for jump in made),
-        most_steps=int(max(jump["steps"] for jump in made)),
-    )
 
 
 def tolerance_of(words: str, accuracy: float) -> float:
@@ -168,17 +122,22 @@ def tolerance_of(words: str, accuracy: float) -> float:
     return share
 
 
-def _changes(found: Outputs, full: Outputs) -> dict[str, float | Undefined]:
+def most_steps(result: SceneResult) -> int:
+    """Return the number of steps of the jump that took the most."""
+    return max(jump.steps for jump in result.jumps)
+
+
+COMPARED = {"cost": "cost_J", "apex": "apex_height_m", "depth": "max_depth_m"}
+"""What is compared, and which number of a jump that is."""
+
+
+def _changes(found: SceneResult, full: SceneResult) -> dict[str, float | Undefined]:
     """Return how far results are from the full scene's: 0 for what neither has, undefined for what only one has."""
-    pairs = {
-        "cost": (found.cost_J, full.cost_J),
-        "apex": (found.apex_height_m, full.apex_height_m),
-        "depth": (found.max_depth_m, full.max_depth_m),
-    }
-    if (found.outcome, found.jumps) != (full.outcome, full.jumps):
-        where = "" if found.jumps == full.jumps else f" in jump {found.jumps}"
-        return dict.fromkeys(pairs, Undefined(Reason.SIMULATED_ENDED, ended=f"{found.outcome}{where}"))
-    return {name: _relative(name, *both) for name, both in pairs.items()}
+    one, other, jumps = found.jump, full.jump, len(found.jumps)
+    if (one.outcome, jumps) != (other.outcome, len(full.jumps)):
+        where = "" if jumps == len(full.jumps) else f" in jump {jumps}"
+        return dict.fromkeys(COMPARED, Undefined(Reason.SIMULATED_ENDED, ended=f"{one.outcome}{where}"))
+    return {name: _relative(name, getattr(one, key), getattr(other, key)) for name, key in COMPARED.items()}
 
 
 def _relative(name: str, found: float | None, full: float | None) -> float | Undefined:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 import time
-from collections.abc import Collection
+from collections.abc import Collection, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -28,7 +28,7 @@ from simulator.kernel.limits import (
     TOLERANCE,
     TOLERANCE_SHARE,
 )
-from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS, COUNTERS
+from simulator.kernel.rows import COLUMNS, COST_PARTS, COUNTERS
 from simulator.result import JumpResult, ModeChange, SceneResult
 from simulator.scene import Scene
 from simulator.trajectory import Recording, trajectory_of
@@ -40,12 +40,15 @@ ROUNDING = 1e-15
 MOST_STEPS_A_JUMP = 2_000_000
 MOST_REPEATS = 5
 _SURE = ("min_leg_length_m", "max_leg_length_m", "min_body_height_m", "capped_time_s", "energy_at_play_J")
-_NUMBERS = COLUMNS[1 : COLUMN["decision_margin"] + 1]
+_COUNTS = ("outcome", "decision_tick", "steps", "rhs_evaluations", "repeats", "mode_changes")
+_NUMBERS = [name for name in COLUMNS if name in JumpResult.__annotations__ and name not in _COUNTS]
 _ROOM_FOR_CHANGES = 4096
 _RECORDED_STEPS = 100_000
 
 
-def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> SceneResult:
+def simulate(
+    scene: Scene, accuracy: float = 1e-6, trajectory: bool = False, *, most_steps: int = MOST_STEPS_A_JUMP
+) -> SceneResult:
     """Simulate all jumps of a scene.
 
     Parameters
@@ -53,6 +56,7 @@ def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> 
     scene : from `load_scene`, changed by `Scene.changed` or `changed_by_words`
     accuracy : relative error wanted in depth, lift-off time, apex height and cost, 1e-13 to 0.1
     trajectory : whether the result holds the sampled motion, as an `xarray.Dataset`
+    most_steps : a jump of more steps ends in `step_limit`
 
     Returns
     -------
@@ -71,7 +75,7 @@ def simulate(scene: Scene, accuracy: float = 1e-6, trajectory: bool = False) -> 
     '0.303 m, 30.5 J'
     """
     limits = limits_for(accuracy)
-    limits[JUMPS_WANTED] = scene.jumps
+    limits[JUMPS_WANTED], limits[MOST_STEPS] = scene.jumps, most_steps
     kernel = kernel_for_few(scene.effects)
     table = parameter_row(kernel, scene)[np.newaxis, :]
     started = time.perf_counter()
@@ -137,19 +141,14 @@ def _run(kernel: Kernel, table: Row, limits: Row, jumps: int, record: bool) -> t
 
 def _jump(scene: Scene, accuracy: float, row: Row, changes: Row) -> JumpResult:
     found = dict(zip(COLUMNS, row.tolist(), strict=True))
-    values: dict[str, Any] = {name: found[name] if math.isfinite(found[name]) else None for name in _NUMBERS}
-    for name in _SURE:
-        values[name] = found[name]
-    seconds = values.pop("jump_time_s")
-    passive_j = scene["passive_power"] * seconds if "passive_draw" in scene.effects else 0.0
-    span = "jump" if "cost_of_whole_jump" in scene.effects else "stance"
-    tick = found["decision_tick"]
-    margin, growth = values["decision_margin"], found["error_growth"]
+    values: dict[str, Any] = {
+        name: found[name] if name in _SURE or math.isfinite(found[name]) else None for name in _NUMBERS
+    }
+    tick, passive_w = found["decision_tick"], scene["passive_power"] if "passive_draw" in scene.effects else 0.0
     return JumpResult(
-        outcome=OUTCOMES[int(found["outcome"])],
         **values,
-        passive_J=passive_j,
-        cost_J=sum(values[f"{span}_{part}_J"] for part in COST_PARTS) + passive_j,
+        **{name: value.item() for name, value in derived(found, scene.effects, passive_w, accuracy).items()},
+        outcome=OUTCOMES[int(found["outcome"])],
         decision_tick=int(tick) if tick >= 0 else None,
         counters={name: int(found[name]) for name in COUNTERS},
         mode_changes=tuple(
@@ -158,11 +157,24 @@ def _jump(scene: Scene, accuracy: float, row: Row, changes: Row) -> JumpResult:
         steps=int(found["steps"]),
         rhs_evaluations=int(found["rhs_evaluations"]),
         repeats=int(found["repeats"]),
-        error_growth=growth,
-        ill_conditioned=bool(ill_conditioned(np.inf if margin is None else margin, growth, accuracy)),
-        under_surface=bool(under_surface(values["min_body_height_m"], scene.effects)),
-        open_book=bool(open_book(values["energy_residual_J"], values["energy_at_play_J"], accuracy)),
     )
+
+
+def cost_span(effects: Collection[str]) -> str:
+    """Return over what the cost of a jump is summed: the stance, or the whole jump."""
+    return "jump" if "cost_of_whole_jump" in effects else "stance"
+
+
+def derived(found: Mapping[str, Any], effects: Collection[str], passive_w: Any, accuracy: float) -> dict[str, Any]:
+    """Return what is computed from the kernel's columns, by the outputs' names; numbers or arrays of one shape."""
+    span, passive_j = cost_span(effects), passive_w * np.asarray(found["jump_time_s"])
+    return {
+        "passive_J": passive_j,
+        "cost_J": sum(found[f"{span}_{part}_J"] for part in COST_PARTS) + passive_j,
+        "ill_conditioned": ill_conditioned(found["decision_margin"], found["error_growth"], accuracy),
+        "under_surface": np.less(found["min_body_height_m"], 0.0) & ("hydrostatic_stiffness" in effects),
+        "open_book": open_book(found["energy_residual_J"], found["energy_at_play_J"], accuracy),
+    }
 
 
 def ill_conditioned(decision_margin: Any, error_growth: Any, accuracy: float) -> Any:
@@ -184,11 +196,6 @@ def grown_rounding(jump: JumpResult, accuracy: float) -> float:
     """Return the relative error that rounding alone has grown to, at most 1; 0 where `accuracy` has room for it."""
     error = jump.error_growth * ROUNDING
     return min(error, 1.0) if error > 0.5 * accuracy else 0.0
-
-
-def under_surface(min_body_height_m: Any, effects: Collection[str]) -> Any:
-    """Whether the body gets under the surface of grains, which act on the foot alone; a number or an array of them."""
-    return np.less(min_body_height_m, 0.0) & ("hydrostatic_stiffness" in effects)
 
 
 def open_book(energy_residual_j: Any, energy_at_play_j: Any, accuracy: float) -> Any:

@@ -39,6 +39,7 @@ class Changed:
 
 
 AccuracyOption = Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")]
+PlotOption = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw it: a .png, .svg or .pdf file.")]
 COMPILING = "compiling for up to 30 s, once"
 
 
@@ -46,9 +47,7 @@ COMPILING = "compiling for up to 30 s, once"
 def run(
     scene: Changed,
     accuracy: AccuracyOption = 1e-6,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the motion: a .png, .svg or .pdf file.")
-    ] = None,
+    plot: PlotOption = None,
     error_bars: Annotated[
         bool, typer.Option("--error-bars/--no-error-bars", help="Simulate a second time, a hundred times finer.")
     ] = True,
@@ -189,9 +188,7 @@ def parts(
 @app.command()
 def accuracy(
     scene: Changed,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw error against time: a .png, .svg or .pdf file.")
-    ] = None,
+    plot: PlotOption = None,
     quick: Annotated[bool, typer.Option("--quick", help="Try few settings of each method.")] = False,
 ) -> Shown:
     """Show what accuracy costs: this scene by the thesis's fixed steps, by scipy's integrators and by labbook.

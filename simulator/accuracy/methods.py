@@ -13,7 +13,7 @@ from simulator.accuracy import fixed_step_euler
 from simulator.accuracy.peers import METHODS as SOLVE_IVP
 from simulator.accuracy.peers import PeerRun, peer_run, system_for
 from simulator.compiled import Row
-from simulator.jump import limits_for, parameter_row
+from simulator.jump import cost_span, limits_for, parameter_row
 from simulator.kernel.build import kernel_for
 from simulator.kernel.layout import OUTCOMES
 from simulator.kernel.limits import JUMPS_WANTED, STOP_AFTER_APEX, STOP_AFTER_LIFTOFF, STOP_AFTER_TOUCHDOWN
@@ -44,7 +44,7 @@ class Outputs:
 
 def outputs_of(scene: Scene, rows: Row, evaluations: int | None = None) -> Outputs:
     """Read the last jump's outputs from rows of the kernel, shape (jumps, columns)."""
-    row, span = rows[-1], "jump" if "cost_of_whole_jump" in scene.effects else "stance"
+    row, span = rows[-1], cost_span(scene.effects)
     values = {name: _number(float(row[COLUMN[name]])) for name in NAMES[:-1]}
     cost_j = sum(float(row[COLUMN[f"{span}_{part}_J"]]) for part in COST_PARTS)
     if evaluations is None:

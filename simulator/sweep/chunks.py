@@ -18,25 +18,18 @@ from numpy.typing import NDArray
 from data_schema.errors import UsageError
 from simulator.compiled import Row
 from simulator.error_bars import JUDGED, finer_accuracies
-from simulator.jump import (
-    ILL_CONDITIONED_BELOW,
-    ill_conditioned,
-    limits_for,
-    open_book,
-    rounding_share,
-    under_surface,
-)
+from simulator.jump import ILL_CONDITIONED_BELOW, derived, limits_for, rounding_share
 from simulator.kernel.build import Kernel, is_cached, kernel_for, why_no_lanes
 from simulator.kernel.cache import fingerprint
 from simulator.kernel.composition import compose
 from simulator.kernel.interpreter import kernel_for_few
 from simulator.kernel.limits import JUMPS_WANTED
-from simulator.kernel.rows import COLUMN, COLUMNS, COST_PARTS
+from simulator.kernel.rows import COLUMNS
 from simulator.scene import Scene
 from simulator.sweep.design import Design
-from simulator.sweep.outputs import ERRORS, FROM_KERNEL, NOT_MADE_FLAG, OUTPUTS, PLACE
+from simulator.sweep.outputs import ERRORS, NOT_MADE_FLAG, OUTPUTS, PLACE
 
-Block = NDArray[np.float64]
+Block = Row
 FEWEST_IN_LANES, FEWEST_TO_COMPILE = 10_000, 500_000
 """Jumps of a sweep from which on it is in lanes where they are on disk, and for which they are compiled."""
 NOT_MADE_ROW = np.array([np.nan if output.kind == "f8" else float(NOT_MADE_FLAG) for output in (*OUTPUTS, *ERRORS)])
@@ -191,18 +184,13 @@ def _simulated(recipe: Recipe, limits: Row, table: Block) -> Block:
 
 def _outputs(recipe: Recipe, found: Block, counts: NDArray[np.int64], passive_w: Row | None) -> Block:
     """Add what is computed from the kernel's columns, as `simulator.jump` does; mark the jumps that were not made."""
-    block = np.full((*found.shape[:2], len(OUTPUTS)), np.nan)
-    for name in FROM_KERNEL:
-        block[:, :, PLACE[name]] = found[:, :, COLUMN[name]]
-    span = "jump" if "cost_of_whole_jump" in recipe.effects else "stance"
-    seconds = block[:, :, PLACE["jump_time_s"]]
-    passive_j = np.zeros_like(seconds) if passive_w is None else passive_w[:, np.newaxis] * seconds
-    block[:, :, PLACE["passive_J"]] = passive_j
-    block[:, :, PLACE["cost_J"]] = sum(block[:, :, PLACE[f"{span}_{part}_J"]] for part in COST_PARTS) + passive_j
-    flags = ill_conditioned(block[:, :, PLACE["decision_margin"]], block[:, :, PLACE["error_growth"]], recipe.accuracy)
+    columns = dict(zip(COLUMNS, np.moveaxis(found, -1, 0), strict=True))
+    passive = 0.0 if passive_w is None else passive_w[:, np.newaxis]
+    block = np.empty((*found.shape[:2], len(OUTPUTS)))
+    block[:, :, : len(COLUMNS)] = found
+    for name, values in derived(columns, recipe.effects, passive, recipe.accuracy).items():
+        block[:, :, PLACE[name]] = values
+    flags = block[:, :, PLACE["ill_conditioned"]] > 0.0
     block[:, :, PLACE["ill_conditioned"]] = np.logical_or.accumulate(flags, axis=1)
-    block[:, :, PLACE["under_surface"]] = under_surface(block[:, :, PLACE["min_body_height_m"]], recipe.effects)
-    residual_j, at_play_j = block[:, :, PLACE["energy_residual_J"]], block[:, :, PLACE["energy_at_play_J"]]
-    block[:, :, PLACE["open_book"]] = open_book(residual_j, at_play_j, recipe.accuracy)
     block[np.arange(recipe.jumps)[np.newaxis, :] >= counts[:, np.newaxis]] = NOT_MADE_ROW[: len(OUTPUTS)]
     return block

@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import Any
 
 from data_schema.vocabulary import Undefined
+from labbook.presenting.simulation.simulated import scene_data, which_jump
 from labbook.terminal import columns
-from simulator.ablation import STEPS_MORE, Ablation, Without
+from simulator.ablation import COMPARED, STEPS_MORE, Ablation, Without, most_steps
+from simulator.result import SceneResult
 from simulator.scene import Scene
-
-_CHANGED = ("cost", "apex", "depth")
 
 
 def as_lines(scene: Scene, ablation: Ablation) -> list[str]:
@@ -21,8 +20,7 @@ def as_lines(scene: Scene, ablation: Ablation) -> list[str]:
 
 def heading(scene: Scene, ablation: Ablation) -> list[str]:
     """Say what is compared with what."""
-    jumps, full = ablation.scene.jumps, ablation.full
-    which = f", jump {jumps} of {scene.jumps}" if scene.jumps > 1 else ""
+    full, which = ablation.full.jump, which_jump(scene, ablation.scene.jumps)
     return [
         f"{scene.name}: {scene.title}",
         f"All {len(scene.effects)} effects{which}: cost {full.cost_J:.5g} J, apex {full.apex_height_m:.5g} m, "
@@ -35,30 +33,30 @@ def alone_table(ablation: Ablation) -> list[list[str]]:
     """Return the head and a row for each effect that may be left out, the one that changes most first."""
     rows = [
         [
-            name + ("*" if item.outputs.ill_conditioned else ""),
-            *(_change(item.changes[name], ablation.accuracy) for name in _CHANGED),
-            _share(item.outputs.rhs_evaluations / ablation.full.rhs_evaluations - 1.0, 0.005),
+            name + ("*" if item.result.jump.ill_conditioned else ""),
+            *(_change(item.changes[name], ablation.accuracy) for name in COMPARED),
+            _share(item.result.jump.rhs_evaluations / ablation.full.jump.rhs_evaluations - 1.0, 0.005),
         ]
         for name, item in sorted(ablation.alone.items(), key=lambda pair: -pair[1].largest)
     ]
-    return [["without", *_CHANGED, "evaluations"], *rows]
+    return [["without", *COMPARED, "evaluations"], *rows]
 
 
 def verdict(ablation: Ablation) -> list[str]:
     """Name the effects that are enough, what is left out and what that changes."""
     gone = ablation.left_out
     share = f"{_digits(100.0 * ablation.tolerance)} %"
-    share += f" in jump {ablation.full.jumps}" if ablation.scene.jumps > 1 else ""
+    share += f" in jump {len(ablation.full.jumps)}" if ablation.scene.jumps > 1 else ""
     if not gone.effects:
         return [f"Within {share}, none of the effects can be left out."]
-    changed = ", ".join(f"{name} by {_change(gone.changes[name], ablation.accuracy)}" for name in _CHANGED)
+    changed = ", ".join(f"{name} by {_change(gone.changes[name], ablation.accuracy)}" for name in COMPARED)
     beyond = [name for name in gone.effects if name in ablation.alone and _is_beyond(ablation.alone[name], ablation)]
     return [
         f"Within {share}, {len(ablation.enough)} of {len(ablation.scene.effects)} effects are enough: "
         f"{', '.join(ablation.enough)}.",
         f"Left out, one after the other, those that change least: {', '.join(gone.effects)}; together that changes "
         f"{changed}. To simulate so: --effects {','.join(f'-{name}' for name in gone.effects)}",
-        *_warning(ablation.full.ill_conditioned or gone.outputs.ill_conditioned, "one of these jumps is"),
+        *_warning(ablation.full.jump.ill_conditioned or gone.result.jump.ill_conditioned, "one of these jumps is"),
         *(
             [f"note: {', '.join(beyond)} alone would change more; here what else is left out makes up for it."]
             if beyond
@@ -70,13 +68,10 @@ def verdict(ablation: Ablation) -> list[str]:
 def as_data(scene: Scene, ablation: Ablation) -> dict[str, Any]:
     """Return what leaving out each effect does, and the effects that are enough."""
     return {
-        "scene": scene.name,
-        "title": scene.title,
-        "effects": [*ablation.enough, *ablation.left_out.effects],
-        "set_by_user": {name: scene[name] for name in scene.set_by_user},
+        **scene_data(scene),
         "accuracy": ablation.accuracy,
         "jumps_measured": ablation.scene.jumps,
-        "full": asdict(ablation.full),
+        "full": _last_jump(ablation.full),
         "alone": [_without(item) for item in ablation.alone.values()],
         "stay": dict(ablation.needed),
         "within": ablation.tolerance,
@@ -88,7 +83,13 @@ def as_data(scene: Scene, ablation: Ablation) -> dict[str, Any]:
 
 def _without(item: Without) -> dict[str, Any]:
     undefined = next((value.reason for value in item.changes.values() if isinstance(value, Undefined)), None)
-    return {"without": item.effects, **_changes(item), "undefined": undefined, **asdict(item.outputs)}
+    return {"without": item.effects, **_changes(item), "undefined": undefined, **_last_jump(item.result)}
+
+
+def _last_jump(result: SceneResult) -> dict[str, Any]:
+    keys = ("outcome", "cost_J", "apex_height_m", "max_depth_m", "rhs_evaluations", "ill_conditioned")
+    data = {key: getattr(result.jump, key) for key in keys}
+    return {**data, "jumps": len(result.jumps), "most_steps": most_steps(result)}
 
 
 def _changes(item: Without) -> dict[str, float | None]:
@@ -96,7 +97,7 @@ def _changes(item: Without) -> dict[str, float | None]:
 
 
 def _footnotes(ablation: Ablation) -> list[str]:
-    found = [item.outputs for item in ablation.alone.values()]
+    found = [item.result.jump for item in ablation.alone.values()]
     limit = f"step_limit: given up after {STEPS_MORE} times the steps of a jump with all effects."
     return [
         *(["* an ill-conditioned jump: see labbook sim run."] if any(one.ill_conditioned for one in found) else []),

@@ -18,7 +18,7 @@ from reports.display import time_text
 from simulator.declared import all_parameters
 from simulator.effects.registry import BOOKED, COSTS, EFFECTS
 from simulator.error_bars import largest_share
-from simulator.jump import ILL_CONDITIONED_BELOW, close_decision, grown_rounding
+from simulator.jump import ILL_CONDITIONED_BELOW, close_decision, cost_span, grown_rounding
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
 
@@ -162,9 +162,8 @@ _ROUNDING, _MOST_DIGITS = 1e-13, 12
 _ALWAYS = ("liftoff_time_s", "max_depth_m", "apex_height_m", "cost_J")
 
 
-def as_data(result: SceneResult) -> dict[str, Any]:
-    """Return everything a simulation gave, for JSON: the last jump's values at the top, and all jumps in a list."""
-    scene = result.scene
+def scene_data(scene: Scene) -> dict[str, Any]:
+    """Return what a scene is, for JSON."""
     return {
         "scene": scene.name,
         "title": scene.title,
@@ -172,6 +171,14 @@ def as_data(result: SceneResult) -> dict[str, Any]:
         "values": {name: scene[name] for name in scene.read},
         "assumed": {name: scene.values[name].why for name in scene.assumed},
         "set_by_user": {name: scene[name] for name in scene.set_by_user},
+    }
+
+
+def as_data(result: SceneResult) -> dict[str, Any]:
+    """Return everything a simulation gave, for JSON: the last jump's values at the top, and all jumps in a list."""
+    scene = result.scene
+    return {
+        **scene_data(scene),
         "accuracy": result.accuracy,
         "finer_accuracy": result.finer_accuracy,
         "compile_time_s": result.compile_time_s,
@@ -204,16 +211,14 @@ def finite(value: Any) -> Any:
 
 def as_lines(result: SceneResult) -> list[str]:
     """Return the table for people, with the assumed parameters."""
-    jump, scene = result.jump, result.scene
-    many = len(result.jumps) > 1 or scene.jumps > 1
-    which = f", jump {len(result.jumps)} of {scene.jumps}" if many else ""
+    jump, scene, which = result.jump, result.scene, which_jump(result.scene, len(result.jumps))
     return [
         f"{scene.name}: {scene.title}",
         f"{_outcome_text(jump.outcome, which)}.",
         *warnings(result),
         "",
         *_table(result),
-        *(_all_jumps(result) if many else []),
+        *(_all_jumps(result) if which else []),
         "",
         *_notes(result),
         *set_by_user_line(scene),
@@ -229,6 +234,11 @@ def _outcome_text(outcome: str, which: str = "") -> str:
     return f"{OUTCOMES.get(outcome, outcome)} ({outcome}{which})"
 
 
+def which_jump(scene: Scene, number: int) -> str:
+    """Say which jump of a scene with many is meant: ", jump 3 of 80"."""
+    return f", jump {number} of {scene.jumps}" if scene.jumps > 1 else ""
+
+
 def title_text(scene: Scene, which: str, outcome: str) -> str:
     """Return what heads a figure: the scene, which of its jumps is shown, and how that ended where it ended early."""
     ended = "" if outcome in _WHOLE else f"; {_outcome_text(outcome)}"
@@ -237,17 +247,14 @@ def title_text(scene: Scene, which: str, outcome: str) -> str:
 
 def figure_title(result: SceneResult) -> str:
     """Return what heads the figure of a scene's last jump."""
-    jumps = result.scene.jumps
-    which = f", jump {len(result.jumps)} of {jumps}" if jumps > 1 else ""
-    return title_text(result.scene, which, result.jump.outcome)
+    return title_text(result.scene, which_jump(result.scene, len(result.jumps)), result.jump.outcome)
 
 
 def _effort(result: SceneResult) -> str:
     """Say what all jumps took, as the time is that of all."""
     steps, evaluations = (sum(getattr(jump, name) for jump in result.jumps) for name in ("steps", "rhs_evaluations"))
-    where = f" in {_jumps_text(result)}" if result.scene.jumps > 1 else ""
     return (
-        f"{steps} steps, {evaluations} evaluations{where} for a relative error of "
+        f"{steps} steps, {evaluations} evaluations{_in_all_jumps(result)} for a relative error of "
         f"{result.finer_accuracy or result.accuracy:g}; "
         f"{time_text(result.wall_time_s)}{_compiled_text(result)}."
     )
@@ -267,7 +274,7 @@ def _digits(accuracy: float) -> int:
 def _table(result: SceneResult) -> list[str]:
     """Set the jump's numbers in columns, those of the other branch beside them; what is 0 or absent is left out."""
     jump, digits = result.jump, _digits(max(result.accuracy, grown_rounding(result.jump, result.accuracy)))
-    span = "jump" if "cost_of_whole_jump" in result.scene.effects else "stance"
+    span = cost_span(result.scene.effects)
     others = {
         f"at {result.accuracy:g}": jump.coarser,
         "had it fallen otherwise": jump.other_branch if jump.ill_conditioned else None,
@@ -319,6 +326,10 @@ def _jumps_text(result: SceneResult) -> str:
     return f"all {wanted} jumps" if made == wanted else f"{made} of {wanted} jumps"
 
 
+def _in_all_jumps(result: SceneResult) -> str:
+    return f" in {_jumps_text(result)}" if result.scene.jumps > 1 else ""
+
+
 def _notes(result: SceneResult) -> list[str]:
     jump, scene = result.jump, result.scene
     reach_m = scene["upper_link"] + scene["lower_link"]
@@ -335,7 +346,7 @@ def _notes(result: SceneResult) -> list[str]:
         notes.append(
             "note: "
             + ", ".join(f"{name.replace('_', ' ')} {count} times" for name, count in counted.items() if count)
-            + (f" in {_jumps_text(result)}." if scene.jumps > 1 else ".")
+            + f"{_in_all_jumps(result)}."
         )
     return notes
 

@@ -12,7 +12,7 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from labbook.presenting.simulation.simulated import finite, title_text
+from labbook.presenting.simulation.simulated import finite, scene_data, title_text, which_jump
 from labbook.terminal import columns
 from reports.display import plain_number, sentence_start, time_text
 from simulator.accuracy.methods import LABBOOK, TITLES
@@ -38,11 +38,7 @@ def as_data(study: AccuracyStudy) -> dict[str, Any]:
     scene, reference = study.scene, study.reference
     data: dict[str, Any] = finite(
         {
-            "scene": scene.name,
-            "title": scene.title,
-            "effects": sorted(scene.effects),
-            "values": {name: scene[name] for name in scene.read},
-            "set_by_user": {name: scene[name] for name in scene.set_by_user},
+            **scene_data(scene),
             "jumps": scene.jumps,
             "reference": {**asdict(reference), **reference.values, "floor": reference.floor},
             "methods": [asdict(series) for series in study.series],
@@ -66,10 +62,9 @@ def as_data(study: AccuracyStudy) -> dict[str, Any]:
 def as_lines(study: AccuracyStudy) -> list[str]:
     """Return what people read: against what, the table, and what 1 % and a millionth of the cost take."""
     scene, reference = study.scene, study.reference
-    which = f", jump {scene.jumps} of {scene.jumps}" if scene.jumps > 1 else ""
     return [
         title_text(scene, "", reference.outcome),
-        f"errors are relative{which}, against: {reference.source}.",
+        f"errors are relative{which_jump(scene, scene.jumps)}, against: {reference.source}.",
         _floor_line(study),
         _times(),
         "",
@@ -81,8 +76,7 @@ def as_lines(study: AccuracyStudy) -> list[str]:
 
 def figure_title(study: AccuracyStudy) -> str:
     """Return what heads the figure."""
-    which = f", jump {study.scene.jumps}" if study.scene.jumps > 1 else ""
-    return title_text(study.scene, which, study.reference.outcome)
+    return title_text(study.scene, which_jump(study.scene, study.scene.jumps), study.reference.outcome)
 
 
 def figure_notes(study: AccuracyStudy) -> tuple[str, ...]:
