@@ -14,10 +14,17 @@ from decimal import Decimal
 from pathlib import Path
 from typing import ParamSpec, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 import simulator.jump
 from benchmarks.reference_simulator.result import ReferenceResult
 from benchmarks.reference_simulator.storage import stored
+from simulator.compiled import Function, Row
 from simulator.gains import stiffness_n_m
+from simulator.jump import MOST_STEPS_A_JUMP, limits_for
+from simulator.kernel.limits import JUMPS_WANTED, MOST_STEPS
+from simulator.kernel.rows import COLUMNS
 from simulator.result import JumpResult
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
@@ -100,6 +107,25 @@ def errors(scene: Scene, jump: JumpResult, wanted: ReferenceResult) -> dict[str,
         "apex": relative_error(jump.apex_height_m, wanted.apex_height_m),
         "cost": relative_error(heat_j + mechanical_j, wanted.cost_j),
     }
+
+
+def batch_rows(
+    batch: Function,
+    table: Row,
+    accuracy: float,
+    jumps: int = 1,
+    most_steps: int = MOST_STEPS_A_JUMP,
+    step_s: float = 0.0,
+) -> tuple[Row, NDArray[np.int64]]:
+    """Every column of every jump that a kernel's entry gives for a table of parameters, and how many jumps there are.
+
+    `step_s` is the length of all steps; at 0 they are as long as the accuracy allows.
+    """
+    rows, counts = np.full((len(table), jumps, len(COLUMNS)), np.nan), np.zeros(len(table), np.int64)
+    limits, none = limits_for(accuracy, fixed_step_s=step_s), np.zeros((0, 4))
+    limits[JUMPS_WANTED], limits[MOST_STEPS] = jumps, most_steps
+    batch(table, limits, rows, counts, none, none)
+    return rows, counts
 
 
 def python(words: Iterable[str], given: bytes = b"", folder: Path = ROOT, **environment: str) -> bytes:

@@ -13,14 +13,14 @@ from numpy.typing import NDArray
 from data_schema.errors import LabbookError
 from simulator.declared import parameters_read
 from simulator.effects.registry import BOOKED, EFFECTS
-from simulator.jump import ILL_CONDITIONED_BELOW, ROUNDING, limits_for, parameter_row
+from simulator.jump import ILL_CONDITIONED_BELOW, ROUNDING, parameter_row
 from simulator.kernel.build import kernel_for
 from simulator.kernel.layout import OUTCOMES
-from simulator.kernel.limits import JUMPS_WANTED, MOST_STEPS
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.parameter import Parameter
 from simulator.scene import Scene
 from simulator.scene_file import load_scene, shipped_scenes
+from tests.helpers.kernels import batch_rows
 
 Row = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -152,12 +152,7 @@ def bases(drawn_sets: int, seed: int) -> Iterator[Scene]:
 
 def run(base: Scene, table: Row, accuracy: float, most_steps: int = FEW_STEPS) -> Row:
     """Simulate a table of scenes with the base's effects in one call."""
-    rows = np.full((len(table), base.jumps, len(COLUMNS)), np.nan)
-    limits = limits_for(accuracy)
-    limits[JUMPS_WANTED], limits[MOST_STEPS] = base.jumps, most_steps
-    counts, none = np.zeros(len(table), np.int64), np.zeros((0, 0))
-    kernel_for(base.effects).batch(table, limits, rows, counts, np.zeros((0, 4)), none)
-    return rows
+    return batch_rows(kernel_for(base.effects).batch, table, accuracy, base.jumps, most_steps)[0]
 
 
 def make(base: Scene, count: int, seed: int, accuracy: float) -> Made:

@@ -8,13 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from simulator.jump import ill_conditioned, limits_for, parameter_row
+from simulator.compiled import Row
+from simulator.jump import ill_conditioned, parameter_row
 from simulator.kernel.build import Kernel, kernel_for
 from simulator.kernel.layout import OUTCOMES
-from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.kernel.rows import COLUMN
 from simulator.scene_file import load_scene
+from tests.helpers.kernels import batch_rows
 
-Row = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 JUDGED = 1000
 SCENES = 1900
@@ -56,17 +57,10 @@ class Drawn:
     def at(self, accuracy: float) -> tuple[Row, Flags]:
         """The jumps at an accuracy, and which of them are flagged."""
         if accuracy not in self.simulated:
-            self.simulated[accuracy] = _simulated(self.kernel, self.table, accuracy)
+            self.simulated[accuracy] = batch_rows(self.kernel.batch, self.table, accuracy)[0][:, 0]
         rows = self.simulated[accuracy]
         flags = ill_conditioned(rows[:, COLUMN["decision_margin"]], rows[:, COLUMN["error_growth"]], accuracy)
         return rows, np.asarray(flags)
-
-
-def _simulated(kernel: Kernel, table: Row, accuracy: float) -> Row:
-    rows = np.zeros((len(table), 1, len(COLUMNS)))
-    none = np.zeros((0, 4))
-    kernel.batch(table, limits_for(accuracy), rows, np.zeros(len(table), np.int64), none, none)
-    return np.asarray(rows[:, 0])
 
 
 def _outputs(rows: Row) -> Row:
@@ -85,7 +79,7 @@ def drawn(request: pytest.FixtureRequest) -> Drawn:
     random = np.random.default_rng(7)
     for name, (low, high) in (STARTS[request.param] | RANGES).items():
         table[:, names.index(name)] = random.uniform(low, high, SCENES)
-    return Drawn(kernel, table, _simulated(kernel, table, FINEST))
+    return Drawn(kernel, table, batch_rows(kernel.batch, table, FINEST)[0][:, 0])
 
 
 @pytest.mark.parametrize("accuracy", ACCURACIES)

@@ -12,7 +12,6 @@ from simulator.accuracy.methods import KernelRun
 from simulator.jump import (
     FINEST_ACCURACY,
     ILL_CONDITIONED_BELOW,
-    limits_for,
     parameter_row,
     simulate,
 )
@@ -22,7 +21,7 @@ from simulator.kernel.limits import STOP_AFTER_LIFTOFF
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene, shipped_scenes
-from tests.helpers.kernels import interpreted
+from tests.helpers.kernels import batch_rows, interpreted
 from tests.helpers.wording import refuses
 
 
@@ -96,9 +95,7 @@ def test_where_one_decision_hangs_on_an_edge_both_branches_are_shown(halvings: i
     place = [parameter.name for parameter in kernel.composition.parameters].index("k_compression")
     table = np.repeat(parameter_row(kernel, scene)[np.newaxis, :], len(stiffness_n_m), axis=0)
     table[:, place] = stiffness_n_m
-    rows = np.zeros((len(table), 1, len(COLUMNS)))
-    counts = np.zeros(len(table), np.int64)
-    kernel.batch(table, limits_for(accuracy), rows, counts, np.full((0, 4), -1.0), np.zeros((0, 0)))
+    rows, _ = batch_rows(kernel.batch, table, accuracy)
     apexes_m = rows[:, 0, COLUMN["apex_height_m"]]
     edge = int(np.argmax(np.abs(np.diff(apexes_m))))
     sides_m = apexes_m[edge], apexes_m[edge + 1]

@@ -85,27 +85,19 @@ def advised(series: Series, goal: float, floor: float = 1e-15) -> Point | None:
     return need.point
 
 
-def test_the_coarsest_setting_that_keeps_the_goal_is_advised() -> None:
-    point = advised(series_of(1e-1, 1e-3, 1e-5), 1e-2)
-    assert point is not None
-    assert point.seconds == 2.0
-
-
-def test_an_error_that_is_small_by_luck_does_not_count() -> None:
-    point = advised(series_of(1e-9, 1e-1, 1e-3, 1e-4), 1e-2)
-    assert point is not None
-    assert point.seconds == 3.0
-
-
-def test_no_setting_will_do() -> None:
-    assert advised(series_of(1e-1, 1e-2), 1e-3) is None
-    assert advised(series_of(1e-1, 1e-4, failure="gave up"), 1e-3) is None
-
-
-def test_a_finer_setting_that_gave_up_says_nothing_against_a_coarser_one() -> None:
-    point = advised(series_of(1e-1, 1e-4, 1e-6, failure="more than 400000 evaluations"), 1e-3)
-    assert point is not None
-    assert point.seconds == 2.0
+@pytest.mark.parametrize(
+    ("series", "goal", "seconds"),
+    [
+        pytest.param(series_of(1e-1, 1e-3, 1e-5), 1e-2, 2.0, id="the coarsest that keeps the goal"),
+        pytest.param(series_of(1e-9, 1e-1, 1e-3, 1e-4), 1e-2, 3.0, id="small by luck does not count"),
+        pytest.param(series_of(1e-1, 1e-4, 1e-6, failure="400000 evaluations"), 1e-3, 2.0, id="a finer one gave up"),
+        pytest.param(series_of(1e-1, 1e-2), 1e-3, None, id="none will do"),
+        pytest.param(series_of(1e-1, 1e-4, failure="gave up"), 1e-3, None, id="the only one gave up"),
+    ],
+)
+def test_which_setting_is_advised(series: Series, goal: float, seconds: float | None) -> None:
+    point = advised(series, goal)
+    assert (None if point is None else point.seconds) == seconds
 
 
 def test_a_goal_under_the_floor_is_out_of_reach() -> None:

@@ -4,23 +4,22 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
+from simulator.compiled import Row
 from simulator.effects.registry import EFFECTS
-from simulator.jump import limits_for, parameter_row
+from simulator.jump import parameter_row
 from simulator.kernel.build import IN_LANES, composed, kernel_for, why_no_lanes
 from simulator.kernel.composition import compose
 from simulator.kernel.lanes.pool import LANES, make_batch_in_lanes
 from simulator.kernel.layout import OUTCOMES
-from simulator.kernel.limits import JUMPS_WANTED, MOST_STEPS
 from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from simulator.sweep.chunks import FEWEST_IN_LANES, recipe_for, simulate_rows, why_scalar
+from tests.helpers.kernels import batch_rows
 from tests.helpers.random_scenes import drawn
 from tests.helpers.sweeps import grid_sweep, sobol_sweep
 
-Row = NDArray[np.float64]
 SCENE = load_scene("sim2")
 FEW_STEPS = 20_000
 
@@ -31,19 +30,11 @@ def table_of(scene: Scene, count: int, seed: int) -> Row:
     return np.array([parameter_row(kernel, each) for each in drawn(scene, count, np.random.default_rng(seed))[0]])
 
 
-def simulated(batch, table: Row, accuracy: float, jumps: int = 1) -> tuple[Row, NDArray[np.int64]]:
-    """Every column of every jump, and how many jumps there are, by a kernel's entry."""
-    rows, counts = np.full((len(table), jumps, len(COLUMNS)), np.nan), np.zeros(len(table), np.int64)
-    limits, none = limits_for(accuracy), np.zeros((0, 4))
-    limits[JUMPS_WANTED], limits[MOST_STEPS] = jumps, FEW_STEPS
-    batch(table, limits, rows, counts, none, none)
-    return rows, counts
-
-
 def assert_same_bits(scene: Scene, table: Row, accuracy: float, jumps: int = 1) -> Row:
     """Compare a kernel in lanes with the scalar one; return the latter's rows."""
-    rows, counts = simulated(kernel_for(scene.effects).batch, table, accuracy, jumps)
-    beside, counts_beside = simulated(kernel_for(scene.effects, lanes=True).batch, table, accuracy, jumps)
+    scalar, in_lanes = (kernel_for(scene.effects, lanes=lanes).batch for lanes in (False, True))
+    rows, counts = batch_rows(scalar, table, accuracy, jumps, FEW_STEPS)
+    beside, counts_beside = batch_rows(in_lanes, table, accuracy, jumps, FEW_STEPS)
     assert np.array_equal(counts, counts_beside)
     different = ~((rows == beside) | (np.isnan(rows) & np.isnan(beside)))
     assert not different.any(), {name: int(different[:, :, place].sum()) for place, name in enumerate(COLUMNS)}
@@ -73,7 +64,8 @@ def test_several_jumps_have_the_bits_of_the_scalar_kernel() -> None:
 def test_neither_neighbours_nor_their_order_change_a_bit() -> None:
     table, batch = table_of(SCENE, 200, 6), kernel_for(SCENE.effects, lanes=True).batch
     order = np.random.default_rng(0).permutation(len(table))
-    whole, shuffled, some = (simulated(batch, part, 1e-4)[0] for part in (table, table[order], table[: LANES - 1]))
+    parts = table, table[order], table[: LANES - 1]
+    whole, shuffled, some = (batch_rows(batch, part, 1e-4, 1, FEW_STEPS)[0] for part in parts)
     assert np.array_equal(whole[order], shuffled, equal_nan=True)
     assert np.array_equal(whole[: LANES - 1], some, equal_nan=True)
 
@@ -82,8 +74,8 @@ def test_neither_neighbours_nor_their_order_change_a_bit() -> None:
 @pytest.mark.parametrize("lanes", [2, 4, 16])
 def test_any_number_of_lanes_gives_the_same_bits(lanes: int) -> None:
     table = table_of(SCENE, 300, 7)
-    found = simulated(make_batch_in_lanes(compose(SCENE.effects), lanes), table, 1e-4)[0]
-    assert np.array_equal(found, simulated(kernel_for(SCENE.effects).batch, table, 1e-4)[0], equal_nan=True)
+    batches = make_batch_in_lanes(compose(SCENE.effects), lanes), kernel_for(SCENE.effects).batch
+    assert np.array_equal(*(batch_rows(batch, table, 1e-4, 1, FEW_STEPS)[0] for batch in batches), equal_nan=True)
 
 
 OTHERS = {

@@ -6,16 +6,15 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
-from simulator.jump import limits_for, parameter_row, simulate
+from simulator.compiled import Row
+from simulator.jump import parameter_row, simulate
 from simulator.kernel.build import kernel_for
-from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.kernel.rows import COLUMN
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from tests.helpers.kernels import errors, reference, scene_of
+from tests.helpers.kernels import batch_rows, errors, reference, scene_of
 
-Row = NDArray[np.float64]
 OUTPUTS = [
     COLUMN[name]
     for name in (
@@ -62,10 +61,7 @@ CASES = {
 def outputs(scene: Scene, step_s: float) -> Row:
     """Outputs of one jump, with steps of one length, or as fine as can be (0); events are met to rounding."""
     kernel = kernel_for(scene.effects)
-    rows = np.zeros((1, 1, len(COLUMNS)))
-    limits = limits_for(FINEST, fixed_step_s=step_s)
-    table = parameter_row(kernel, scene)[np.newaxis, :]
-    kernel.batch(table, limits, rows, np.zeros(1, np.int64), np.full((0, 4), -1.0), np.zeros((0, 0)))
+    rows, _ = batch_rows(kernel.batch, parameter_row(kernel, scene)[np.newaxis, :], FINEST, step_s=step_s)
     found: Row = rows[0, 0, OUTPUTS]
     return found
 
