@@ -11,7 +11,7 @@ from ingest.channels.columns import count_by_rate_flags
 from ingest.findings import FILE, FindingCollector
 from ingest.formats import registry
 from ingest.formats.chargers.packs import check_packs
-from ingest.formats.format import UNKNOWN, Format, Head, Recognition, sniff
+from ingest.formats.format import UNKNOWN, Format, Head, sniff
 from ingest.model import Candidate, Declarations, Explanation, ReadFile, Reading
 from ingest.tables.layout import SecondHeader
 from ingest.text.cells import GROUPED
@@ -64,7 +64,7 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
         plugin=None if chosen is None else chosen.plugin,
         explanation=Explanation(
             ", ".join(dict.fromkeys(findings.encodings)) or None if head.source is None else head.source.encoding,
-            tuple(Candidate(format_.name, seen.score, seen.evidence) for format_, seen in candidates),
+            tuple(Candidate(format_.name, format_.score, evidence) for format_, evidence in candidates),
             tuple(findings.tables),
         ),
         named_runs=_named_runs(head, findings),
@@ -90,32 +90,30 @@ def _named_runs(head: Head, findings: FindingCollector) -> tuple[str, ...]:
 
 
 def _chosen(
-    head: Head, candidates: Sequence[tuple[Format, Recognition]], findings: FindingCollector
+    head: Head, candidates: Sequence[tuple[Format, str]], findings: FindingCollector
 ) -> tuple[Format | None, str]:
     """Return the format that reads, and by what evidence: the one declared, or the one that scores highest."""
     declared = None if head.declared.format is None else _named(head.declared.format)
-    best = [each for each in candidates if each[1].score == candidates[0][1].score]
-    container = best[0] if len(best) == 1 and best[0][0].container else None
-    if declared is not None and (declared.container or container is None):
+    best = [each for each in candidates if each[0].score == candidates[0][0].score]
+    is_container = len(best) == 1 and best[0][0].container
+    if declared is not None and (declared.container or not is_container):
         return declared, "declared"
-    if container is not None:
-        return container[0], container[1].evidence
     if not candidates:
         return None, ""
     if len(best) > 1:
-        listed = " and as ".join(f"{format_.name} ({seen.evidence})" for format_, seen in best)
+        listed = " and as ".join(f"{format_.name} ({evidence})" for format_, evidence in best)
         which = " or ".join(f"`--format {format_.name}`" for format_, _ in best if format_ not in registry.RECOGNISED)
         message = f"The file can be read as {listed}: say which with {which}."
         findings.add(FILE, "format_ambiguous", message)
         return None, ""
-    return best[0][0], best[0][1].evidence
+    return best[0]
 
 
-def _candidates(head: Head, findings: FindingCollector) -> list[tuple[Format, Recognition]]:
+def _candidates(head: Head, findings: FindingCollector) -> list[tuple[Format, str]]:
     """Return the formats that recognise the file, the one with the highest score first."""
     asked = [each for each in registry.all_formats() if each.may_be(head)]
     found = [(each, seen) for each in asked if (seen := registry.recognition(each, head, findings)) is not None]
-    return sorted(found, key=lambda each: -each[1].score)
+    return sorted(found, key=lambda each: -each[0].score)
 
 
 def _named(name: str) -> Format:

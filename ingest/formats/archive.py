@@ -21,7 +21,7 @@ from ingest.channels.names import clean_name
 from ingest.containers import FREE_BYTES, ArchiveRefusedError, check_zip, member_bytes, workbook_kind
 from ingest.declared import ABSENT
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.format import SIGNATURE, FileReader, Format, Head, Recognition
+from ingest.formats.format import FileReader, Format, Head
 from ingest.model import ChargeRow, Declarations, Finding, Limits, ReadFile, Reading, SignalPart
 from ingest.signals import combine
 
@@ -34,14 +34,14 @@ _SHORTEST_BLOCK = 1 << 10
 very many. Each further block of a member is twice as long."""
 
 
-def _recognise_zip(head: Head) -> Recognition | None:
+def _recognise_zip(head: Head) -> str | None:
     is_zip = head.data.startswith((b"PK\3\4", b"PK\5\6")) and workbook_kind(head.data) is None
-    return Recognition(SIGNATURE, "it begins as a zip archive") if is_zip else None
+    return "it begins as a zip archive" if is_zip else None
 
 
-def _recognise_gzip(head: Head) -> Recognition | None:
+def _recognise_gzip(head: Head) -> str | None:
     is_gzip = head.data.startswith(b"\x1f\x8b")
-    return Recognition(SIGNATURE, "it begins as a gzip archive") if is_gzip else None
+    return "it begins as a gzip archive" if is_gzip else None
 
 
 def _read_zip(head: Head, findings: FindingCollector) -> Reading:

@@ -92,31 +92,25 @@ ANY_TEXT = 1
 
 
 @dataclass(frozen=True, slots=True)
-class Recognition:
-    """How strongly a file looks like a format (`SIGNATURE`, `LAYOUT`, `NAMES`, `ANY_TEXT`), and by what evidence."""
-
-    score: int
-    evidence: str
-
-
-@dataclass(frozen=True, slots=True)
 class Format:
     """One file format. `version` rises with every change of what its reader gives for the same bytes.
 
-    `recognise` returns None for a file that is not of this format. Where there are `clues`, bytes in lower case, a file
-    whose beginning holds none of them is not even shown to it. Of several formats the one with the highest score reads.
+    `recognise` returns by what evidence a file is of this format, None where it is not; `score` is how strong such
+    evidence is (`SIGNATURE`, `LAYOUT`, `NAMES`, `ANY_TEXT`): of several formats the one with the highest reads. Where
+    there are `clues`, bytes in lower case, a file whose beginning holds none of them is not even shown to it.
     `what` describes its files, for lists. `plugin` names the distribution and version that a format of somebody else's
     comes from. A `container` holds files that are read as what is declared.
     """
 
     name: str
     version: int
-    recognise: Callable[[Head], Recognition | None]
+    recognise: Callable[[Head], str | None]
     read: Reader
     what: str | None = None
     plugin: str | None = None
     container: bool = False
     clues: tuple[bytes, ...] = ()
+    score: int = SIGNATURE
 
     def may_be(self, head: Head) -> bool:
         """Whether a file holds one of the clues."""
@@ -126,9 +120,9 @@ class Format:
 def signed(name: str, version: int, begins: str, read: Reader) -> Format:
     """Return a format of text whose first line begins with its maker's words, in any case."""
 
-    def recognise(head: Head) -> Recognition | None:
+    def recognise(head: Head) -> str | None:
         known = head.source is not None and head.first_line().lower().startswith(begins.lower())
-        return Recognition(SIGNATURE, f"{begins} on the first line") if known else None
+        return f"{begins} on the first line" if known else None
 
     recognise.__doc__ = f"`{begins}` on the first line."
     return Format(name, version, recognise, read, clues=(begins.lower().encode(),))

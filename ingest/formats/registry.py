@@ -41,7 +41,7 @@ from ingest.formats.force_plates import (
     qualisys,
     vicon,
 )
-from ingest.formats.format import SIGNATURE, UNKNOWN, Format, Head, NoText, Recognition
+from ingest.formats.format import SIGNATURE, UNKNOWN, Format, Head, NoText
 from ingest.formats.loggers import debug_lines, delimited, labelled_values, labview, matlab, minitaur
 from ingest.model import ChargeRow, Reading, SignalPart
 from ingest.tables.layout import SecondHeader
@@ -56,11 +56,11 @@ def _refused(name: str, what: str, instead: str, begins: bytes) -> Format:
         findings.add(FILE, "format_not_read", f"This is {what}, which is not read: {instead}.")
         return Reading()
 
-    def recognise(head: Head) -> Recognition | None:
+    def recognise(head: Head) -> str | None:
         """Its first bytes or lines."""
         beginnings = (head.data[:_SIGNATURE_BYTES], head.first_line().encode())
         known = any(re.match(begins, each, re.DOTALL) for each in beginnings)
-        return Recognition(SIGNATURE, f"it begins as {what}") if known else None
+        return f"it begins as {what}" if known else None
 
     return Format(name, 1, recognise, refuse, f"{what[0].upper()}{what[1:]}: not read; {instead}.")
 
@@ -185,7 +185,7 @@ def _formats_of(loaded: object) -> Iterator[Format]:
         yield item
 
 
-def recognition(format_: Format, head: Head, findings: FindingCollector) -> Recognition | None:
+def recognition(format_: Format, head: Head, findings: FindingCollector) -> str | None:
     """Return by what a format recognises a file; a plug-in that fails at it does not recognise it, which is noted."""
     if format_.plugin is None:
         with contextlib.suppress(NoText):
@@ -193,7 +193,8 @@ def recognition(format_: Format, head: Head, findings: FindingCollector) -> Reco
         return None
     try:
         found = format_.recognise(head)
-        check_recognition(found)
+        if found is not None and not isinstance(found, str):
+            raise TypeError(f"what recognise gave is {type(found).__name__}, not its evidence in words or None")
         return found
     except _FAILURES as error:
         findings.add(NOTE, "plugin_failed", f"{_failed(format_, error)}; the file is read without it.")
@@ -247,19 +248,13 @@ def check_format(found: Format) -> None:
         raise ValueError(f"its name {found.name!r} is not made of letters, digits and _")
     if not isinstance(found.version, int) or not 1 <= found.version <= _LARGEST_VERSION:
         raise ValueError(f"its version {found.version} is not from 1 to {_LARGEST_VERSION}")
+    if not isinstance(found.score, int) or not 1 <= found.score <= SIGNATURE:
+        raise ValueError(f"its score {found.score} is not from 1 to {SIGNATURE}, of a signature")
     if any(not clue or clue != clue.lower() or b"\0" in clue for clue in found.clues):
         raise ValueError("its clues are not in lower case, or empty, or hold a zero byte")
     for name in ("recognise", "read"):
         if not callable(getattr(found, name)):
             raise TypeError(f"its {name} is no function")
-
-
-def check_recognition(found: Recognition | None) -> None:
-    """Raise `TypeError` or `ValueError` unless a recognition can be weighed against those of other formats."""
-    if found is not None and not isinstance(found, Recognition):
-        raise TypeError(f"what recognise gave is {type(found).__name__}, not a Recognition or None")
-    if found is not None and not 1 <= found.score <= SIGNATURE:
-        raise ValueError(f"its score {found.score} is not from 1 to {SIGNATURE}, of a signature")
 
 
 def check_reading(found: Reading, findings: FindingCollector) -> None:

@@ -20,7 +20,7 @@ from data_schema.errors import InputRefused, UsageError, nearest
 from data_schema.units import conversion
 from data_schema.vocabulary import FileRole
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.format import LAYOUT, Format, Head, Reader, Recognition
+from ingest.formats.format import LAYOUT, Format, Head
 from ingest.model import FloatArray, Reading
 from ingest.tables.sheet import (
     SEPARATOR_LINE,
@@ -346,21 +346,51 @@ def read_power(file: SheetFile) -> tuple[FloatArray, FloatArray]:
     return time_s, power_w
 
 
-STUDY_LOG, _TRIAL_LOG = "study_log", "log of a trial"
-_COLUMNS: Mapping[str, tuple[str, ...]] = {
-    "flask_sheet": ("radius", "state", "water"),
-    "walk_sheet": ("walk", "robot", "mass", "distance"),
-    "trial_sheet": ("file", "gain", "damping_gain", "mass"),
-    STUDY_LOG: ("time",),
+@dataclass(frozen=True, slots=True)
+class _Kind:
+    """A kind of sheet: the columns that its header has, among others, each with its unit behind its name where it has
+    one; what its files are; the clue to them, None where they are read as declared only; what reads one as the study
+    does and returns how many rows it has and what is doubtful, and by which rule of findings that is noted.
+    """
+
+    columns: tuple[str, ...]
+    what: str
+    clue: bytes | None
+    count: Callable[[SheetFile], tuple[int, str | None]]
+    doubt: str = ""
+
+
+STUDY_LOG = "study_log"
+_KINDS = {
+    "flask_sheet": _Kind(
+        ("radius", "state", "water"),
+        "Volume fractions of grains in flasks, a filling a row (`labbook study compaction`).",
+        b"radius",
+        lambda file: (len((sheet := read_flasks(file)).lines), sheet.doubt),
+        "rows_repeated",
+    ),
+    "walk_sheet": _Kind(
+        ("walk", "robot", "mass", "distance"),
+        "What robots took on walks, a robot on a walk a row (`labbook study field`).",
+        b"walk",
+        lambda file: (len((sheet := read_walks(file)).lines), sheet.doubt),
+        "columns_swapped",
+    ),
+    "trial_sheet": _Kind(
+        ("file", "gain", "damping_gain", "mass"),
+        "Trials of a leg's gains, a log a row (`labbook study characterisation`).",
+        b"damping",
+        lambda file: (len(read_trials(file).lines), None),
+    ),
+    STUDY_LOG: _Kind(
+        ("time",),
+        "Logs that a sheet of trials or walks names: oscillations, power; only where declared.",
+        None,
+        lambda file: (len(read_power(file)[0]), None),
+    ),
 }
-"""The columns that a header has, among others, each with its unit behind its name where it has one."""
-_WHAT = {
-    "flask_sheet": "Volume fractions of grains in flasks, a filling a row (`labbook study compaction`).",
-    "walk_sheet": "What robots took on walks, a robot on a walk a row (`labbook study field`).",
-    "trial_sheet": "Trials of a leg's gains, a log a row (`labbook study characterisation`).",
-    STUDY_LOG: "Logs that a sheet of trials or walks names: oscillations, power; only where declared.",
-}
-_CLUES = {"flask_sheet": b"radius", "walk_sheet": b"walk", "trial_sheet": b"damping"}
+_TRIAL_LOG = _Kind(("position",), "", None, lambda file: (len(read_oscillation(file)[0]), None))
+"""A log that has this column is one of a trial."""
 _TITLE_LINES = 10
 
 
@@ -376,48 +406,47 @@ def _header(source: TextSource, columns: tuple[str, ...]) -> tuple[int, bool] | 
     return None
 
 
-_ROWS: Mapping[str, Callable[[SheetFile], tuple[int, str | None]]] = {
-    "flask_sheet": lambda file: (len((sheet := read_flasks(file)).lines), sheet.doubt),
-    "walk_sheet": lambda file: (len((sheet := read_walks(file)).lines), sheet.doubt),
-    "trial_sheet": lambda file: (len(read_trials(file).lines), None),
-    STUDY_LOG: lambda file: (len(read_power(file)[0]), None),
-    _TRIAL_LOG: lambda file: (len(read_oscillation(file)[0]), None),
-}
-"""How many rows each has, read as the study does, and what is doubtful about them."""
+def _format(name: str, kind: _Kind) -> Format:
+    def recognise(head: Head) -> str | None:
+        """A first line with the columns of a study's sheet."""
+        is_there = _header(head.text, kind.columns) is not None
+        return f"a header with the columns {', '.join(kind.columns)}" if is_there else None
 
-_DOUBTS = {"flask_sheet": "rows_repeated", "walk_sheet": "columns_swapped"}
-
-
-def _reader(name: str) -> Reader:
     def read(head: Head, findings: FindingCollector) -> Reading:
-        header = _header(head.text, _COLUMNS[name])
+        header = _header(head.text, kind.columns)
         if header is not None and not header[1]:
             message = f"Line {header[0]} names the columns: take out the lines above it."
             findings.add(FILE, "header_not_first", message, lines=header[:1])
             return Reading(role=FileRole.SHEET)
         declared = head.declared
-        of_trial = name == STUDY_LOG and _header(head.text, ("position",)) is not None
+        of_trial = name == STUDY_LOG and _header(head.text, _TRIAL_LOG.columns) is not None
         own_name = declared.file_name or "the file"
         file = SheetFile(own_name, head.data, declared.encoding, declared.decimal_sign, bool(declared.complete))
-        rows = _count(_TRIAL_LOG if of_trial else name, file, findings)
-        return Reading(rows_read=rows, role=FileRole.SHEET)
+        return Reading(rows_read=_count(_TRIAL_LOG if of_trial else kind, file, findings), role=FileRole.SHEET)
 
-    return read
+    if kind.clue is None:
+        return Format(name, 3, _declared_only, read, kind.what)
+    return Format(name, 3, recognise, read, kind.what, clues=(kind.clue,), score=LAYOUT)
 
 
-def _count(name: str, file: SheetFile, findings: FindingCollector) -> int:
+def _declared_only(_head: Head) -> str | None:
+    """Never by its content: a log of a robot's jumps may have the same columns."""
+    return None
+
+
+def _count(kind: _Kind, file: SheetFile, findings: FindingCollector) -> int:
     """Count the rows of a sheet, or report what the study would refuse: a note where a decimal sign is all it lacks."""
     refused: InputRefused | UsageError | None = None
     for sign in (file.decimal,) if file.decimal is not None else (None, ",", "."):
         try:
-            rows, doubt = _ROWS[name](dataclasses.replace(file, decimal=sign))
+            rows, doubt = kind.count(dataclasses.replace(file, decimal=sign))
         except (InputRefused, UsageError) as error:
             refused = refused or error
             continue
         if refused is not None:
             findings.add(NOTE, "sheet_decimal_unclear", str(refused))
         if doubt is not None:
-            findings.add(NOTE, _DOUBTS[name], doubt)
+            findings.add(NOTE, kind.doubt, doubt)
         return rows
     if isinstance(refused, SheetRefused):
         for sentence, same in refused.sentences:
@@ -428,22 +457,4 @@ def _count(name: str, file: SheetFile, findings: FindingCollector) -> int:
     return 0
 
 
-def _sheet(name: str) -> Format:
-    def recognise(head: Head) -> Recognition | None:
-        """A first line with the columns of a study's sheet."""
-        if _header(head.text, _COLUMNS[name]) is None:
-            return None
-        return Recognition(LAYOUT, f"a header with the columns {', '.join(_COLUMNS[name])}")
-
-    return Format(name, 3, recognise, _reader(name), _WHAT[name], clues=(_CLUES[name],))
-
-
-def _declared_only(_head: Head) -> Recognition | None:
-    """Never by its content: a log of a robot's jumps may have the same columns."""
-    return None
-
-
-FORMATS = (
-    *(_sheet(name) for name in _COLUMNS if name != STUDY_LOG),
-    Format(STUDY_LOG, 3, _declared_only, _reader(STUDY_LOG), _WHAT[STUDY_LOG]),
-)
+FORMATS = tuple(_format(name, kind) for name, kind in _KINDS.items())

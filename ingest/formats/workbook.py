@@ -15,7 +15,7 @@ from ingest.channels.names import TIME_NAMES, parse_header, squash
 from ingest.containers import ArchiveRefusedError, Cell, cell_text, workbook_kind, workbook_sheets
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.archive import read_members
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import Format, Head
 from ingest.model import Declarations, Reading
 from ingest.text.cells import COMMA_NUMBER, is_number
 
@@ -97,9 +97,9 @@ def _text(cell: Cell) -> str:
 
 
 def _format(name: str, version: int, evidence: str) -> Format:
-    def recognise(head: Head) -> Recognition | None:
+    def recognise(head: Head) -> str | None:
         """Its first bytes, or its directory."""
-        return Recognition(SIGNATURE, evidence) if workbook_kind(head.data) == name else None
+        return evidence if workbook_kind(head.data) == name else None
 
     return Format(name, version, recognise, _read, container=True)
 

@@ -21,7 +21,7 @@ from ingest.formats.chargers.charger_log import (
     read_charger_log,
     usual_width,
 )
-from ingest.formats.format import LAYOUT, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Format, Head
 from ingest.model import Reading
 
 _STATE, _TIME, _VOLTAGE, _CURRENT, _CHARGE, _FIRST_CELL = 1, 2, 3, 4, 5, 11
@@ -66,10 +66,10 @@ def _width(head: Head) -> int:
     return usual_width(head, _LAYOUT.cells, clocked, of=lambda record: record[0] == _MEASURED)
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """Records of integers with tenths of seconds in the third field."""
     width = _width(head)
-    return Recognition(LAYOUT, f"records of {width} fields with tenths of seconds in the third") if width else None
+    return f"records of {width} fields with tenths of seconds in the third" if width else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
@@ -97,4 +97,4 @@ def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
     return Sequel.BEGINS if clocked is Sequel.GOES_ON and anew else clocked
 
 
-FORMAT = Format("cheali_log", 3, _recognise, _read, clues=(b"$",))
+FORMAT = Format("cheali_log", 3, _recognise, _read, clues=(b"$",), score=LAYOUT)

@@ -28,7 +28,7 @@ from ingest.formats.chargers.charger_log import (
     read_charger_log,
     usual_width,
 )
-from ingest.formats.format import LAYOUT, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Format, Head
 from ingest.model import Reading
 
 RESISTANCES = "128"
@@ -94,12 +94,12 @@ def _work(procedure: Procedure, signed: Callable[[ChargeMode], bool], findings: 
     return Work(mode, charging | discharging, signed(mode))
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """Records `$channel;mode;milliseconds;...` of 22 or 20 fields."""
     width = usual_width(
         head, _DUO.cells, lambda record: record[_TIME].isdigit(), of=lambda record: record[_MODE] != RESISTANCES
     )
-    return Recognition(LAYOUT, f"records of {width} fields with milliseconds in the third") if width else None
+    return f"records of {width} fields with milliseconds in the third" if width else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
@@ -127,10 +127,10 @@ def _width(head: Head) -> int:
     return usual_width(head, _OLDER.cells, lambda record: not record[_TIME])
 
 
-def _recognise_serial(head: Head) -> Recognition | None:
+def _recognise_serial(head: Head) -> str | None:
     """Records of as many fields as older iChargers write, the third one empty."""
     width = _width(head)
-    return Recognition(LAYOUT, f"records of {width} fields with an empty third") if width else None
+    return f"records of {width} fields with an empty third" if width else None
 
 
 def _read_serial(head: Head, findings: FindingCollector) -> Reading:
@@ -163,6 +163,7 @@ FORMAT = Format(
     _read,
     "Junsi iCharger DUO and X logs from the memory card: one line a second, `$ch;mode;ms;...;checksum`.",
     clues=(b"$",),
+    score=LAYOUT,
 )
 SERIAL = Format(
     "icharger_serial",
@@ -172,4 +173,5 @@ SERIAL = Format(
     "Older Junsi iCharger models (106B+, 208B and their kin) on the serial port: "
     "`$ch;mode;;Vin;Vbat;I;cells;T;T;mAh;sum`.",
     clues=(b"$",),
+    score=LAYOUT,
 )

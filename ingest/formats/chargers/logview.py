@@ -21,7 +21,7 @@ from ingest.formats.chargers.charger_log import (
     read_procedures,
     usual_fields,
 )
-from ingest.formats.format import NAMES, Format, Head, Recognition
+from ingest.formats.format import NAMES, Format, Head
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading, SignalPart
 from ingest.signals import read_signals
@@ -32,10 +32,10 @@ _BATTERY = {"battery_voltage", "current", "charge"}
 """A recording with one of these is a charger's or of a pack in use, not of a jump."""
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """Records `$channel;phase;time;...`."""
     records = head_records(head)
-    return Recognition(NAMES, "records `$channel;phase;time;...`") if records else None
+    return "records `$channel;phase;time;...`" if records else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
@@ -95,4 +95,4 @@ def joined(readings: Sequence[Reading], rejected: int, findings: FindingCollecto
     )
 
 
-FORMAT = Format("logview_openformat", 3, _recognise, _read, clues=(b"$",))
+FORMAT = Format("logview_openformat", 3, _recognise, _read, clues=(b"$",), score=NAMES)

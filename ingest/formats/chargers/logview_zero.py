@@ -17,7 +17,7 @@ import numpy as np
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.chargers.charger_log import reject_record
 from ingest.formats.chargers.logview import joined, parse_number
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading
 from ingest.signals import read_signals
@@ -31,10 +31,10 @@ _SECONDS = {"d": 86_400.0, "H": 3600.0, "m": 60.0, "s": 1.0}
 _NOT_READ = {"O": "offsets", "S": "sum offsets"}
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """Header lines as `$N$;` and `$C$;`."""
     known = [line for line in head.lines[:20] if re.match(r"\$[NC]\d*\$;", line)]
-    return Recognition(SIGNATURE, f"a header {known[0][:12]!r}") if known else None
+    return f"a header {known[0][:12]!r}" if known else None
 
 
 @dataclass(slots=True)

@@ -14,7 +14,7 @@ from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.channels.names import is_unit, normal_unit, parse_header, refuse_other_unit, squash, strip_comment
 from ingest.declared import declared_columns, flag_names, note_absent, without
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
-from ingest.formats.format import NAMES, Format, Head, Recognition
+from ingest.formats.format import NAMES, Format, Head
 from ingest.model import ChargeRow, ColumnDeclaration, ColumnUse, Declarations, Reading, TableUse, TextShape
 from ingest.tables.layout import too_wide
 from ingest.tables.sheet import is_ended, row_fault, text_rows
@@ -39,11 +39,11 @@ Texts = Mapping[str, str]
 """The cells of a row by what their columns hold."""
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """A header that names a charge, and a run or a pack, in known words or as declared."""
     if find_sheet_header(head.text, head.declared) is None:
         return None
-    return Recognition(NAMES, "a header that names a charge, and a run or a pack")
+    return "a header that names a charge, and a run or a pack"
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
@@ -678,4 +678,4 @@ def _column(position: int, text: str, declaration: ColumnDeclaration | None) -> 
     return role if role in ROLES else None, SheetColumn(position, text, unit, header_unit, rank)
 
 
-FORMAT = Format("charger_sheet", 5, _recognise, _read)
+FORMAT = Format("charger_sheet", 5, _recognise, _read, score=NAMES)

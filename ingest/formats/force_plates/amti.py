@@ -11,7 +11,7 @@ import re
 
 from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, plate_channel, positive, read_fixed, refuse_layout
-from ingest.formats.format import HEAD_LINES, SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import HEAD_LINES, Format, Head
 from ingest.instruments import INSTRUMENTS
 from ingest.model import Reading
 from ingest.tables.table import Preamble
@@ -37,15 +37,15 @@ def _first_row(head: Head) -> int | None:
     return None
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """NetForce's header above rows of six, twelve or more numbers."""
     first = _first_row(head)
     if first is None:
         return None
     if head.declared.instrument == INSTRUMENT:
-        return Recognition(SIGNATURE, "declared, six columns for each plate")
+        return "declared, six columns for each plate"
     offset = any(map(_OFFSET.match, head.lines[:first]))
-    return Recognition(SIGNATURE, "Zoffset above six unnamed columns for each plate") if offset else None
+    return "Zoffset above six unnamed columns for each plate" if offset else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ingest.channels.columns import Convention
 from ingest.findings import FILE, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -28,13 +28,13 @@ _COMPONENTS = tuple(f"{quantity}_{axis}" for quantity in ("force", "moment") for
 _INSTRUMENT = Instrument("force", Convention("AMTI", {}), "z down", action=True, evidence="AMTI")
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """A version and a header's size as NetForce writes them."""
     if head.source is not None or len(head.data) < 8:
         return None
     version, size = struct.unpack_from("<ii", head.data)
     known = version in (100, _VERSION) and size in _SIZES
-    return Recognition(SIGNATURE, f"a NetForce header of version {version}") if known else None
+    return f"a NetForce header of version {version}" if known else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:

@@ -19,7 +19,7 @@ from itertools import pairwise
 
 from ingest.channels.names import parse_header, squash, strip_comment
 from ingest.findings import FindingCollector
-from ingest.formats.format import LAYOUT, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Format, Head
 from ingest.instruments import INSTRUMENTS, Instrument, bertec_sdk
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -67,9 +67,9 @@ def _sdk_time_unit(head: Head) -> str | None:
     return next((unit for unit, period in (("s", 1e-3), ("ms", 1.0)) if abs(step / period - 1) < 0.05), None)
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """Columns in the order of Bertec's programs."""
-    return None if _instrument(head) is None else Recognition(LAYOUT, _EVIDENCE)
+    return None if _instrument(head) is None else _EVIDENCE
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
@@ -80,4 +80,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return Reading() if table is None else read_signals(table, head.declared, findings, instrument)
 
 
-FORMAT = Format("bertec_text", 8, _recognise, _read, clues=(b"fz",))
+FORMAT = Format("bertec_text", 8, _recognise, _read, clues=(b"fz",), score=LAYOUT)

@@ -21,7 +21,7 @@ import numpy as np
 from ingest.channels.columns import Convention
 from ingest.channels.names import squash
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
 from ingest.model import FloatArray, Reading
 from ingest.signals import NamedTable, read_several
@@ -31,11 +31,11 @@ _UNITS = {f"{quantity}_{axis}": unit for quantity, unit in (("force", "N"), ("mo
 _CONVENTION = Convention("the C3D standard", _UNITS)
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """The second byte, 50 hex."""
     data = head.data
     is_c3d = head.source is None and len(data) >= 512 and data[1] == 0x50 and 2 <= data[0] <= 0x20
-    return Recognition(SIGNATURE, "byte 2 is 50 hex, as of a C3D file") if is_c3d else None
+    return "byte 2 is 50 hex, as of a C3D file" if is_c3d else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:

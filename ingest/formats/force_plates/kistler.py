@@ -26,7 +26,7 @@ from ingest.formats.fixed_table import (
     read_fixed,
     refuse_layout,
 )
-from ingest.formats.format import NAMES, Format, Head, Recognition, signed
+from ingest.formats.format import NAMES, Format, Head, signed
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading, SignalPart
 from ingest.signals import read_signals
@@ -143,12 +143,12 @@ def _start(entries: Mapping[str, Sequence[str]], findings: FindingCollector) -> 
     return f"{date[3]}-{_MONTHS.index(date[1].lower()) + 1:02}-{int(date[2]):02} {date[4]}"
 
 
-def _recognise_channels(head: Head) -> Recognition | None:
+def _recognise_channels(head: Head) -> str | None:
     """Eight columns `Channel 0` to `Channel 7`."""
     named = any(
         {squash(parse_header(cell).base) for cell in line.split("\t")} == _EIGHT_CHANNELS for line in head.lines[:40]
     )
-    return Recognition(NAMES, "columns Channel 0 to Channel 7") if named else None
+    return "columns Channel 0 to Channel 7" if named else None
 
 
 def _read_channels(head: Head, findings: FindingCollector) -> Reading:
@@ -164,4 +164,4 @@ def _read_channels(head: Head, findings: FindingCollector) -> Reading:
 
 
 FORMAT = signed("bioware", 5, "BioWare", _read)
-CHANNELS_FORMAT = Format("kistler_channels", 4, _recognise_channels, _read_channels, clues=(b"channel",))
+CHANNELS_FORMAT = Format("kistler_channels", 4, _recognise_channels, _read_channels, clues=(b"channel",), score=NAMES)

@@ -20,7 +20,7 @@ from ingest.formats.fixed_table import (
     read_fixed,
     refuse_layout,
 )
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import Format, Head
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Reading
 
@@ -32,11 +32,11 @@ _VERSIONS = ("1", "2", "3")
 _COLUMN = re.compile(r"(.*?)(?:ground|grf)_?(force|torque|moment)(_?\d*)_?([vpm]?)([xyz])", re.IGNORECASE)
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """`nRows` and `endheader`."""
     ends = any(line.strip() == "endheader" for line in head.lines)
     counts = any(_ROWS.fullmatch(line) for line in head.lines)
-    return Recognition(SIGNATURE, "nRows and endheader, as OpenSim writes") if ends and counts else None
+    return "nRows and endheader, as OpenSim writes" if ends and counts else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:

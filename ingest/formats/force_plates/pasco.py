@@ -16,7 +16,7 @@ from ingest.channels.columns import Convention
 from ingest.channels.names import clean_name, parse_header, squash
 from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import combine, read_signals
@@ -30,10 +30,10 @@ _DELIMITERS = (b",", b";", b"\t")
 _CHANNELS = {"time": "time", "normalforce": "force_z", "dateandtime": "date_and_time"}
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """`Run #1` above every column."""
     runs, _ = _run_names(head.text)
-    return Recognition(SIGNATURE, f"{runs[0]!r} above every column") if runs else None
+    return f"{runs[0]!r} above every column" if runs else None
 
 
 def _run_names(source: TextSource) -> tuple[list[str], bytes]:

@@ -15,7 +15,7 @@ import numpy as np
 from ingest.channels.columns import Convention
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, number, positive, read_fixed, refuse_layout
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import Format, Head
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import Reading
 from ingest.tables.table import Preamble
@@ -29,11 +29,11 @@ _DATE = re.compile(r"(\d{4}-\d\d-\d\d)[, T]+(\d\d:\d\d:\d\d(?:\.\d+)?)")
 _CORNER = "FORCE_PLATE_CORNER_{}_{}"
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """`NO_OF_SAMPLES` and a force plate in the header."""
     force = any("FORCE_PLATE" in line or "Force data" in line for line in head.lines[:30])
     named = head.first_line().startswith("NO_OF_SAMPLES\t") and force
-    return Recognition(SIGNATURE, "NO_OF_SAMPLES and a force plate") if named else None
+    return "NO_OF_SAMPLES and a force plate" if named else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:

@@ -18,7 +18,7 @@ from ingest.channels.columns import Convention
 from ingest.channels.names import clean_name
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table, number_among, plate_channel, positive, refuse_layout
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import combine, read_signals
@@ -49,11 +49,11 @@ class _Span:
     camera_hz: float
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """The name of a section, and a rate below it."""
     filled = [line for line in head.lines[:10] if line.strip(_FILLING)]
     titled = len(filled) > 1 and _TITLE.fullmatch(filled[0]) and _RATE.fullmatch(filled[1])
-    return Recognition(SIGNATURE, f"section {filled[0].strip(_FILLING)!r} and its rate") if titled else None
+    return f"section {filled[0].strip(_FILLING)!r} and its rate" if titled else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:

@@ -9,7 +9,7 @@ import re
 from collections import Counter
 
 from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.formats.format import LAYOUT, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Format, Head
 from ingest.instruments import Instrument
 from ingest.model import Reading
 from ingest.signals import read_signals
@@ -24,7 +24,7 @@ _FRAGMENT = re.compile(rb"\s*[\d.eE+-]+\s*\S{0,8}\s*")
 _VALUE = re.compile(rb"(" + NUMBER_PATTERN + rb")\s*(\S*)")
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """Lines `name: value`."""
     sample = [*head.text.head_lines(60), *head.text.sample_lines(0.5)]
     lines = list({line.start: line.content for line in sample if line.content.strip()}.values())
@@ -32,7 +32,7 @@ def _recognise(head: Head) -> Recognition | None:
     values = len(found)
     if values < _FEWEST_LINES or values < 0.8 * len(lines) or len({debug.name for debug in found}) == values:
         return None  # names that never come again are settings, no log
-    return Recognition(LAYOUT, f"{values} of {len(lines)} lines seen are `name: value`")
+    return f"{values} of {len(lines)} lines seen are `name: value`"
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
@@ -135,4 +135,4 @@ class _Turns:
             self.found.drop_last()
 
 
-FORMAT = Format("debug_lines", 5, _recognise, _read, clues=(b":", b"="))
+FORMAT = Format("debug_lines", 5, _recognise, _read, clues=(b":", b"="), score=LAYOUT)

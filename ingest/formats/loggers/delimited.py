@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.chargers.sheet import advice_on_sheet
-from ingest.formats.format import ANY_TEXT, Format, Head, Recognition
+from ingest.formats.format import ANY_TEXT, Format, Head
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading
 from ingest.signals import NamedTable, read_several, read_signals
@@ -24,12 +24,12 @@ MOST_TABLES = 20
 _LOG = Instrument()
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """Text of no other format."""
     source = head.source
     if source is None or not source.data[source.start : source.start + HEAD_BYTES].strip(b"\0\r\n\x1a \t"):
         return None
-    return Recognition(ANY_TEXT, "text of no maker known here")
+    return "text of no maker known here"
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
@@ -85,4 +85,4 @@ def _read_sections(
     return read_several(named, declared, findings)
 
 
-FORMAT = Format("delimited_log", 10, _recognise, _read)
+FORMAT = Format("delimited_log", 10, _recognise, _read, score=ANY_TEXT)

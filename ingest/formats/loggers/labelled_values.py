@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 from ingest.channels.names import is_unit
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table
-from ingest.formats.format import LAYOUT, Format, Head, Recognition
+from ingest.formats.format import LAYOUT, Format, Head
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading
 from ingest.signals import read_signals
@@ -51,14 +51,14 @@ class _Pair(NamedTuple):
     unit: bytes = b""
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """Lines of several `label: value` or `label=value`, or of JSON objects."""
     lines = _sample(head.text)
     rows = [row for row in map(_pairs, lines) if _is_sample(row)]
     labels = Counter(pair.label for row in rows for pair in row)
     if len(rows) < _FEWEST_LINES or 2 * len(rows) <= len(lines) or 2 * max(labels.values()) < len(rows):
         return None
-    return Recognition(LAYOUT, f"{len(rows)} of {len(lines)} lines seen are labelled values")
+    return f"{len(rows)} of {len(lines)} lines seen are labelled values"
 
 
 def _sample(source: TextSource) -> list[bytes]:
@@ -274,4 +274,4 @@ def _whole(rows: Sequence[Sequence[_Pair]], source: TextSource, declared: Declar
     return dataclasses.replace(declared, complete=True) if ends else declared
 
 
-FORMAT = Format("labelled_values", 2, _recognise, _read, clues=(b":", b"="))
+FORMAT = Format("labelled_values", 2, _recognise, _read, clues=(b":", b"="), score=LAYOUT)

@@ -24,7 +24,7 @@ import numpy as np
 
 from ingest.channels.names import clean_name
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
 from ingest.model import Limits, Reading
 from ingest.signals import NamedTable, read_several
@@ -37,10 +37,10 @@ Leaf = tuple[str, str, np.ndarray]
 """The struct a variable is in (empty at the top), its name, its values of shape (n_samples, n_columns)."""
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     signed = head.data.startswith((_V5, _V73))
     if signed or (head.source is None and v4_end(head.data) is not None):
-        return Recognition(SIGNATURE, "a header of MATLAB" if signed else "a matrix of MATLAB version 4")
+        return "a header of MATLAB" if signed else "a matrix of MATLAB version 4"
     return None
 
 

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
-from ingest.formats.format import SIGNATURE, Format, Head, Recognition
+from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
 from ingest.model import Declarations, IntArray, Reading
 from ingest.signals import combine, read_signals
@@ -76,12 +76,12 @@ class _HeaderFault(Exception):
     """Why a header cannot be used, in a sentence."""
 
 
-def _recognise(head: Head) -> Recognition | None:
+def _recognise(head: Head) -> str | None:
     """A header of keys and a struct, and records that begin with AA BB."""
     first = _header_at(head.data, 0)
     if first is None:
         return None
-    return Recognition(SIGNATURE, "a header that describes the binary records behind it")
+    return "a header that describes the binary records behind it"
 
 
 def _header_at(data: bytes, begin: int) -> re.Match[bytes] | None:

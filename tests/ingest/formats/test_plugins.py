@@ -21,14 +21,14 @@ USUAL = """
 import numpy as np
 from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.findings import FILE
-from ingest.formats.format import SIGNATURE, Format, Recognition
+from ingest.formats.format import Format
 from ingest.instruments import Instrument
 from ingest.model import ChannelData, ChargeRow, Reading, SignalPart
 
 TIMES = np.arange(50) / 100
 
 def recognise(head):
-    return Recognition(SIGNATURE, "it begins with HOP1") if head.data[:4] == b"HOP1" else None
+    return "it begins with HOP1" if head.data[:4] == b"HOP1" else None
 
 def channel(name="leg_length", sign=1, values=TIMES):
     return ChannelData(name, "m", "leg", "m", 1.0, 0.0, sign, (), values)
@@ -112,6 +112,8 @@ NOT_LOADED = {
             "version no int": "Format('hop', '1.5', recognise, read)",
             "name no text": "Format(7, 1, recognise, read)",
             "read no function": "Format('hop', 1, recognise, 'read')",
+            "score no number": "Format('hop', 1, recognise, read, score='high')",
+            "score above all": "Format('hop', 1, recognise, read, score=10**6)",
             "clue in capitals": "Format('hop', 1, recognise, read, clues=(b'HOP1',))",
             "clue of nothing": "Format('hop', 1, recognise, read, clues=(b'',))",
         }.items()
@@ -171,8 +173,6 @@ def test_of_two_plugins_with_one_name_both_are_named(install: Install) -> None:
 NOT_RECOGNISED = {
     "raises": "raise ValueError('odd')",
     "truth": "return True",
-    "score no number": "return Recognition('high', 'so')",
-    "score above all": "return Recognition(10**6, 'so')",
 }
 
 
@@ -187,7 +187,7 @@ def test_a_plugin_that_fails_to_recognise_is_noted_and_left_out(body: str, insta
 
 
 def test_a_plugin_that_claims_every_file_as_a_container_does_not_take_it(install: Install) -> None:
-    code = f"{USUAL}\nFORMAT = Format('hop', 1, lambda head: Recognition(1, 'any'), read, container=True)"
+    code = f"{USUAL}\nFORMAT = Format('hop', 1, lambda head: 'any', read, container=True, score=1)"
     assert install(hopper=code).faults == ()
     for data, expected in ((bertec_acquire(), "bertec_text"), (gzip.compress(bertec_acquire()), "gzip")):
         result = read(data)

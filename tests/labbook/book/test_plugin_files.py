@@ -24,11 +24,11 @@ READS = """
 import numpy as np
 from data_schema.errors import BookDamaged, LabbookError
 from data_schema.vocabulary import ChargeMode, FileRole
-from ingest.formats.format import SIGNATURE, Format, Recognition
+from ingest.formats.format import Format
 from ingest.model import ChannelData, ChargeRow, Reading, SignalPart
 
 def recognise(head):
-    return Recognition(SIGNATURE, "its first line") if head.data.startswith(b"odd meter") else None
+    return "its first line" if head.data.startswith(b"odd meter") else None
 
 def read(head, findings):
     BODY
