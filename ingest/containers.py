@@ -17,8 +17,6 @@ from ingest.model import Limits
 Cell = object
 """What calamine gives: text, a number, a truth, a date, a time, a duration; an empty text for an empty cell."""
 
-FREE_BYTES = 1 << 20
-"""So much any archive may unpack to, however small it is."""
 _XLS = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _ODS = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
 _LONGEST_END = 22 + (1 << 16)  # the record behind a zip's directory, with a comment
@@ -58,7 +56,7 @@ def check_zip(archive: zipfile.ZipFile, data: bytes, limits: Limits) -> None:
     if expanded > limits.largest_expanded_bytes:
         bound = f"limit largest_expanded_bytes: {limits.largest_expanded_bytes}"
         raise ArchiveRefusedError(f"it holds {expanded} bytes ({bound})")
-    if expanded > max(FREE_BYTES, packed * limits.largest_expansion):
+    if expanded > limits.most_expanded(packed):
         bound = f"limit largest_expansion: {limits.largest_expansion}"
         raise ArchiveRefusedError(f"its {packed} bytes would expand to {expanded} ({bound})")
 

@@ -274,6 +274,10 @@ class Limits:
     deepest_nesting: int = 2
     most_cells: int = 20_000_000
 
+    def most_expanded(self, packed_bytes: int) -> int:
+        """Return how many bytes so many packed ones may expand to; a MiB is always allowed."""
+        return min(self.largest_expanded_bytes, max(1 << 20, packed_bytes * self.largest_expansion))
+
 
 DEFAULT_LIMITS = Limits()
 

@@ -18,7 +18,7 @@ from pathlib import PurePosixPath
 
 from data_schema.vocabulary import FileRole, Severity
 from ingest.channels.names import clean_name
-from ingest.containers import FREE_BYTES, ArchiveRefusedError, check_zip, member_bytes, workbook_kind
+from ingest.containers import ArchiveRefusedError, check_zip, member_bytes, workbook_kind
 from ingest.declared import ABSENT
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import FileReader, Format, Head
@@ -121,7 +121,7 @@ def _check_member(member: zipfile.ZipInfo) -> None:
 
 def _expanded(data: bytes, limits: Limits) -> bytes:
     """Return what a gzip archive holds, its checksums compared; several written one after another are one."""
-    most = min(limits.largest_expanded_bytes, max(FREE_BYTES, len(data) * limits.largest_expansion))
+    most = limits.most_expanded(len(data))
     pieces: list[bytes] = []
     packed, at, room = memoryview(data), 0, most
     while at < len(packed) and packed[at]:

@@ -107,12 +107,7 @@ def clock_seconds(cells: Sequence[bytes], findings: FindingCollector) -> FloatAr
     Times of day run on past midnight: a step back by more than half a day is the next day, which is noted.
     """
     if all(_TIME_OF_DAY.fullmatch(cell.strip()) for cell in cells[:1]):
-        seconds = np.array([_time_of_day(cell) for cell in cells], dtype=np.float64)
-        with np.errstate(invalid="ignore"):
-            wraps = np.diff(seconds, prepend=seconds[:1]) < -_DAY_S / 2
-        if wraps.any():
-            findings.add(NOTE, "midnight_passed", "The clock passes midnight: the day after is counted on.")
-        return np.asarray(seconds + _DAY_S * np.cumsum(wraps), dtype=np.float64)
+        return _unwrapped(np.array([_time_of_day(cell) for cell in cells], dtype=np.float64), _DAY_S, findings)
     return np.array([_moment(cell) for cell in cells], dtype=np.float64)
 
 

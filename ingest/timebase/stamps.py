@@ -89,9 +89,8 @@ def from_stamps(seconds: FloatArray, ordinals: IntArray) -> Timebase:
     gaps = []
     for hole, pause in zip(holes.tolist(), paused.tolist(), strict=True):
         missing = max(1, round(float(steps[hole]) * rate) - 1)
-        rejected = int(ordinals[hole + 1] - ordinals[hole]) - 1
-        kind = GapKind.PAUSE if pause else GapKind.REJECTED if rejected >= missing else GapKind.DROPPED
-        gaps.append(Gap(float(time_s[hole]), float(steps[hole]), missing, missing, kind))
+        gap = _gap(float(time_s[hole]), float(steps[hole]), missing, ordinals, hole)
+        gaps.append(dataclasses.replace(gap, kind=GapKind.PAUSE) if pause else gap)
     return Timebase(time_s, rate, tuple(gaps))
 
 
@@ -104,11 +103,15 @@ def from_rate(counts: IntArray, ordinals: IntArray, rate_hz: float) -> Timebase:
     steps = np.diff(counts)
     gaps = []
     for hole in np.flatnonzero(steps > 1).tolist():
-        missing = int(steps[hole]) - 1
-        rejected = int(ordinals[hole + 1] - ordinals[hole]) - 1
-        kind = GapKind.REJECTED if rejected >= missing else GapKind.DROPPED
-        gaps.append(Gap(float(time_s[hole]), float(steps[hole]) / rate_hz, missing, missing, kind))
+        length_s = float(steps[hole]) / rate_hz
+        gaps.append(_gap(float(time_s[hole]), length_s, int(steps[hole]) - 1, ordinals, hole))
     return Timebase(time_s, rate_hz, tuple(gaps))
+
+
+def _gap(start_s: float, length_s: float, missing: int, ordinals: IntArray, row: int) -> Gap:
+    """Return the gap behind a row: of rows that were rejected, where so many stand there, else of dropped samples."""
+    rejected = int(ordinals[row + 1] - ordinals[row]) - 1
+    return Gap(start_s, length_s, missing, missing, GapKind.REJECTED if rejected >= missing else GapKind.DROPPED)
 
 
 def missing_samples(timebase: Timebase) -> int:

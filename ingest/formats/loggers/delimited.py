@@ -26,10 +26,9 @@ _LOG = Instrument()
 
 def _recognise(head: Head) -> str | None:
     """Text of no other format."""
-    source = head.source
-    if source is None or not source.data[source.start : source.start + HEAD_BYTES].strip(b"\0\r\n\x1a \t"):
-        return None
-    return "text of no maker known here"
+    source = head.text
+    filled = source.data[source.start : source.start + HEAD_BYTES].strip(b"\0\r\n\x1a \t")
+    return "text of no maker known here" if filled else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:

@@ -136,7 +136,6 @@ V5_HEADER = 128
 _V4_HEADER = 20
 _V4_ITEM_BYTES = (8, 4, 4, 2, 2, 1)
 _V4_NAME = re.compile(rb"[A-Za-z]\w{0,62}\0")
-_FREE_BYTES = 1 << 20
 
 # Types of elements of version 5 with the bytes of an item; a matrix holds elements itself.
 _ITEM_BYTES = {1: 1, 2: 1, 3: 2, 4: 2, 5: 4, 6: 4, 7: 4, 9: 8, 12: 8, 13: 8, 14: 1, 16: 1, 17: 2, 18: 4}
@@ -186,7 +185,7 @@ def unpacked_v5(data: bytes, limits: Limits) -> bytes:
     if len(data) < V5_HEADER or data[126:128] not in (b"IM", b"MI"):
         raise MatRefusedError("its header is damaged")
     order = "<" if data[126:128] == b"IM" else ">"
-    most = min(limits.largest_expanded_bytes, max(_FREE_BYTES, len(data) * limits.largest_expansion))
+    most = limits.most_expanded(len(data))
     pieces: list[bytes | memoryview] = [data[:V5_HEADER]]
     at = V5_HEADER
     while at < len(data):
