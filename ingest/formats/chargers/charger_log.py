@@ -10,7 +10,7 @@ import functools
 import operator
 import re
 from collections import Counter
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -19,7 +19,7 @@ import numpy as np
 from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.channels.names import factor
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
-from ingest.formats.format import Head
+from ingest.formats.format import LAYOUT, Format, Head
 from ingest.instruments import Instrument
 from ingest.model import BoolArray, ChargeRow, Declarations, FloatArray, Reading, SignalPart
 from ingest.signals import read_signals
@@ -44,21 +44,6 @@ def usual_fields(records: Sequence[Sequence[str]]) -> int:
     """Return the most common number of fields, 0 of no records."""
     counts = Counter(map(len, records))
     return counts.most_common(1)[0][0] if counts else 0
-
-
-def usual_width(
-    head: Head,
-    widths: Collection[int],
-    fits: Callable[[list[str]], bool],
-    of: Callable[[list[str]], bool] | None = None,
-) -> int:
-    """Return the usual number of fields of a file's records, or of those that `of` chooses, checksum included; 0 where
-    it is none of `widths`, or half of the records do not fit.
-    """
-    records = [record for record in head_records(head) if of is None or of(record)]
-    width = usual_fields(records)
-    fitting = sum(len(record) == width and fits(record) for record in records)
-    return width if width in widths and 2 * fitting > len(records) else 0
 
 
 def checksum_of(body: bytes) -> int:
@@ -205,22 +190,52 @@ class Work:
 class LogLayout:
     """Where a maker's records hold what: `fields` include the clock, named time, where there is one; cells follow each
     other from `first_cell` on, as many as `cells` has for the number of fields, checksum included. `work` returns
-    None, noted, for a procedure that is no recharge.
+    None, noted, for a procedure that is no recharge. A record `fits` for what is `seen` in it, in words; `measured` are
+    the ones that are looked at. `parse` takes the usual number of fields before what a `Parse` takes.
     """
 
     fields: tuple[Field, ...]
     first_cell: int
     cells: Mapping[int, int]
     work: Callable[[Procedure, FindingCollector], Work | None]
+    fits: Callable[[list[str]], bool]
+    seen: str
+    parse: Callable[[int, int, list[bytes], FindingCollector], list[float] | None]
+    judge: Judge
+    measured: Callable[[list[str]], bool] = lambda _record: True
+
+    def width(self, head: Head) -> int:
+        """Return the usual number of fields of a file's records; 0 where it is none, or half of these do not fit."""
+        records = [record for record in head_records(head) if self.measured(record)]
+        width = usual_fields(records)
+        fitting = sum(len(record) == width and self.fits(record) for record in records)
+        return width if width in self.cells and 2 * fitting > len(records) else 0
 
     def field(self, name: str) -> Field | None:
         """Return the field of a channel."""
         return next((each for each in self.fields if each.name == name), None)
 
 
-def read_charger_log(head: Head, parse: Parse, judge: Judge, layout: LogLayout, findings: FindingCollector) -> Reading:
+def charger_format(name: str, version: int, what: str, layout: LogLayout) -> Format:
+    """Return the format of a maker's records."""
+
+    def recognise(head: Head) -> str | None:
+        width = layout.width(head)
+        return f"records of {width} fields with {layout.seen}" if width else None
+
+    def read(head: Head, findings: FindingCollector) -> Reading:
+        return _read(head, layout, findings)
+
+    recognise.__doc__ = f"Records of {', '.join(map(str, layout.cells))} fields with {layout.seen}."
+    return Format(name, version, recognise, read, what, clues=(b"$",), score=LAYOUT)
+
+
+def _read(head: Head, layout: LogLayout, findings: FindingCollector) -> Reading:
     """Return one signal and at most one recharge of each procedure in a log."""
-    procedures, rows_rejected = read_procedures(head, parse, judge, findings)
+    width = layout.width(head)
+    procedures, rows_rejected = read_procedures(
+        head, lambda line, fields: layout.parse(width, line, fields, findings), layout.judge, findings
+    )
     parts: list[SignalPart] = []
     charges: list[ChargeRow] = []
     rows_read = rows_rejected

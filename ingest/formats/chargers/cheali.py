@@ -17,12 +17,9 @@ from ingest.formats.chargers.charger_log import (
     Sequel,
     Work,
     by_clock,
+    charger_format,
     direction_by_voltage,
-    read_charger_log,
-    usual_width,
 )
-from ingest.formats.format import LAYOUT, Format, Head
-from ingest.model import Reading
 
 _STATE, _TIME, _VOLTAGE, _CURRENT, _CHARGE, _FIRST_CELL = 1, 2, 3, 4, 5, 11
 _RUNNING, _FAILED = 1, 2
@@ -33,6 +30,8 @@ _MEASURED = "1"
 
 
 def _work(procedure: Procedure, findings: FindingCollector) -> Work | None:
+    message = "Power, energy and resistances, of which the unit is not known, stay in the raw copy only."
+    findings.add(NOTE, "field_ignored", message)
     states = procedure.column(_STATE)
     if (states == _FAILED).any():
         message = f"The charger stopped channel {procedure.channel} with an error: the charge may not be complete."
@@ -40,6 +39,24 @@ def _work(procedure: Procedure, findings: FindingCollector) -> Work | None:
     active = (states == _RUNNING) & (procedure.column(_CURRENT) > 0)
     mode = direction_by_voltage(procedure.column(_VOLTAGE) / 1000.0, active, f"channel_{procedure.channel}", findings)
     return None if mode is None else Work(mode, active, signed=False)
+
+
+def _parse(width: int, line: int, fields: list[bytes], findings: FindingCollector) -> list[float] | None:
+    if fields[0] in (b"2", b"3"):
+        message = "Lines of channels 2 and 3 are debug output of the firmware: they stay in the raw copy only."
+        findings.add(NOTE, "debug_line", message, lines=[line])
+        return []
+    integers = [*fields[:_TIME], *fields[_TIME + 1 :]]
+    whole = _CLOCK.fullmatch(fields[_TIME]) and all(map(_INTEGER.fullmatch, integers))
+    return [float(cell) for cell in fields] if len(fields) + 1 == width and whole else None
+
+
+def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
+    """Judge by the clock, and by the counter, which begins anew between the stages of a cycle."""
+    before = procedure.rows[-1][_CHARGE]
+    anew = row[_CHARGE] < before - 1 and row[_CHARGE] <= COUNTER_ANEW * before
+    clocked = _CLOCKED(procedure, row)
+    return Sequel.BEGINS if clocked is Sequel.GOES_ON and anew else clocked
 
 
 _LAYOUT = LogLayout(
@@ -56,45 +73,15 @@ _LAYOUT = LogLayout(
     # Clock, measurements, resistances of cells, pack and leads, checksum; newer firmware adds percent and time left.
     {26: 6, 28: 6, 30: 8, 32: 8},
     _work,
+    fits=lambda record: _CLOCK.fullmatch(record[_TIME].encode()) is not None,
+    seen="tenths of seconds in the third",
+    parse=_parse,
+    judge=_sequel,
+    measured=lambda record: record[0] == _MEASURED,
 )
-
-
-def _width(head: Head) -> int:
-    def clocked(record: list[str]) -> bool:
-        return _CLOCK.fullmatch(record[_TIME].encode()) is not None
-
-    return usual_width(head, _LAYOUT.cells, clocked, of=lambda record: record[0] == _MEASURED)
-
-
-def _recognise(head: Head) -> str | None:
-    """Records of integers with tenths of seconds in the third field."""
-    width = _width(head)
-    return f"records of {width} fields with tenths of seconds in the third" if width else None
-
-
-def _read(head: Head, findings: FindingCollector) -> Reading:
-    width = _width(head)
-    message = "Power, energy and resistances, of which the unit is not known, stay in the raw copy only."
-    findings.add(NOTE, "field_ignored", message)
-
-    def parse(line: int, fields: list[bytes]) -> list[float] | None:
-        if fields[0] in (b"2", b"3"):
-            message = "Lines of channels 2 and 3 are debug output of the firmware: they stay in the raw copy only."
-            findings.add(NOTE, "debug_line", message, lines=[line])
-            return []
-        integers = [*fields[:_TIME], *fields[_TIME + 1 :]]
-        whole = _CLOCK.fullmatch(fields[_TIME]) and all(map(_INTEGER.fullmatch, integers))
-        return [float(cell) for cell in fields] if len(fields) + 1 == width and whole else None
-
-    return read_charger_log(head, parse, _sequel, _LAYOUT, findings)
-
-
-def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
-    """Judge by the clock, and by the counter, which begins anew between the stages of a cycle."""
-    before = procedure.rows[-1][_CHARGE]
-    anew = row[_CHARGE] < before - 1 and row[_CHARGE] <= COUNTER_ANEW * before
-    clocked = _CLOCKED(procedure, row)
-    return Sequel.BEGINS if clocked is Sequel.GOES_ON and anew else clocked
-
-
-FORMAT = Format("cheali_log", 3, _recognise, _read, clues=(b"$",), score=LAYOUT)
+FORMAT = charger_format(
+    "cheali_log",
+    3,
+    "Logs of chargers with the cheali-charger firmware: `$1;state;s.t;Vout;I;mAh;...;checksum`.",
+    _LAYOUT,
+)

@@ -25,11 +25,8 @@ from ingest.formats.chargers.charger_log import (
     Sequel,
     Work,
     by_clock,
-    read_charger_log,
-    usual_width,
+    charger_format,
 )
-from ingest.formats.format import LAYOUT, Format, Head
-from ingest.model import Reading
 
 RESISTANCES = "128"
 _INTEGER = re.compile(rb"-?\d{1,12}")
@@ -45,35 +42,6 @@ def _log_work(procedure: Procedure, findings: FindingCollector) -> Work | None:
 
 def _serial_work(procedure: Procedure, findings: FindingCollector) -> Work | None:
     return _work(procedure, lambda mode: mode is ChargeMode.DISCHARGE and procedure.rows[-1][-1] < 0, findings)
-
-
-_DUO = LogLayout(
-    (
-        Field(_TIME, "time", "ms"),
-        Field(5, "current", "10 mA"),
-        Field(6, "input_voltage", "mV"),
-        Field(7, "battery_voltage", "mV"),
-        Field(8, "charge", "mAh"),
-        Field(9, "temperature_internal", "0.1 degC"),
-        Field(10, "temperature_external", "0.1 degC"),
-    ),
-    11,
-    {22: 10, 20: 8},  # DUO and X8
-    _log_work,
-)
-_OLDER = LogLayout(
-    (
-        Field(5, "current", "10 mA"),
-        Field(3, "input_voltage", "mV"),
-        Field(4, "battery_voltage", "mV"),
-        Field(-1, "charge", "mAh"),
-        Field(-3, "temperature_internal", "0.1 degC"),
-        Field(-2, "temperature_external", "0.1 degC"),
-    ),
-    6,
-    {16: 6, 18: 8, 20: 10},
-    _serial_work,
-)
 
 
 def _work(procedure: Procedure, signed: Callable[[ChargeMode], bool], findings: FindingCollector) -> Work | None:
@@ -94,56 +62,34 @@ def _work(procedure: Procedure, signed: Callable[[ChargeMode], bool], findings: 
     return Work(mode, charging | discharging, signed(mode))
 
 
-def _recognise(head: Head) -> str | None:
-    """Records `$channel;mode;milliseconds;...` of 22 or 20 fields."""
-    width = usual_width(
-        head, _DUO.cells, lambda record: record[_TIME].isdigit(), of=lambda record: record[_MODE] != RESISTANCES
-    )
-    return f"records of {width} fields with milliseconds in the third" if width else None
+_DUO_CELLS = {22: 10, 20: 8}
+"""Of the DUO and the X8."""
 
 
-def _read(head: Head, findings: FindingCollector) -> Reading:
-    def parse(line: int, fields: list[bytes]) -> list[float] | None:
-        if not all(map(_INTEGER.fullmatch, fields)):
-            return None
-        row = [float(cell) for cell in fields]
-        if row[_MODE] == int(RESISTANCES):
-            message = "Lines of type 128 hold internal resistances: they stay in the raw copy only."
-            findings.add(NOTE, "resistance_line", message, lines=[line])
-            return []
-        if len(row) + 1 not in _DUO.cells:
-            message = (
-                f"The line has {len(row) + 1} fields where iCharger DUO and X logs have 22 or 20: "
-                "take the other model's lines out, or export from the charger's program as CSV with units."
-            )
-            findings.add(FILE, "icharger_layout_unknown", message, lines=[line])
-            return []
-        return row
-
-    return read_charger_log(head, parse, by_clock(_TIME, _SOON_MS), _DUO, findings)
+def _parse(_width: int, line: int, fields: list[bytes], findings: FindingCollector) -> list[float] | None:
+    if not all(map(_INTEGER.fullmatch, fields)):
+        return None
+    row = [float(cell) for cell in fields]
+    if row[_MODE] == int(RESISTANCES):
+        message = "Lines of type 128 hold internal resistances: they stay in the raw copy only."
+        findings.add(NOTE, "resistance_line", message, lines=[line])
+        return []
+    if len(row) + 1 not in _DUO_CELLS:
+        message = (
+            f"The line has {len(row) + 1} fields where iCharger DUO and X logs have 22 or 20: "
+            "take the other model's lines out, or export from the charger's program as CSV with units."
+        )
+        findings.add(FILE, "icharger_layout_unknown", message, lines=[line])
+        return []
+    return row
 
 
-def _width(head: Head) -> int:
-    return usual_width(head, _OLDER.cells, lambda record: not record[_TIME])
-
-
-def _recognise_serial(head: Head) -> str | None:
-    """Records of as many fields as older iChargers write, the third one empty."""
-    width = _width(head)
-    return f"records of {width} fields with an empty third" if width else None
-
-
-def _read_serial(head: Head, findings: FindingCollector) -> Reading:
-    width = _width(head)
-
-    def parse(_line: int, fields: list[bytes]) -> list[float] | None:
-        used = [*fields[:_TIME], *fields[_TIME + 1 :]]
-        if len(fields) + 1 != width or not all(map(_INTEGER.fullmatch, used)):
-            return None
-        row = [float(cell) for cell in used]
-        return [*row[:_TIME], float("nan"), *row[_TIME:]]
-
-    return read_charger_log(head, parse, _sequel, _OLDER, findings)
+def _parse_serial(width: int, _line: int, fields: list[bytes], _findings: FindingCollector) -> list[float] | None:
+    used = [*fields[:_TIME], *fields[_TIME + 1 :]]
+    if len(fields) + 1 != width or not all(map(_INTEGER.fullmatch, used)):
+        return None
+    row = [float(cell) for cell in used]
+    return [*row[:_TIME], float("nan"), *row[_TIME:]]
 
 
 def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
@@ -156,22 +102,52 @@ def _sequel(procedure: Procedure, row: list[float]) -> Sequel:
     return Sequel.BEGINS if turned or abs(row[-1]) <= COUNTER_ANEW * abs(before[-1]) else Sequel.OUT_OF_ORDER
 
 
-FORMAT = Format(
+_DUO = LogLayout(
+    (
+        Field(_TIME, "time", "ms"),
+        Field(5, "current", "10 mA"),
+        Field(6, "input_voltage", "mV"),
+        Field(7, "battery_voltage", "mV"),
+        Field(8, "charge", "mAh"),
+        Field(9, "temperature_internal", "0.1 degC"),
+        Field(10, "temperature_external", "0.1 degC"),
+    ),
+    11,
+    _DUO_CELLS,
+    _log_work,
+    fits=lambda record: record[_TIME].isdigit(),
+    seen="milliseconds in the third",
+    parse=_parse,
+    judge=by_clock(_TIME, _SOON_MS),
+    measured=lambda record: record[_MODE] != RESISTANCES,
+)
+_OLDER = LogLayout(
+    (
+        Field(5, "current", "10 mA"),
+        Field(3, "input_voltage", "mV"),
+        Field(4, "battery_voltage", "mV"),
+        Field(-1, "charge", "mAh"),
+        Field(-3, "temperature_internal", "0.1 degC"),
+        Field(-2, "temperature_external", "0.1 degC"),
+    ),
+    6,
+    {16: 6, 18: 8, 20: 10},
+    _serial_work,
+    fits=lambda record: not record[_TIME],
+    seen="an empty third",
+    parse=_parse_serial,
+    judge=_sequel,
+)
+FORMAT = charger_format(
     "icharger_log",
     4,
-    _recognise,
-    _read,
     "Junsi iCharger DUO and X logs from the memory card: one line a second, `$ch;mode;ms;...;checksum`.",
-    clues=(b"$",),
-    score=LAYOUT,
+    _DUO,
 )
-SERIAL = Format(
+SERIAL = charger_format(
     "icharger_serial",
     2,
-    _recognise_serial,
-    _read_serial,
     "Older Junsi iCharger models (106B+, 208B and their kin) on the serial port: "
     "`$ch;mode;;Vin;Vbat;I;cells;T;T;mAh;sum`.",
-    clues=(b"$",),
-    score=LAYOUT,
+    _OLDER,
 )
