@@ -27,7 +27,7 @@ from labbook.book.opening import DATABASE, opened
 from labbook.demo.files import FACTORS
 from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers import SheetRun, charger_sheet, run_sheet
-from reports.figures.figure_cache import KIND
+from reports.figures.figure_cache import DRAWN
 
 RUNS_A_DAY, AT_ONCE, _FIRST_DAY = 20, 5000, dt.date(1990, 1, 1)
 IDLE_RUNS = 17
@@ -147,7 +147,7 @@ def _forget(book: Path) -> None:
     with closing(sqlite3.connect(book / DATABASE)) as connection, connection:
         for table in RESULTS:
             connection.execute(f"DELETE FROM {table}")
-    shutil.rmtree(cache_folder(KIND), ignore_errors=True)
+    shutil.rmtree(cache_folder(DRAWN.kind), ignore_errors=True)
 
 
 BENCHMARKS = (

@@ -18,14 +18,14 @@ from labbook.analysis.comparison.pairing import group_label, pairs_each, pairs_p
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber, conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_energy import joules_per_mah
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results import Results
 from labbook.analysis.study_data import gather
 from labbook.book.opening import opened
 from labbook.demo.campaign import Campaign, make_campaign
 from labbook.demo.files import campaign_files
 from labbook.demo.running import make_campaign_book
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
-from reports.numbers import StoredResult
+from reports.numbers import Result
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.days.overall import overall_savings
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
@@ -65,7 +65,7 @@ def as_charged(campaign: Campaign) -> Conditions:
         )
         worth_j = joules_per_mah(truth.reference_voltage_v, run.jumps_made)
         joules.append(charged(row, run, line, worth_j))
-        apexes.append(RunNumber(row, float(run.reached_apexes_m.mean()), SharedError(), StoredResult()))
+        apexes.append(RunNumber(row, float(run.reached_apexes_m.mean()), SharedError(), Result()))
     return {Outcome.JOULES: conditions_of(joules), Outcome.APEX: conditions_of(apexes)}
 
 
@@ -78,7 +78,7 @@ def bed_book(chance: np.random.Generator) -> Conditions:
         )
         with opened(made) as book, book.reading() as connection:
             return conditions_by_outcome(
-                ResultCache(connection),
+                Results(connection),
                 Detections(connection, book.store, lambda _step: None),
                 gather(connection, book.configuration, None),
                 (Outcome.JOULES, Outcome.APEX),

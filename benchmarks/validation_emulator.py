@@ -30,7 +30,7 @@ from labbook.demo.studies.emulator import (
 from labbook.demo.writers import SheetRun
 from labbook.studies.emulator import SAME_PERCENT, Controller, EmulatorStudy, ask, emulator_study
 from labbook.studies.study import Asked, Found, S_co
-from reports.numbers import Number, StoredResult
+from reports.numbers import Number, Result
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
@@ -125,7 +125,7 @@ def from_charges(chance: np.random.Generator, jumps: int = JUMPS) -> EmulatorStu
                 row,
                 _apex_m(chance, known[run.levels["k_gain"], run.levels["b_ad_gain"]]),
                 SharedError(),
-                StoredResult(),
+                Result(),
             )
         )
     conditions = {Outcome.JOULES: conditions_of(joules), Outcome.APEX: conditions_of(apexes)}
@@ -148,7 +148,7 @@ def _apex_m(chance: np.random.Generator, truth: Truth) -> float:
 def charged(row: RunRow, run: SheetRun, line: PassiveDrain, worth_j: float) -> RunNumber:
     """Return a run's joules as the charger reads them."""
     value_j = worth_j * (run.charge_mah - line.at(run.duration_s).charge_mah)
-    return RunNumber(row, value_j, drain_error(line, run.duration_s, worth_j), StoredResult())
+    return RunNumber(row, value_j, drain_error(line, run.duration_s, worth_j), Result())
 
 
 def ingested(ask: Callable[[Asked], Found[S_co]], files: CampaignFiles) -> S_co:

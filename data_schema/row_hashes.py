@@ -1,11 +1,10 @@
 """Hashes of rows, in a table of their own: a row that was altered outside labbook no longer fits its hash.
 
 Rows that are written together have one hash under the uid of the row that they belong to: a reading of a file with its
-findings, signals, channels and gaps; a detection with its jumps; a result with its numbers and inputs; a fact alone.
+findings, signals, channels and gaps; a detection with its jumps; a fact alone.
 Code that writes rows calls `note_written`; `hashing_written_rows` wraps a writing transaction and hashes at its end
 what is then in the tables. What is hashed has no private keys: a reference is the uid of the row that it leads to. So
-the same book has the same hashes on any engine and after a rebuild, and two rows cannot change places unseen. Whether a
-result is stale changes for many at once: that has a kind of its own, and a hash only where it is.
+the same book has the same hashes on any engine and after a rebuild, and two rows cannot change places unseen.
 """
 
 from __future__ import annotations
@@ -20,14 +19,12 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.tables import FACTS, design, files, results, runs, signals
+from data_schema.tables import FACTS, design, files, runs, signals
 from data_schema.tables.base import CHUNK, in_chunks
 from data_schema.tables.journal import config, journal, row_hash
 
 _WRITTEN = "labbook_rows_written"
 """Under this name a connection keeps what its transaction has written."""
-
-STALE = "stale"
 
 
 class Misfit(StrEnum):
@@ -68,7 +65,7 @@ def _of_signal(table: sa.Table, place: sa.Column[Any]) -> Member:
     return Member(table, joins, (table.c.signal, place))
 
 
-_OWNERS = (*FACTS.values(), files.ingest, signals.detection, results.result)
+_OWNERS = (*FACTS.values(), files.ingest, signals.detection)
 
 _MEMBERS: Mapping[str, tuple[Member, ...]] = {
     "condition": (_below(design.condition_level, design.condition, design.condition_level.c.factor),),
@@ -79,11 +76,6 @@ _MEMBERS: Mapping[str, tuple[Member, ...]] = {
         _of_signal(signals.gap, signals.gap.c.id),
     ),
     "detection": (_below(signals.jump, signals.detection, signals.jump.c.number),),
-    "result": (
-        _below(results.result_number, results.result, results.result_number.c.name),
-        _below(results.result_input, results.result, *results.result_input.primary_key.columns),
-    ),
-    "report": (_below(results.report_item, results.report, results.report_item.c.number_uid),),
 }
 """What belongs to an owner beside its own row, by its kind."""
 
@@ -94,7 +86,7 @@ GROUPS: Mapping[str, tuple[sa.Table, tuple[Member, ...]]] = {
 
 
 def note_written(connection: sa.Connection, kind: str, uids: Sequence[str]) -> None:
-    """Note that rows of these owners were written, or that results became stale or current (`STALE`)."""
+    """Note that rows of these owners were written."""
     connection.info[_WRITTEN].setdefault(kind, {}).update(dict.fromkeys(uids))
 
 
@@ -116,7 +108,7 @@ def altered_rows(connection: sa.Connection) -> list[Altered]:
     """Hash all rows anew and return those that do not fit the hash stored when they were written."""
     found = []
     kinds = connection.execute(sa.select(row_hash.c.kind).distinct()).scalars()
-    for kind in dict.fromkeys((*GROUPS, STALE, *kinds)):
+    for kind in dict.fromkeys((*GROUPS, *kinds)):
         expected, now = stored_hashes(connection, kind), row_hashes(connection, kind)
         for uid, sha256 in now.items():
             if expected.get(uid) != sha256:
@@ -177,14 +169,12 @@ def _queries(owner: sa.Table, member: Member, dialect: str) -> tuple[bytes, sa.S
         source = source.join(table, on)
     columns: list[sa.ColumnElement[Any]] = []
     for column in member.table.c:
-        if column is results.result.c.config:  # that of its first computation, which its key does not depend on
-            continue
         referred = next((key.column.table for key in column.foreign_keys), None)
         if referred is not None and referred is not owner:
             other = referred.alias()
             source = source.outerjoin(other, column == other.c.id)
             columns.append(other.c.uid.label(column.name))
-        elif referred is None and column.name not in ("id", STALE):
+        elif referred is None and column.name != "id":
             columns.append(column)
     order = [
         column.collate("C") if dialect == "postgresql" and isinstance(column.type, sa.Text) else column
@@ -194,18 +184,10 @@ def _queries(owner: sa.Table, member: Member, dialect: str) -> tuple[bytes, sa.S
     return member.table.name.encode(), every, every.where(owner.c.uid.in_(sa.bindparam("uids", expanding=True)))
 
 
-def _stale() -> tuple[bytes, sa.Select[Any], sa.Select[Any]]:
-    every = sa.select(results.result.c.uid.label("owner")).where(results.result.c.stale == 1)
-    return STALE.encode(), every, every.where(results.result.c.uid.in_(sa.bindparam("uids", expanding=True)))
-
-
 @cache
 def _queries_by_kind(dialect: str) -> dict[str, list[tuple[bytes, sa.Select[Any], sa.Select[Any]]]]:
     """Build the queries once: an ingest of many files asks them for each, and building one takes longer than asking."""
-    found = {
-        kind: [_queries(owner, member, dialect) for member in members] for kind, (owner, members) in GROUPS.items()
-    }
-    return {**found, STALE: [_stale()]}
+    return {kind: [_queries(owner, member, dialect) for member in members] for kind, (owner, members) in GROUPS.items()}
 
 
 def _keep(connection: sa.Connection, kind: str, uids: Sequence[str]) -> None:

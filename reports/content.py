@@ -119,7 +119,7 @@ class Summary:
     """
 
     mean: Number
-    sd: Value
+    sd: Number
     runs: tuple[RunValue, ...] = ()
     jumps: int | None = None
     robots: Mapping[str, int] = field(default_factory=dict)

@@ -8,14 +8,14 @@ from dataclasses import dataclass
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ContrastKind, Rule
-from reports.numbers import Number, SignificanceTest, StoredResult, Value, t_test
+from reports.numbers import Number, Result, SignificanceTest, t_test
 
 UNITS = {Rule.PAIRED: "day", Rule.WITHIN: "run", Rule.NONE: ""}
 """What each rule counts."""
 
 
 @dataclass(frozen=True, slots=True)
-class Equivalence(StoredResult):
+class Equivalence(Result):
     """Two one-sided tests of apex heights against bounds in m, or in % of the control's mean (`percent`).
 
     `estimate` is treatment less control in the unit of the bounds, with an interval of level 1 - 2 alpha; `p` is the
@@ -37,7 +37,7 @@ class Equivalence(StoredResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Decision(StoredResult):
+class Decision(Result):
     """The test that decides a comparison, by the days that hold both of its sides (`stats.days.decision`).
 
     `difference` is treatment less control; `t` and `p` are those of no difference, t positive for a saving where there
@@ -88,7 +88,7 @@ class Decision(StoredResult):
 
 
 @dataclass(frozen=True, slots=True)
-class OverallSavings(StoredResult):
+class OverallSavings(Result):
     """The mean of the savings of several groups, each counted once; `left_out` are groups without a claim.
 
     `days_measured_only`: a group was compared within days, so that the claim holds for these days. `spread` is the
@@ -128,7 +128,7 @@ class OverallEquivalence(Equivalence):
 
 
 @dataclass(frozen=True, slots=True)
-class ThesisRoute(StoredResult):
+class ThesisRoute(Result):
     """The test of thesis 5.2.1 over all values, whatever their days: an F-test, then the t-test that it chooses.
 
     `test` is that one's name, "Student" or "Welch"; `difference` is treatment less control with its interval.
@@ -175,7 +175,7 @@ class Comparison:
 
 
 @dataclass(frozen=True, slots=True)
-class MeansContrast(StoredResult):
+class MeansContrast(Result):
     """A contrast of condition means by the days that they share, in percentage points of savings or the outcome's unit.
 
     `levels` of the `factor` are those compared, the second with the first, or those that a line goes through, which
@@ -215,7 +215,7 @@ class MeansContrast(StoredResult):
 
 
 @dataclass(frozen=True, slots=True)
-class Anova(StoredResult):
+class Anova(Result):
     """One-way analysis of variance over the swept factor's levels, control left out, within one group, by `n` runs."""
 
     label: str
@@ -275,12 +275,11 @@ class BudgetItem:
     """
 
     component: str
-    joules: Value
-    of_mean: Value
+    joules: Number
+    of_mean: Number
     shared: bool
     note: str = ""
     total: bool = False
-    provenance: str = ""
     within_robot: bool = False
 
 

@@ -1,4 +1,4 @@
-"""Numbers as reports carry them: value or reason, unit, uncertainty, n, provenance; and the base of stored results."""
+"""Numbers as reports carry them: value or reason, unit, uncertainty, n, provenance; and the base of results."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class SignificanceTest:
 
 
 _NO_DF = Undefined(Reason.NORMAL)
-"""Degrees of freedom that are not stored: of a test against the normal distribution."""
+"""Degrees of freedom of a test against the normal distribution."""
 
 
 def t_test(name: str, t: Number, p: Number, *, one_sided: bool = False) -> SignificanceTest:
@@ -58,9 +58,11 @@ def t_test(name: str, t: Number, p: Number, *, one_sided: bool = False) -> Signi
 
 @dataclass(frozen=True, slots=True)
 class Origin:
-    """Which stored result something is: its key, what it is about (`scope`), and what it came from."""
+    """Which result something is: its key, what computed it, what it is about (`scope`), and what it came from."""
 
     key: str = ""
+    kind: str = ""
+    version: int = 0
     scope: Mapping[str, Any] = field(default_factory=dict)
     inputs: tuple[Any, ...] = ()
 
@@ -71,14 +73,14 @@ class Origin:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StoredResult:
-    """Base of all results that are stored; `origin` is empty until the result is."""
+class Result:
+    """Base of all results with numbers; `origin` is empty until they have their ids."""
 
     origin: Origin = field(default_factory=Origin)
 
 
 @dataclass(frozen=True, slots=True)
-class StoredAs:
-    """Annotates a field whose number has another name in the store, or a mapping of numbers: "{}" is each one's key."""
+class NumberNames:
+    """Annotates a field whose number has another name than it, or a mapping of numbers: "{}" is each one's key."""
 
-    name: str
+    template: str

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Self
 from data_schema.vocabulary import Undefined
 from reports import display
 from reports.display import sentence_start
-from reports.numbers import Number, StoredAs, StoredResult, Value
+from reports.numbers import Number, NumberNames, Result, Value
 
 if TYPE_CHECKING:
     from simulator.steady.published_results import PublishedResult
@@ -35,7 +35,7 @@ class Verdict(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class HypothesisPart(StoredResult):
+class HypothesisPart(Result):
     """One comparison of a hypothesis: the levels `of` what is compared, and in which what it is set `against` differs.
 
     Without the latter it is set against the control. `measured` has the interval that decides, `simulated` a standard
@@ -107,7 +107,7 @@ _NEGLIGIBLE = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class PredictionCheck(StoredResult):
+class PredictionCheck(Result):
     """What is predicted of runs as they were made, beside what was measured of them.
 
     `predicted` carries its standard uncertainty as `se`; `errors` are its parts by their source. `difference` is
@@ -119,7 +119,7 @@ class PredictionCheck(StoredResult):
     predicted: Number
     difference: Number
     error_ratio: Number
-    errors: Annotated[Mapping[str, Number], StoredAs("predicted, error by {}")]
+    errors: Annotated[Mapping[str, Number], NumberNames("predicted, error by {}")]
     numerical_error: float | None
 
     @property
@@ -169,7 +169,7 @@ class Prediction:
 
 
 @dataclass(frozen=True, slots=True)
-class JudgedGroup(StoredResult):
+class JudgedGroup(Result):
     """The predictions of one group: `bias` is predicted less measured, `of_measured` the same as if they were exact."""
 
     group: Mapping[str, str]
@@ -197,7 +197,7 @@ def _excludes_zero(number: Number) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Limits(StoredResult):
+class Limits(Result):
     """Predicted less measured over conditions: the mean difference, and its limits of agreement."""
 
     mean_difference: Number

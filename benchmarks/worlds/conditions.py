@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
-from reports.numbers import Number, StoredResult
+from reports.numbers import Number, Result
 from stats.compare.shared_error import SharedError
 
 _NONE = Number(0.0, "1")
@@ -28,7 +28,7 @@ def condition(
             run_row(f"{key} {at}", day, levels, is_control=is_control, position=position),
             float(value),
             SharedError(),
-            StoredResult(),
+            Result(),
         )
         for at, (value, day, position) in enumerate(zip(values, days, positions or range(len(days)), strict=True))
     )

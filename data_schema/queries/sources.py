@@ -1,4 +1,4 @@
-"""What an input of a result is, in words that lead to bytes."""
+"""The inputs of a result, and what each is in words that lead to bytes."""
 
 from __future__ import annotations
 
@@ -7,14 +7,23 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.results import InputRow
 from data_schema.tables.design import condition, study
 from data_schema.tables.equipment import robot
 from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.journal import person
 from data_schema.tables.runs import charge, decision, run
-from data_schema.tables.signals import detection, signal
+from data_schema.tables.signals import signal
 from data_schema.vocabulary import ChargeState, IngestStatus
+
+
+@dataclass(frozen=True, slots=True)
+class InputRow:
+    """One input of a result; `input_sha256` changes with whatever the result depends on of it."""
+
+    role: str
+    input_kind: str
+    input_uid: str
+    input_sha256: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,9 +74,7 @@ _QUERIES: dict[str, sa.Select[Any]] = {
     .join(ingest, ingest.c.id == signal.c.ingest)
     .where(signal.c.sha256 == _UID)
     .order_by(ingest.c.id.desc()),
-    "detection": sa.select(
-        detection.c.algorithm.label("detector"), detection.c.version, detection.c.n_jumps.label("jumps")
-    ).where(detection.c.uid == _UID),
+    "detection": sa.select(sa.type_coerce(_UID, sa.Text).label("jumps found by")),
     "decision": sa.select(
         decision.c.verdict, decision.c.reason_code.label("because"), person.c.name.label("by"), decision.c.at_utc
     )

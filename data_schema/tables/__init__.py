@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import sqlalchemy as sa
 
-from data_schema.tables import design, equipment, files, journal, results, runs, signals
+from data_schema.tables import design, equipment, files, journal, reports, runs, signals
 from data_schema.tables.base import METADATA
 
-__all__ = ["FACTS", "METADATA", "design", "equipment", "files", "journal", "results", "runs", "signals"]
+__all__ = ["FACTS", "METADATA", "design", "equipment", "files", "journal", "reports", "runs", "signals"]
 
 FACTS: dict[str, sa.Table] = {
     fact.name: fact
@@ -31,7 +31,7 @@ FACTS: dict[str, sa.Table] = {
         runs.charge,
         runs.note,
         runs.decision,
-        results.report,
+        reports.report,
     )
 }
 """The tables a person's statement can write to, by the kind of thing they hold."""

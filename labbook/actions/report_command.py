@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import itertools
 import os
 import re
 import tempfile
@@ -15,7 +16,7 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema import journal
-from data_schema.disk import make_folder, sync_all
+from data_schema.disk import make_folder, sync_all, write_whole
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.row_hashes import altered_rows
@@ -23,11 +24,11 @@ from data_schema.second_process import has_core, run_in_fork
 from data_schema.vocabulary import Action
 from ingest.store import STORED
 from labbook.book.opening import JOURNAL, Book
+from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report, numbers_path
 from labbook.book.write_session import Statement, new_uid, now_utc
 from labbook.config.parsing import Configuration
 from labbook.config.settings_of_numbers import settings_of_numbers
 from labbook.presenting.report.content import MadeReport, make_report
-from labbook.statements.reporting import shown_by
 from reports.page.printing import print_pdf
 from reports.page.writing import refuse_foreign, report_files, write_report
 
@@ -36,7 +37,7 @@ _ATTEMPTS = 5
 
 @dataclass(frozen=True, slots=True)
 class WrittenReport:
-    """Where a report was written, its claims, and how much had to be computed for it.
+    """Where a report was written, and its claims.
 
     `warning` names rows that were altered outside labbook, "" where none were. `page` is the first one alone where that
     was asked for; `pdf` is "" where none was made, and `no_pdf` is the reason.
@@ -45,8 +46,6 @@ class WrittenReport:
     page: str
     folder: str
     claims: tuple[str, ...]
-    results_computed: int
-    results_reused: int
     warning: str
     pdf: str = ""
     no_pdf: str = ""
@@ -54,12 +53,9 @@ class WrittenReport:
 
 @dataclass(frozen=True, slots=True)
 class DrawnReport:
-    """A report's files, name to bytes, their folder as it counts from the book's, and what puts them there.
+    """A report's files, name to bytes, their folder as it counts from the book's, and what puts them there."""
 
-    `folder` is None for a report without files.
-    """
-
-    folder: str | None
+    folder: str
     files: Mapping[str, bytes]
     put: Callable[[], None]
 
@@ -109,7 +105,7 @@ def write(
     pdf: bool = False,
     every_figure: bool = False,
 ) -> WrittenReport:
-    """Analyse, write the page, state that the report was made, keep what was computed.
+    """Analyse, write the page, state that the report was made.
 
     With `unsaved` the page is written to `out` and the book stays as it is, as it has to for who may only read it.
     With `summary` the first page is written alone, too; with `pdf` it, or the whole, is printed where a browser is.
@@ -122,27 +118,17 @@ def write(
         refuse_foreign(out)
         _check_writable(out)
 
-    def drawn(made: MadeReport) -> DrawnReport:
+    def draw(made: MadeReport) -> DrawnReport:
         step("writing the page")
-        files = report_files(made.content, summary=summary, every_figure=every_figure)
-        folder = folder_of(made)
-
-        def put() -> None:
-            make_folder(folder)
-            write_report(files, folder)
-            sync_all(folder)
-
-        return DrawnReport(os.path.relpath(folder.resolve(), book.folder.resolve()), files, put)
-
-    def folder_of(made: MadeReport) -> Path:
-        return out or book.folder / "reports" / made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
+        return _drawn(book, made, out, report_files(made.content, summary=summary, every_figure=every_figure))
 
     if unsaved:
         made = _unsaved_report(book, where, step)
-        drawn(made).put()
+        drawn = draw(made)
+        drawn.put()
     else:
-        made = _saved_report(book, where, out, person, step, drawn)
-    folder = folder_of(made)
+        made, drawn = _saved_report(book, where, out, person, step, draw)
+    folder = out or book.folder / drawn.folder
     page = folder / ("summary.html" if summary else "report.html")
     printed = page.with_suffix(".pdf")
     if pdf:
@@ -152,12 +138,30 @@ def write(
         page=str(page),
         folder=str(folder),
         claims=tuple(claim.text for claim in made.content.claims),
-        results_computed=len(made.cache.computed),
-        results_reused=len(made.cache.reused),
         warning=made.content.warning,
         pdf=str(printed) if pdf and not no_pdf else "",
         no_pdf=no_pdf,
     )
+
+
+def _drawn(book: Book, made: MadeReport, out: Path | None, files: Mapping[str, bytes]) -> DrawnReport:
+    """Return a report's files, its `numbers.json` among them, for the folder `out` or a new one of the book."""
+    folder = out or _new_folder(book, made)
+    every = {**files, NUMBERS: numbers_bytes(numbers_of_report(made))}
+
+    def put() -> None:
+        make_folder(folder)
+        write_report(every, folder)
+        sync_all(folder)
+
+    return DrawnReport(os.path.relpath(folder.resolve(), book.folder.resolve()), every, put)
+
+
+def _new_folder(book: Book, made: MadeReport) -> Path:
+    """Return a folder named after the time of the report, and after its number where two are of one second."""
+    name = made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
+    names = itertools.chain([name], (f"{name}-{number}" for number in itertools.count(2)))
+    return next(folder for each in names if not (folder := book.folder / "reports" / each).exists())
 
 
 def _altered_warning(groups: int) -> str:
@@ -177,13 +181,13 @@ def _saved_report(
     person: str | None,
     step: Callable[[str], None],
     draw: Callable[[MadeReport], DrawnReport],
-) -> MadeReport:
+) -> tuple[MadeReport, DrawnReport]:
     try:
         with book.session(person):
             pass  # takes over what labbook.toml adds before anything is computed
         if out is None and os.access(book.folder, os.W_OK):  # else the session reports who may not write
             _check_writable(book.folder / "reports")
-        return state_report(book, where, person, step, draw)
+        return _stated(book, where, person, step, draw)
     except BookReadOnly as error:
         raise BookReadOnly(f"{error} `labbook report --unsaved --out DIR` needs no right to write.") from error
 
@@ -251,13 +255,19 @@ def _check_writable(folder: Path) -> None:
             folder.rmdir()
 
 
-def state_report(
+def state_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
+    """Make a report of which nothing is drawn: its numbers alone."""
+    made, _drawn_report = _stated(book, where, person, step, lambda made: _drawn(book, made, None, {}))
+    return made
+
+
+def _stated(
     book: Book,
     where: str | None,
     person: str | None,
     step: Callable[[str], None],
-    draw: Callable[[MadeReport], DrawnReport] = lambda _made: DrawnReport(None, {}, lambda: None),
-) -> MadeReport:
+    draw: Callable[[MadeReport], DrawnReport],
+) -> tuple[MadeReport, DrawnReport]:
     """Compute without a lock, then state and store; begin again if somebody stated something meanwhile.
 
     `draw` makes the report's files without a lock, too: a report is in the journal only when they are there, whole.
@@ -268,15 +278,18 @@ def state_report(
         with book.session(person) as session:
             if session.entries or journal.head(session.connection) != seen:
                 continue
+            files = {name: hashlib.sha256(data).hexdigest() for name, data in drawn.files.items()}
             new = {
                 "where": where,
                 "made_at": made.content.made_at,
-                **shown_by(made),
+                "numbers": len(made.shown),
+                "versions": made.versions,
                 "settings": settings_of_numbers(book.configuration),
                 "folder": drawn.folder,
-                "files": {name: hashlib.sha256(data).hexdigest() for name, data in drawn.files.items()},
+                "files": files,
             }
-            session.state(Statement(Action.REPORT, "report", new_uid(), new=new, prepared=made))
+            session.state(Statement(Action.REPORT, "report", new_uid(), new=new))
             drawn.put()
-            return made
+            write_whole(numbers_path(book.store.root, files[NUMBERS]), drawn.files[NUMBERS])
+            return made, drawn
     raise UsageError("others keep writing to the book: try the report again when they have finished.")

@@ -19,7 +19,7 @@ from labbook.analysis.comparison.pairing import sort_key, with_control
 from labbook.analysis.outcomes.conditions import RunNumber, measure, run_numbers
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results import Results
 from labbook.analysis.study_data import StudyData, gather
 from labbook.config.model import AnalysisSettings
 from labbook.config.parsing import Configuration
@@ -244,7 +244,7 @@ def _numbers(
     quantity: Outcome,
     step: Callable[[str], None],
 ) -> tuple[list[RunNumber], Mapping[str, Undefined]]:
-    found = measure(quantity, ResultCache(connection), Detections(connection, store, step), evidence)
+    found = measure(quantity, Results(connection), Detections(connection, store, step), evidence)
     return run_numbers(evidence.runs, found.results, quantity), evidence.reasons(found.missing, quantity.source)
 
 

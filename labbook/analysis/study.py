@@ -32,10 +32,10 @@ from labbook.analysis.prediction.hypotheses import judge_hypotheses
 from labbook.analysis.prediction.predicting import PredictionResult, predictions, predictions_in_background
 from labbook.analysis.prediction.simulating import ALWAYS, SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
-from labbook.analysis.results.result_cache import ResultCache, RunResults
+from labbook.analysis.results import Results, RunResults
 from labbook.analysis.study_data import StudyData
 from reports.evidence import Anova, MeansContrast
-from reports.numbers import StoredResult
+from reports.numbers import Result
 from reports.predicted import Hypothesis, Judged, Prediction
 from stats.days.order import PositionsCompared
 
@@ -55,7 +55,7 @@ class StudyAnalysis:
     drains: dict[str, Drain]
     judgements: Mapping[str, Judgement]
     apexes: Mapping[str, RunApexes]
-    results: dict[Outcome, RunResults[StoredResult]]
+    results: dict[Outcome, RunResults[Result]]
     conditions: dict[Outcome, list[ConditionValues]]
     swept: str | None
     compared: list[Compared]
@@ -74,10 +74,10 @@ class StudyAnalysis:
 
 
 def _results(
-    cache: ResultCache, detections: Detections, evidence: StudyData, known: Mapping[Outcome, RunResults[StoredResult]]
-) -> dict[Outcome, RunResults[StoredResult]]:
+    computed: Results, detections: Detections, evidence: StudyData, known: Mapping[Outcome, RunResults[Result]]
+) -> dict[Outcome, RunResults[Result]]:
     """Ensure the other outcomes, and leave out those that no run has and none is expected to have."""
-    every = {outcome: known.get(outcome) or measure(outcome, cache, detections, evidence) for outcome in Outcome}
+    every = {outcome: known.get(outcome) or measure(outcome, computed, detections, evidence) for outcome in Outcome}
     return {
         outcome: replace(found, missing=evidence.reasons(found.missing, outcome.source))
         for outcome, found in every.items()
@@ -87,7 +87,7 @@ def _results(
 
 
 def analyse(
-    cache: ResultCache,
+    computed: Results,
     detections: Detections,
     evidence: StudyData,
     progress: Callable[[str], None],
@@ -97,32 +97,32 @@ def analyse(
 
     `level` is that of the comparisons' intervals, and alpha of their tests follows; without it they are as planned.
     """
-    planned = planned_analysis(cache.connection, evidence.configuration, [run.uid for run in evidence.selected])
+    planned = planned_analysis(computed.connection, evidence.configuration, [run.uid for run in evidence.selected])
     settings = planned.settings
     if level is not None and not math.isclose(level, 1.0 - settings.outside):
         settings = replace(settings, alpha=settings.alpha * (1.0 - level) / settings.outside)
         planned = replace(planned, settings=settings)
-    ahead = predictions_in_background(cache, evidence)
+    ahead = predictions_in_background(computed, evidence)
     progress("passive drain and joules a jump")
-    drains = passive_drains(cache, evidence)
-    energies = run_energies(cache, evidence, drains)
+    drains = passive_drains(computed, evidence)
+    energies = run_energies(computed, evidence, drains)
     progress("apex heights")
-    apexes = run_apexes(cache, detections, evidence, as_protocol(evidence))
-    results = _results(cache, detections, evidence, {Outcome.JOULES: energies, Outcome.APEX: apexes})
+    apexes = run_apexes(computed, detections, evidence, as_protocol(evidence))
+    results = _results(computed, detections, evidence, {Outcome.JOULES: energies, Outcome.APEX: apexes})
     progress("comparisons")
     scope = {"selection": evidence.selection}
     conditions = {
-        outcome: condition_values(cache, evidence.runs, found.results, outcome, scope)
+        outcome: condition_values(computed, evidence.runs, found.results, outcome, scope)
         for outcome, found in results.items()
     }
     swept = pairing.swept_factor(evidence.configuration)
-    packs = pack_deviations(cache, conditions[Outcome.JOULES], scope)
-    of_a_joule = budget(cache, evidence, conditions[Outcome.JOULES], scope)
+    packs = pack_deviations(computed, conditions[Outcome.JOULES], scope)
+    of_a_joule = budget(computed, evidence, conditions[Outcome.JOULES], scope)
     measured = list(dict.fromkeys(item.key for several in conditions.values() for item in several))
     simulated = [outcome for outcome in SIMULATED if outcome in ALWAYS or conditions.get(outcome)]
-    predicted = predictions(cache, evidence, measured, progress, simulated, ahead)
+    predicted = predictions(computed, evidence, measured, progress, simulated, ahead)
     checks = {
-        outcome: check_conditions(cache, conditions[outcome], predicted, outcome, swept, scope)
+        outcome: check_conditions(computed, conditions[outcome], predicted, outcome, swept, scope)
         for outcome in simulated
         if predicted
     }
@@ -148,29 +148,31 @@ def analyse(
         predicted=predicted,
         checked=checked,
         biases=[
-            one for outcome, found in checks.items() for one in judge(cache, conditions[outcome], found, outcome, scope)
+            one
+            for outcome, found in checks.items()
+            for one in judge(computed, conditions[outcome], found, outcome, scope)
         ],
         hypotheses=[],
     )
     hypotheses = tuple(evidence.configuration.hypotheses.values())
     if swept is None:
-        judged = judge_hypotheses(cache, hypotheses, conditions, [], predicted, "", settings, scope)
+        judged = judge_hypotheses(computed, hypotheses, conditions, [], predicted, "", settings, scope)
         return replace(analysis, hypotheses=judged)
-    beside = unselected_conditions(cache, detections, evidence, conditions, scope) if planned.stated else {}
-    compared = compare_all(cache, conditions, swept, planned, evidence.configuration.study.kind, scope, beside)
+    beside = unselected_conditions(computed, detections, evidence, conditions, scope) if planned.stated else {}
+    compared = compare_all(computed, conditions, swept, planned, evidence.configuration.study.kind, scope, beside)
     anovas = [
         anova
         for quantity, several in conditions.items()
-        for anova in analyses_of_variance(cache, several, swept, quantity, scope)
+        for anova in analyses_of_variance(computed, several, swept, quantity, scope)
     ]
     pooled = {outcome: pairing.pairs_pooled(several, swept) for outcome, several in conditions.items()}
-    effects, adjusted_effects = overall_effects(cache, pooled, settings, scope), Overall()
+    effects, adjusted_effects = overall_effects(computed, pooled, settings, scope), Overall()
     values = {
         level.label: level.value
         for level in evidence.configuration.factors[swept].levels
         if level.value is not None and level.label != evidence.configuration.factors[swept].control
     }
-    contrasts = contrast_means(cache, conditions, swept, values, planned, evidence.selection)
+    contrasts = contrast_means(computed, conditions, swept, values, planned, evidence.selection)
     favoured = favoured_by_order(
         (pair for pairs in pooled.values() for pair in pairs),
         over_groups=bool(effects.savings) or effects.equivalent is not None,
@@ -178,14 +180,14 @@ def analyse(
     if OVER_GROUPS in favoured:
         adjusted = {outcome: adjusted_for_position(pairs) for outcome, pairs in pooled.items()}
         adjusted_effects = overall_effects(
-            cache,
+            computed,
             {outcome: pairs for outcome, pairs in adjusted.items() if not isinstance(pairs, Undefined)},
             settings,
             {**scope, "variant": ADJUSTED},
             fingerprints_of_positions,
         )
     progress("what the headlines depend on")
-    variations = vary(cache, detections, evidence, drains, results, conditions, swept, settings)
+    variations = vary(computed, detections, evidence, drains, results, conditions, swept, settings)
     of_savings = [(item.pair, item.shown.decision) for item in compared if item.shown.quantity is Outcome.JOULES]
     return replace(
         analysis,
@@ -194,8 +196,8 @@ def analyse(
         variations=variations,
         overall=effects,
         contrasts=contrasts,
-        hypotheses=judge_hypotheses(cache, hypotheses, conditions, compared, predicted, swept, settings, scope),
+        hypotheses=judge_hypotheses(computed, hypotheses, conditions, compared, predicted, swept, settings, scope),
         favoured=favoured,
         overall_adjusted=adjusted_effects,
-        checked=[*checked, *check_savings(cache, of_savings, predicted, scope)],
+        checked=[*checked, *check_savings(computed, of_savings, predicted, scope)],
     )

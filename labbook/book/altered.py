@@ -9,15 +9,16 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import takewhile, zip_longest
+from pathlib import Path
 from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.queries.reports import reports_depending_on
-from data_schema.queries.results import unshown_results
-from data_schema.row_hashes import GROUPS, STALE, Altered, Misfit, row_hashes, rows_of, stored_hashes
+from data_schema.queries.reports import list_reports
+from data_schema.row_hashes import GROUPS, Altered, Misfit, row_hashes, rows_of, stored_hashes
 from data_schema.tables import FACTS, design
 from data_schema.tables.runs import run
+from labbook.book.report_numbers import reports_depending_on
 
 MOST_NAMED = 20
 """So many groups of rows are compared value by value; a careless command alters all there are."""
@@ -75,40 +76,35 @@ class AlteredRows:
 
 
 def describe_altered(
-    book: sa.Connection, fresh: sa.Connection | None, suspected: Sequence[Altered]
+    store: Path, book: sa.Connection, fresh: sa.Connection | None, suspected: Sequence[Altered]
 ) -> list[AlteredRows]:
-    """Return which values of suspected rows are wrong; `fresh` holds the right ones, None where these are not known."""
-    found = []
+    """Return which values of suspected rows are wrong; `fresh` holds the right ones, None where these are not known.
+
+    The numbers of its reports are in its `store`.
+    """
+    found, made = [], list_reports(book)
     for item in suspected:
         values = () if fresh is None else tuple(_wrong_values(book, fresh, item))
-        reports = tuple(reports_depending_on(book, _inputs(book, fresh, item)))
+        concerned = reports_depending_on(store, made, _inputs(book, fresh, item))
+        reports = tuple(report.called for report in concerned)
         hash_only = fresh is not None and not values and item.how is not Misfit.MOVED
         found.append(AlteredRows(item, values, reports, hash_only))
     return found
 
 
 def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:
-    """Hash all rows of a book and return where they differ from those of one just made, by the hashes it has.
-
-    A result that no report shows may be missing: it is computed again when it is wanted.
-    """
+    """Hash all rows of a book and return where they differ from those of one just made, by the hashes it has."""
     found = []
-    unshown = set(unshown_results(fresh))
-    for kind in (*GROUPS, STALE):
+    for kind in GROUPS:
         here, there = row_hashes(book, kind), stored_hashes(fresh, kind)
         for uid in dict.fromkeys((*here, *there)):
-            pruned = uid not in here and uid in unshown and kind in ("result", STALE)
-            if here.get(uid) != there.get(uid) and not pruned:
+            if here.get(uid) != there.get(uid):
                 how = Misfit.REMOVED if uid not in here else Misfit.ADDED if uid not in there else Misfit.ALTERED
                 found.append(Altered(kind, uid, how))
     return found
 
 
 def _wrong_values(book: sa.Connection, fresh: sa.Connection, item: Altered) -> Iterable[WrongValue]:
-    if item.kind == STALE:
-        stands = item.how is Misfit.ADDED
-        yield WrongValue("result", f"result {item.uid}", STALE, int(stands), int(not stands))
-        return
     here, there = _by_table(book, item), _by_table(fresh, item)
     for table in dict.fromkeys((*here, *there)):
         for row, other in _pairs(here.get(table, []), there.get(table, [])):
@@ -145,8 +141,6 @@ def _name(row: Mapping[str, Any], owner: str) -> str:
 
 def _inputs(book: sa.Connection, fresh: sa.Connection | None, item: Altered) -> list[tuple[str, str]]:
     """Return under which names results rest on altered rows."""
-    if item.kind == STALE:
-        return [("result", item.uid)]
     rows = rows_of(book, item.kind, item.uid) + ([] if fresh is None else rows_of(fresh, item.kind, item.uid))
     samples = [("signal", row["sha256"]) for table, row in rows if table == "signal"]
     runs = [("run", row["run"]) for _table, row in rows if row.get("run")]

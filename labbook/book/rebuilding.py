@@ -101,14 +101,15 @@ def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | N
     try:
         with reading(engine) as connection:
             found = differences(connection, journal.stored(connection), replay.without_rows)
-            altered = (0, ()) if old is None or moves else _altered(folder, url, old, connection, found)
+            store = replay.store.root
+            altered = (0, ()) if old is None or moves else _altered(folder, store, url, old, connection, found)
     finally:
         engine.dispose()
     return Rebuilt(len(replay.hashes), old, found, replay.left_out, *altered)
 
 
 def _altered(
-    folder: Path, url: str | None, old: str, fresh: sa.Connection, found: Differences
+    folder: Path, store: Path, url: str | None, old: str, fresh: sa.Connection, found: Differences
 ) -> tuple[int, tuple[AlteredRows, ...]]:
     """Compare rows of the old database with the new ones; none where it is too damaged, or of another schema.
 
@@ -123,7 +124,7 @@ def _altered(
             if not found.other_versions:  # a hash may have been altered with its row
                 known = {(item.kind, item.uid): item for item in (*differing(connection, fresh), *suspected)}
                 suspected = list(known.values())
-            return len(suspected), tuple(describe_altered(connection, fresh, suspected[:MOST_NAMED]))
+            return len(suspected), tuple(describe_altered(store, connection, fresh, suspected[:MOST_NAMED]))
     except (BookError, sa.exc.DBAPIError):
         return 0, ()
     finally:

@@ -16,13 +16,11 @@ from data_schema.engine import sqlite_engine, writing
 from data_schema.errors import BookDamaged, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
-from data_schema.vocabulary import Action
 from ingest.store import Store
 from labbook.book.making import fill_sqlite
 from labbook.book.opening import DATABASE
 from labbook.book.reading_ahead import reading_ahead
 from labbook.book.write_session import apply_again
-from labbook.statements.apply_context import ReplayedReports
 
 _ENTRIES_AT_ONCE = 500
 """Commands of so many entries are one transaction: committing and hashing rows for each takes a third of its time."""
@@ -39,7 +37,6 @@ class Replay:
     """Of the entries that were applied, in their order."""
     without_rows: list[Entry] = field(default_factory=list)
     left_out: LeftOut = NOTHING
-    reports: ReplayedReports = field(default_factory=ReplayedReports)
 
     def apply_to(self, engine: sa.Engine, until: int | None = None) -> None:
         """Apply what the journal holds beyond what was applied before, many commands in one transaction.
@@ -54,15 +51,10 @@ class Replay:
         entries = journal.verified_chain(self.mirror.tail(seq), (seq, last_hash)) if seq else self.mirror.entries()
         new = itertools.takewhile(lambda entry: entry.seq <= total, entries)
         with reading_ahead(self.store) as ahead:
-
-            def prepared(entry: Entry) -> object:
-                self.reports.note_entry(entry)
-                return self.reports if entry.action is Action.REPORT else ahead.take(entry)
-
             for some in _batched(journal.commands(ahead.pass_on(new))):
                 with writing(engine) as connection:
                     for command in some:
-                        self.without_rows += self._applied(connection, command, prepared)
+                        self.without_rows += self._applied(connection, command, ahead.take)
                         self.step(f"{command[-1].seq}/{total} {command[-1].action} {command[-1].entity_kind}")
                 self.hashes += [entry.hash for command in some for entry in command]
 

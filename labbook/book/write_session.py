@@ -56,7 +56,6 @@ class WriteSession:
     store: Store
     person: str
     entries: list[Entry] = field(default_factory=list)
-    stale: list[tuple[str, str]] = field(default_factory=list)
     merged: list[Entry] = field(default_factory=list)
 
     def state(self, statement: Statement) -> None:
@@ -78,7 +77,7 @@ class WriteSession:
             reason=statement.reason,
             prev_hash=journal.GENESIS,
         )
-        self.stale += apply(self.connection, self.store, entry, statement.prepared)
+        apply(self.connection, self.store, entry, statement.prepared)
         self.entries.append(entry)
 
     def declare(self, entity: str, /, **values: Any) -> str:
@@ -112,9 +111,9 @@ def _surrogates(text: str) -> bool:
     return any("\ud800" <= letter <= "\udfff" for letter in text)
 
 
-def apply(connection: sa.Connection, store: Store, entry: Entry, prepared: object = None) -> list[tuple[str, str]]:
-    """Let one entry take effect while a person speaks; returns (kind, scope) of results now stale."""
-    return apply_entry(ApplyContext(connection, store), entry, prepared)
+def apply(connection: sa.Connection, store: Store, entry: Entry, prepared: object = None) -> None:
+    """Let one entry take effect while a person speaks."""
+    apply_entry(ApplyContext(connection, store), entry, prepared)
 
 
 def apply_again(

@@ -77,20 +77,25 @@ def stating(folder: Path | None, person: str | None) -> Iterator[tuple[Book, Wri
 
 
 def tell(data: Mapping[str, Any], said: Sequence[str]) -> Shown:
-    """Answer what was stated, and of `data` how the runs do now (`rig`), what became `stale`, and `remarks`."""
-    from labbook.actions.upkeep.stale import stale_lines
-
-    stale = data.get("stale")
+    """Answer what was stated, and of `data` how the runs do now (`rig`), which `reports` it bears on, and `remarks`."""
+    reports = outdated_lines(data.get("reports", ()))
     remarks = [f"look again: {getattr(remark, 'message', remark)}" for remark in data.get("remarks", ())]
-    return Shown(data, [*said, *data.get("rig", ()), *(stale_lines(stale) if stale else ()), *remarks])
+    return Shown(data, [*said, *data.get("rig", ()), *reports, *remarks])
+
+
+def outdated_lines(reports: Sequence[str]) -> list[str]:
+    """Say which reports have numbers that depend on what was stated."""
+    return [f"report {report} has numbers that depend on this: `labbook report` makes it anew." for report in reports]
 
 
 def tell_statement(folder: Path | None, person: str | None, make: Callable[[WriteSession], str], **data: Any) -> Shown:
-    """Make one statement, and answer its message and what became stale."""
-    with stating(folder, person) as (_book, session):
+    """Make one statement, and answer its message and which reports it bears on."""
+    from labbook.book.report_numbers import outdated_reports
+
+    with stating(folder, person) as (book, session):
         said = make(session)
-        stale = session.stale
-    return tell({**data, "said": said, "stale": stale}, [said])
+        reports = outdated_reports(book.store.root, session.connection, session.entries)
+    return tell({**data, "said": said, "reports": reports}, [said])
 
 
 def as_command(own: Callable[..., Shown]) -> Callable[..., int]:

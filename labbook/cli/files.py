@@ -76,7 +76,7 @@ def reread_command(
 ) -> Shown:
     """Read the kept copies of files again: with what was declared about them, and what is declared here.
 
-    Today's labbook.toml holds. What changes and what becomes stale is said; a reading that is refused
+    Today's labbook.toml holds. What changes, and which reports it bears on, is said; a reading that is refused
     changes nothing, and the exit code is 2.
 
     Example: labbook files reread r007.csv --column "z=body_height:mm" --why "the unit was missing"
@@ -126,7 +126,7 @@ def _reread_json(done: "Reread") -> dict[str, Any]:
         "refused": done.read.refused,
         "changes": done.changes,
         "runs": done.runs,
-        "stale": done.stale,
+        "reports": done.reports,
         "verdicts_waiting": done.waiting,
         "findings": [
             {"severity": finding.severity, "rule": finding.rule, "message": finding.message}

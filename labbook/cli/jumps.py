@@ -87,6 +87,7 @@ def clear_command(jumps: OfJumps) -> Shown:
 
 def _decide(jumps: OfJumps, verdict: str, reason: str) -> Shown:
     from labbook.actions.runs.jump_review import decide, reason_remarks, resolve_jumps, review, without_apex
+    from labbook.book.report_numbers import outdated_reports
 
     run, person = jumps.run, jumps.person
     with opened(jumps.book) as opened_book:
@@ -96,11 +97,11 @@ def _decide(jumps: OfJumps, verdict: str, reason: str) -> Shown:
         decided = resolve_jumps(jumps.numbers, found)
         with opened_book.session(person) as session:
             recorded = decide(opened_book, session, run, decided, verdict, reason, jumps.note, found)
-            stale = session.stale
+            reports = outdated_reports(opened_book.store.root, session.connection, session.entries)
             rejecting = verdict == "reject"
             about = (session.connection, opened_book.configuration, reason, "every comparison of apex heights")
             remarks = reason_remarks(*about) if rejecting else []
             remarks += [] if verdict == "clear" else without_apex(found, decided)
     nothing = "" if recorded else " says nothing new: nothing was stated"
-    data = {"run": run, "jumps": decided, "verdict": verdict, "stale": stale, "remarks": remarks}
+    data = {"run": run, "jumps": decided, "verdict": verdict, "reports": reports, "remarks": remarks}
     return tell(data, [f"{run}: {verdict} {', '.join(map(str, decided))}{nothing}."])

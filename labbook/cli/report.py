@@ -55,7 +55,6 @@ def report(
         written,
         [
             *(written.claims[:1] or ["nothing is claimed from this selection."]),
-            f"{written.results_computed} results computed, {written.results_reused} reused.",
             *(not_stored if unsaved else ()),
             f"{written.page}",
             *([written.pdf] if written.pdf else []),

@@ -13,7 +13,8 @@ from labbook.terminal import Shown, columns
 if TYPE_CHECKING:
     from data_schema.queries.reports import ReportRow
     from labbook.actions.upkeep.report_causes import Cause
-    from labbook.actions.upkeep.report_differences import MovedNumber, ReportNumber, ReportsCompared
+    from labbook.actions.upkeep.report_differences import MovedNumber, ReportsCompared
+    from labbook.book.report_numbers import ReportedNumber
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -49,19 +50,17 @@ def show_command(report: ReportArgument, book: BookOption = None) -> Shown:
 
     Example: labbook reports show last
     """
-    from labbook.actions.upkeep.report_differences import report_named, report_numbers
+    from labbook.actions.upkeep.report_differences import report_named
+    from labbook.book.report_numbers import read_numbers
 
     with reading(book) as (opened_book, connection):
         made, zone = report_named(connection, report), opened_book.configuration.study.time_zone
-        numbers = report_numbers(connection, made)
-    known = [one for one in numbers if one.name is not None]
-    gone = len(numbers) - len(known)
-    rows = [(one.uid, f"{one.name}", _value(one), _about(one)) for one in known]
+        numbers = list(read_numbers(opened_book.store.root, made).numbers.values())
+    rows = [(one.id, one.name, _value(one), one.about) for one in numbers]
     lines = [
         f"report {_called(made, zone)}",
         f"made with {', '.join(f'{name} {version}' for name, version in made.versions.items())}",
         *(columns(("id", "number", "value", "of"), rows) if rows else ()),
-        *([f"{gone} more are of results that the book has no longer: `labbook why ID` says why."] if gone else ()),
     ]
     return Shown({"report": made, "numbers": numbers}, lines)
 
@@ -85,7 +84,9 @@ def diff_command(
     from labbook.actions.upkeep.report_differences import compare_reports, report_named
 
     with reading(book) as (opened_book, connection):
-        found = compare_reports(connection, report_named(connection, before), report_named(connection, after))
+        found = compare_reports(
+            opened_book, connection, report_named(connection, before), report_named(connection, after)
+        )
         zone = opened_book.configuration.study.time_zone
     return Shown(found, _lines(found, full, zone))
 
@@ -110,7 +111,7 @@ def _lines(found: "ReportsCompared", full: bool, zone: str) -> list[str]:
         ]
     listed = found.moved if full else found.moved[:MOST_MOVED]
     rows = [
-        (str(one.now.name), *_pair(one), ",".join(names[place] for place in one.causes) or "?", _about(one.now))
+        (one.now.name, *_pair(one), ",".join(names[place] for place in one.causes) or "?", one.now.about)
         for one in listed
     ]
     if rows:
@@ -123,12 +124,7 @@ def _lines(found: "ReportsCompared", full: bool, zone: str) -> list[str]:
             lines.append(
                 f"{_count(len(alone), 'number')} only in report {report.number}{'' if full else ': see --full'}"
             )
-            lines += [f"  {one.name} of {_about(one)}: {_value(one)}" for one in alone if full]
-    lines += [
-        f"{_count(count, 'number')} of report {report.number} cannot be matched: the book no longer has their results."
-        for report, count in zip(reports, found.unmatched, strict=True)
-        if count
-    ]
+            lines += [f"  {one.name} of {one.about}: {_value(one)}" for one in alone if full]
     return lines
 
 
@@ -179,16 +175,7 @@ def _shortened(lines: Sequence[str], most: int, full: bool) -> list[str]:
     return [*lines] if full or len(lines) <= most else [*lines[:most], f"and {len(lines) - most} more: see --full"]
 
 
-def _about(number: "ReportNumber") -> str:
-    """Say what a number is about: the words of its scope but for the report's selection, and settings that are on."""
-    words = [str(number.kind).replace("_", " ")]
-    for name, value in number.scope.items():
-        if value and name != "selection":
-            words.append(value if isinstance(value, str) else name if value is True else f"{name} {value}")
-    return ", ".join(words)
-
-
-def _value(number: "ReportNumber") -> str:
+def _value(number: "ReportedNumber") -> str:
     unit = "" if number.unit == "1" else f" {number.unit}"
     return "undefined" if number.value is None else f"{number.value:.6g}{unit}"
 

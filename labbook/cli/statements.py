@@ -50,14 +50,15 @@ def charge(
     from labbook.actions.runs.charges import state_charge
     from labbook.actions.runs.remarks import remarks_on
     from labbook.actions.runs.rig_line import rig_lines_of_runs
+    from labbook.book.report_numbers import outdated_reports
 
     with opened(book) as opened_book:
         with opened_book.session(person) as session:
             uid = state_charge(session, opened_book.configuration, run, charge_mah, minutes, end_voltage, add=add)
             remarks = remarks_on(session.connection, opened_book.configuration, [run], ["charge_mah"])
-            stale = session.stale
+            reports = outdated_reports(opened_book.store.root, session.connection, session.entries)
         rig = [line.text for line in rig_lines_of_runs(opened_book, [run])]
-    data = {"run": run, "charge": uid, "charge_mah": charge_mah, "rig": rig, "stale": stale, "remarks": remarks}
+    data = {"run": run, "charge": uid, "charge_mah": charge_mah, "rig": rig, "reports": reports, "remarks": remarks}
     return tell(data, [f"run {run}: {charge_mah:g} mAh{' more' if add else ''} (charge:{uid})."])
 
 
@@ -94,7 +95,7 @@ def correct(
     book: BookOption = None,
     person: AsOption = None,
 ) -> Shown:
-    """Correct a fact: the old value stays in the journal, and everything that rested on it becomes stale.
+    """Correct a fact: the old value stays in the journal, and reports with numbers that depend on it are named.
 
     The words of the run sheet stand beside the columns' names: started=09:20 date=2021-06-05 minutes=12 jumps=24
     position=3 run=NEWNAME, the factors, and mah=812 for the charge of a run. A new date takes the start along.
@@ -108,6 +109,7 @@ def correct(
     from labbook.actions.runs.remarks import remarks_on
     from labbook.actions.runs.rig_line import OF_JOULES, rig_lines_of_runs
     from labbook.book.naming import changes_in_words
+    from labbook.book.report_numbers import outdated_reports
     from labbook.cli.reading import with_answers
     from labbook.config.places import toml_changes
 
@@ -123,7 +125,8 @@ def correct(
                 runs = runs_corrected(session.connection, target, changed)
                 remarks = remarks_on(session.connection, configuration, runs, changed)
                 settled = settle_waiting(session, target, runs)
-                data = {"changed": changed, "remarks": remarks, "settled": settled, "stale": session.stale}
+                reports = outdated_reports(opened_book.store.root, session.connection, session.entries)
+                data = {"changed": changed, "remarks": remarks, "settled": settled, "reports": reports}
                 return data, words, runs
 
         data, words, runs = with_answers(attempt, {"fold": fold})
@@ -160,15 +163,16 @@ def void(
     from labbook.actions.runs.correcting import other_reason, unvoid
     from labbook.actions.runs.correcting import void as state_void
     from labbook.actions.runs.jump_review import reason_remarks
+    from labbook.book.report_numbers import outdated_reports
 
     with stating(book, person) as (opened_book, session):
         change = (unvoid if undo else state_void)(session, run, reason)
-        stale = session.stale
+        reports = outdated_reports(opened_book.store.root, session.connection, session.entries)
         remarks = []
         if change.made and not undo:
             remedy = f"If one of these is meant, {other_reason(run)}."
             remarks = reason_remarks(session.connection, opened_book.configuration, reason, remedy=remedy)
-    return tell({"run": run, "stale": stale, "remarks": remarks}, [f"{change.text}."])
+    return tell({"run": run, "reports": reports, "remarks": remarks}, [f"{change.text}."])
 
 
 def assign(
@@ -197,13 +201,14 @@ def assign(
     from labbook.actions.files.assigning import assign as state_assignment
     from labbook.actions.runs.remarks import remarks_on
     from labbook.actions.runs.rig_line import rig_lines_of_runs
+    from labbook.book.report_numbers import outdated_reports
 
     runs = [] if run == NO_RUN else [run]
     with opened(book) as opened_book:
         with opened_book.session(person) as session:
             said = [state_assignment(session, file, run, why, add=add) for file in files]
-            stale = session.stale
+            reports = outdated_reports(opened_book.store.root, session.connection, session.entries)
             remarks = remarks_on(session.connection, opened_book.configuration, runs, ["log"])
         rig = [line.text for line in rig_lines_of_runs(opened_book, runs, jumps=True)]
-    data = {"files": files, "run": None if run == NO_RUN else run, "said": said, "rig": rig, "stale": stale}
+    data = {"files": files, "run": None if run == NO_RUN else run, "said": said, "rig": rig, "reports": reports}
     return tell({**data, "remarks": remarks}, said)

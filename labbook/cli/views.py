@@ -1,6 +1,5 @@
 """Commands that only read: today, show, plot, channels, formats, config, analysis, compare, why."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
@@ -218,27 +217,25 @@ def why(
     ] = False,
     book: BookOption = None,
 ) -> Shown:
-    """Trace a number to the algorithm, the facts and the bytes it rests on.
+    """Trace a number to the algorithm, the facts and the bytes it was computed from.
 
-    A number printed by an earlier labbook, which a rebuild computes anew under another id, is told as it was printed.
-
-    With --check, exit code 3 where the number does not come out as it is stored, or rests on what was altered.
+    The numbers of a report are in its numbers.json. With --check, the number is computed anew from raw copies and
+    journal as of the newest report that shows it: exit code 3 where it comes out otherwise, or an input was altered.
 
     Example: labbook why 3fa9c2d1 --check
     """
-    from labbook.actions.upkeep.recomputing import recompute
-    from labbook.actions.upkeep.tracing import NumberTrace, trace, trace_lines
+    from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
 
     with opened(book) as opened_book:
         with opened_book.reading() as connection:
-            found = trace(connection, number)
+            asked = find_number(opened_book, connection, number)
+            found = trace(connection, asked)
         if not check:
             return Shown(found, trace_lines(found))
-        uid = found.number.uid if isinstance(found, NumberTrace) else found.uid
+        from labbook.actions.upkeep.recomputing import recompute
+
         with progress("replaying", None) as step:
-            (checked,) = recompute(opened_book, [uid], step)
-    if isinstance(found, NumberTrace) and checked.trace is not None:
-        found = replace(found, trace=checked.trace)
+            (checked,) = recompute(opened_book, [asked], step)
     return Shown(
         {"trace": found, "check": checked},
         [checked.sentence, *trace_lines(found)],

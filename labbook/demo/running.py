@@ -83,7 +83,7 @@ def run_demo(folder: Path, files: CampaignFiles, step: Say, say: Say) -> DemoDon
     book_folder, clock = make_campaign_book(folder, files, step, say), Stopwatch(say)
     with opened(book_folder) as book:
         written = write(book, None, book_folder / "reports" / "demo", None, step)
-    clock.lap(f"analysed and wrote the report ({written.results_computed} results)")
+    clock.lap("analysed and wrote the report")
     return DemoDone(str(book_folder), str(folder / "instruments"), str(folder / "truth.json"), written.page)
 
 

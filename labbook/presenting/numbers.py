@@ -1,45 +1,39 @@
-"""Stored numbers as a report carries them."""
+"""The numbers of results as a report carries them."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import fields, is_dataclass
 from typing import Any
 
-from data_schema.queries.results import ResultRow
 from data_schema.vocabulary import Undefined
+from labbook.analysis.results import Results, numbers_of
 from reports.content import Number, Provenance, Value
+from reports.numbers import Result
 from reports.predicted import Prediction
 
 
-@dataclass(frozen=True)
-class ShownNumbers:
-    """Collects the ids of stored numbers that a report shows, for its list of sources."""
-
-    ids: dict[str, None] = field(default_factory=dict)
-
-    def number(self, number: Number) -> Number:
-        """Return a number as it is shown."""
-        self.ids[number.provenance] = None
-        return number
-
-    def value(self, number: Number) -> Value:
-        """Return the bare value of a number."""
-        return self.number(number).value
-
-    def all(self, numbers: Iterable[Number | None]) -> None:
-        """Take numbers, those that there are, for shown."""
-        self.ids.update({number.provenance: None for number in numbers if number is not None})
+def numbers_in(value: object) -> Iterator[Number]:
+    """Give every number that was computed of a book, with its id, in a report's content or a part of it."""
+    if isinstance(value, Number):
+        if value.provenance:
+            yield value
+    elif isinstance(value, Mapping):
+        yield from numbers_in(value.values())
+    elif is_dataclass(value) and not isinstance(value, type):
+        yield from numbers_in([getattr(value, one.name) for one in fields(value)])
+    elif isinstance(value, Iterable) and not isinstance(value, str):
+        for part in value:
+            yield from numbers_in(part)
 
 
-def provenance(shown: Iterable[str], results: Iterable[ResultRow]) -> tuple[Provenance, ...]:
+def provenance(shown: Iterable[str], computed: Results) -> tuple[Provenance, ...]:
     """Say of each number by its id what it is and how many inputs its result has."""
-    known = {number.uid: (number.name, row) for row in results for number in row.numbers}
+    known = {number.provenance: (name, one) for one in computed.made.values() for name, number in numbers_of(one)}
     found = []
     for uid in shown:
-        name, row = known[uid]
-        found.append(Provenance(uid, f"{name.replace('_', ' ')}, {_scope(row)}", len(row.inputs)))
+        name, result = known[uid]
+        found.append(Provenance(uid, f"{name.replace('_', ' ')}, {_scope(result)}", len(result.origin.inputs)))
     return tuple(found)
 
 
@@ -67,7 +61,6 @@ def published_data(item: Prediction | None) -> dict[str, Any] | None:
     return {name: getattr(found, name) for name in ("id", "where", "published", "unit", "relation")}
 
 
-def _scope(row: ResultRow) -> str:
+def _scope(result: Result) -> str:
     """Say what a result is about in a few words; the family of a comparison is in its label already."""
-    scope = json.loads(row.scope_json)
-    return "; ".join(str(value) for name, value in scope.items() if value != "" and name != "family")
+    return "; ".join(str(value) for name, value in result.origin.scope.items() if value != "" and name != "family")

@@ -28,12 +28,9 @@ _HOMES = {
 """The module and function of each kind, loaded when first needed: a note does not wait for readers of files."""
 
 
-def apply_entry(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
-    """Apply an entry to the tables; returns (kind, scope) of the results that became stale."""
+def apply_entry(context: ApplyContext, entry: Entry, prepared: object) -> None:
+    """Apply an entry to the tables."""
     if entry.action is Action.MERGE:  # what was merged stands in the entries that follow in the same command
-        return []
+        return
     module, function = _HOMES[entry.action]
-    found: list[tuple[str, str]] = getattr(import_module(f"labbook.statements.{module}"), function)(
-        context, entry, prepared
-    )
-    return found
+    getattr(import_module(f"labbook.statements.{module}"), function)(context, entry, prepared)

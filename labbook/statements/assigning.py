@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from data_schema.journal import Entry
-from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import fact_exists, insert_fact, read_fact, update_fact
 from data_schema.queries.history import statements_about
 from data_schema.queries.imported_files import (
@@ -13,40 +12,34 @@ from data_schema.queries.imported_files import (
     links_of_run,
     parts_of_file,
     recorded_parts,
-    signals_of_file,
     unassigned_charges_of_file,
     unlink_file,
 )
-from data_schema.queries.results import mark_stale
 from data_schema.queries.runs import list_runs
-from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, ChargeState, FileRole
-from labbook.statements.apply_context import ApplyContext, derived_uid, inputs_around_run, missing_row, run_named
+from labbook.statements.apply_context import ApplyContext, derived_uid, missing_row, run_named
 
 
-def apply_assign(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
-    """Link the file or charge, or take it off its run; results that used it, or may use it now, become stale."""
+def apply_assign(context: ApplyContext, entry: Entry, _prepared: object) -> None:
+    """Link the file or charge, or take it off its run."""
     values = entry.new or {}
     kind, uid = entry.entity_kind, entry.entity_uid
     if kind == "charge" and not fact_exists(context.connection, "charge", uid):
         missing_row(context, entry)
-        return []
-    if values["run"] is None:
-        changed = (
-            _take_charge_off(context, uid) if kind == "charge" else _take_file_off(context, uid, values.get("part"))
-        )
-        return mark_stale(context.connection, changed)
-    if kind == "charge":
+    elif values["run"] is None and kind == "charge":
+        update_fact(context.connection, "charge", uid, {"run": None, "added": 0})
+    elif values["run"] is None:
+        unlink_file(context.connection, uid, values.get("part"))
+    elif kind == "charge":
         assign_charge(context, uid, values["run"], added=bool(values.get("added")))
     else:
         role, part = FileRole(values["role"]), values.get("part")
         if part is not None and part not in parts_of_file(context.connection, uid):
             missing_row(context, entry)
-            return []
+            return
         assign_file(context, uid, values["run"], role, part)
         if part is None:
             assign_only_charge(context, uid, values["run"], role)
-    return mark_stale(context.connection, [*inputs_around_run(context, values["run"]), (kind, uid)])
 
 
 def assign_file(
@@ -120,18 +113,6 @@ def assign_charge(context: ApplyContext, charge_uid: str, run_uid: str, *, added
     update_fact(context.connection, "charge", charge_uid, {"run": run_uid, "added": int(added), **stays})
 
 
-def _take_file_off(context: ApplyContext, file_uid: str, part: str | None) -> list[tuple[str, str]]:
-    """Unlink a file or a part; a run that keeps other signals may be usable again: its condition counts as changed."""
-    links = links_of_file(context.connection, file_uid)
-    runs = {link.run_uid for link in links if part is None or link.part == part}
-    unlink_file(context.connection, file_uid, part)
-    changed = [("file", file_uid), *(("signal", sha256) for sha256 in signals_of_file(context.connection, file_uid))]
-    for run_uid in sorted(runs):
-        if signals_of_runs(context.connection, run_uids=[run_uid]):
-            changed += inputs_around_run(context, run_uid)
-    return changed
-
-
 def resolve_links(context: ApplyContext, link_uid: str, run_uid: str | None) -> list[str]:
     """Return the links to a run that a statement means by one which is not there under that uid.
 
@@ -148,13 +129,3 @@ def resolve_links(context: ApplyContext, link_uid: str, run_uid: str | None) -> 
             same = [link.uid for link in of_file if link.part == named[0]]
             return same or [link.uid for link in of_file if link.part not in recorded]
     return []
-
-
-def _take_charge_off(context: ApplyContext, charge_uid: str) -> list[tuple[str, str]]:
-    """Let a charge belong to no run; a run that keeps another charge may be usable again."""
-    run_uid = read_fact(context.connection, "charge", charge_uid, ["run"])["run"]
-    update_fact(context.connection, "charge", charge_uid, {"run": None, "added": 0})
-    changed = [("charge", charge_uid)]
-    if charges_of_run(context.connection, run_uid):
-        changed += inputs_around_run(context, run_uid)
-    return changed

@@ -12,12 +12,10 @@ import numpy as np
 from data_schema.errors import BookBusy, BookError, InputRefused, UsageError
 from data_schema.journal import Entry, canonical
 from data_schema.queries import imports
-from data_schema.queries.charges import rows_of_file
 from data_schema.queries.detections import add_detections
 from data_schema.queries.facts import insert_fact, key_of, read_fact
 from data_schema.queries.imported_files import links_of_file, parts_of_file
-from data_schema.queries.readings import ReadingRow, last_reading, parts_of_reading, set_status
-from data_schema.queries.results import mark_stale
+from data_schema.queries.readings import last_reading, set_status
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.declared import flag_of
 from ingest.formats.format import UNKNOWN
@@ -26,7 +24,7 @@ from ingest.read import read_file
 from ingest.store import raw_path
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, detection_row, jumps_found
 from labbook.analysis.outcomes.log_dates import day_notes
-from labbook.statements.apply_context import ApplyContext, derived_uid, inputs_around_run, run_named
+from labbook.statements.apply_context import ApplyContext, derived_uid, run_named
 from labbook.statements.assigning import assign_file, link_parts_again
 from labbook.statements.importing import (
     PreparedImport,
@@ -43,7 +41,7 @@ _ZERO_SE_M = 0.005
 """Standard error of a zero that a standing body shows: its leg gives way by some millimetres, more in some logs."""
 
 
-def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> None:
     """Add the file, what was read from it, and its run where that is known.
 
     A file that this labbook's reader refuses, on rebuilding, waits for a declaration; it belongs to its run all the
@@ -56,23 +54,18 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> list[
     file_key = insert_fact(context.connection, "file", file_uid, values)
     role = _role(new, done)
     ingest_key = add_reading(context, entry, done, file_key, role)
-    touched = []
     run_uid = new.get("run") or run_named(context, new.get("stated_run"))
     if run_uid:
         assign_file(context, file_uid, run_uid, role, parts=_parts(new, done))
-        touched.append(run_uid)
     if not done.read.refused:
         add_signals(context, file_key, ingest_key, done, new, None)
         of_file = run_uid if role is FileRole.CHARGE else None
         if done.read.charges:
-            touched += _update_charges(context, ingest_key, file_uid, done, new, of_file)
+            _update_charges(context, ingest_key, file_uid, done, new, of_file)
     contradicting = runs_contradict(new.get("stated_runs", ()), new["original_name"])
     imports.add_findings(context.connection, ingest_key, [finding_values(finding) for finding in contradicting])
     if run_uid:
         imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
-    return mark_stale(
-        context.connection, (changed for uid in dict.fromkeys(touched) for changed in inputs_around_run(context, uid))
-    )
 
 
 def runs_contradict(stated: Sequence[str], name: str) -> list[Finding]:
@@ -86,25 +79,22 @@ def runs_contradict(stated: Sequence[str], name: str) -> list[Finding]:
     return [Finding(Severity.NOTE, RUN_CONTRADICTS, message, None, None, " ".join(stated), 1, ())]
 
 
-def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> list[tuple[str, str]]:
+def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> None:
     """Add another reading of a file, which is in force from now on, and bring what belongs to the file up to it.
 
     Parts that there are no longer belong to no run, and parts that are new belong to the one run that the file belongs
-    to. Statements about a file that were made while it waited take effect now. A reading that gives what the one before
-    gave makes nothing stale.
+    to. Statements about a file that were made while it waited take effect now.
     """
     new = entry.new or {}
     done = _reading_of(context, new, prepared)
     before = last_reading(context.connection, done.sha256)
     assert before is not None, "a file is imported before it is read again"  # noqa: S101
     assert before.file_uid is not None  # noqa: S101
-    old_parts, gave = parts_of_reading(context.connection, before.uid), _inputs_of_reading(context, before)
     before_parts = parts_of_file(context.connection, before.file_uid)
     set_status(context.connection, before.uid, IngestStatus.SUPERSEDED)
     role = _role(new, done)
     file_key = key_of(context.connection, "file", before.file_uid)
     ingest_key = add_reading(context, entry, done, file_key, role)
-    changed = [("file", before.file_uid), *(("signal", part.sha256) for part in old_parts)]
     touched = link_parts_again(context, before.file_uid, role, new.get("stated_run"), before_parts, _parts(new, done))
     if done.read.refused:
         touched += mark_charges_gone(context, before.file_uid)
@@ -114,23 +104,7 @@ def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> list[tu
         of_file = runs.pop() if role is FileRole.CHARGE and len(runs) == 1 else None
         touched += _update_charges(context, ingest_key, before.file_uid, done, new, of_file)
     for run_uid in dict.fromkeys(touched):
-        changed += inputs_around_run(context, run_uid)
         imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
-    after = last_reading(context.connection, done.sha256)
-    same = after is not None and _inputs_of_reading(context, after) == gave
-    return [] if same else mark_stale(context.connection, list(dict.fromkeys(changed)))
-
-
-def _inputs_of_reading(context: ApplyContext, reading: ReadingRow) -> tuple[object, ...]:
-    """Return what results can rest on of a reading: its parts, the runs that they belong to, and its charges."""
-    assert reading.file_uid is not None  # noqa: S101 - only a refused file has none
-    return (
-        reading.status,
-        reading.role,
-        parts_of_reading(context.connection, reading.uid),
-        links_of_file(context.connection, reading.file_uid),
-        rows_of_file(context.connection, reading.file_uid),
-    )
 
 
 def _update_charges(
@@ -150,10 +124,9 @@ def _parts(new: Mapping[str, Any], done: PreparedImport) -> list[str]:
     return (new["parts"] if done.read.refused else [part.part for part in done.read.parts]) or [""]
 
 
-def apply_refuse(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+def apply_refuse(context: ApplyContext, entry: Entry, _prepared: object) -> None:
     """Add the row with the findings of a refused file; they stand in the entry, for no copy is stored."""
     add_refusal(context, entry)
-    return []
 
 
 def _reading_of(context: ApplyContext, new: Mapping[str, Any], prepared: object) -> PreparedImport:

@@ -8,35 +8,34 @@ from __future__ import annotations
 from data_schema.journal import Entry
 from data_schema.queries.facts import fact_exists, read_fact, update_fact
 from data_schema.queries.history import reading_entries
-from data_schema.queries.imported_files import links_of_file
 from data_schema.queries.imports import findings_of
-from data_schema.queries.readings import last_reading, parts_of_reading, set_status
-from data_schema.queries.results import mark_stale
+from data_schema.queries.readings import last_reading, set_status
 from data_schema.tables.base import private_keys
 from data_schema.tables.files import ingest
 from data_schema.vocabulary import ChargeState, IngestStatus, Severity
-from labbook.statements.apply_context import ApplyContext, inputs_around_run, missing_row
+from labbook.statements.apply_context import ApplyContext, missing_row
 from labbook.statements.sheet_charges import mark_charges_gone, restore_charges
 
 
-def apply_withdraw(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+def apply_withdraw(context: ApplyContext, entry: Entry, _prepared: object) -> None:
     """Take a file out of use: its samples and charges count no more."""
-    return _use(context, entry.entity_uid, IngestStatus.WITHDRAWN)
+    _use(context, entry.entity_uid, IngestStatus.WITHDRAWN)
 
 
-def apply_restore(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+def apply_restore(context: ApplyContext, entry: Entry, _prepared: object) -> None:
     """Take a file into use again under the reading that it had, or a charge into the inbox."""
     if entry.entity_kind == "charge":
-        return _set_charge(context, entry, ChargeState.DISMISSED, ChargeState.COUNTED)
-    return _use(context, entry.entity_uid, IngestStatus.IMPORTED)
+        _set_charge(context, entry, ChargeState.DISMISSED, ChargeState.COUNTED)
+    else:
+        _use(context, entry.entity_uid, IngestStatus.IMPORTED)
 
 
-def apply_dismiss(context: ApplyContext, entry: Entry, _prepared: object) -> list[tuple[str, str]]:
+def apply_dismiss(context: ApplyContext, entry: Entry, _prepared: object) -> None:
     """Take a charge that belongs to no run out of the inbox."""
-    return _set_charge(context, entry, ChargeState.COUNTED, ChargeState.DISMISSED)
+    _set_charge(context, entry, ChargeState.COUNTED, ChargeState.DISMISSED)
 
 
-def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> list[tuple[str, str]]:
+def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> None:
     sha256 = read_fact(context.connection, "file", file_uid, ["sha256"])["sha256"]
     reading = last_reading(context.connection, sha256)
     assert reading is not None, "a file in the book was read"  # noqa: S101
@@ -44,26 +43,19 @@ def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> list[tup
     if refused and status is IngestStatus.IMPORTED:
         status = IngestStatus.WAITING
     set_status(context.connection, reading.uid, status)
-    touched = [link.run_uid for link in links_of_file(context.connection, file_uid)]
     if status is IngestStatus.WITHDRAWN:
-        touched += mark_charges_gone(context, file_uid)
+        mark_charges_gone(context, file_uid)
     elif status is IngestStatus.IMPORTED:
         entry = reading_entries(context.connection, sha256)[-1]
         key = private_keys(context.connection, ingest.c.uid, [reading.uid])[reading.uid]
-        touched += restore_charges(context, file_uid, key, entry)
-    changed = [("file", file_uid)]
-    changed += [("signal", part.sha256) for part in parts_of_reading(context.connection, reading.uid)]
-    for run_uid in dict.fromkeys(touched):
-        changed += inputs_around_run(context, run_uid)
-    return mark_stale(context.connection, changed)
+        restore_charges(context, file_uid, key, entry)
 
 
-def _set_charge(context: ApplyContext, entry: Entry, old: ChargeState, new: ChargeState) -> list[tuple[str, str]]:
+def _set_charge(context: ApplyContext, entry: Entry, old: ChargeState, new: ChargeState) -> None:
     """Change the state of a charge; one whose row is gone stays so, and comes back in the state stated last."""
     uid = entry.entity_uid
     if not fact_exists(context.connection, "charge", uid):
         missing_row(context, entry)
-        return []
+        return
     if read_fact(context.connection, "charge", uid, ["state"])["state"] == old:
         update_fact(context.connection, "charge", uid, {"state": str(new), "run": None})
-    return mark_stale(context.connection, [("charge", uid)])

@@ -33,7 +33,7 @@ from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.outcomes.run_energy import joules_per_mah
 from labbook.analysis.prediction.simulating import PlainPredictions, plain_predictions
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results import Results
 from labbook.analysis.study_data import gather
 from labbook.book.opening import opened
 from labbook.config.model import Configuration
@@ -494,7 +494,7 @@ def ask(asked: Asked) -> Found[EmulatorStudy]:
         refuse_empty_selection(connection, options.where)
         evidence = gather(connection, configuration, options.where)
         conditions = conditions_by_outcome(
-            ResultCache(connection),
+            Results(connection),
             Detections(connection, book.store, asked.step),
             evidence,
             (Outcome.JOULES, Outcome.APEX),

@@ -38,7 +38,7 @@ from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_
 from labbook.analysis.outcomes.run_force import usable_force, vertical_force
 from labbook.analysis.prediction.condition_scenes import study_scene
 from labbook.analysis.prediction.simulating import plain_predictions
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results import Results
 from labbook.analysis.study_data import StudyData, gather
 from labbook.book.opening import opened
 from labbook.config.model import Configuration
@@ -467,8 +467,8 @@ def _plate_runs(
         if LEG_LENGTH in signal.channels:
             legs.setdefault(signal.run_uid, []).append(signal)
     _check_study(data.configuration, on_plate, legs)
-    cache = ResultCache(connection)
-    energies = run_energies(cache, data, passive_drains(cache, data))
+    computed = Results(connection)
+    energies = run_energies(computed, data, passive_drains(computed, data))
     missing = data.reasons(energies.missing, FileRole.CHARGE)
     found, left_out = [], dict[str, Undefined]()
     for run in on_plate:

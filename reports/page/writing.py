@@ -18,7 +18,7 @@ from data_schema.errors import UsageError
 from reports.content import Outcome, ReportContent
 from reports.display import count_text, list_text
 from reports.figures.by_level import file_name
-from reports.figures.figure_cache import Wanted, cached_figures, forget_unused
+from reports.figures.figure_cache import DRAWN, Wanted, cached_figures
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN, is_narrow
 from reports.page.references import references_bib
@@ -164,7 +164,7 @@ MARK = ".labbook-report"
 """A file in the folder of a report, which says when it was made: what has the names of its files there is labbook's."""
 _GENERATOR = b'<meta name="generator" content="labbook'
 _PAGES = ("report.html", "summary.html", "report.pdf", "summary.pdf")
-_NAMES = (*_PAGES, "numbers.tex", "references.bib", "figures", "tables")
+_NAMES = (*_PAGES, "numbers.json", "numbers.tex", "references.bib", "figures", "tables")
 """What a report puts into its folder."""
 
 
@@ -186,7 +186,7 @@ def _figure_files(
     found, other = cached_figures(content, list(wanted.values()), meanwhile)
     named = zip(wanted, found, strict=True)
     files = {f"{name}.{suffix}": data for name, formed in named for suffix, data in formed.items()}
-    forget_unused()
+    DRAWN.forget_unused()
     return files, other
 
 

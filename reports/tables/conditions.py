@@ -121,7 +121,7 @@ def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
             lambda row: words(", ".join(f"{robot} {runs}" for robot, runs in row[2].robots.items())),
         ),
         (in_unit("mean", fields.MEAN, unit), lambda row: number_cell(row[2].mean, places)),
-        (in_unit("SD", fields.SD, unit), lambda row: value_cell(row[2].sd, places, factor)),
+        (in_unit("SD", fields.SD, unit), lambda row: number_cell(row[2].sd, places)),
         (in_unit("SE", fields.SE, unit), lambda row: value_cell(row[2].mean.se, places, factor)),
         (
             in_unit("shared SE", fields.SHARED_SE, unit, shown=False),

@@ -135,17 +135,20 @@ def _shared_text(item: BudgetItem, *, several_robots: bool) -> str:
 
 def _budget(content: ReportContent) -> Table:
     several = len(content.robots) > 1
-    traced = any(item.provenance for item in content.budget)
+    traced = any(item.joules.provenance for item in content.budget)
     columns: Columns[BudgetItem] = (
         (text_column("component", fields.COMPONENT, prose=True), lambda item: words(item.component)),
-        (Column("one run", fields.UNCERTAINTY, "J a jump"), lambda item: _budget_cell(item.joules)),
-        (Column("mean of the runs", fields.UNCERTAINTY_OF_MEAN, "J a jump"), lambda item: _budget_cell(item.of_mean)),
+        (Column("one run", fields.UNCERTAINTY, "J a jump"), lambda item: _budget_cell(item.joules.value)),
+        (
+            Column("mean of the runs", fields.UNCERTAINTY_OF_MEAN, "J a jump"),
+            lambda item: _budget_cell(item.of_mean.value),
+        ),
         (
             text_column("shared by" if several else "shared by all runs", fields.SHARED),
             lambda item: Cell("", (None,)) if item.total else words(_shared_text(item, several_robots=several)),
         ),
         (text_column("note", fields.NOTE, prose=True), lambda item: words(item.note)),
-        (replace(PROVENANCE, shown=traced), lambda item: provenance_cell(item.provenance)),
+        (replace(PROVENANCE, shown=traced), lambda item: provenance_cell(item.joules.provenance)),
     )
     caption = (
         "Uncertainty of the joules a jump of a single run, and in the mean over a condition's runs, by source, one "

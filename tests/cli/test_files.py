@@ -26,7 +26,7 @@ def test_a_file_is_listed_read_again_withdrawn_and_restored(tmp_path: Path) -> N
     good(labbook("files", "reread", "r001.csv", "--nothing-declared", at=at))
     says(good(labbook("files", "reread", "--all", at=at)).out, "no file would")
     said = good(labbook("files", "withdraw", "r001.csv", "--why", "another robot", "--json", at=at)).json
-    assert {"file", "why", "said", "stale"} <= set(said)
+    assert {"file", "why", "said", "reports"} <= set(said)
     again = good(labbook("ingest", small.log("r001"), at=at)).out
     assert "another robot" in again
     says(again, "files restore r001.csv")
@@ -76,7 +76,7 @@ def test_an_item_of_the_inbox_is_dismissed_and_comes_back(tmp_path: Path) -> Non
     for item in ("other.csv#1", "bench.csv"):
         assert item in good(labbook("runs", "inbox", at=small.folder)).out
         said = good(labbook("runs", "dismiss", item, "--why", "not ours", "--json", at=small.folder)).json
-        assert {"item", "why", "said", "stale"} <= set(said)
+        assert {"item", "why", "said", "reports"} <= set(said)
         assert item not in good(labbook("runs", "inbox", at=small.folder)).out
         assert set(good(labbook("runs", "restore", item, "--json", at=small.folder)).json) == set(said)
         assert item in good(labbook("runs", "inbox", at=small.folder)).out

@@ -32,7 +32,7 @@ def copy_of_whole_book(folder: Path) -> SmallBook:
 
 
 def copy_of_judged_book(folder: Path) -> SmallBook:
-    """Copy one like it before its first report: made again from its journal in a quarter of the time."""
+    """Copy one like it before its first report."""
     return _copy(made_once("judged-book", judged_book), folder)
 
 

@@ -121,7 +121,7 @@ def _condition(maker, foot, k_gain, ad_gain):
     for values, unit, what in ((joules, "J", "joules a jump"), (apexes, "m", "apex height")):
         mean, sd = maker.mean(values, unit, f"mean {what}, {text}")
         runs = tuple(RunValue(name, float(value)) for name, value in zip(names, values, strict=True))
-        summaries.append(Summary(mean, sd, runs, jumps=23 * n))
+        summaries.append(Summary(mean, Number(sd, unit), runs, jumps=23 * n))
     return Condition(_levels(foot, k_gain, ad_gain), ad_gain == 0, dict(zip(Outcome, summaries, strict=False)))
 
 
@@ -373,11 +373,14 @@ def make_content(seed=5):
         factors=FACTORS, conditions=conditions, claims=(), comparisons=comparisons, anovas=anovas,
         drains=(_drain(maker),),
         budget=(
-            BudgetItem("scatter between runs", 1.3, 0.41, False),
-            BudgetItem("passive-drain fit", 0.21, 0.21, True, "common to all runs corrected by one fit"),
-            BudgetItem("charger resolution", 0.64, 0.20, False, "contained in the scatter"),
-            BudgetItem("reference voltage", 0.12, 0.12, True, "assumed ± 0.1 V"),
-            BudgetItem("in all", 1.32, 0.48, False, "root of the sum of squares", total=True),
+            BudgetItem("scatter between runs", Number(1.3, "J"), Number(0.41, "J"), False),
+            BudgetItem(
+                "passive-drain fit", Number(0.21, "J"), Number(0.21, "J"), True,
+                "common to all runs corrected by one fit",
+            ),
+            BudgetItem("charger resolution", Number(0.64, "J"), Number(0.20, "J"), False, "contained in the scatter"),
+            BudgetItem("reference voltage", Number(0.12, "J"), Number(0.12, "J"), True, "assumed ± 0.1 V"),
+            BudgetItem("in all", Number(1.32, "J"), Number(0.48, "J"), False, "root of the sum of squares", total=True),
         ),
         budget_note="Shown for a condition of 10 runs of 25 jumps, where 1 mAh is 2.2 J a jump.",
         contrasts=_contrasts(maker), order=order, sensitivity=_sensitivity(comparisons, days),

@@ -1,4 +1,4 @@
-"""Reading a stored file again with the declarations of now: what that changes, and what becomes stale.
+"""Reading a stored file again with the declarations of now: what that changes, and which reports it bears on.
 
 `labbook ingest` on bytes that the book has comes here, too: to no change, another reading, or an assignment to a run.
 """
@@ -9,6 +9,7 @@ import functools
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any, Self
 
 import sqlalchemy as sa
@@ -36,9 +37,9 @@ from labbook.actions.files.against_book import (
 )
 from labbook.actions.runs.charges import refuse_second_of_file
 from labbook.actions.runs.remarks import remark_lines, remarks_on
-from labbook.actions.upkeep.stale import stale_lines
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
+from labbook.book.report_numbers import newest_depending_on
 from labbook.book.write_session import DryRun, Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration, parse_configuration
 from labbook.statements.importing import (
@@ -71,7 +72,7 @@ class Reread:
     prepared: PreparedImport
     runs: tuple[str, ...] = ()
     changes: tuple[str, ...] = ()
-    stale: tuple[tuple[str, str], ...] = ()
+    reports: tuple[str, ...] = ()
     waiting: tuple[str, ...] = ()
 
 
@@ -130,7 +131,7 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
                 if not request.dry_run:
                     state_refusal(session, _entry(row, request), prepared)
                 return done
-            done = _state(session, row, request, prepared)
+            done = _state(book.store.root, session, row, request, prepared)
             if request.dry_run:
                 raise DryRun
     except DryRun:
@@ -197,7 +198,9 @@ def _entry(row: ReadingRow, request: RereadRequest) -> dict[str, Any]:
     }
 
 
-def _state(session: WriteSession, row: ReadingRow, request: RereadRequest, prepared: PreparedImport) -> Reread:
+def _state(
+    store: Path, session: WriteSession, row: ReadingRow, request: RereadRequest, prepared: PreparedImport
+) -> Reread:
     connection = session.connection
     before = last_reading(connection, row.sha256) or row  # another program may have been faster
     if before.status is IngestStatus.WITHDRAWN:
@@ -214,16 +217,28 @@ def _state(session: WriteSession, row: ReadingRow, request: RereadRequest, prepa
     session.state(Statement(Action.READ, "ingest", uid, new=new, reason=request.why, prepared=prepared))
     after = last_reading(connection, row.sha256)
     assert after is not None  # noqa: S101 - it was stated just now
+    contents = ReadingContents.of(connection, after)
     return Reread(
         row.name,
         row.sha256,
         with_findings_of_book(connection, uid, prepared.read, ABOUT_RUNS),
         prepared,
         runs_of_file(connection, row.sha256),
-        tuple(changes(old, ReadingContents.of(connection, after))),
-        tuple(session.stale),
+        tuple(changes(old, contents)),
+        tuple(_outdated(store, connection, old, contents)),
         tuple(item.sentence for item in verdicts_waiting(connection) if item not in waited),
     )
+
+
+def _outdated(store: Path, connection: sa.Connection, old: ReadingContents, new: ReadingContents) -> list[str]:
+    """Name the newest report of each selection that has numbers of what comes out otherwise."""
+    if (old.parts, old.charges, old.row.status) == (new.parts, new.charges, new.row.status):
+        return []
+    things = {("signal", part.sha256) for part in old.parts.values()}
+    things |= {("run", link.run_uid) for link in links_of_file(connection, new.row.file_uid or "")}
+    for uid, charge in {**old.charges, **new.charges}.items():
+        things |= {("charge", uid), ("run", charge.run_uid or "")}
+    return newest_depending_on(store, connection, things)
 
 
 @dataclass(frozen=True, slots=True)
@@ -342,14 +357,14 @@ def take_known(
 
 
 def reread_lines(done: Reread, *, dry_run: bool) -> list[str]:
-    """Return lines on another reading: what changed, what became stale, which verdicts wait."""
+    """Return lines on another reading: what changed, which reports it bears on, which verdicts wait."""
     if done.read.refused:
         found = [finding for finding in done.read.findings if finding.severity != "note"]
         return ["refused so, and nothing was changed: the reading before stands:", *map(_refusal_line, found)]
     head = "it would be read again" if dry_run else "read again"
     lines = [f"{head}: {'; '.join(done.changes)}."]
     lines += [f"{finding.severity}: {finding.rule}: {finding.message}" for finding in done.read.findings]
-    lines += stale_lines(list(done.stale)) if done.stale else []
+    lines += [f"report {one} has numbers that depend on it: `labbook report` makes it anew." for one in done.reports]
     return [*lines, *done.waiting]
 
 

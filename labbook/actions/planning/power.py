@@ -33,7 +33,7 @@ from labbook.analysis.comparison.pairing import swept_factor
 from labbook.analysis.outcomes.conditions import Spread, run_spread
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results import Results
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
 from labbook.config.parsing import Configuration
@@ -96,11 +96,11 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         planned = planned_analysis(connection, configuration)
         settings = planned.settings
         quantity = settings.primary_outcome
-        cache, detections = ResultCache(connection), Detections(connection, book.store)
+        computed, detections = Results(connection), Detections(connection, book.store)
         evidence = gather(connection, configuration, None)
 
         def spread(of: Outcome) -> Spread | Undefined:
-            return run_spread(cache, detections, evidence, of)
+            return run_spread(computed, detections, evidence, of)
 
         primary = _assumed(sd, mean, spread, quantity, "--mean")
         if quantity.has_equivalence and request.apex_sd is None and request.apex_mean is None:

@@ -56,7 +56,7 @@ _NO_LEVELS = "levels"
 def correct(
     book: Book, session: WriteSession, target: str, assignments: Sequence[str], why: str, *, fold: str | None = None
 ) -> dict[str, tuple[Any, Any]]:
-    """State corrections of one row; returns (old, new) by column. Results downstream are marked stale.
+    """State corrections of one row; returns (old, new) by column.
 
     Words of the run sheet stand for their columns (`corrected_values`); `fold` settles a local time with two
     readings. The charge of a run is a row of its own, corrected with it.

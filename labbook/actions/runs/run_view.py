@@ -9,11 +9,9 @@ from dataclasses import dataclass
 
 import sqlalchemy as sa
 
-from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.charges import ChargeOfRun, charges_of_run
 from data_schema.queries.history import EntryRow, NoteRow, RunFileRow, files_of_run, history_of_run, notes_of
-from data_schema.queries.results import current_number
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import (
     CalibratedChannel,
@@ -25,11 +23,12 @@ from data_schema.queries.signals import (
 )
 from data_schema.rounding import decimals_for, fixed_text, known_error, number_text
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
-from labbook.analysis.outcomes.conditions import number_of
+from labbook.analysis.outcomes.conditions import measure, number_of
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import calibrated_for_other_day, jumps_found_in_run
 from labbook.analysis.outcomes.run_force import PushOffRules, force_of_run
-from labbook.analysis.study_data import VERTICAL_FORCE
+from labbook.analysis.results import Results
+from labbook.analysis.study_data import VERTICAL_FORCE, gather_about
 from labbook.book.naming import changes_in_words, run_named, study_of
 from labbook.config.local_time import local_text
 from labbook.config.parsing import Configuration
@@ -74,22 +73,14 @@ class RunView:
 
 
 def run_view(detections: Detections, configuration: Configuration, name: str) -> RunView:
-    """Collect what belongs to a run; its numbers are those of the newest report that still stand."""
+    """Collect what belongs to a run, and compute its numbers."""
     connection = detections.connection
     run = run_named(connection, name)
     charges = tuple(charges_of_run(connection, run.uid))
     history = tuple(history_of_run(connection, run.uid, [charge.uid for charge in charges]))
     zone = study_of(connection).time_zone
     protocol = configuration.protocol
-    as_protocol = {
-        "run": name,
-        "detector": protocol.detector,
-        "exclude_first_jumps": protocol.exclude_first_jumps,
-        "exclude_gap_jumps": protocol.exclude_gap_jumps,
-        "heed_decisions": True,
-    }
-    joules = current_number(connection, "run_energy", canonical({"run": name}), "joules_per_jump")
-    apex = current_number(connection, "run_apexes", canonical(as_protocol), "apex_height")
+    numbers = _numbers(detections, configuration, run)
     signals = signals_of_runs(connection, run_uids=[run.uid])
     logs = [signal for signal in signals if signal.role == FileRole.LOG and BODY_HEIGHT in signal.channels]
     forces = [signal for signal in signals if signal.role == FileRole.FORCE and VERTICAL_FORCE in signal.channels]
@@ -108,11 +99,24 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         jumps_do_not_count=found.reason if isinstance(found, Undefined) else None,
         history=history,
         history_in_words=tuple(_in_words(connection, item, zone) for item in history),
-        joules_per_jump=None if joules is None else joules[0],
-        mean_apex_height_m=None if apex is None or other_day is not None else apex[0],
+        joules_per_jump=numbers[Outcome.JOULES],
+        mean_apex_height_m=numbers[Outcome.APEX],
         from_plate=_from_plate(detections, forces, PushOffRules(protocol.onset, protocol.take_off)) if forces else {},
         time_zone=zone,
     )
+
+
+def _numbers(detections: Detections, configuration: Configuration, run: RunRow) -> dict[Outcome, float | None]:
+    """Return a run's joules and mean apex height, None where it has none."""
+    found: dict[Outcome, float | None] = {Outcome.JOULES: None, Outcome.APEX: None}
+    if run.kind is not RunKind.JUMPS or run.state is RunState.VOID:
+        return found
+    data, computed = gather_about(detections.connection, configuration, [run]), Results(detections.connection)
+    for outcome in found:
+        result = measure(outcome, computed, detections, data).results.get(run.uid)
+        value = None if result is None else number_of(result, outcome).value
+        found[outcome] = value if isinstance(value, float) else None
+    return found
 
 
 def _from_plate(detections: Detections, forces: Sequence[SignalRow], rules: PushOffRules) -> dict[str, Number]:

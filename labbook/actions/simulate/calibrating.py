@@ -20,7 +20,7 @@ from labbook.analysis.prediction.condition_scenes import (
     unconverted_factors,
 )
 from labbook.analysis.prediction.simulating import ALWAYS
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results import Results
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
 from reports.display import list_text
@@ -57,8 +57,8 @@ def calibrate_book(
         refuse_empty_selection(connection, where)
         evidence = gather(connection, configuration, where)
         entries, head = journal.head(connection)
-        cache, detections = ResultCache(connection), Detections(connection, book.store, step)
-        conditions = conditions_by_outcome(cache, detections, evidence, ALWAYS)
+        computed, detections = Results(connection), Detections(connection, book.store, step)
+        conditions = conditions_by_outcome(computed, detections, evidence, ALWAYS)
         runs = {
             item.run.condition_key: item.run for several in conditions.values() for one in several for item in one.runs
         }

@@ -32,7 +32,7 @@ from data_schema.row_hashes import altered_rows
 from data_schema.tables.journal import POSTGRES_FUNCTION, SQLITE_TRIGGERS
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
-from labbook.actions.upkeep.reports_made import altered_reports, made_with_other_settings
+from labbook.actions.upkeep.reports_made import altered_numbers, altered_reports, made_with_other_settings
 from labbook.book.altered import MOST_NAMED, describe_altered, differing
 from labbook.book.copies.copying import Counted
 from labbook.book.differing import differences
@@ -119,7 +119,9 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
             yield fresh, replay
 
     problems: list[str] = []
-    database = _attempt(problems, lambda: _read_database(engine_of(folder, configuration), replayed_journal, deep))
+    database = _attempt(
+        problems, lambda: _read_database(store.root, engine_of(folder, configuration), replayed_journal, deep)
+    )
     database = database or _Database([], [], [], None)
     problems += database.problems
     written = _attempt(problems, lambda: _read_through(mirror.entries()))  # the table is never ahead of it
@@ -130,7 +132,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
         waiting = max(0, len(written.hashes) - len(database.journal.hashes))
     read = written or database.journal or _Journal([], [])
     reports, altered = altered_reports(folder, read.reports)
-    problems += altered
+    problems += [*altered, *altered_numbers(store.root, read.reports)]
     if database.journal is None and written is None:
         problems.append("neither the database nor journal.jsonl holds the whole journal: `labbook restore` a backup.")
     with counted(len(database.raw) + len(database.samples)) as step:
@@ -168,7 +170,7 @@ def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
         return None
 
 
-def _read_database(engine: sa.Engine, replayed_journal: _ReplayedJournal, deep: bool) -> _Database:
+def _read_database(store: Path, engine: sa.Engine, replayed_journal: _ReplayedJournal, deep: bool) -> _Database:
     try:
         check_schema(engine)
         problems: list[str] = []
@@ -180,14 +182,16 @@ def _read_database(engine: sa.Engine, replayed_journal: _ReplayedJournal, deep: 
             raw, samples = raw_copies(connection), signal_files(connection)
             read = _attempt(problems, lambda: _read_through(_entries_of_table(connection)))
             if read is not None and read.hashes:
-                problems += _altered(connection, len(read.hashes), replayed_journal, deep)
+                problems += _altered(store, connection, len(read.hashes), replayed_journal, deep)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
         return _Database(problems, raw, samples, read, *waiting)
     finally:
         engine.dispose()
 
 
-def _altered(connection: sa.Connection, entries: int, replayed_journal: _ReplayedJournal, deep: bool) -> list[str]:
+def _altered(
+    store: Path, connection: sa.Connection, entries: int, replayed_journal: _ReplayedJournal, deep: bool
+) -> list[str]:
     """Return which rows are not as labbook wrote them, what they should be, and which reports depend on them."""
     suspected = altered_rows(connection)
     problems: list[str] = []
@@ -207,10 +211,10 @@ def _altered(connection: sa.Connection, entries: int, replayed_journal: _Replaye
             else:
                 suspected += others
             suspected.sort(key=lambda item: (item.kind, item.uid) not in different)  # the others may lack a hash alone
-            found = describe_altered(connection, fresh, suspected[:MOST_NAMED])
+            found = describe_altered(store, connection, fresh, suspected[:MOST_NAMED])
     except BookError as error:
         problems.append(f"what should stand in the tables cannot be told: {error}")
-        found = describe_altered(connection, None, suspected[:MOST_NAMED])
+        found = describe_altered(store, connection, None, suspected[:MOST_NAMED])
         remedy = ""
     problems += _with_remedy([rows.sentence for rows in found], remedy)
     if len(suspected) > MOST_NAMED:

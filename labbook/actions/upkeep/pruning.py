@@ -19,7 +19,6 @@ from data_schema.disk import exclusive_lock
 from data_schema.engine import writing
 from data_schema.errors import BookDamaged, unknown_name
 from data_schema.queries.imports import raw_copies, signal_files
-from data_schema.queries.results import remove_results, unshown_results
 from data_schema.vocabulary import Action
 from ingest.store import raw_path
 from labbook.actions.upkeep.health import check_book
@@ -30,7 +29,6 @@ from labbook.book.replacing_postgres import drop_old, old_schemas
 
 QUIET_S = 3600.0
 """A file that was written to less long ago may belong to a command that is at work."""
-RESULTS = "results"
 _OLD, _CUT_OFF, _ORPHAN = "an old database", "left by a command that was cut off", "a file of the store without a row"
 _SET_ASIDE = "set aside from the journal, removed only by its name"
 
@@ -55,9 +53,6 @@ def leftovers(book: Book, connection: sa.Connection) -> list[Leftover]:
     if connection.dialect.name == "postgresql":
         found += [Leftover(name, _OLD, n_bytes) for name, n_bytes in old_schemas(connection)]
     found += [_file(book, path, _SET_ASIDE, True) for path in _leftover_journals(book)]
-    count = len(unshown_results(connection))
-    if count:
-        found.append(Leftover(RESULTS, f"{count} that no report shows, computed again when they are wanted", None))
     return found
 
 
@@ -72,9 +67,7 @@ def prune(book: Book, names: Sequence[str], counted: Counted) -> list[Leftover]:
     with exclusive_lock(book.mirror.path, REBUILDING), writing(book.engine) as connection:
         chosen = [one for one in named(leftovers(book, connection), names) if names or not one.by_name_only]
         for one in chosen:
-            if one.path is None and one.name == RESULTS:
-                remove_results(connection, unshown_results(connection))
-            elif one.path is None:
+            if one.path is None:
                 drop_old(connection, one.name)
         for one in chosen:  # after all that the database may refuse
             if one.path is not None:

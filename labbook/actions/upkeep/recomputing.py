@@ -9,89 +9,117 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.engine import reading
-from data_schema.errors import UnknownName
-from data_schema.queries.results import NumberRow, result_of_number
-from labbook.actions.upkeep.tracing import Trace, trace_of
+from data_schema.queries.reports import ReportRow
+from data_schema.queries.sources import describe_input
+from data_schema.queries.study import config_in_force
+from labbook.actions.upkeep.tracing import ReportOfNumber
 from labbook.book.differing import differences
 from labbook.book.opening import Book
 from labbook.book.replaying import replayed
+from labbook.book.report_numbers import ReportedNumber, numbers_of_report
+from labbook.config.parsing import parse_configuration
+from labbook.presenting.report.content import make_report
 
 
 @dataclass(frozen=True, slots=True)
 class Recomputed:
-    """A number as it is stored and as it came out anew, None where raw copies and journal do not give it.
+    """A number as a report has it, and as it came out anew as of that report, None where nothing comes out.
 
-    `differs` names the columns (value, standard error, ends of the interval, ...) that are not the same double. `trace`
-    is where the recomputed number came from, `as_traced` whether the book has the same trace. `other_versions`:
-    versions of readers or algorithms made the book that this labbook does not have.
+    `differs` names the fields (value, standard error, ends of the interval, ...) that are not the same double.
+    `altered` says of which of its inputs the database has something else than raw copies and journal give.
+    `other_versions`: versions of readers or algorithms made the report that this labbook does not have.
     """
 
-    stored: NumberRow
-    anew: NumberRow | None
+    report: ReportRow
+    printed: ReportedNumber
+    anew: ReportedNumber | None
     differs: tuple[str, ...]
-    trace: Trace | None = None
-    as_traced: bool = True
-    other_versions: bool = False
+    altered: tuple[str, ...]
+    other_versions: bool
 
     @property
     def stands(self) -> bool | None:
-        """Whether the number is as stored, from the inputs that the book has; None where that cannot be decided."""
-        if self.anew is None:
+        """Whether the number is as printed, from the inputs that the book has; None where that cannot be decided."""
+        if self.anew is None or self.differs:
             return None if self.other_versions else False
-        return not self.differs and self.as_traced
+        return not self.altered
 
     @property
     def sentence(self) -> str:
         """Say whether the number stands."""
-        uid = self.stored.uid
+        uid, of = self.printed.id, f"as of report {self.report.called}"
         if self.stands is None:
             return (
-                f"{uid} could not be recomputed: this labbook's versions give the number another id; make the report "
-                "again to see it."
+                f"{uid} does not come out the same {of}, which other versions of readers or algorithms made: make the "
+                "report again, and `labbook reports diff last-1 last` says what moved."
             )
         if self.anew is None:
-            return (
-                f"{uid} does not stand: raw copies and journal do not give it, so what it rests on was altered; "
-                "`labbook db check` names it, `labbook rebuild` mends it."
-            )
+            return f"{uid} does not stand: raw copies and journal do not give it {of}; `labbook db check` says more."
         if self.differs:
             values = "; ".join(
-                f"{name} is {getattr(self.stored, name)!r} and should be {getattr(self.anew, name)!r}"
+                f"{name} is {getattr(self.printed, name)!r} and should be {getattr(self.anew, name)!r}"
                 for name in self.differs
             )
             return f"{uid} does not stand: {values}; `labbook db check` names what was altered."
-        if not self.as_traced:
+        same = f"{uid} recomputed from raw copies and journal {of}: the same to the last digit"
+        if self.altered:
             return (
-                f"{uid} recomputed from raw copies and journal: the same to the last digit; but the database says "
-                "otherwise of what it rests on: `labbook db check` names what was altered. What follows is as raw "
-                "copies and journal have it."
+                f"{same}; but the database has otherwise than these: {'; '.join(self.altered)}: `labbook db check` "
+                "names what was altered, `labbook rebuild` mends it."
             )
-        return f"{uid} recomputed from raw copies and journal: the same to the last digit."
+        return f"{same}."
 
 
-def recompute(book: Book, uids: Sequence[str], step: Callable[[str], None]) -> list[Recomputed]:
-    """Compute stored numbers anew in one replay of the journal; raises `UnknownName` for one that is not stored."""
+def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str], None]) -> list[Recomputed]:
+    """Compute numbers anew, each from the journal up to the newest report that shows it; reports are replayed once."""
+    by_report: dict[str, list[ReportOfNumber]] = {}
+    for one in asked:
+        by_report.setdefault(one.shown_in[-1].uid, []).append(one)
+    done: dict[str, Recomputed] = {}
     with book.reading() as connection:
-        until, _hash = journal.head(connection)
-        stored = [result_of_number(connection, uid) for uid in uids]
-        missing = next((uid for uid, found in zip(uids, stored, strict=True) if found is None), None)
-        if missing is not None:
-            raise UnknownName(
-                f"{missing} is no number that the book holds now: it was printed by an earlier labbook; make the "
-                "report again and check a number of that."
-            )
-        numbers = [number for _row, number in filter(None, stored)]
-        with replayed(book.store, book.mirror, until, step) as (engine, replay), reading(engine) as fresh:
-            other_versions = differences(fresh, journal.stored(fresh), replay.without_rows).other_versions
-            return [_compared(connection, fresh, number, other_versions) for number in numbers]
+        for several in by_report.values():
+            done |= _recomputed(book, connection, several, step)
+    return [done[one.number.id] for one in asked]
 
 
-def _compared(book: sa.Connection, fresh: sa.Connection, stored: NumberRow, other_versions: bool) -> Recomputed:
-    found = result_of_number(fresh, stored.uid)
-    if found is None:
-        return Recomputed(stored, None, (), other_versions=other_versions)
-    anew = found[1]
-    names = [field.name for field in fields(NumberRow)]
-    differs = [name for name in names if repr(getattr(stored, name)) != repr(getattr(anew, name))]
-    here, there = trace_of(book, stored.uid), trace_of(fresh, stored.uid)
-    return Recomputed(stored, anew, tuple(differs), there, here == there)
+def _recomputed(
+    book: Book, connection: sa.Connection, asked: Sequence[ReportOfNumber], step: Callable[[str], None]
+) -> dict[str, Recomputed]:
+    """Recompute numbers of one report, by their ids."""
+    report = asked[0].shown_in[-1]
+    until, _hash = journal.head(connection)
+    with replayed(book.store, book.mirror, report.seq - 1, step) as (engine, replay):
+        with reading(engine) as fresh:
+            row = config_in_force(fresh)
+            assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
+            configuration = parse_configuration(row.text, "the book's configuration")
+            where = report.selection or None
+            made = make_report(fresh, replay.store, configuration, where=where, made_at=report.made_utc)
+        by_id = numbers_of_report(made).numbers
+        by_path = {number.path: number for number in by_id.values()}
+        replay.apply_to(engine, until)
+        with reading(engine) as fresh:
+            readers = differences(fresh, journal.stored(fresh), replay.without_rows).other_versions
+            other_versions = readers or made.versions != report.versions
+            return {
+                one.number.id: Recomputed(
+                    report=report,
+                    printed=one.number,
+                    anew=(anew := by_id.get(one.number.id) or by_path.get(one.number.path)),
+                    differs=_differing(one.number, anew),
+                    altered=tuple(_altered(connection, fresh, one)),
+                    other_versions=other_versions,
+                )
+                for one in asked
+            }
+
+
+def _differing(printed: ReportedNumber, anew: ReportedNumber | None) -> tuple[str, ...]:
+    names = [field.name for field in fields(ReportedNumber) if field.name not in ("id", "result")]
+    return tuple(name for name in names if anew and repr(getattr(printed, name)) != repr(getattr(anew, name)))
+
+
+def _altered(book: sa.Connection, fresh: sa.Connection, found: ReportOfNumber) -> list[str]:
+    """Say which inputs of a number the database has otherwise than raw copies and journal give."""
+    leaves = [(item, describe_input(fresh, item)) for item in found.numbers.leaves_of(found.number)]
+    return sorted(f"{source.kind} {source.text}" for item, source in leaves if describe_input(book, item) != source)

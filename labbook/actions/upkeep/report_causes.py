@@ -1,6 +1,6 @@
 """Entries between two reports that can have moved a number, each in few words, with what of the book they touch.
 
-Results name their inputs by kind and uid (`data_schema.queries.results.InputRow`). What an entry of the journal touches
+Results name their inputs by kind and uid (`data_schema.queries.sources.InputRow`). What an entry of the journal touches
 has the same names, so that the causes of a moved number are the entries that touch one of its changed inputs.
 """
 

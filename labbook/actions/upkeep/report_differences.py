@@ -1,21 +1,18 @@
 """The reports of a book by the names that people use, the numbers of one, and which numbers moved between two, and why.
 
-Numbers of two reports are matched by kind, scope and name of their results, for their ids change with their inputs. A
-number was moved by the inputs, down to facts and bytes, that only one of the two results has; where there is none, by a
-setting of labbook.toml.
+Numbers of two reports are matched by their paths, for their ids change with their inputs. A number was moved by the
+inputs, down to facts and bytes, that only one of the two has; where there is none, by a setting of labbook.toml.
 """
 
 from __future__ import annotations
 
-import json
 import re
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
 from data_schema.errors import UnknownName, nearest, unknown_name
-from data_schema.queries.reports import ReportRow, ResultHead, ShownRow, list_reports, result_heads, shown_numbers
+from data_schema.queries.reports import ReportRow, list_reports
 from labbook.actions.upkeep.report_causes import (
     LOST_RUN,
     OF_RUN,
@@ -28,32 +25,19 @@ from labbook.actions.upkeep.report_causes import (
 )
 from labbook.analysis.comparison.deciding import DECISION, OVERALL
 from labbook.analysis.comparison.pairing import POOLED
-from labbook.analysis.results.result_cache import equals_printed
+from labbook.analysis.results import equals_printed
+from labbook.book.opening import Book
+from labbook.book.report_numbers import ReportedNumber, ReportedResult, ReportNumbers, read_numbers
 
 LAST = "last"
-
-
-@dataclass(frozen=True, slots=True)
-class ReportNumber:
-    """A number of a report: its provenance id, its name and scope, and its value, None where it is undefined.
-
-    Of a number whose result the book has no longer, only id and value are known.
-    """
-
-    uid: str
-    kind: str | None
-    scope: Mapping[str, object]
-    name: str | None
-    unit: str | None
-    value: float | None
 
 
 @dataclass(frozen=True, slots=True)
 class MovedNumber:
     """A number of two reports that differs in the second one; `causes` are positions in the list of all causes."""
 
-    was: ReportNumber
-    now: ReportNumber
+    was: ReportedNumber
+    now: ReportedNumber
     causes: tuple[int, ...]
 
 
@@ -61,17 +45,15 @@ class MovedNumber:
 class ReportsCompared:
     """Two reports: how many numbers both have, which of these moved, which only one has, and the causes between them.
 
-    The headlines that moved stand first. `unmatched` counts, for each report, the numbers whose results the book has no
-    longer, so that they cannot be matched with those of the other one.
+    The headlines that moved stand first.
     """
 
     before: ReportRow
     after: ReportRow
     common: int
     moved: tuple[MovedNumber, ...]
-    only_before: tuple[ReportNumber, ...]
-    only_after: tuple[ReportNumber, ...]
-    unmatched: tuple[int, int]
+    only_before: tuple[ReportedNumber, ...]
+    only_after: tuple[ReportedNumber, ...]
     causes: tuple[Cause, ...]
 
 
@@ -97,101 +79,88 @@ def report_named(connection: sa.Connection, name: str) -> ReportRow:
     raise UnknownName(f"{name!r} is not a known report: {hint} `labbook reports list` lists them.")
 
 
-def report_numbers(connection: sa.Connection, report: ReportRow) -> list[ReportNumber]:
-    """List what a report shows."""
-    return [_number(row) for row in shown_numbers(connection, report.uid)]
-
-
-def compare_reports(connection: sa.Connection, before: ReportRow, after: ReportRow) -> ReportsCompared:
+def compare_reports(book: Book, connection: sa.Connection, before: ReportRow, after: ReportRow) -> ReportsCompared:
     """Find which numbers moved from one report to another, and the statements between the two that moved them."""
-    old, new = ({_identity(row): row for row in shown_numbers(connection, report.uid)} for report in (before, after))
-    pairs = [(old[what], row) for what, row in new.items() if what in old]
+    both = tuple(read_numbers(book.store.root, report) for report in (before, after))
+    old, new = ({number.path: number for number in one.numbers.values()} for one in both)
+    pairs = [(old[path], number) for path, number in new.items() if path in old]
     moved = [(was, now) for was, now in pairs if not equals_printed(was.value, now.value, now.se)]
     causes = causes_between(connection, (before, after))
-    heads = result_heads(connection) if moved else {}
-    results, found = _Results(heads, (row.result_uid or "" for row in old.values())), list[MovedNumber]()
+    inputs, found = _Inputs(*both), list[MovedNumber]()
     for was, now in moved:
-        things = results.differing_inputs(was.result_uid, now.result_uid)
+        things = inputs.differing(was, now)
         places = [place for place, (_, things_touched) in enumerate(causes) if things & things_touched]
-        found.append(MovedNumber(_number(was), _number(now), tuple(places)))
-    alone = [[row for what, row in one.items() if what not in other] for one, other in ((old, new), (new, old))]
-    only = [tuple(_number(row) for row in rows if row.result_uid is not None) for rows in alone]
+        found.append(MovedNumber(was, now, tuple(places)))
     counts = [sum(place in item.causes for item in found) for place in range(len(causes))]
     return ReportsCompared(
         before=before,
         after=after,
         common=len(pairs),
-        moved=tuple(sorted(found, key=_rank)),
-        only_before=only[0],
-        only_after=only[1],
-        unmatched=(len(alone[0]) - len(only[0]), len(alone[1]) - len(only[1])),
+        moved=tuple(sorted(found, key=lambda item: _rank(item.now, both[1].result_of(item.now)))),
+        only_before=tuple(number for path, number in old.items() if path not in new),
+        only_after=tuple(number for path, number in new.items() if path not in old),
         causes=tuple(replace(cause, moved=count) for (cause, _), count in zip(causes, counts, strict=True)),
     )
 
 
-def _number(row: ShownRow) -> ReportNumber:
-    scope = json.loads(row.scope_json) if row.scope_json else {}
-    return ReportNumber(row.number_uid, row.kind, scope, row.name, row.unit, row.value)
-
-
-def _rank(moved: MovedNumber) -> int:
+def _rank(number: ReportedNumber, result: ReportedResult) -> int:
     """Put the headlines first: the savings over all groups, then each group's; all else stays as the report has it."""
-    number = moved.now
-    if number.name != "savings" or "variant" in number.scope:
+    if number.name != "savings" or "variant" in result.scope:
         return 3
-    if number.kind == OVERALL.kind:
+    if result.kind == OVERALL.kind:
         return 0
-    return 1 if number.kind == DECISION.kind and number.scope.get("family") == POOLED else 3
-
-
-def _identity(row: ShownRow) -> tuple[str | None, ...]:
-    """Return the key by which a number is found in another report: for one that is gone its id, which is unique."""
-    return (row.number_uid,) if row.result_uid is None else (row.kind, row.scope_json, row.name)
+    return 1 if result.kind == DECISION.kind and result.scope.get("family") == POOLED else 3
 
 
 _Leaf = tuple[str, str, str]
 """An input of a result that is no result: its kind, its uid and its hash, or what stands for these."""
 
 
-class _Results:
-    """Every stored result, and the inputs at the bottom that results depend on.
+class _Inputs:
+    """The inputs at the bottom that the results of two reports depend on.
 
-    A result with the content of one that the report `before` depends on stands for that one: inputs of only the newer
-    of the two moved nothing.
+    A result of the later report with the content of one of the earlier stands for that one: inputs of only the newer of
+    the two moved nothing.
     """
 
-    def __init__(self, heads: Mapping[str, ResultHead], before: Iterable[str]) -> None:
-        self.heads = heads
-        self.before: dict[bytes, ResultHead] = {}
-        step = [uid for uid in before if uid in heads]
-        while step:
-            fresh = [heads[uid] for uid in step if heads[uid].content not in self.before]
-            self.before |= {head.content: head for head in fresh}
-            step = list({uid for head in fresh for kind, uid, _sha256 in head.inputs if kind == "result"})
-        self.leaves_of_runs: dict[bytes, frozenset[_Leaf]] = {}  # they are asked for again and again
+    def __init__(self, before: ReportNumbers, after: ReportNumbers) -> None:
+        self.reports = before, after
+        self.same = {one.content: uid for uid, one in before.results.items()}
+        self.leaves_of_runs: dict[str, frozenset[_Leaf]] = {}  # they are asked for again and again
         self.compared: dict[tuple[str, str], frozenset[Thing]] = {}
 
-    def differing_inputs(self, old: str | None, new: str | None) -> frozenset[Thing]:
-        """Return the inputs in which two results differ; nothing where they are one, or are gone."""
-        if old is None or new is None or old == new:
+    def differing(self, was: ReportedNumber, now: ReportedNumber) -> frozenset[Thing]:
+        """Return the inputs in which the results of two numbers differ; nothing where they are one."""
+        pair = was.result, now.result
+        if was.result == now.result:
             return frozenset()
-        if (old, new) not in self.compared:
-            leaves = [self._leaves(self.heads[uid]) for uid in (old, new)]
-            self.compared[old, new] = frozenset(_differing(*leaves))
-        return self.compared[old, new]
+        if pair not in self.compared:
+            before, after = self.reports
+            self.compared[pair] = frozenset(
+                _differing(self._leaves(before, was.result), self._leaves(after, now.result))
+            )
+        return self.compared[pair]
 
-    def _leaves(self, head: ResultHead) -> frozenset[_Leaf]:
-        if head.content in self.leaves_of_runs:
-            return self.leaves_of_runs[head.content]
-        head = self.before.get(head.content, head)
-        scope = json.loads(head.scope_json)
-        run = scope.pop("run", None)
-        found = {(VERSION, head.kind, str(head.version))}
-        for kind, uid, sha256 in head.inputs:
-            found |= self._leaves(self.heads[uid]) if kind == "result" else {(kind, uid, sha256)}
-        if run is not None:
-            found.add((*SETTINGS, f"{head.kind} {scope}"))
-            self.leaves_of_runs[head.content] = frozenset(found)
+    def _leaves(self, of: ReportNumbers, uid: str) -> frozenset[_Leaf]:
+        result = of.results[uid]
+        if result.content in self.same:
+            of = self.reports[0]
+            result = of.results[self.same[result.content]]
+        if result.content in self.leaves_of_runs:
+            return self.leaves_of_runs[result.content]
+        found = {(VERSION, result.kind, str(result.version))}
+        for row in result.inputs:
+            if row.input_kind == "result":
+                found |= self._leaves(of, row.input_uid)
+            elif row.input_kind == "detection":
+                name, _, version = row.input_uid.partition(", version ")
+                found.add((row.input_kind, name, version))
+            else:
+                found.add((row.input_kind, row.input_uid, row.input_sha256))
+        if "run" in result.scope:
+            settings = {name: value for name, value in result.scope.items() if name != "run"}
+            found.add((*SETTINGS, f"{result.kind} {settings}"))
+            self.leaves_of_runs[result.content] = frozenset(found)
         return frozenset(found)
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from data_schema.journal import Entry
+from labbook.book.report_numbers import NUMBERS, numbers_path
 from labbook.config.parsing import Configuration
 from labbook.config.settings_of_numbers import settings_of_numbers
 from reports.display import list_text
@@ -17,6 +18,18 @@ from reports.page.writing import MARK
 _MOST_NAMED = 5
 _TAKEN_OUT = {False: "nothing", True: "a table"}
 """What now stands instead of a setting, by whether it was nothing: tables of settings come and go as a whole."""
+
+
+def altered_numbers(store: Path, reports: Sequence[Entry]) -> list[str]:
+    """Return which numbers of reports, of those that the store of the book has, are not as they were written."""
+    hashes = [(number, (entry.new or {})["files"][NUMBERS]) for number, entry in enumerate(reports, start=1)]
+    return [
+        f"{path}, the numbers of report {number}, was altered. Put it back, from a backup or as the {NUMBERS} beside "
+        "the report's page."
+        for number, sha256 in hashes
+        for path in [numbers_path(store, sha256)]
+        if path.exists() and not _is(path, sha256)
+    ]
 
 
 def altered_reports(book_folder: Path, reports: Sequence[Entry]) -> tuple[int, list[str]]:

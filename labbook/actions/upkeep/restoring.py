@@ -44,6 +44,7 @@ from labbook.book.opening import (
     shown,
 )
 from labbook.book.rebuilding import Place, rebuild_database
+from labbook.book.report_numbers import bring_numbers
 from labbook.config.parsing import parse_configuration
 from labbook.config.places import PLACES, with_database
 
@@ -87,6 +88,7 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
                 f"{raw.problems[0].split(': restore it')[0]}): back the book up again, which mends them, or bring "
                 "them there from another backup, and try again."
             )
+        bring_numbers(source, folder, entries)
         put_scene(folder, original)
         write_whole(folder / CONFIGURATION, text.encode())
         put_journal(folder / JOURNAL, entries)

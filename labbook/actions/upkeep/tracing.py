@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
-from data_schema.errors import UnknownName
+from data_schema.errors import BookDamaged, UnknownName
 from data_schema.queries.history import corrections_after
-from data_schema.queries.reports import ShownIn, reports_showing
-from data_schema.queries.results import NumberRow, ResultRow, numbers_beginning, result_of_number, results_by_uid
+from data_schema.queries.reports import ReportRow, list_reports
 from data_schema.queries.sources import Source, describe_input
-from labbook.analysis.results.result_cache import equals_printed
 from labbook.book.naming import changes_in_words
+from labbook.book.opening import Book
+from labbook.book.report_numbers import ReportedNumber, ReportedResult, ReportNumbers, read_numbers
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,12 +23,9 @@ class Trace:
     A result that was met before is not followed again: `again`, without inputs.
     """
 
-    uid: str
     kind: str
-    scope: str
-    algorithm: str
+    about: str
     version: int
-    stale: bool
     inputs: tuple[Source, ...]
     below: tuple[Trace, ...]
     again: bool = False
@@ -36,102 +33,86 @@ class Trace:
 
 @dataclass(frozen=True, slots=True)
 class NumberTrace:
-    """A number, the reports that show it, and where it came from."""
+    """A number, the reports that show it, the oldest first, and where it came from."""
 
-    number: NumberRow
-    shown_in: tuple[ShownIn, ...]
+    number: ReportedNumber
+    shown_in: tuple[ReportRow, ...]
     trace: Trace
 
 
 @dataclass(frozen=True, slots=True)
-class PrintedNumber:
-    """A number that reports showed and that this labbook computes under another id; the versions are this labbook's."""
+class ReportOfNumber:
+    """A number, all numbers of the newest report that shows it, and all reports that do, the oldest first."""
 
-    uid: str
-    value: float | None
-    shown_in: tuple[ShownIn, ...]
-    versions_now: Mapping[str, int]
+    number: ReportedNumber
+    numbers: ReportNumbers
+    shown_in: tuple[ReportRow, ...]
 
 
-def trace(connection: sa.Connection, beginning: str) -> NumberTrace | PrintedNumber:
-    """Follow a number down; raises `UnknownName` when no single number has an id that begins so."""
-    uids = numbers_beginning(connection, beginning)
-    if not uids:
-        raise UnknownName(f"no number's id begins with {beginning!r}: copy the whole id from the report.")
-    if len(uids) > 1:
-        ids = ", ".join([*uids[:2], *["..."] * (len(uids) > 2)])
+def find_number(book: Book, connection: sa.Connection, beginning: str) -> ReportOfNumber:
+    """Return the one number whose id begins so; raises `UnknownName` where there is none, or are several.
+
+    Raises `BookDamaged` where it can be in a report whose numbers are not as they were written.
+    """
+    reports = list_reports(connection)
+    found: dict[str, ReportOfNumber] = {}
+    damage: BookDamaged | None = None
+    lost = 0
+    for report in reports:
+        try:
+            numbers = read_numbers(book.store.root, report)
+        except UnknownName:
+            lost += 1
+            continue
+        except BookDamaged as error:
+            damage = error
+            continue
+        for uid in (uid for uid in numbers.numbers if uid.startswith(beginning)):
+            before = found[uid].shown_in if uid in found else ()
+            found[uid] = ReportOfNumber(numbers.numbers[uid], numbers, (*before, report))
+    if not found and damage is not None:
+        raise damage
+    if not found:
+        without = f"; the numbers.json of {lost} of the {len(reports)} reports is not there to look in" if lost else ""
+        raise UnknownName(f"no number's id begins with {beginning!r}{without}: copy the whole id from the report.")
+    if len(found) > 1:
+        ids = ", ".join([*sorted(found)[:2], *["..."] * (len(found) > 2)])
         raise UnknownName(f"several numbers' ids begin with {beginning!r} ({ids}): copy the whole id from the report.")
-    (uid,) = uids
-    shown_in = tuple(reports_showing(connection, uid))
-    found = result_of_number(connection, uid)
-    if found is None:
-        from labbook.analysis.algorithms import versions_now  # what computes, and takes long to import
-
-        return PrintedNumber(uid, shown_in[-1].value, shown_in, versions_now())
-    row, number = found
-    return NumberTrace(number, shown_in, _trace(connection, row, [shown.report for shown in shown_in], set()))
+    return next(iter(found.values()))
 
 
-def trace_of(connection: sa.Connection, uid: str) -> Trace | None:
-    """Trace a number to its sources; None where there is no such number."""
-    found = result_of_number(connection, uid)
-    reports = [shown.report for shown in reports_showing(connection, uid)]
-    return None if found is None else _trace(connection, found[0], reports, set())
+def trace(connection: sa.Connection, found: ReportOfNumber) -> NumberTrace:
+    """Follow a number down to facts and files."""
+    reports = [report.uid for report in found.shown_in]
+    result = found.numbers.result_of(found.number)
+    return NumberTrace(found.number, found.shown_in, _trace(connection, found.numbers, result, reports, set()))
 
 
-def trace_lines(found: NumberTrace | PrintedNumber) -> list[str]:
-    """Write a trace as an indented tree, or all that is known of a number that was printed."""
-    if isinstance(found, PrintedNumber):
-        return _printed_lines(found)
+def trace_lines(found: NumberTrace) -> list[str]:
+    """Write a trace as an indented tree."""
     number = found.number
-    value = number.undefined_reason if number.value is None else f"{number.value!r} {number.unit}"
-    lines = [f"{number.uid}: {number.name} = {value}"]
-    for shown in found.shown_in:
-        printed = "" if equals_printed(shown.value, number.value) else f", printed as {_printed(shown.value)}"
-        lines.append(f"shown in report {shown.report} of {shown.made_utc}{printed}")
-    return lines + _lines(found.trace, 0)
+    value = number.undefined if number.value is None else f"{number.value!r} {number.unit}"
+    lines = [f"{number.id}: {number.name} = {value}"]
+    lines += [f"shown in report {report.called}" for report in found.shown_in]
+    return [*lines, *_lines(found.trace, 0)]
 
 
-def _printed_lines(found: PrintedNumber) -> list[str]:
-    lines = [f"{found.uid}: printed as {_printed(found.value)}"]
-    for shown in found.shown_in:
-        printed = "" if equals_printed(shown.value, found.value) else f" as {_printed(shown.value)}"
-        lines.append(f"shown in report {shown.report} of {shown.made_utc}{printed}, made with {_named(shown.versions)}")
-    now = found.versions_now
-    newer = {name: now[name] for name in now if any(shown.versions.get(name) != now[name] for shown in found.shown_in)}
-    return [
-        *lines,
-        f"this labbook, with {_named(newer or now)}, computes it anew, and its results have other ids: make the report "
-        "again to see them",
-    ]
-
-
-def _printed(value: float | None) -> str:
-    return "undefined" if value is None else repr(value)
-
-
-def _named(versions: Mapping[str, int]) -> str:
-    return ", ".join(f"{name} {version}" for name, version in versions.items())
-
-
-def _trace(connection: sa.Connection, row: ResultRow, reports: Sequence[str], met: set[str]) -> Trace:
+def _trace(
+    connection: sa.Connection, numbers: ReportNumbers, result: ReportedResult, reports: Sequence[str], met: set[int]
+) -> Trace:
     """Trace a result whose number these reports show: a fact corrected after all of them is shown with both values."""
-    again = row.uid in met
-    met.add(row.uid)
+    again = id(result) in met
+    met.add(id(result))
     sources, below = [], []
-    for item in () if again else row.inputs:
-        result = (
-            results_by_uid(connection, [item.input_uid]).get(item.input_uid) if item.input_kind == "result" else None
-        )
-        if result is not None:
-            below.append(_trace(connection, result, reports, met))
-        else:
-            source = describe_input(connection, item)
-            changed = row.stale and item.input_kind != "idle_runs"  # whose uid is that of the robot
-            since = _corrected_since(connection, item.input_uid, reports) if changed else ""
-            sources.append(replace(source, text=source.text + since))
-    about = (row.uid, row.kind, row.scope_json, row.algorithm, row.version, row.stale)
-    return Trace(*about, tuple(sources), tuple(below), again)
+    for item in () if again else result.inputs:
+        if item.input_kind == "result":
+            below.append(_trace(connection, numbers, numbers.results[item.input_uid], reports, met))
+            continue
+        source = describe_input(connection, item)
+        since = "" if item.input_kind == "idle_runs" else _corrected_since(connection, item.input_uid, reports)
+        sources.append(replace(source, text=source.text + since))
+    about = ", ".join(f"{name} {value}" for name, value in result.scope.items() if value not in ("", None))
+    return Trace(result.kind, about, result.version, tuple(sources), tuple(below), again)
 
 
 def _corrected_since(connection: sa.Connection, uid: str, reports: Sequence[str]) -> str:
@@ -145,13 +126,9 @@ def _corrected_since(connection: sa.Connection, uid: str, reports: Sequence[str]
     return f"; corrected after the last report with this number: {words}" if words else ""
 
 
-def _lines(found: Trace, depth: int) -> list[str]:
+def _lines(found: Trace, depth: int) -> Iterator[str]:
     indent = "  " * depth
-    stale = " (stale: something it rests on has changed since; facts below are told as they are now)"
-    remark = stale if found.stale else ""
-    remark += ", as above" if found.again else ""
-    lines = [f"{indent}{found.kind} {found.scope}, {found.algorithm} version {found.version}{remark}"]
-    lines += [f"{indent}  {source.kind}: {source.text}" for source in found.inputs]
+    yield f"{indent}{found.kind} version {found.version}: {found.about}{', as above' if found.again else ''}"
+    yield from (f"{indent}  {source.kind}: {source.text}" for source in found.inputs)
     for below in found.below:
-        lines += _lines(below, depth + 1)
-    return lines
+        yield from _lines(below, depth + 1)

@@ -19,31 +19,30 @@ from labbook.analysis.comparison.thesis_route import routes_over_jumps, routes_o
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.preregistration.planned import FAMILY_OF, Planned
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
+from labbook.analysis.results import Algorithm, Request, Results, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import Family
 from reports.evidence import Comparison, Decision, MeansContrast
-from reports.numbers import Number, StoredAs, StoredResult
+from reports.numbers import Number, NumberNames, Result
 from stats.groups.multiple import holm
 
 
 @dataclass(frozen=True, slots=True)
-class FamilyResult(StoredResult):
+class FamilyResult(Result):
     """Holm's p of every test of a family by its label, and whether it is at most alpha.
 
     `rejected` is None where a test has no p.
     """
 
-    adjusted_p: Annotated[Mapping[str, Number], StoredAs("adjusted_p, {}")]
+    adjusted_p: Annotated[Mapping[str, Number], NumberNames("adjusted_p, {}")]
     rejected: Mapping[str, bool | None]
 
 
-FAMILY = Algorithm("decision_family", 2, FamilyResult)
+FAMILY = Algorithm("decision_family", 2)
 
 
 def adjust(
-    cache: ResultCache,
+    computed: Results,
     tested: Mapping[str, Decision | MeansContrast],
     family: str,
     scope: Mapping[str, Any],
@@ -52,7 +51,7 @@ def adjust(
     """Ensure the adjusted p of the tests of a family by their labels; None of a single one."""
     if len(tested) < 2:
         return None
-    return cache.ensure_one(
+    return computed.ensure_one(
         Request(
             FAMILY,
             {"family": family, **scope},
@@ -75,7 +74,7 @@ def _adjusted(tested: Mapping[str, Decision | MeansContrast], family: str, alpha
 
 
 def unselected_conditions(
-    cache: ResultCache,
+    computed: Results,
     detections: Detections,
     evidence: StudyData,
     outcomes: Collection[Outcome],
@@ -86,9 +85,9 @@ def unselected_conditions(
         return {}
     other = replace(evidence, runs=evidence.beside)
     return {
-        outcome: condition_values(cache, other.runs, found.results, outcome, scope)
+        outcome: condition_values(computed, other.runs, found.results, outcome, scope)
         for outcome in outcomes
-        for found in [measure(outcome, cache, detections, other)]
+        for found in [measure(outcome, computed, detections, other)]
     }
 
 
@@ -102,7 +101,7 @@ class Compared:
 
 
 def compare_all(
-    cache: ResultCache,
+    computed: Results,
     conditions: Mapping[Outcome, Sequence[ConditionValues]],
     swept: str,
     planned: Planned,
@@ -118,12 +117,12 @@ def compare_all(
     for outcome, several in conditions.items():
         pairs = pairing.pairs_with_control(several, swept)
         further = pairing.pairs_with_control([*several, *beside[outcome]], swept) if beside.get(outcome) else []
-        found += _compared(cache, pairs, further, outcome, planned, kind, scope)
+        found += _compared(computed, pairs, further, outcome, planned, kind, scope)
     return found
 
 
 def _compared(
-    cache: ResultCache,
+    computed: Results,
     pairs: Sequence[Pair],
     every: Sequence[Pair],
     quantity: Outcome,
@@ -135,27 +134,27 @@ def _compared(
     settings, labels = planned.settings, {pair.label for pair in pairs}
     family = FAMILY_OF[settings.family]
     further = [pair for pair in every if pair.label not in labels and pair.family == family]
-    decisions = dict(zip(labels_of(pairs), decide(cache, pairs, quantity, scope, settings), strict=True))
+    decisions = dict(zip(labels_of(pairs), decide(computed, pairs, quantity, scope, settings), strict=True))
     of_family = {pair.label: decisions[pair.label] for pair in pairs if pair.family == family}
-    beside = zip(labels_of(further), decide(cache, further, quantity, scope, settings), strict=True)
+    beside = zip(labels_of(further), decide(computed, further, quantity, scope, settings), strict=True)
     adjusted = None
     if of_family:
         about = {"quantity": str(quantity), **scope}
-        adjusted = adjust(cache, {**of_family, **dict(beside)}, family, about, settings.alpha)
+        adjusted = adjust(computed, {**of_family, **dict(beside)}, family, about, settings.alpha)
     if adjusted is not None:
         for label in of_family:
             p, rejected = adjusted.adjusted_p[label], adjusted.rejected[label]
             decisions[label] = replace(decisions[label], adjusted=p, adjusted_rejected=rejected)
     if quantity.has_equivalence and settings.apex_bounds is not None:
-        tests = decide_equivalence(cache, pairs, settings.apex_bounds, settings.alpha, scope)
+        tests = decide_equivalence(computed, pairs, settings.apex_bounds, settings.alpha, scope)
         for pair, test in zip(pairs, tests, strict=True):
             why = planned.exploratory_equivalence(pair.family, conditions_of(pair)) or ""
             decisions[pair.label] = replace(decisions[pair.label], equivalence=replace(test, exploratory=why))
-    over_runs = routes_over_runs(cache, pairs, quantity, scope, settings.alpha)
+    over_runs = routes_over_runs(computed, pairs, quantity, scope, settings.alpha)
     over_jumps = {}
     if quantity is Outcome.APEX and kind is StudyKind.BED:  # the study of thesis 5.2
         pooled = [pair for pair in pairs if pair.family == pairing.POOLED]
-        routes = routes_over_jumps(cache, pooled, scope, settings.alpha)
+        routes = routes_over_jumps(computed, pooled, scope, settings.alpha)
         over_jumps = dict(zip(labels_of(pooled), routes, strict=True))
     found = [
         Compared(

@@ -20,8 +20,7 @@ from labbook.analysis.comparison.deciding import estimate_number, fingerprints_o
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.preregistration.planned import Planned
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import Request, ResultCache
+from labbook.analysis.results import Algorithm, Request, Results
 from labbook.config.model import ContrastSettings, Side
 from reports.evidence import MeansContrast
 from reports.numbers import Number
@@ -29,7 +28,7 @@ from stats.days.contrasts import Effect, linear_contrast
 from stats.days.decision import CONTROL, TREATED
 from stats.days.runs_by_day import blocks_of_runs
 
-ALGORITHM = Algorithm("contrast", 2, MeansContrast)
+ALGORITHM = Algorithm("contrast", 2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +62,7 @@ class AskedContrast:
 
 
 def contrast_means(
-    cache: ResultCache,
+    computed: Results,
     conditions: Mapping[Outcome, Sequence[ConditionValues]],
     swept: str,
     values: Mapping[str, float],
@@ -82,9 +81,9 @@ def contrast_means(
         if one.terms or settings.contrasts
     )
     asked = {one.label: one for one in every}
-    results = cache.ensure([_request(one, swept, settings.alpha, scope) for one in asked.values()])
+    results = computed.ensure([_request(one, swept, settings.alpha, scope) for one in asked.values()])
     tested = dict(zip(asked, results, strict=True))
-    family = adjust(cache, tested, "contrasts", scope, settings.alpha)
+    family = adjust(computed, tested, "contrasts", scope, settings.alpha)
     found = []
     for label, result in tested.items():
         one = asked[label]

@@ -7,13 +7,12 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import InputRow
 from data_schema.queries.runs import RunRow
+from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import Rule, Undefined
 from labbook.analysis.comparison.pairing import Pair, group_label
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
-from labbook.analysis.results.codec import Algorithm, T
-from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, interval_ends, result_fingerprint
+from labbook.analysis.results import Algorithm, Request, Results, T, fingerprint, interval_ends, result_fingerprint
 from labbook.config.model import AnalysisSettings, Bounds
 from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings
 from reports.numbers import Number
@@ -21,10 +20,10 @@ from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day
 from stats.days.overall import overall_equivalence, overall_savings
 from stats.tails import t_upper
 
-DECISION = Algorithm("decision", 5, Decision)
-EQUIVALENCE = Algorithm("decision_equivalence", 4, Equivalence)
-OVERALL = Algorithm("overall_savings", 4, OverallSavings)
-OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 4, OverallEquivalence)
+DECISION = Algorithm("decision", 5)
+EQUIVALENCE = Algorithm("decision_equivalence", 4)
+OVERALL = Algorithm("overall_savings", 4)
+OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 4)
 
 
 def runs_of(side: Sequence[ConditionValues]) -> list[RunNumber]:
@@ -77,8 +76,8 @@ def deciding_runs(pair: Pair, without: Sequence[RunRow]) -> tuple[str, ...]:
 
 
 def ensure_for_pairs(
-    cache: ResultCache,
-    algorithm: Algorithm[T],
+    computed: Results,
+    algorithm: Algorithm,
     pairs: Sequence[Pair],
     quantity: Outcome,
     scope: Mapping[str, Any],
@@ -87,7 +86,7 @@ def ensure_for_pairs(
     inputs: Callable[[Pair], tuple[InputRow, ...]] = fingerprints_of_contrast,
 ) -> list[T]:
     """Ensure a result of every pair, in order."""
-    return cache.ensure(
+    return computed.ensure(
         [
             Request(
                 algorithm,
@@ -102,11 +101,11 @@ def ensure_for_pairs(
 
 
 def decide(
-    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], settings: AnalysisSettings
+    computed: Results, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], settings: AnalysisSettings
 ) -> list[Decision]:
     """Ensure the deciding test of every pair, in order; see `decide_by_contrast`."""
     return ensure_for_pairs(
-        cache,
+        computed,
         DECISION,
         pairs,
         quantity,
@@ -181,11 +180,11 @@ def _rejected(p: float | Undefined, alpha: float) -> bool | None:
 
 
 def decide_equivalence(
-    cache: ResultCache, pairs: Sequence[Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
+    computed: Results, pairs: Sequence[Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
 ) -> list[Equivalence]:
     """Ensure the two one-sided tests of apex heights of every pair, in order, by the same contrast."""
     return ensure_for_pairs(
-        cache,
+        computed,
         EQUIVALENCE,
         pairs,
         Outcome.APEX,
@@ -226,7 +225,7 @@ class Overall:
 
 
 def overall_effects(
-    cache: ResultCache,
+    computed: Results,
     pairs: Mapping[Outcome, Sequence[Pair]],
     settings: AnalysisSettings,
     scope: Mapping[str, Any],
@@ -240,13 +239,13 @@ def overall_effects(
     alpha, bounds = settings.alpha, settings.apex_bounds
 
     def ensured(
-        algorithm: Algorithm[T], outcome: Outcome, about: Mapping[str, Any], compute: Callable[[dict[str, Contrast]], T]
+        algorithm: Algorithm, outcome: Outcome, about: Mapping[str, Any], compute: Callable[[dict[str, Contrast]], T]
     ) -> T:
         of_groups = several[outcome]
         contrasts = {group_label(pair.group): contrast_of(pair) for pair in of_groups}
         inputs = (*(row for pair in of_groups for row in fingerprints_of_contrast(pair)), *rests_on(of_groups))
         about = {"alpha": alpha, "groups": list(contrasts), **about}
-        return cache.ensure_one(
+        return computed.ensure_one(
             Request(algorithm, {"quantity": str(outcome), **scope}, inputs, about, lambda: compute(contrasts))
         )
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
-from data_schema.queries.results import InputRow
+from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import Pair, group_label
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
-from labbook.analysis.results.result_cache import fingerprint
+from labbook.analysis.results import fingerprint
 from stats.compare.shared_error import SharedError
 from stats.days.order import PositionsCompared, adjust_for_position, compare_positions
 from stats.groups.multiple import holm

@@ -15,7 +15,7 @@ from functools import cached_property, partial
 from typing import Any
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import InputRow
+from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.deciding import (
@@ -42,11 +42,11 @@ from labbook.analysis.outcomes.run_energy import (
     run_energies,
 )
 from labbook.analysis.outcomes.run_force import RunForce, run_forces_by_rules
-from labbook.analysis.results.result_cache import Request, ResultCache, RunResults, fingerprint, result_fingerprint
+from labbook.analysis.results import Request, Results, RunResults, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings
 from reports.evidence import Decision
-from reports.numbers import StoredResult
+from reports.numbers import Result
 from stats.apexes.detectors import DETECTORS
 from stats.days.decision import Contrast
 from stats.lines.passive_drain import why_no_line
@@ -142,7 +142,7 @@ def _days_to_leave_out(evidence: StudyData, drains: Mapping[str, Drain]) -> list
 
 
 def _estimates_without(
-    cache: ResultCache,
+    computed: Results,
     days: Sequence[LeftOut],
     conditions: Sequence[ConditionValues],
     quantity: Outcome,
@@ -152,7 +152,7 @@ def _estimates_without(
 ) -> dict[str, list[tuple[Pair, Decision]]]:
     """Ensure the pooled comparisons without each of these days: pair and result, by day."""
     pairs = pairing.pairs_pooled(conditions, swept)
-    whole = decide(cache, pairs, quantity, scope, settings)
+    whole = decide(computed, pairs, quantity, scope, settings)
     contrasts = [once(partial(contrast_of, pair)) for pair in pairs]
     wanted = [
         (day, pair, result, contrast)
@@ -160,7 +160,7 @@ def _estimates_without(
         for pair, result, contrast in zip(pairs, whole, contrasts, strict=True)
         if day.remains(pair.a, quantity) and day.remains(pair.b, quantity)
     ]
-    found = cache.ensure([_request(*one, quantity, settings, scope) for one in wanted])
+    found = computed.ensure([_request(*one, quantity, settings, scope) for one in wanted])
     by_day: dict[str, list[tuple[Pair, Decision]]] = {}
     for (day, pair, _whole, _contrast), result in zip(wanted, found, strict=True):
         by_day.setdefault(day.day, []).append((pair, result))
@@ -196,7 +196,7 @@ def _request(
 
 
 def _adjusted(
-    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings, scope: Mapping[str, Any]
+    computed: Results, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings, scope: Mapping[str, Any]
 ) -> list[Varied]:
     """Ensure the pooled comparisons adjusted for position in the day; none where the runs leave no slope."""
     adjusted = adjusted_for_position(pairs)
@@ -204,7 +204,7 @@ def _adjusted(
         return []
     inputs = (*(row for pair in pairs for row in fingerprints_of_contrast(pair)), *fingerprints_of_positions(pairs))
     found = ensure_for_pairs(
-        cache,
+        computed,
         DECISION,
         adjusted,
         quantity,
@@ -243,11 +243,11 @@ class Variations:
 
 
 def vary(
-    cache: ResultCache,
+    computed: Results,
     detections: Detections,
     evidence: StudyData,
     drains: Mapping[str, Drain],
-    results: Mapping[Outcome, RunResults[StoredResult]],
+    results: Mapping[Outcome, RunResults[Result]],
     conditions: Mapping[Outcome, Sequence[ConditionValues]],
     swept: str,
     settings: AnalysisSettings,
@@ -257,8 +257,8 @@ def vary(
     scope = {"selection": evidence.selection}
     everything = _with_void(evidence)
     known = {} if evidence.void else {outcome: of_runs.results for outcome, of_runs in results.items()}
-    joules = known.get(Outcome.JOULES) or _joules_of(cache, everything, evidence, drains, WITHOUT_EXCLUSIONS)
-    found += _compared(cache, WITHOUT_EXCLUSIONS, everything, Outcome.JOULES, joules, swept, settings)
+    joules = known.get(Outcome.JOULES) or _joules_of(computed, everything, evidence, drains, WITHOUT_EXCLUSIONS)
+    found += _compared(computed, WITHOUT_EXCLUSIONS, everything, Outcome.JOULES, joules, swept, settings)
     of_jumps = [outcome for outcome in results if outcome.of_jumps]
     protocol = as_protocol(evidence)
     variants = [(WITHOUT_EXCLUSIONS, everything, without_exclusions(evidence))]
@@ -269,20 +269,20 @@ def vary(
     ]
     for label, varied, variant in variants:
         for outcome in of_jumps:
-            values = measure(outcome, cache, detections, varied, variant).results
-            found += _compared(cache, label, varied, outcome, values, swept, settings)
+            values = measure(outcome, computed, detections, varied, variant).results
+            found += _compared(computed, label, varied, outcome, values, swept, settings)
     further = [outcome for outcome in results if outcome not in (Outcome.JOULES, *of_jumps)]
     for outcome in further:
-        with_all = known.get(outcome) or measure(outcome, cache, detections, everything).results
-        found += _compared(cache, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)
-    found += _by_rules(cache, detections, evidence, results, swept, settings)
+        with_all = known.get(outcome) or measure(outcome, computed, detections, everything).results
+        found += _compared(computed, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)
+    found += _by_rules(computed, detections, evidence, results, swept, settings)
     for outcome in (Outcome.JOULES, *of_jumps, *further):
-        found += _adjusted(cache, pairing.pairs_pooled(conditions[outcome], swept), outcome, settings, scope)
+        found += _adjusted(computed, pairing.pairs_pooled(conditions[outcome], swept), outcome, settings, scope)
     days = _days_to_leave_out(evidence, drains)
     with_runs = [day for day in days if day.has_runs]
     without = {
         outcome: _estimates_without(
-            cache,
+            computed,
             days if outcome is Outcome.JOULES else with_runs,
             conditions[outcome],
             outcome,
@@ -303,10 +303,10 @@ def vary(
 
 
 def _by_rules(
-    cache: ResultCache,
+    computed: Results,
     detections: Detections,
     evidence: StudyData,
-    results: Mapping[Outcome, RunResults[StoredResult]],
+    results: Mapping[Outcome, RunResults[Result]],
     swept: str,
     settings: AnalysisSettings,
 ) -> list[Varied]:
@@ -321,10 +321,10 @@ def _by_rules(
         return []
     return [
         replace(varied, by_rules=True)
-        for rules, by_rules in run_forces_by_rules(cache, detections, evidence, single).items()
+        for rules, by_rules in run_forces_by_rules(computed, detections, evidence, single).items()
         for outcome in of_push_off
         if outcome is not Outcome.FLIGHT_HEIGHT or rules.onset == evidence.configuration.protocol.onset
-        for varied in _compared(cache, str(rules), evidence, outcome, {**forces, **by_rules}, swept, settings)
+        for varied in _compared(computed, str(rules), evidence, outcome, {**forces, **by_rules}, swept, settings)
     ]
 
 
@@ -339,27 +339,27 @@ def _with_void(evidence: StudyData) -> StudyData:
 
 
 def _joules_of(
-    cache: ResultCache, varied: StudyData, evidence: StudyData, drains: Mapping[str, Drain], label: str
+    computed: Results, varied: StudyData, evidence: StudyData, drains: Mapping[str, Drain], label: str
 ) -> Mapping[str, RunEnergy]:
     """Return joules of other runs; where the idle runs are the same, so are the drain lines."""
     if varied.idle == evidence.idle and all(run.robot_uid in drains for run in varied.runs):
-        return run_energies(cache, varied, drains).results
-    refitted = passive_drains(cache, varied, label)
-    return run_energies(cache, varied, refitted, label).results
+        return run_energies(computed, varied, drains).results
+    refitted = passive_drains(computed, varied, label)
+    return run_energies(computed, varied, refitted, label).results
 
 
 def _compared(
-    cache: ResultCache,
+    computed: Results,
     label: str,
     evidence: StudyData,
     quantity: Outcome,
-    results: Mapping[str, StoredResult],
+    results: Mapping[str, Result],
     swept: str,
     settings: AnalysisSettings,
 ) -> list[Varied]:
     """Compare the pooled conditions again with other runs, or other results of the same runs."""
     scope = {"selection": evidence.selection, "variant": label}
-    conditions = condition_values(cache, evidence.runs, results, quantity, scope)
+    conditions = condition_values(computed, evidence.runs, results, quantity, scope)
     pairs = pairing.pairs_pooled(conditions, swept)
-    compared = decide(cache, pairs, quantity, scope, settings)
+    compared = decide(computed, pairs, quantity, scope, settings)
     return [Varied(pair.label, label, quantity, each) for pair, each in zip(pairs, compared, strict=True)]

@@ -12,20 +12,19 @@ from labbook.analysis.comparison.deciding import ensure_for_pairs, fingerprints_
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_apexes import RunApexes
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import Request, ResultCache, interval_ends, result_fingerprint
+from labbook.analysis.results import Algorithm, Request, Results, interval_ends, result_fingerprint
 from reports.evidence import Anova, ThesisRoute
 from reports.numbers import Number
 from stats.compare.two_sample import compare_two
 from stats.groups.anova import one_way_anova
 
-ROUTE = Algorithm("thesis_route", 1, ThesisRoute)
-OVER_JUMPS = Algorithm("thesis_route_over_jumps", 1, ThesisRoute)
-ANOVA = Algorithm("anova", 17, Anova)
+ROUTE = Algorithm("thesis_route", 1)
+OVER_JUMPS = Algorithm("thesis_route_over_jumps", 1)
+ANOVA = Algorithm("anova", 17)
 
 
 def routes_over_runs(
-    cache: ResultCache, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float
+    computed: Results, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float
 ) -> list[ThesisRoute]:
     """Ensure the thesis's route of every pair over its runs, in order."""
 
@@ -33,11 +32,11 @@ def routes_over_runs(
         control, treated = ([item.value for item in runs_of(side)] for side in (pair.a, pair.b))
         return thesis_route(control, treated, quantity.unit, alpha)
 
-    return ensure_for_pairs(cache, ROUTE, pairs, quantity, scope, {"alpha": alpha}, route, fingerprints_of_sides)
+    return ensure_for_pairs(computed, ROUTE, pairs, quantity, scope, {"alpha": alpha}, route, fingerprints_of_sides)
 
 
 def routes_over_jumps(
-    cache: ResultCache, pairs: Sequence[Pair], scope: Mapping[str, Any], alpha: float
+    computed: Results, pairs: Sequence[Pair], scope: Mapping[str, Any], alpha: float
 ) -> list[ThesisRoute]:
     """Ensure the thesis's route of every pair of apex heights over all their jumps, in order."""
 
@@ -46,7 +45,7 @@ def routes_over_jumps(
         return [height_m for one in results if isinstance(one, RunApexes) for height_m in one.heights_m]
 
     return ensure_for_pairs(
-        cache,
+        computed,
         OVER_JUMPS,
         pairs,
         Outcome.APEX,
@@ -82,7 +81,7 @@ def thesis_route(control: Sequence[float], treated: Sequence[float], unit: str, 
 
 
 def analyses_of_variance(
-    cache: ResultCache, conditions: Sequence[ConditionValues], swept: str, quantity: Outcome, scope: Mapping[str, Any]
+    computed: Results, conditions: Sequence[ConditionValues], swept: str, quantity: Outcome, scope: Mapping[str, Any]
 ) -> list[Anova]:
     """Ensure the one-way analysis of variance over the treated levels of every group that has several."""
     groups = [
@@ -91,7 +90,7 @@ def analyses_of_variance(
         for treated, _control in [pairing.treated_and_control(items)]
         if len(treated) > 1
     ]
-    return cache.ensure(
+    return computed.ensure(
         [
             Request(
                 ANOVA,

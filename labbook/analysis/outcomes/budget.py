@@ -12,10 +12,9 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.charger_step import rounding_in
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah, usable_charge
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
+from labbook.analysis.results import Algorithm, Request, Results, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
-from reports.numbers import Number, StoredAs, StoredResult
+from reports.numbers import Number, NumberNames, Result
 from stats.compare.shared_error import shared_of_mean
 from stats.compare.summary import describe
 from stats.lines.passive_drain import rounding_sd_mah
@@ -39,20 +38,20 @@ class BudgetSource:
 
 
 @dataclass(frozen=True, slots=True)
-class JouleBudget(StoredResult):
+class JouleBudget(Result):
     """What each source gives a run's joules and the mean over runs, by its name and `IN_ALL`; what 1 mAh is worth."""
 
     terms: tuple[BudgetSource, ...]
-    one_run: Annotated[Mapping[str, Number], StoredAs("{}")]
-    mean: Annotated[Mapping[str, Number], StoredAs("{}, mean")]
-    one_mah: Annotated[Number, StoredAs("1 mAh")]
+    one_run: Annotated[Mapping[str, Number], NumberNames("{}")]
+    mean: Annotated[Mapping[str, Number], NumberNames("{}, mean")]
+    one_mah: Annotated[Number, NumberNames("1 mAh")]
 
 
-BUDGET = Algorithm("energy_budget", 14, JouleBudget)
+BUDGET = Algorithm("energy_budget", 14)
 
 
 def budget(
-    cache: ResultCache,
+    computed: Results,
     evidence: StudyData,
     conditions: Sequence[ConditionValues],
     scope: dict[str, str],
@@ -63,7 +62,7 @@ def budget(
     condition = max(conditions, key=lambda item: len(item.runs))
     resolution_mah = _resolution_mah(evidence, condition)
     voltage_v = evidence.study.reference_voltage_v
-    return cache.ensure_one(
+    return computed.ensure_one(
         Request(
             BUDGET,
             {"condition": condition.key, **scope},
@@ -119,17 +118,17 @@ def _budget(condition: ConditionValues, voltage_v: float, resolution_mah: float)
 
 
 @dataclass(frozen=True, slots=True)
-class PackDeviation(StoredResult):
+class PackDeviation(Result):
     """Mean deviation of a pack's runs from the means of their conditions."""
 
     deviation: Number
 
 
-PACKS = Algorithm("pack_deviation", 12, PackDeviation)
+PACKS = Algorithm("pack_deviation", 12)
 
 
 def pack_deviations(
-    cache: ResultCache, conditions: Sequence[ConditionValues], scope: dict[str, str]
+    computed: Results, conditions: Sequence[ConditionValues], scope: dict[str, str]
 ) -> dict[str, PackDeviation]:
     """Ensure the mean deviation of every pack, in joules a jump."""
     deviations: dict[str, list[tuple[RunNumber, float]]] = {}
@@ -138,7 +137,7 @@ def pack_deviations(
         for item in condition.runs:
             deviations.setdefault(item.run.battery, []).append((item, item.value - mean))
     packs = sorted(deviations)
-    results = cache.ensure(
+    results = computed.ensure(
         [
             Request(
                 PACKS,

@@ -21,25 +21,25 @@ from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import ApexVariant, RunApexes, as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_energies
 from labbook.analysis.outcomes.run_force import run_forces
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import (
+from labbook.analysis.results import (
+    Algorithm,
     Request,
-    ResultCache,
+    Results,
     RunResults,
     condition_input,
     result_fingerprint,
 )
 from labbook.analysis.study_data import StudyData
-from reports.numbers import Number, StoredResult
+from reports.numbers import Number, Result
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.compare.summary import describe
 
-_MEASURES: Mapping[Outcome, Callable[[ResultCache, Detections, StudyData], RunResults[StoredResult]]] = {
-    Outcome.JOULES: lambda cache, _detections, data: run_energies(cache, data, passive_drains(cache, data)),
+_MEASURES: Mapping[Outcome, Callable[[Results, Detections, StudyData], RunResults[Result]]] = {
+    Outcome.JOULES: lambda computed, _detections, data: run_energies(computed, data, passive_drains(computed, data)),
     **{outcome: run_forces for outcome in Outcome if outcome.source is FileRole.FORCE},
 }
 
-_OF_JUMPS: Mapping[Outcome, Callable[[ResultCache, Detections, StudyData, ApexVariant], RunResults[StoredResult]]] = {
+_OF_JUMPS: Mapping[Outcome, Callable[[Results, Detections, StudyData, ApexVariant], RunResults[Result]]] = {
     Outcome.APEX: run_apexes
 }
 """Outcomes `of_jumps`, by the jumps that a variant finds and counts."""
@@ -47,22 +47,22 @@ _OF_JUMPS: Mapping[Outcome, Callable[[ResultCache, Detections, StudyData, ApexVa
 
 def measure(
     outcome: Outcome,
-    cache: ResultCache,
+    computed: Results,
     detections: Detections,
     data: StudyData,
     variant: ApexVariant | None = None,
-) -> RunResults[StoredResult]:
+) -> RunResults[Result]:
     """Ensure the outcome of every selected jump run that has what it takes.
 
     Jumps are found and counted as the protocol says, or as a variant does.
     """
     if outcome.of_jumps:
-        return _OF_JUMPS[outcome](cache, detections, data, variant or as_protocol(data))
-    return _MEASURES[outcome](cache, detections, data)
+        return _OF_JUMPS[outcome](computed, detections, data, variant or as_protocol(data))
+    return _MEASURES[outcome](computed, detections, data)
 
 
 @dataclass(frozen=True, slots=True)
-class ConditionSummary(StoredResult):
+class ConditionSummary(Result):
     """Mean of the runs of a condition with its interval, their standard deviation, and the runs by name."""
 
     mean: Number
@@ -70,7 +70,7 @@ class ConditionSummary(StoredResult):
     runs: tuple[tuple[str, float], ...]
 
 
-SUMMARY = Algorithm("condition_summary", 14, ConditionSummary)
+SUMMARY = Algorithm("condition_summary", 14)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,7 +80,7 @@ class RunNumber:
     run: RunRow
     value: float
     shared: SharedError
-    result: StoredResult
+    result: Result
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ class ConditionValues:
         return [item.value for item in self.runs]
 
 
-def run_numbers(runs: Sequence[RunRow], results: Mapping[str, StoredResult], quantity: Outcome) -> list[RunNumber]:
+def run_numbers(runs: Sequence[RunRow], results: Mapping[str, Result], quantity: Outcome) -> list[RunNumber]:
     """Return the runs that have the quantity; joules of repeats that a charger rounds alike share that error."""
     found = []
     for run in runs:
@@ -144,29 +144,29 @@ def _reading(run: RunRow, energy: RunEnergy) -> str:
     return f"{energy.charge_mah!r} mAh, {run.condition_key}"
 
 
-def number_of(result: StoredResult, quantity: Outcome) -> Number:
+def number_of(result: Result, quantity: Outcome) -> Number:
     """Return an outcome's number of a run's result, whose field has the name that the outcome declares."""
     found: Number = getattr(result, quantity.number_name)
     return found
 
 
 def conditions_by_outcome(
-    cache: ResultCache, detections: Detections, evidence: StudyData, outcomes: Iterable[Outcome]
+    computed: Results, detections: Detections, evidence: StudyData, outcomes: Iterable[Outcome]
 ) -> dict[Outcome, list[ConditionValues]]:
     """Ensure the numbers of the selected runs' conditions in each outcome."""
     scope = {"selection": evidence.selection}
     return {
         outcome: condition_values(
-            cache, evidence.runs, measure(outcome, cache, detections, evidence).results, outcome, scope
+            computed, evidence.runs, measure(outcome, computed, detections, evidence).results, outcome, scope
         )
         for outcome in outcomes
     }
 
 
 def condition_values(
-    cache: ResultCache,
+    computed: Results,
     runs: Sequence[RunRow],
-    results: Mapping[str, StoredResult],
+    results: Mapping[str, Result],
     quantity: Outcome,
     scope: Mapping[str, Any],
 ) -> list[ConditionValues]:
@@ -184,7 +184,7 @@ def condition_values(
         )
         for key, items in by_condition.items()
     ]
-    summaries = cache.ensure(requests)
+    summaries = computed.ensure(requests)
     return [
         ConditionValues(key, items[0].run.is_control, items[0].run.levels, tuple(items), summary)
         for (key, items), summary in zip(by_condition.items(), summaries, strict=True)
@@ -236,14 +236,12 @@ class Spread:
     control_n: int
 
 
-def run_spread(
-    cache: ResultCache, detections: Detections, evidence: StudyData, quantity: Outcome
-) -> Spread | Undefined:
+def run_spread(computed: Results, detections: Detections, evidence: StudyData, quantity: Outcome) -> Spread | Undefined:
     """Pool the scatter of the runs so far within their conditions; nothing is stored.
 
     The interval is that of a normal variance, by chi-squared.
     """
-    numbers = run_numbers(evidence.runs, measure(quantity, cache, detections, evidence).results, quantity)
+    numbers = run_numbers(evidence.runs, measure(quantity, computed, detections, evidence).results, quantity)
     values: dict[tuple[str, bool], list[float]] = {}
     for item in numbers:
         values.setdefault((item.run.condition_key, item.run.is_control), []).append(item.value)

@@ -1,19 +1,26 @@
-"""Finding the jumps of logs with the detector that the study's configuration names, now or stored before."""
+"""Finding the jumps of logs with the detector that the study's configuration names, now or before.
+
+What the protocol's detector found in a log as it was ingested is in the book; what others find, or it after a change of
+the protocol, is in a cache of files.
+"""
 
 from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
+from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import sqlalchemy as sa
 from numpy.typing import NDArray
 
+from data_schema.file_cache import FileCache
 from data_schema.journal import canonical
-from data_schema.queries.detections import DetectionRow, JumpRow, add_detections, detections_by_key
+from data_schema.queries.detections import DetectionRow, JumpRow, detections_by_key
 from data_schema.queries.facts import read_fact
 from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
 from data_schema.vocabulary import GapKind, Undefined
@@ -143,22 +150,27 @@ def _plain(value: float | Undefined) -> float | None:
     return None if isinstance(value, Undefined) else float(value)
 
 
+def _sources() -> Iterable[Path]:
+    """Every source that what is found depends on."""
+    root = Path(__file__).parents[3]
+    return [*(root / "stats").rglob("*.py"), Path(__file__), root / "data_schema" / "queries" / "detections.py"]
+
+
+FOUND = FileCache("jumps", _sources, ("numpy", "scipy"))
+_MOST_BYTES = 2**30
+"""Of found jumps: those of 100 000 runs."""
 LOGS_AT_ONCE = 2
 """Reading and most of detecting let other threads run; more would cost memory and gain little."""
 
 
 @dataclass
 class Detections:
-    """Gives what a detector found in signals; what it had to compute waits in `computed` to be stored.
-
-    What it read is in `stored`, for another way to judge the same jumps.
-    """
+    """Gives what a detector found in signals; what it gave is in `known`, for another way to judge the same jumps."""
 
     connection: sa.Connection
     store: Store
     progress: Callable[[str], None] = field(default=lambda _what: None)
-    computed: dict[str, DetectionRow] = field(default_factory=dict)
-    stored: dict[str, DetectionRow] = field(default_factory=dict)
+    known: dict[str, DetectionRow] = field(default_factory=dict)
 
     def of(
         self, runs: Mapping[str, Sequence[SignalRow]], algorithm: str, rest_length_m: float
@@ -171,20 +183,17 @@ class Detections:
             name: detection_key(row.sha256, algorithm, version(algorithm), parameters, gaps_for_detector(gaps[row.uid]))
             for name, row in signals.items()
         }
-        unknown = set(keys.values()) - self.computed.keys() - self.stored.keys()
-        self.stored |= detections_by_key(self.connection, sorted(unknown))
-        missing = {keys[name]: row for name, row in signals.items() if keys[name] not in self.stored}
-        anew = {key: row for key, row in missing.items() if key not in self.computed}
-        self._compute(anew, gaps, algorithm, rest_length_m)
-        known = self.computed | self.stored
-        found = {uid: known[key] for uid, key in keys.items()}
+        self.known |= detections_by_key(self.connection, sorted(set(keys.values()) - self.known.keys()))
+        missing = {keys[name]: row for name, row in signals.items() if keys[name] not in self.known}
+        self._find(missing, gaps, algorithm, rest_length_m)
+        found = {uid: self.known[key] for uid, key in keys.items()}
         return {name: tuple(found[signal.uid] for signal in several) for name, several in runs.items()}
 
     def log(self, signal: SignalRow) -> Log:
         """Read a signal's samples."""
         return _read(self.store, signal, gaps_by_signal(self.connection, [signal.uid])[signal.uid])
 
-    def _compute(
+    def _find(
         self,
         missing: Mapping[str, SignalRow],
         gaps: Mapping[str, Sequence[GapRow]],
@@ -193,24 +202,26 @@ class Detections:
     ) -> None:
         """Find the jumps of logs side by side; the database is asked from this thread only."""
 
-        def find(signal: SignalRow) -> Detection:
-            return detect(_read(self.store, signal, gaps[signal.uid]), algorithm, rest_length_m)
+        def find(key: str, signal: SignalRow) -> DetectionRow:
+            if (cached := FOUND.read(key)) is not None:
+                return replace(msgspec.msgpack.decode(cached, type=DetectionRow), signal_uid=signal.uid)
+            log = _read(self.store, signal, gaps[signal.uid])
+            found = detection_row(detect(log, algorithm, rest_length_m), signal.uid, signal.sha256)
+            FOUND.write(key, msgspec.msgpack.encode(found))
+            return found
 
+        if missing:
+            FOUND.forget_unused(_MOST_BYTES)  # makes the folder, too, before threads ask for it
         with ThreadPoolExecutor(LOGS_AT_ONCE) as pool:
-            made = pool.map(find, missing.values())
+            made = pool.map(find, missing, missing.values())
             for (key, signal), detection in zip(missing.items(), made, strict=True):
                 self.progress(f"finding jumps ({algorithm}) in {signal.run_name}")
-                self.computed[key] = detection_row(detection, signal.uid, signal.sha256)
+                self.known[key] = detection
 
 
 def rest_length_m(connection: sa.Connection, robot_uid: str) -> float:
     """Return the leg's rest length of a robot as the book has it."""
     return float(read_fact(connection, "robot", robot_uid, ["rest_length_m"])["rest_length_m"])
-
-
-def store_detections(connection: sa.Connection, detections: Detections) -> None:
-    """Store the detections that are not in the store yet, in a writing transaction."""
-    add_detections(connection, list(detections.computed.values()))
 
 
 def _read(store: Store, signal: SignalRow, gaps: Sequence[GapRow]) -> Log:

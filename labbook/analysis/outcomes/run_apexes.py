@@ -17,16 +17,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow
-from data_schema.queries.results import InputRow
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import CalibratedChannel, SignalRow
+from data_schema.queries.sources import InputRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined, Verdict
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found, rest_length_m
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import (
+from labbook.analysis.results import (
+    Algorithm,
     Request,
-    ResultCache,
+    Results,
     RunResults,
     decision_input,
     fingerprint,
@@ -34,7 +34,7 @@ from labbook.analysis.results.result_cache import (
     signal_input,
 )
 from labbook.analysis.study_data import StudyData
-from reports.numbers import Number, StoredResult
+from reports.numbers import Number, Result
 from stats.apexes.jumps import ZERO_DOUBTFUL
 from stats.compare.shared_error import SharedError
 from stats.compare.summary import describe
@@ -173,7 +173,7 @@ def _excluded(jump: JumpRow, decision: DecisionRow | None, rules: Rules) -> str 
 
 
 @dataclass(frozen=True, slots=True)
-class RunApexes(StoredResult):
+class RunApexes(Result):
     """Mean apex height of a run, and its jumps: how many were found, and the heights in m of those that count.
 
     `excluded` counts the others by reason, `waiting` the verdicts that fit no jump any more. `calibration_terms_m` has
@@ -197,7 +197,7 @@ class RunApexes(StoredResult):
         return SharedError({(fit, term): size for (fit, term), size in terms.items()}, df)
 
 
-ALGORITHM = Algorithm("run_apexes", 15, RunApexes)
+ALGORITHM = Algorithm("run_apexes", 15)
 
 
 @dataclass(frozen=True, slots=True)
@@ -278,7 +278,7 @@ def _in_number_order(name: str) -> list[tuple[str, int]]:
     return [(text, int(digits or 0)) for text, digits in re.findall(r"(\D*)(\d*)", name)]
 
 
-def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, variant: ApexVariant) -> ApexResults:
+def run_apexes(computed: Results, detections: Detections, evidence: StudyData, variant: ApexVariant) -> ApexResults:
     """Ensure the apex heights of every selected jump run that has logs."""
     logs: dict[str, tuple[SignalRow, ...]] = {}
     missing: dict[str, Undefined] = {}
@@ -312,7 +312,10 @@ def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, 
             inputs = [run_input(runs[uid])]
             inputs += [signal_input(log, f"log {place}") for place, log in enumerate(logs[uid], start=1)]
             inputs.append(fingerprint("robot", "robot", robot, repr(lengths_m[robot])))
-            inputs += [InputRow("detection", "detection", item.uid, item.key) for item in detected]
+            inputs += [
+                InputRow("detection", "detection", f"{item.algorithm}, version {item.version}", item.key)
+                for item in detected
+            ]
             inputs += [decision_input(decision) for decision in judgements[uid].in_force]
             heights = {log.sha256: calibrated[log.uid] for log in logs[uid] if log.uid in calibrated}
             inputs += [
@@ -322,7 +325,7 @@ def run_apexes(cache: ResultCache, detections: Detections, evidence: StudyData, 
             ]
             requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs), heights)
     requests = {uid: requests[uid] for uid in logs}  # in the order of the runs, whatever the robots
-    return ApexResults(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing, judgements)
+    return ApexResults(dict(zip(requests, computed.ensure(list(requests.values())), strict=True)), missing, judgements)
 
 
 def _request(

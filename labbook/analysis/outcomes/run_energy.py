@@ -12,15 +12,15 @@ from dataclasses import dataclass, replace
 
 from data_schema.errors import InputRefused
 from data_schema.queries.charges import ChargeOfRun
-from data_schema.queries.results import InputRow
 from data_schema.queries.runs import RunRow
+from data_schema.queries.sources import InputRow
 from data_schema.reasons import Reason
 from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import ChargeMode, Undefined
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import (
+from labbook.analysis.results import (
+    Algorithm,
     Request,
-    ResultCache,
+    Results,
     RunResults,
     charge_input,
     fingerprint,
@@ -31,7 +31,7 @@ from labbook.analysis.results.result_cache import (
 )
 from labbook.analysis.study_data import StudyData
 from labbook.config.parsing import Configuration
-from reports.numbers import Number, Origin, StoredResult
+from reports.numbers import Number, Origin, Result
 from stats.checks import as_number
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain, rounding_sd_mah, why_no_line
@@ -42,7 +42,7 @@ MAH_MIN = 60.0
 
 
 @dataclass(frozen=True, slots=True)
-class DrainFit(StoredResult):
+class DrainFit(Result):
     """What is stored of a robot's drain line: it, its fit, and what it gives at `run_duration_s`.
 
     That is the protocol's run duration, or the mean of the idle runs where it states none; `extrapolated`: it lies
@@ -57,7 +57,7 @@ class DrainFit(StoredResult):
     extrapolated: bool | None = None
 
 
-DRAIN = Algorithm("passive_drain", 16, DrainFit)
+DRAIN = Algorithm("passive_drain", 16)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,13 +114,13 @@ def drain_lines(evidence: StudyData) -> dict[str, PassiveDrain | Undefined]:
     return {robot: _fit([item for item in idle if item[0].robot_uid == robot]) for robot in robots}
 
 
-def passive_drains(cache: ResultCache, evidence: StudyData, variant: str | None = None) -> dict[str, Drain]:
+def passive_drains(computed: Results, evidence: StudyData, variant: str | None = None) -> dict[str, Drain]:
     """Store each robot's line and what it gives at a run's duration; `variant` names a recomputation."""
     duration_s = evidence.configuration.protocol.run_duration_s
     names = {run.robot_uid: run.robot for run in (*evidence.idle, *evidence.runs)}
     idle = idle_charges(evidence)
     lines = drain_lines(evidence)
-    rows = cache.ensure(
+    rows = computed.ensure(
         [
             Request(
                 DRAIN,
@@ -192,7 +192,7 @@ def _drain_fit(drain: PassiveDrain | Undefined, duration_s: float | None) -> Dra
 
 
 @dataclass(frozen=True, slots=True)
-class RunEnergy(StoredResult):
+class RunEnergy(Result):
     """Joules a jump of a run, the charge that was put back, and the passive charge that was taken off.
 
     `step_mah` is that of the charge's rounding. `drain_df` and `shared_terms_j` are the error of the drain line in
@@ -215,7 +215,7 @@ class RunEnergy(StoredResult):
         return SharedError({(fit, term): size for term, size in self.shared_terms_j.items()}, {fit: self.drain_df})
 
 
-RUN_ENERGY = Algorithm("run_energy", 14, RunEnergy)
+RUN_ENERGY = Algorithm("run_energy", 14)
 
 
 def usable_charge(run: RunRow, charges: list[ChargeOfRun]) -> Recharge | Undefined:
@@ -246,7 +246,7 @@ def above_capacity(run: RunRow, charges: Sequence[ChargeOfRun], configuration: C
 
 
 def run_energies(
-    cache: ResultCache, evidence: StudyData, drains: Mapping[str, Drain], variant: str | None = None
+    computed: Results, evidence: StudyData, drains: Mapping[str, Drain], variant: str | None = None
 ) -> RunResults[RunEnergy]:
     """Ensure the energy of every selected jump run that has what it takes; `variant` names a recomputation."""
     requests: dict[str, Request[RunEnergy]] = {}
@@ -260,7 +260,7 @@ def run_energies(
             missing[run.uid] = Undefined(Reason.NO_DRAIN_FIT, robot=drain.robot)
         else:
             requests[run.uid] = _request(evidence, run, charge, drain.line, drain.result, variant)
-    return RunResults(dict(zip(requests, cache.ensure(list(requests.values())), strict=True)), missing)
+    return RunResults(dict(zip(requests, computed.ensure(list(requests.values())), strict=True)), missing)
 
 
 def energies_with_drains(
@@ -275,7 +275,7 @@ def energies_with_drains(
         charge, line = usable_charge(run, charges.get(run.uid, [])), lines[run.robot_uid]
         if not isinstance(charge, Undefined) and not isinstance(line, Undefined):
             energy = _energy(run, charge, line, voltage_v)
-            found[run.uid] = replace(energy, origin=Origin("", {}, (InputRow("drain", "result", run.robot_uid, ""),)))
+            found[run.uid] = replace(energy, origin=Origin(inputs=(InputRow("drain", "result", run.robot_uid, ""),)))
     return found
 
 

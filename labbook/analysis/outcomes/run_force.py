@@ -20,10 +20,9 @@ from data_schema.vocabulary import Undefined
 from ingest.channels.names import channel_kind
 from ingest.store import Store
 from labbook.analysis.outcomes.detection import Detections, gaps_for_detector
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import Request, ResultCache, RunResults, run_input, signal_input
+from labbook.analysis.results import Algorithm, Request, Results, RunResults, run_input, signal_input
 from labbook.analysis.study_data import VERTICAL_FORCE, StudyData
-from reports.numbers import Number, StoredResult
+from reports.numbers import Number, Result
 from stats.compare.summary import describe
 from stats.force_plate import Contact, find_contacts, jump_heights
 from stats.single_jump import ONSETS, TAKE_OFFS, SingleJump, find_jumps, measure_jump
@@ -48,7 +47,7 @@ ALL_RULES = tuple(PushOffRules(onset, take_off) for onset in ONSETS for take_off
 
 
 @dataclass(frozen=True, slots=True)
-class RunForce(StoredResult):
+class RunForce(Result):
     """Means over the single jumps of a run, or over its contacts, and the weight used for the heights, None without.
 
     `of_each` holds the values of the single contacts and jumps, by the name of the number; `single_jumps` counts the
@@ -64,7 +63,7 @@ class RunForce(StoredResult):
     single_jumps: int = 0
 
 
-ALGORITHM = Algorithm("run_force", 5, RunForce)
+ALGORITHM = Algorithm("run_force", 5)
 
 
 def usable_force(forces: Sequence[SignalRow]) -> SignalRow | Undefined:
@@ -81,7 +80,7 @@ def push_off_rules(data: StudyData) -> PushOffRules:
     return PushOffRules(protocol.onset, protocol.take_off)
 
 
-def run_forces(cache: ResultCache, detections: Detections, data: StudyData) -> RunResults[RunForce]:
+def run_forces(computed: Results, detections: Detections, data: StudyData) -> RunResults[RunForce]:
     """Ensure the numbers from the force plate of every selected jump run that has one record of it."""
     missing: dict[str, Undefined] = {}
     signals: dict[str, SignalRow] = {}
@@ -91,21 +90,21 @@ def run_forces(cache: ResultCache, detections: Detections, data: StudyData) -> R
             missing[run.uid] = usable
         else:
             signals[run.uid] = usable
-    (found,) = _ensured(cache, detections, data, signals, [push_off_rules(data)])
+    (found,) = _ensured(computed, detections, data, signals, [push_off_rules(data)])
     return RunResults(found, missing)
 
 
 def run_forces_by_rules(
-    cache: ResultCache, detections: Detections, data: StudyData, run_uids: Iterable[str]
+    computed: Results, detections: Detections, data: StudyData, run_uids: Iterable[str]
 ) -> dict[PushOffRules, dict[str, RunForce]]:
     """Ensure the numbers of runs of single jumps by every rule of onset with every rule of take-off."""
     usable = {uid: usable_force(data.forces.get(uid, [])) for uid in run_uids}
     signals = {uid: signal for uid, signal in usable.items() if not isinstance(signal, Undefined)}
-    return dict(zip(ALL_RULES, _ensured(cache, detections, data, signals, ALL_RULES), strict=True))
+    return dict(zip(ALL_RULES, _ensured(computed, detections, data, signals, ALL_RULES), strict=True))
 
 
 def _ensured(
-    cache: ResultCache,
+    computed: Results,
     detections: Detections,
     data: StudyData,
     signals: Mapping[str, SignalRow],
@@ -119,7 +118,7 @@ def _ensured(
     found = []
     for rules in by_rules:
         requests = [_request(run, signals[uid], gaps[signals[uid].uid], reads[uid], rules) for uid, run in runs.items()]
-        found.append(dict(zip(runs, cache.ensure(requests), strict=True)))
+        found.append(dict(zip(runs, computed.ensure(requests), strict=True)))
     return found
 
 

@@ -9,13 +9,12 @@ from dataclasses import dataclass
 from typing import Any
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import InputRow
+from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import group_label
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, result_fingerprint
-from reports.numbers import Number, StoredResult
+from labbook.analysis.results import Algorithm, Request, Results, fingerprint, result_fingerprint
+from reports.numbers import Number, Result
 from reports.predicted import Judged, JudgedGroup, Limits, Prediction
 from stats.compare.agreement import (
     FEWEST_DIFFERENCES,
@@ -29,20 +28,20 @@ from stats.compare.agreement import (
 
 
 @dataclass(frozen=True, slots=True)
-class JointBiasResult(StoredResult):
+class JointBiasResult(Result):
     """Whether no group is biased; `tau` is Kendall's, of the measured and the predicted order of groups."""
 
     p: Number
     tau: Number | None = None
 
 
-BIAS = Algorithm("prediction_bias", 2, JudgedGroup)
-JOINT_BIAS = Algorithm("joint_bias", 1, JointBiasResult)
-LIMITS = Algorithm("limits_of_agreement", 1, Limits)
+BIAS = Algorithm("prediction_bias", 2)
+JOINT_BIAS = Algorithm("joint_bias", 1)
+LIMITS = Algorithm("limits_of_agreement", 1)
 
 
 def judge(
-    cache: ResultCache,
+    computed: Results,
     conditions: Sequence[ConditionValues],
     checked: Sequence[Prediction],
     outcome: Outcome,
@@ -60,7 +59,7 @@ def judge(
     if not groups:
         return []
     about = {"quantity": str(outcome), **scope}
-    results = cache.ensure(
+    results = computed.ensure(
         [
             Request(
                 BIAS,
@@ -72,7 +71,7 @@ def judge(
             for label, items in groups.items()
         ]
     )
-    joint = cache.ensure_one(
+    joint = computed.ensure_one(
         Request(
             JOINT_BIAS,
             about,
@@ -81,15 +80,15 @@ def judge(
             lambda: _joint(results),
         )
     )
-    limits = _limits(cache, checked, about, outcome.unit)
+    limits = _limits(computed, checked, about, outcome.unit)
     return [Judged(checked[0].quantity, tuple(results), joint.p, joint.tau, limits)]
 
 
-def _limits(cache: ResultCache, checked: Sequence[Prediction], about: Mapping[str, Any], unit: str) -> Limits | None:
+def _limits(computed: Results, checked: Sequence[Prediction], about: Mapping[str, Any], unit: str) -> Limits | None:
     known = [(check, value) for check in checked if isinstance(value := check.check.difference.value, float)]
     if len(known) < FEWEST_DIFFERENCES:
         return None
-    return cache.ensure_one(
+    return computed.ensure_one(
         Request(
             LIMITS,
             about,

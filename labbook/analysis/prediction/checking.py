@@ -14,15 +14,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.results import InputRow
+from data_schema.queries.sources import InputRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
 from labbook.analysis.prediction.predicting import PredictionResult, error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
+from labbook.analysis.results import Algorithm, Request, Results, result_fingerprint
 from reports.evidence import Decision
 from reports.numbers import Number, Value
 from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction, PredictionCheck
@@ -55,7 +54,7 @@ def _to_95_percent(measured: Number) -> float:
     return t_quantile(0.95, measured.df) / t_quantile(measured.ci_level, measured.df)
 
 
-ALGORITHM = Algorithm("prediction_check", 8, PredictionCheck)
+ALGORITHM = Algorithm("prediction_check", 8)
 
 AllPredicted = Mapping[tuple[str, str], PredictionResult]
 """Predictions by a condition's key and a robot's uid."""
@@ -67,7 +66,7 @@ _PREDICTED = {outcome: PredictedQuantity(outcome) for outcome in SIMULATED}
 
 
 def check_conditions(
-    cache: ResultCache,
+    computed: Results,
     conditions: Sequence[ConditionValues],
     predicted: AllPredicted,
     quantity: Outcome,
@@ -78,7 +77,7 @@ def check_conditions(
     if not predicted:
         return []
     sides = [side_of([condition], predicted) for condition in conditions]
-    results = cache.ensure(
+    results = computed.ensure(
         [
             Request(
                 ALGORITHM,
@@ -105,7 +104,7 @@ def check_conditions(
 
 
 def check_savings(
-    cache: ResultCache,
+    computed: Results,
     compared: Sequence[tuple[Pair, Decision]],
     predicted: AllPredicted,
     scope: Mapping[str, Any],
@@ -118,7 +117,7 @@ def check_savings(
         (pair, measured, measured.savings) for pair, measured in compared if predicted and measured.savings is not None
     ]
     sides = [(side_of(pair.a, predicted), side_of(pair.b, predicted)) for pair, *_measured in wanted]
-    results = cache.ensure(
+    results = computed.ensure(
         [
             Request(
                 ALGORITHM,

@@ -38,8 +38,7 @@ from labbook.analysis.prediction.checking import (
 )
 from labbook.analysis.prediction.predicting import error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import Request, ResultCache, result_fingerprint
+from labbook.analysis.results import Algorithm, Request, Results, result_fingerprint
 from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side
 from reports.evidence import Decision
 from reports.numbers import Number
@@ -47,7 +46,7 @@ from reports.predicted import COVERAGE_FACTOR, Hypothesis, HypothesisPart, Verdi
 from stats.days.contrasts import Effect, linear_contrast
 from stats.days.decision import Contrast, Estimate
 
-ALGORITHM = Algorithm("hypothesis", 4, HypothesisPart)
+ALGORITHM = Algorithm("hypothesis", 4)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +75,7 @@ class Comparison:
 
 
 def judge_hypotheses(
-    cache: ResultCache,
+    computed: Results,
     hypotheses: Sequence[HypothesisSettings],
     conditions: Mapping[Outcome, Sequence[ConditionValues]],
     compared: Sequence[Compared],
@@ -98,7 +97,7 @@ def judge_hypotheses(
     for settings in hypotheses:
         comparisons = _comparisons_of(settings, conditions.get(settings.outcome, ()), swept)
         saves = settings.claim is ClaimKind.SAVES
-        results = cache.ensure(
+        results = computed.ensure(
             [
                 _request(
                     settings,
@@ -223,7 +222,7 @@ def _tested(
     simulated = _simulated(one, predicted, outcome)
     ends = _ends(simulated)
     return HypothesisPart(
-        one.of,
+        dict(sorted(one.of.items())),  # in one order on the page, whichever factor is compared
         one.against,
         measured,
         simulated,

@@ -9,20 +9,25 @@ itself errs; the value is that of the accuracy asked for.
 
 from __future__ import annotations
 
+import hashlib
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import msgspec
 
 from data_schema.errors import LabbookError, unknown_name
+from data_schema.file_cache import FileCache
+from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import read_fact
 from data_schema.queries.runs import RunRow
+from data_schema.queries.sources import InputRow
 from data_schema.reasons import Reason
 from data_schema.second_process import SecondProcess, has_core, run_in_fork
-from data_schema.tables.base import private_keys
-from data_schema.tables.results import result
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.condition_scenes import (
     ROBOT_PARAMETERS,
@@ -30,12 +35,18 @@ from labbook.analysis.prediction.condition_scenes import (
     decays_within_steps,
     study_scene,
 )
-from labbook.analysis.prediction.simulating import ALWAYS, SIMULATING, mean_values, simulate_means, simulate_varied
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import Request, ResultCache, condition_input, fingerprint
+from labbook.analysis.prediction.simulating import (
+    ALWAYS,
+    SIMULATING,
+    Simulated,
+    mean_values,
+    simulate_means,
+    simulate_varied,
+)
+from labbook.analysis.results import Algorithm, Request, Results, condition_input, fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
-from reports.numbers import Number, StoredAs, StoredResult
+from reports.numbers import Number, NumberNames, Result
 from reports.predicted import ACCURACY
 
 if TYPE_CHECKING:
@@ -79,7 +90,7 @@ class AssumedParameter:
 
 
 @dataclass(frozen=True, slots=True)
-class PredictionResult(StoredResult):
+class PredictionResult(Result):
     """A prediction of one condition with one robot: its values, also under everything that was varied.
 
     `predicted` has the numbers by the names of their outcomes' numbers; `values`, and those that came of each variation
@@ -89,7 +100,7 @@ class PredictionResult(StoredResult):
     simulation a hundred times finer.
     """
 
-    predicted: Annotated[Mapping[str, Number], StoredAs("predicted_{}")]
+    predicted: Annotated[Mapping[str, Number], NumberNames("predicted_{}")]
     scene: str
     scene_toml: str
     effects: tuple[str, ...]
@@ -123,7 +134,7 @@ class PredictionResult(StoredResult):
         return any((value is None) != (self.finer[name] is None) for name, value in self.values.items())
 
 
-ALGORITHM = Algorithm("prediction", 18, PredictionResult)
+ALGORITHM = Algorithm("prediction", 18)
 
 
 Wanted = Mapping[tuple[str, str], Request[PredictionResult]]
@@ -142,21 +153,21 @@ class BackgroundPredictions:
         return (self.simulating and self.simulating.result()) or {}
 
 
-def predictions_in_background(cache: ResultCache, evidence: StudyData) -> BackgroundPredictions:
-    """Let another process make what no book has of joules and apexes of the conditions that have a charge or a log."""
+def predictions_in_background(computed: Results, evidence: StudyData) -> BackgroundPredictions:
+    """Let another process simulate, where it is not in the cache, each condition that has a charge or a log."""
     keys = {run.condition_key for run in evidence.runs if evidence.charges.get(run.uid) or evidence.logs.get(run.uid)}
     try:
-        wanted = _wanted(cache, evidence, keys, ALWAYS)
+        wanted = _wanted(computed, evidence, keys, ALWAYS)
     except LabbookError:  # of a condition that nothing may have been measured of
         return BackgroundPredictions({}, None)
-    new = _new(cache, wanted) if has_core() else {}
+    new = _new(wanted) if has_core() else {}
     return BackgroundPredictions(
         wanted, run_in_fork(lambda: {key: one.compute() for key, one in new.items()}) if new else None
     )
 
 
 def predictions(
-    cache: ResultCache,
+    computed: Results,
     evidence: StudyData,
     keys: Sequence[str],
     progress: Callable[[str], None],
@@ -170,25 +181,25 @@ def predictions(
     asked = set(keys)
     wanted = {place: request for place, request in ahead.wanted.items() if place[0] in asked}
     if tuple(outcomes) != ALWAYS or {key for key, _robot in wanted} != asked:
-        wanted = _wanted(cache, evidence, asked, outcomes)
-    if _new(cache, wanted):
+        wanted = _wanted(computed, evidence, asked, outcomes)
+    if _new(wanted):
         progress(SIMULATING)
+        SIMULATIONS.forget_unused()
     made = ahead.by_key()
     found = [
         replace(request, compute=partial(made.__getitem__, request.key)) if request.key in made else request
         for request in wanted.values()
     ]
-    return dict(zip(wanted, cache.ensure(found), strict=True))
+    return dict(zip(wanted, computed.ensure(found), strict=True))
 
 
-def _new(cache: ResultCache, wanted: Wanted) -> dict[str, Request[PredictionResult]]:
-    """Return the requests that no book answers, by key."""
-    known = private_keys(cache.connection, result.c.key, [request.key for request in wanted.values()])
-    return {request.key: request for request in wanted.values() if request.key not in known}
+def _new(wanted: Wanted) -> dict[str, Request[PredictionResult]]:
+    """Return the requests whose simulations are not in the cache, by key."""
+    return {one.key: one for one in wanted.values() if SIMULATIONS.read(_name(one.settings)) is None}
 
 
 def _wanted(
-    cache: ResultCache, evidence: StudyData, keys: Collection[str], outcomes: Sequence[Outcome]
+    computed: Results, evidence: StudyData, keys: Collection[str], outcomes: Sequence[Outcome]
 ) -> dict[tuple[str, str], Request[PredictionResult]]:
     settings = evidence.configuration.simulation
     if settings is None or not keys:
@@ -196,7 +207,7 @@ def _wanted(
     start = study_scene(settings)
     wanted = {(run.condition_key, run.robot_uid): run for run in evidence.runs if run.condition_key in keys}
     facts = {
-        uid: read_fact(cache.connection, "robot", uid, list(ROBOT_PARAMETERS.values()))
+        uid: read_fact(computed.connection, "robot", uid, list(ROBOT_PARAMETERS.values()))
         for uid in sorted({uid for _key, uid in wanted})
     }
     return {
@@ -218,22 +229,23 @@ def _request(
     unvaried = [name for name in settings.varied if name not in _unsourced(scene)]
     if unvaried:
         raise unknown_name("assumed parameter of this scene", unvaried[0], _unsourced(scene))
+    about = {
+        "scene": write_scene(scene),
+        "accuracy": settings.accuracy,
+        "varied_by": _parts(settings, scene),
+        **({"outcomes": list(map(str, outcomes))} if tuple(outcomes) != ALWAYS else {}),
+        **({"ticks": "in closed form"} if decays_within_steps(scene) else {}),
+    }
     return Request(
         ALGORITHM,
         {"condition": run.condition_key, "robot": run.robot, "scene": start.name},
         (
             condition_input(run),
             fingerprint("robot", "robot_body", run.robot_uid, repr(sorted(facts.items()))),
-            fingerprint("scene", "scene", start.name, settings.scene_toml or write_scene(start)),
+            InputRow("scene", "scene", start.name, _sha256(settings.scene_toml or write_scene(start))),
         ),
-        {
-            "scene": write_scene(scene),
-            "accuracy": settings.accuracy,
-            "varied_by": _parts(settings, scene),
-            **({"outcomes": list(map(str, outcomes))} if tuple(outcomes) != ALWAYS else {}),
-            **({"ticks": "in closed form"} if decays_within_steps(scene) else {}),
-        },
-        lambda: _predicted(scene, settings, outcomes),
+        about,
+        lambda: _predicted(scene, settings, outcomes, _name(about)),
     )
 
 
@@ -247,21 +259,65 @@ def _parts(settings: SimulationSettings, scene: Scene) -> dict[str, float]:
     return {name: settings.varied.get(name, settings.varied_by) for name in _unsourced(scene)}
 
 
-def _predicted(scene: Scene, settings: SimulationSettings, outcomes: Sequence[Outcome]) -> PredictionResult:
-    from simulator.declared import all_parameters
+@dataclass(frozen=True, slots=True)
+class _Simulations:
+    """A scene as it is, with what was varied (`otherwise`, by what), and a hundred times finer."""
+
+    found: Simulated
+    otherwise: Mapping[str, tuple[Mapping[str, float | None], ...]]
+    finer: Mapping[str, float | None]
+
+
+def _sources() -> Iterable[Path]:
+    """Every source that a simulation depends on."""
+    root = Path(__file__).parents[3]
+    return [*(root / "simulator").rglob("*.py"), *Path(__file__).parent.glob("*.py"), root / "data_schema/outcomes.py"]
+
+
+SIMULATIONS = FileCache("predictions", _sources, ("numpy", "numba", "scipy"))
+
+
+def _name(settings: Mapping[str, Any]) -> str:
+    """Name the file of the cache that holds the simulations of these settings."""
+    return _sha256(canonical(settings))
+
+
+def _sha256(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def _simulated(scene: Scene, settings: SimulationSettings, outcomes: Sequence[Outcome], name: str) -> _Simulations:
+    """Return the simulations of a scene, from the cache where they are there."""
     from simulator.error_bars import simulate_finer
     from simulator.kernel.build import kernel_for
-    from simulator.scene_file import write_scene
 
+    if (cached := SIMULATIONS.read(name)) is not None:
+        return msgspec.msgpack.decode(cached, type=_Simulations)
     kernel_for(scene.effects)
-    found, parts = simulate_means(scene, settings.accuracy, outcomes), _parts(settings, scene)
-    error = max(settings.accuracy, found.rounding)
+    found = simulate_means(scene, settings.accuracy, outcomes)
     otherwise = {
-        name: [simulate_varied(scene, name, 1.0 + sign * part, settings.accuracy, outcomes) for sign in (-1.0, 1.0)]
-        for name, part in parts.items()
+        varied: tuple(
+            simulate_varied(scene, varied, 1.0 + sign * part, settings.accuracy, outcomes) for sign in (-1.0, 1.0)
+        )
+        for varied, part in _parts(settings, scene).items()
     }
     if found.branch is not None:
-        otherwise[_BRANCH] = [found.branch]
+        otherwise[_BRANCH] = (found.branch,)
+    finer = mean_values(scene, simulate_finer(scene, settings.accuracy).jumps, outcomes)
+    simulations = _Simulations(found, otherwise, finer)
+    SIMULATIONS.write(name, msgspec.msgpack.encode(simulations))
+    return simulations
+
+
+def _predicted(
+    scene: Scene, settings: SimulationSettings, outcomes: Sequence[Outcome], name_in_cache: str
+) -> PredictionResult:
+    from simulator.declared import all_parameters
+    from simulator.scene_file import write_scene
+
+    simulations = _simulated(scene, settings, outcomes, name_in_cache)
+    found, otherwise, parts = simulations.found, simulations.otherwise, _parts(settings, scene)
+    error = max(settings.accuracy, found.rounding)
     predicted: dict[str, Number] = {}
     for quantity in outcomes:
         value, name = found.values[quantity], quantity.number_name
@@ -293,6 +349,6 @@ def _predicted(scene: Scene, settings: SimulationSettings, outcomes: Sequence[Ou
             for name, part in parts.items()
         },
         values=dict(found.values),
-        finer=mean_values(scene, simulate_finer(scene, settings.accuracy).jumps, outcomes),
-        otherwise={source: tuple(several) for source, several in otherwise.items()},
+        finer=simulations.finer,
+        otherwise=otherwise,
     )

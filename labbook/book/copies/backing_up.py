@@ -40,6 +40,7 @@ from labbook.book.opening import (
     read_configuration,
     store_of,
 )
+from labbook.book.report_numbers import bring_numbers
 from labbook.book.write_session import now_utc
 from labbook.config.parsing import Configuration
 
@@ -110,6 +111,7 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
         if (destination / JOURNAL).exists() and readable_entries(destination / JOURNAL) is None:
             remarks.append("the journal in the backup was damaged and is written anew: is that disk failing?")
         raw = copy_raw(store, Store(destination), raw_of(entries), counted)
+        bring_numbers(store.root, destination, entries)
         outside = put_scene(destination, configuration)
         if outside is not None:
             remarks.append(f"the scene {outside} lies outside the book and is not in the backup: keep it too.")

@@ -17,7 +17,6 @@ from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.parsing import Configuration
-from labbook.presenting.numbers import ShownNumbers
 from reports.content import (
     Condition,
     Day,
@@ -70,7 +69,7 @@ def _considered(analysis: StudyAnalysis) -> list[FactorRow]:
     return [row for row in analysis.evidence.factors if row.name in named]
 
 
-def conditions(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Condition, ...]:
+def conditions(analysis: StudyAnalysis) -> tuple[Condition, ...]:
     """Return every condition that has a measured quantity, in the order of the factors' levels, the swept one last.
 
     So the control and the treated conditions of one group stand together.
@@ -84,9 +83,7 @@ def conditions(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Condition,
             levels=_levels(analysis, item.levels),
             control=item.is_control,
             summaries={
-                outcome: _summary(analysis, items[item.key], shown)
-                for outcome, items in measured.items()
-                if item.key in items
+                outcome: _summary(analysis, items[item.key]) for outcome, items in measured.items() if item.key in items
             },
         )
         for item in ordered
@@ -110,11 +107,11 @@ def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, 
     return tuple(found)
 
 
-def _summary(analysis: StudyAnalysis, values: ConditionValues, shown: ShownNumbers) -> Summary:
+def _summary(analysis: StudyAnalysis, values: ConditionValues) -> Summary:
     jumps = [len(item.result.heights_m) for item in values.runs if isinstance(item.result, RunApexes)]
     return Summary(
-        mean=shown.number(values.result.mean),
-        sd=shown.value(values.result.sd),
+        mean=values.result.mean,
+        sd=values.result.sd,
         runs=tuple(_run_value(analysis, item) for item in values.runs),
         jumps=sum(jumps) or None,
         robots=dict(Counter(item.run.robot for item in values.runs)),
@@ -200,7 +197,7 @@ def _planned_count(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> in
     return sum((row.condition_key or "") in conditions for row in planned)
 
 
-def order(analysis: StudyAnalysis, shown: ShownNumbers) -> Order:
+def order(analysis: StudyAnalysis) -> Order:
     """Set every run's joules against its position in the day and its pack, as deviations from its condition."""
     points = [
         _point(item, item.value - mean)
@@ -208,7 +205,7 @@ def order(analysis: StudyAnalysis, shown: ShownNumbers) -> Order:
         for mean in [sum(condition.values) / len(condition.values)]
         for item in condition.runs
     ]
-    packs = tuple(PackMean(pack, shown.number(found.deviation)) for pack, found in analysis.packs.items())
+    packs = tuple(PackMean(pack, found.deviation) for pack, found in analysis.packs.items())
     return Order(tuple(points), packs, tuple(confounded_with_day(analysis)))
 
 

@@ -16,15 +16,14 @@ from labbook.analysis.comparison.order import ADJUSTED, OVER_GROUPS
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.run_energy import recharge_of
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting.numbers import ShownNumbers
 from reports.content import Comparison, ReportContent, Sensitivity, Variant
-from reports.evidence import Anova, Decision, Favoured, MeansContrast, OverallEquivalence, OverallSavings
+from reports.evidence import Decision, Favoured, OverallEquivalence, OverallSavings
 from reports.naming import levels_name
 from reports.numbers import Number
 from stats.days.order import PositionsCompared
 
 
-def comparisons(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Comparison, ...]:
+def comparisons(analysis: StudyAnalysis) -> tuple[Comparison, ...]:
     """Return all comparisons; those of savings without a claim name the runs whose charge would give one."""
     without_charge = [run for run in analysis.evidence.runs if _only_charge_missing(analysis, run)]
     found = []
@@ -33,9 +32,6 @@ def comparisons(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Compariso
         if decision.rule is Rule.NONE and item.pair.family == pairing.POOLED and one.quantity.has_savings:
             missing = deciding_runs(item.pair, without_charge)
             one = replace(one, decision=replace(decision, charge_missing=missing))
-        numbers = [decision.savings, decision.difference, decision.adjusted, one.over_runs.difference]
-        numbers += [] if decision.equivalence is None else [decision.equivalence.estimate, decision.equivalence.p]
-        shown.all(numbers)
         found.append(one)
     return tuple(found)
 
@@ -46,38 +42,23 @@ def one_level(analysis: StudyAnalysis) -> bool:
     return bool(pooled) and all(len(pair.b) == 1 for pair in pooled)
 
 
-def overall(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[OverallSavings, ...]:
+def overall(analysis: StudyAnalysis) -> tuple[OverallSavings, ...]:
     """Return the savings over all groups."""
-    found = []
-    for outcome, result in analysis.overall.savings.items():
-        shown.all([result.savings, result.spread, result.heterogeneity_p])
-        found.append(replace(result, exploratory=analysis.planned.exploratory(outcome, pairing.POOLED) or ""))
-    return tuple(found)
+    return tuple(
+        replace(result, exploratory=analysis.planned.exploratory(outcome, pairing.POOLED) or "")
+        for outcome, result in analysis.overall.savings.items()
+    )
 
 
-def overall_equivalence(analysis: StudyAnalysis, shown: ShownNumbers) -> OverallEquivalence | None:
+def overall_equivalence(analysis: StudyAnalysis) -> OverallEquivalence | None:
     """Return the test over all groups that apex heights changed within the bounds."""
     result = analysis.overall.equivalent
     if result is None:
         return None
-    shown.all([result.estimate, result.p])
     return replace(result, exploratory=analysis.planned.exploratory_equivalence(pairing.POOLED) or "")
 
 
-def contrasts(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[MeansContrast, ...]:
-    """Return the contrasts that were made, in their order."""
-    for one in analysis.contrasts:
-        shown.all([one.estimate, one.adjusted])
-    return tuple(analysis.contrasts)
-
-
-def anovas(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Anova, ...]:
-    """Return the analyses of variance over the swept factor."""
-    shown.all([one.p for one in analysis.anovas])
-    return tuple(analysis.anovas)
-
-
-def sensitivity(analysis: StudyAnalysis, shown: ShownNumbers, content: ReportContent) -> tuple[Sensitivity, ...]:
+def sensitivity(analysis: StudyAnalysis, content: ReportContent) -> tuple[Sensitivity, ...]:
     """Return every pooled headline with its recomputations; `content` knows what groups are called."""
     found = []
     pooled = [item for item in analysis.compared if item.pair.family == pairing.POOLED]
@@ -92,11 +73,11 @@ def sensitivity(analysis: StudyAnalysis, shown: ShownNumbers, content: ReportCon
         found.append(
             Sensitivity(
                 f"{'savings' if quantity.has_savings else f'difference of {quantity}'}, {group}",
-                shown.number(_headline_number(item.shown.decision)),
+                _headline_number(item.shown.decision),
                 tuple(
                     Variant(
                         varied.variant,
-                        shown.number(_headline_number(varied.result)),
+                        _headline_number(varied.result),
                         varied.day,
                         varied.by_rules,
                     )
@@ -120,14 +101,14 @@ def _headline_number(decision: Decision) -> Number:
     return decision.savings or decision.difference
 
 
-def favoured(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Favoured, ...]:
+def favoured(analysis: StudyAnalysis) -> tuple[Favoured, ...]:
     """Return the headlines that the order within days favours, adjusted: that over all groups, else those of groups."""
     tests = analysis.favoured
     if OVER_GROUPS in tests:
         effects = analysis.overall_adjusted
-        adjusted = {outcome: shown.number(result.savings) for outcome, result in effects.savings.items()}
+        adjusted = {outcome: result.savings for outcome, result in effects.savings.items()}
         if effects.equivalent is not None:
-            adjusted[Outcome.APEX] = shown.number(effects.equivalent.estimate)
+            adjusted[Outcome.APEX] = effects.equivalent.estimate
         return (_favoured(None, tests[OVER_GROUPS], adjusted),)
     pooled = {item.pair.label: item.pair for item in analysis.compared if item.pair.family == pairing.POOLED}
     return tuple(
@@ -135,7 +116,7 @@ def favoured(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Favoured, ..
             pair.group,
             tests[pairing.group_label(pair.group)],
             {
-                varied.quantity: shown.number(_headline_number(varied.result))
+                varied.quantity: _headline_number(varied.result)
                 for varied in analysis.variations.varied
                 if varied.variant == ADJUSTED and varied.headline == label
             },

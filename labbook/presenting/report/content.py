@@ -14,11 +14,11 @@ from data_schema.queries.study import checks_by_day, people, planned_runs, withd
 from ingest.store import Store
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results import Results
 from labbook.analysis.study import StudyAnalysis, analyse
 from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
-from labbook.presenting.numbers import ShownNumbers, provenance
+from labbook.presenting.numbers import numbers_in, provenance
 from labbook.presenting.report import campaign, comparisons, drain, methods, predicted, preregistration
 from reports.claims import family_claim, group_claim, overall_claims
 from reports.content import Claim, Comparison, ReportContent
@@ -60,13 +60,18 @@ def _warned(content: ReportContent, claims: tuple[Claim, ...]) -> tuple[Claim, .
 
 @dataclass(frozen=True, slots=True)
 class MadeReport:
-    """A report's content, and what had to be computed for it."""
+    """A report's content, the results that it is of, and the ids of the numbers that it shows."""
 
     content: ReportContent
     analysis: StudyAnalysis
-    cache: ResultCache
-    detections: Detections
+    computed: Results
     shown: tuple[str, ...]
+
+    @property
+    def versions(self) -> dict[str, int]:
+        """The versions of the algorithms that made it, those of all detectors among them, by name."""
+        used = {one.origin.kind: one.origin.version for one in self.computed.made.values()}
+        return {**dict(sorted(used.items())), **{name: detector.version for name, detector in DETECTORS.items()}}
 
 
 def make_report(
@@ -81,12 +86,11 @@ def make_report(
 ) -> MadeReport:
     """Analyse the selected runs, with intervals as planned or of a `level`; needs no lock and stores nothing."""
     evidence = gather(connection, configuration, where)
-    cache = ResultCache(connection)
+    computed = Results(connection)
     detections = Detections(connection, store, progress)
-    analysis = analyse(cache, detections, evidence, progress, level)
-    shown = ShownNumbers()
+    analysis = analyse(computed, detections, evidence, progress, level)
     detector = evidence.configuration.protocol.detector
-    compared = comparisons.comparisons(analysis, shown)
+    compared = comparisons.comparisons(analysis)
     bare = ReportContent(
         title=f"Report on {evidence.study.name}",
         study=evidence.study.name,
@@ -99,15 +103,15 @@ def make_report(
         days=campaign.days(analysis, checks_by_day(connection)),
         flow=campaign.flow(analysis, planned_runs(connection), withdrawn_names(connection)),
         factors=campaign.factors(analysis),
-        conditions=campaign.conditions(analysis, shown),
+        conditions=campaign.conditions(analysis),
         claims=(),
         comparisons=compared,
-        contrasts=comparisons.contrasts(analysis, shown),
-        overall=comparisons.overall(analysis, shown),
-        overall_equivalence=comparisons.overall_equivalence(analysis, shown),
-        anovas=comparisons.anovas(analysis, shown),
-        drains=drain.drain_fits(analysis, shown),
-        order=campaign.order(analysis, shown),
+        contrasts=tuple(analysis.contrasts),
+        overall=comparisons.overall(analysis),
+        overall_equivalence=comparisons.overall_equivalence(analysis),
+        anovas=tuple(analysis.anovas),
+        drains=drain.drain_fits(analysis),
+        order=campaign.order(analysis),
         methods=methods.methods(analysis),
         sources=methods.sources(analysis),
         limitations=methods.limitations(analysis),
@@ -115,8 +119,8 @@ def make_report(
         exchanged_charges=methods.exchanged_charges(analysis),
         assumed=methods.assumed(analysis),
         robots=campaign.runs_by_robot(analysis),
-        predictions=predicted.predictions(analysis, shown),
-        hypotheses=predicted.hypotheses(analysis, shown),
+        predictions=predicted.predictions(analysis),
+        hypotheses=predicted.hypotheses(analysis),
         planned=analysis.planned.stated,
         decided=preregistration.decision_sentences(analysis.planned),
         run_before=analysis.planned.run_before or "",
@@ -125,20 +129,20 @@ def make_report(
         void=preregistration.void_sentence(analysis, void_reasons(connection)),
         look=analysis.planned.look,
         without_charges=comparisons.groups_without_charges(analysis),
-        favoured=comparisons.favoured(analysis, shown),
+        favoured=comparisons.favoured(analysis),
         coarse_charger=drain.coarse_charger(analysis),
         no_equivalence=preregistration.no_equivalence(analysis),
     )
     used = ("numpy", "scipy", "matplotlib", *(("numba",) if bare.predictions.items else ()))
-    budget, budget_note = drain.budget(analysis, shown, bare)
+    budget, budget_note = drain.budget(analysis, bare)
     content = replace(
         bare,
         software=tuple((name, importlib.metadata.version(name)) for name in used),
         limitations=(*campaign.robot_limitations(analysis, bare), *bare.limitations),
         budget=budget,
         budget_note=budget_note,
-        sensitivity=comparisons.sensitivity(analysis, shown, bare),
+        sensitivity=comparisons.sensitivity(analysis, bare),
         claims=_warned(bare, _claims(bare, compared, one_level=comparisons.one_level(analysis))),
-        provenance=provenance(shown.ids, [*cache.computed.values(), *cache.reused.values()]),
     )
-    return MadeReport(content, analysis, cache, detections, tuple(shown.ids))
+    shown = dict.fromkeys(number.provenance for number in numbers_in(content))
+    return MadeReport(replace(content, provenance=provenance(shown, computed)), analysis, computed, tuple(shown))

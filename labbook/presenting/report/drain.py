@@ -10,7 +10,6 @@ from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
 from labbook.analysis.outcomes.conditions import coarse_scatter
 from labbook.analysis.outcomes.run_energy import MAH_MIN, RunEnergy, idle_charges
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting.numbers import ShownNumbers
 from reports.content import BudgetItem, CoarseCharger, DrainFit, IdlePoint, ReportContent
 from reports.naming import levels_name
 
@@ -19,7 +18,7 @@ _DRAIN_FIT = "drain fit"
 """The source of the budget that runs of one robot share; others are shared by all runs."""
 
 
-def drain_fits(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[DrainFit, ...]:
+def drain_fits(analysis: StudyAnalysis) -> tuple[DrainFit, ...]:
     """Return points, line and band of each robot's fit, of those that have one."""
     found = []
     for robot_uid, drain in analysis.drains.items():
@@ -40,10 +39,10 @@ def drain_fits(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[DrainFit, 
                 line_mah=tuple(at.charge_mah for at in band),
                 band_low_mah=tuple(at.charge_mah if isinstance(at.ci_low, Undefined) else at.ci_low for at in band),
                 band_high_mah=tuple(at.charge_mah if isinstance(at.ci_high, Undefined) else at.ci_high for at in band),
-                slope=shown.number(drain.result.slope),
-                intercept=shown.number(drain.result.intercept),
-                r_squared=shown.number(drain.result.r_squared),
-                at_run=shown.number(drain.result.at_run),
+                slope=drain.result.slope,
+                intercept=drain.result.intercept,
+                r_squared=drain.result.r_squared,
+                at_run=drain.result.at_run,
                 run_duration_min=at_s / MAH_MIN,
                 range_sentence=line.sentence(at_s),
             )
@@ -51,7 +50,7 @@ def drain_fits(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[DrainFit, 
     return tuple(found)
 
 
-def budget(analysis: StudyAnalysis, shown: ShownNumbers, content: ReportContent) -> tuple[tuple[BudgetItem, ...], str]:
+def budget(analysis: StudyAnalysis, content: ReportContent) -> tuple[tuple[BudgetItem, ...], str]:
     """Return where the uncertainty of joules comes from, for the condition with the most runs, and which that is.
 
     `content` knows what conditions are called.
@@ -63,12 +62,11 @@ def budget(analysis: StudyAnalysis, shown: ShownNumbers, content: ReportContent)
     items = tuple(
         BudgetItem(
             name,
-            shown.value(found.one_run[name]),
-            shown.value(found.mean[name]),
+            found.one_run[name],
+            found.mean[name],
             shared=name in terms and terms[name].shared,
             note=_budget_note(terms[name]) if name in terms else "",
             total=name == IN_ALL,
-            provenance=found.one_run[name].provenance,
             within_robot=name == _DRAIN_FIT and len(content.robots) > 1,
         )
         for name in (*terms, IN_ALL)

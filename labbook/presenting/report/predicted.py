@@ -12,7 +12,6 @@ from labbook.analysis.prediction.condition_scenes import study_scene, unconverte
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.model import SimulationSettings
-from labbook.presenting.numbers import ShownNumbers
 from labbook.presenting.report.campaign import factor_title
 from reports.evidence import POOLED
 from reports.numbers import Value
@@ -29,7 +28,7 @@ if TYPE_CHECKING:
     from simulator.steady.published_results import PublishedResult
 
 
-def predictions(analysis: StudyAnalysis, shown: ShownNumbers) -> Predictions:
+def predictions(analysis: StudyAnalysis) -> Predictions:
     """Return what was predicted; nothing where the study names no scene or has nothing measured."""
     settings = analysis.evidence.configuration.simulation
     found = list(analysis.predicted.values())
@@ -37,7 +36,7 @@ def predictions(analysis: StudyAnalysis, shown: ShownNumbers) -> Predictions:
         return Predictions()
     from simulator.declared import all_parameters
 
-    items = tuple(_prediction(analysis, item, shown) for item in _in_order(analysis))
+    items = tuple(replace(item, published=_published(analysis, item)) for item in _in_order(analysis))
     measured = {name for several in analysis.conditions.values() for item in several for name in item.levels}
     mapped = {*settings.factors, *settings.levels}
     return Predictions(
@@ -52,7 +51,7 @@ def predictions(analysis: StudyAnalysis, shown: ShownNumbers) -> Predictions:
         unconverted=unconverted_factors(analysis.evidence.configuration, analysis.evidence.factors),
         units={factor: all_parameters()[name].unit for factor, name in settings.factors.items()},
         items=items,
-        judged=_judged(analysis, shown),
+        judged=_judged(analysis),
         assumed=_assumed(analysis, settings),
         branched=_conditions(analysis, lambda one: one.branched),
         on_edge=_conditions(analysis, lambda one: one.close_decision and not one.branched),
@@ -63,14 +62,12 @@ def predictions(analysis: StudyAnalysis, shown: ShownNumbers) -> Predictions:
     )
 
 
-def hypotheses(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Hypothesis, ...]:
+def hypotheses(analysis: StudyAnalysis) -> tuple[Hypothesis, ...]:
     """Return the study's hypotheses, each with its comparisons in the order of groups."""
-    found = [
+    return tuple(
         replace(one, parts=tuple(sorted(one.parts, key=lambda part: _place(analysis, part.of))))
         for one in analysis.hypotheses
-    ]
-    shown.all(number for one in found for part in one.parts for number in (part.measured, part.simulated))
-    return tuple(found)
+    )
 
 
 def _conditions(analysis: StudyAnalysis, holds: Callable[[PredictionResult], bool]) -> int:
@@ -95,11 +92,6 @@ def _place(analysis: StudyAnalysis, group: Mapping[str, str]) -> list[int]:
     return [
         known.index(group[name]) if name in group else -1 for name, known in labels.items() if name != analysis.swept
     ]
-
-
-def _prediction(analysis: StudyAnalysis, item: Prediction, shown: ShownNumbers) -> Prediction:
-    shown.all((item.measured, item.check.predicted, item.check.difference, item.check.error_ratio))
-    return replace(item, published=_published(analysis, item))
 
 
 _WITH_FOOT = {StudyKind.BED: True, StudyKind.EMULATOR: False}
@@ -127,17 +119,11 @@ def _published(analysis: StudyAnalysis, item: Prediction) -> PublishedResult | N
     return result_of(item.group.get(foot, ""), float(item.group[gain]), damping_gains, of_apex=of_apex)
 
 
-def _judged(analysis: StudyAnalysis, shown: ShownNumbers) -> tuple[Judged, ...]:
-    found = []
-    for one in analysis.biases:
-        groups = sorted(one.groups, key=lambda each: _place(analysis, each.group))
-        for each in groups:
-            shown.all((each.bias, each.of_measured, each.p, each.measured, each.predicted))
-        shown.all((one.joint_p, one.tau))
-        if one.limits is not None:
-            shown.all((one.limits.mean_difference, one.limits.lower_limit, one.limits.upper_limit))
-        found.append(replace(one, groups=tuple(groups)))
-    return tuple(found)
+def _judged(analysis: StudyAnalysis) -> tuple[Judged, ...]:
+    return tuple(
+        replace(one, groups=tuple(sorted(one.groups, key=lambda each: _place(analysis, each.group))))
+        for one in analysis.biases
+    )
 
 
 def _assumed(analysis: StudyAnalysis, settings: SimulationSettings) -> tuple[AssumedInput, ...]:
@@ -155,7 +141,7 @@ def _assumed(analysis: StudyAnalysis, settings: SimulationSettings) -> tuple[Ass
             {quantity: _most(analysis, quantity, name) for quantity in PredictedQuantity},
             fitted=name in fitted,
         )
-        for name, about in inputs.items()
+        for name, about in sorted(inputs.items())
     )
 
 

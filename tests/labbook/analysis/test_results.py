@@ -1,10 +1,7 @@
-"""What is computed again after a change, and what is not: counted on a whole analysis."""
+"""What a result is named after, that it is computed once, and of which results a changed fact makes others."""
 
 from __future__ import annotations
 
-import contextlib
-import json
-import sqlite3
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,30 +9,20 @@ from typing import Annotated, Any
 
 import pytest
 
-from data_schema.errors import BookDamaged
-from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
 from data_schema.queries.facts import find_uid
-from data_schema.queries.results import ResultRow, results_by_key
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.jump_review import decide
-from labbook.analysis.results.codec import Algorithm
-from labbook.analysis.results.result_cache import Request, ResultCache, fingerprint, keep
+from labbook.analysis.results import Algorithm, Request, Results, equals_printed, fingerprint, numbers_of
 from labbook.book.opening import Book
 from labbook.book.write_session import WriteSession
-from reports.numbers import Number, StoredAs, StoredResult
-from tests.helpers.books import ADA, SmallBook, reported_book, small_book
-from tests.helpers.wording import refuses
+from reports.numbers import Number, NumberNames, Origin, Result
+from tests.helpers.books import ADA, reported_book
 
-Stale = list[tuple[str, dict[str, Any]]]
-
-
-@pytest.fixture
-def made(tmp_path: Path) -> SmallBook:
-    return small_book(tmp_path)
+Made = dict[str, Origin]
 
 
 @pytest.fixture
@@ -45,41 +32,33 @@ def book(tmp_path: Path) -> Iterator[Book]:
         yield standing
 
 
-def report(book: Book, where: str | None = None) -> tuple[list[ResultRow], list[ResultRow]]:
-    """Report, and return what was computed and what was reused for it."""
-    made = state_report(book, where, ADA, lambda _step: None)
-    return list(made.cache.computed.values()), list(made.cache.reused.values())
+def report(book: Book, where: str | None = None) -> Made:
+    """Report, and return what was computed for it, by key."""
+    made = state_report(book, where, ADA, lambda _step: None).computed.made
+    return {key: one.origin for key, one in made.items()}
 
 
-def state(book: Book, said: Callable[[WriteSession], object]) -> Stale:
-    """State something, and return what became stale."""
+def state(book: Book, said: Callable[[WriteSession], object]) -> None:
     with book.session(ADA) as session:
         said(session)
-    return [(kind, json.loads(scope)) for kind, scope in session.stale]
 
 
-def stored(book: Book) -> dict[str, ResultRow]:
-    with book.reading() as connection:
-        return results_by_key(connection)
+def others(after: Made, before: Made) -> list[Origin]:
+    """What is not the same result as before."""
+    return [origin for key, origin in after.items() if key not in before]
 
 
-def scope(row: ResultRow) -> dict[str, Any]:
-    found: dict[str, Any] = json.loads(row.scope_json)
-    return found
-
-
-def rests_on_any(rows: list[ResultRow], roots: list[ResultRow]) -> list[ResultRow]:
-    """The roots and everything among the rows that rests on one of them, directly or not."""
-    found = {row.uid: row for row in roots}
+def resting_on(origins: list[Origin], roots: list[Origin]) -> set[str]:
+    """The roots and everything among these that rests on one of them, directly or not."""
+    found = {origin.uid for origin in roots}
     while True:
         more = {
-            row.uid: row
-            for row in rows
-            if row.uid not in found
-            and any(item.input_uid in found for item in row.inputs if item.input_kind == "result")
-        }
+            origin.uid
+            for origin in origins
+            if any(row.input_uid in found for row in origin.inputs if row.input_kind == "result")
+        } - found
         if not more:
-            return list(found.values())
+            return found
         found |= more
 
 
@@ -87,155 +66,105 @@ def reject(book: Book, run: str, *jumps: int) -> Callable[[WriteSession], object
     return lambda session: decide(book, session, run, list(jumps), "reject", "touched_by_hand", None)
 
 
-def test_a_second_report_computes_nothing(book: Book) -> None:
-    computed, reused = report(book)
-    assert computed == []
-    assert len(reused) > 80
-    assert {row.key for row in reused} == set(stored(book))
-
-
-def test_rejecting_one_jump_computes_its_run_again_and_what_rests_on_it(book: Book) -> None:
-    before = stored(book)
-    stale = state(book, reject(book, "r001", 2))
-    computed, reused = report(book)
-    of_runs = [row for row in computed if row.kind == "run_apexes"]
-    assert {scope(row)["run"] for row in of_runs} == {"r001"}
+def test_rejecting_one_jump_gives_other_results_of_its_run_and_of_what_rests_on_it(book: Book) -> None:
+    before = report(book)
+    assert report(book) == before
+    assert len(before) > 80
+    state(book, reject(book, "r001", 2))
+    after = report(book)
+    anew = others(after, before)
+    of_runs = [origin for origin in anew if origin.kind == "run_apexes"]
+    assert {origin.scope["run"] for origin in of_runs} == {"r001"}
     assert len(of_runs) == 2  # by either detector; what heeds no decision stays
-    assert {row.uid for row in computed} == {row.uid for row in rests_on_any(computed, of_runs)}
+    assert {origin.uid for origin in anew} == resting_on(anew, of_runs)
     compared = {"condition_summary", "decision", "decision_family", "thesis_route"}
-    assert {row.kind for row in computed} == {"run_apexes", "thesis_route_over_jumps", *compared}
-    quantities = {scope(row)["quantity"] for row in computed if row.kind in compared}
-    assert quantities == {Outcome.APEX}
+    assert {origin.kind for origin in anew} == {"run_apexes", "thesis_route_over_jumps", *compared}
+    assert {origin.scope["quantity"] for origin in anew if origin.kind in compared} == {Outcome.APEX}
     small_control = "foot=small k_gain=400 b_ad_gain=0"
-    assert {scope(row)["condition"] for row in computed if row.kind == "condition_summary"} == {small_control}
-    assert len(computed) + len(reused) == len(before)
-    assert len(reused) > 2 * len(computed)
-    # everything computed again was named as stale, and what now stands is not
-    named = {canonical([kind, about]) for kind, about in stale}
-    assert {canonical([row.kind, scope(row)]) for row in computed} <= named
-    after = stored(book)
-    assert {key for key, row in after.items() if not row.stale} == {row.key for row in [*computed, *reused]}
-
-
-@pytest.mark.soak
-def test_taking_a_verdict_back_uses_the_old_results_and_computes_nothing(book: Book) -> None:
-    before = stored(book)
-    state(book, reject(book, "r001", 2))
-    report(book)
+    assert {origin.scope["condition"] for origin in anew if origin.kind == "condition_summary"} == {small_control}
+    assert len(after) == len(before) > 2 * len(anew)
     state(book, lambda session: decide(book, session, "r001", [2], "clear", "other", None))
-    computed, reused = report(book)
-    assert computed == []
-    assert {row.key for row in reused} == set(before)
-    after = stored(book)
-    assert {key for key, row in after.items() if not row.stale} == set(before)
-    assert {key for key, row in after.items() if row.stale} == set(after) - set(before)
-    assert all(after[key].numbers == row.numbers for key, row in before.items())
-
-
-@pytest.mark.soak
-def test_a_verdict_given_again_uses_nothing_of_the_first(book: Book) -> None:
-    """It is another person's word at another time, so its results have their own provenance."""
-    state(book, reject(book, "r001", 2))
-    state(book, lambda session: decide(book, session, "r001", [2], "clear", "other", None))
-    state(book, reject(book, "r001", 2))
-    computed, _reused = report(book)
-    (row,) = [row for row in computed if row.kind == "run_apexes" and scope(row)["detector"] == "robust"]
+    assert report(book) == before
+    state(book, reject(book, "r001", 2))  # another person's word at another time has its own provenance
+    (row,) = [
+        origin
+        for origin in others(report(book), after)
+        if origin.kind == "run_apexes" and origin.scope["detector"] == "robust"
+    ]
     assert len([item for item in row.inputs if item.input_kind == "decision"]) == 1
 
 
-@pytest.mark.soak
-def test_detections_are_made_once(book: Book) -> None:
-    made = state_report(book, None, ADA, lambda _step: None)
-    assert made.detections.computed == {}
-    state(book, reject(book, "r001", 2))
-    made = state_report(book, "foot=small", ADA, lambda _step: None)
-    assert made.detections.computed == {}
-
-
-def test_correcting_the_foot_names_both_conditions_and_their_comparisons(book: Book) -> None:
-    stale = state(book, lambda session: correct(book, session, "r004", ["foot=large"], "typed wrong"))
-    of_runs = [about["run"] for kind, about in stale if kind.startswith("run_")]
-    assert set(of_runs) == {"r004"}
+def test_correcting_the_foot_gives_both_conditions_other_results(book: Book) -> None:
+    before = report(book)
+    state(book, lambda session: correct(book, session, "r004", ["foot=large"], "typed wrong"))
+    anew = others(report(book), before)
+    assert {origin.scope["run"] for origin in anew if origin.kind.startswith("run_")} == {"r004"}
     old, new = "foot=small k_gain=400 b_ad_gain=100", "foot=large k_gain=400 b_ad_gain=100"
-    for quantity in (Outcome.JOULES, Outcome.APEX):
-        summaries = [about for kind, about in stale if kind == "condition_summary" and about["quantity"] == quantity]
-        assert {about["condition"] for about in summaries} == {old, new}
-        labels = [about["label"] for kind, about in stale if kind == "decision" and about["quantity"] == quantity]
-        assert any("small" in label for label in labels)
-        assert any("large" in label for label in labels)
-    kinds = {kind for kind, _about in stale}
-    assert "passive_drain" not in kinds
-    computed, _reused = report(book)
-    assert {scope(row)["run"] for row in computed if row.kind.startswith("run_")} == {"r004"}
-    untouched = {"foot=small k_gain=400 b_ad_gain=0", "foot=large k_gain=400 b_ad_gain=0"}
-    summarised = {scope(row)["condition"] for row in computed if row.kind == "condition_summary"}
-    assert summarised == {old, new}
-    assert not summarised & untouched
+    assert {origin.scope["condition"] for origin in anew if origin.kind == "condition_summary"} == {old, new}
+    assert "passive_drain" not in {origin.kind for origin in anew}
 
 
 def charge_of(book: Book, run: str) -> str:
     with book.reading() as connection:
         uid = find_uid(connection, "charge", stated_run=run)
     assert uid is not None
-    return uid
+    return f"charge:{uid}"
 
 
 def test_a_corrected_charge_touches_the_joules_of_its_run_only(book: Book) -> None:
-    target = f"charge:{charge_of(book, 'r001')}"
+    before, target = report(book), charge_of(book, "r001")
     state(book, lambda session: correct(book, session, target, ["charge_mah=121"], "misread"))
-    computed, _reused = report(book)
-    assert {scope(row)["run"] for row in computed if row.kind.startswith("run_")} == {"r001"}
-    assert {row.kind for row in computed} <= {
+    anew = others(report(book), before)
+    assert {origin.scope["run"] for origin in anew if origin.kind.startswith("run_")} == {"r001"}
+    assert {origin.kind for origin in anew} <= {
         "run_energy", "condition_summary", "decision", "decision_family", "thesis_route",
         "contrast", "overall_savings", "pack_deviation", "energy_budget",
     }  # fmt: skip
-    assert {scope(row).get("quantity", Outcome.JOULES) for row in computed} == {Outcome.JOULES}
+    assert {origin.scope.get("quantity", Outcome.JOULES) for origin in anew} == {Outcome.JOULES}
 
 
 @pytest.mark.soak
 def test_a_corrected_idle_charge_touches_the_drain_and_all_joules_but_no_apex(book: Book) -> None:
-    target = f"charge:{charge_of(book, 'r007')}"
-    stale = state(book, lambda session: correct(book, session, target, ["charge_mah=50"], "misread"))
-    assert "passive_drain" in {kind for kind, _about in stale}
-    computed, reused = report(book)
-    assert len([row for row in computed if row.kind == "run_energy"]) == 12
-    assert {row.kind for row in computed} & {"run_apexes"} == set()
-    assert {scope(row).get("quantity", Outcome.JOULES) for row in computed} == {Outcome.JOULES}
-    assert {row.kind for row in reused} >= {"run_apexes", "condition_summary", "decision"}
+    before, target = report(book), charge_of(book, "r007")
+    state(book, lambda session: correct(book, session, target, ["charge_mah=50"], "misread"))
+    anew = others(report(book), before)
+    assert len([origin for origin in anew if origin.kind == "run_energy"]) == 12
+    assert {"run_energy", "passive_drain"} <= {origin.kind for origin in anew}
+    assert "run_apexes" not in {origin.kind for origin in anew}
+    assert {origin.scope.get("quantity", Outcome.JOULES) for origin in anew} == {Outcome.JOULES}
 
 
 @pytest.mark.soak
-def test_a_void_run_leaves_its_condition_and_computes_no_other_run(book: Book) -> None:
-    stale = state(book, lambda session: void(session, "r001", "foot came loose"))
-    assert {about["run"] for kind, about in stale if kind.startswith("run_")} == {"r001"}
-    computed, _reused = report(book)
-    assert {row.kind for row in computed} & {"run_energy", "run_apexes", "passive_drain"} == set()
-    assert computed
+def test_a_void_run_leaves_its_condition_and_no_other_run_has_another_result(book: Book) -> None:
+    before = report(book)
+    state(book, lambda session: void(session, "r001", "foot came loose"))
+    anew = others(report(book), before)
+    assert {origin.kind for origin in anew} & {"run_energy", "run_apexes", "passive_drain"} == set()
+    assert anew
 
 
 @pytest.mark.soak
 def test_a_selection_shares_the_runs_but_not_the_comparisons(book: Book) -> None:
-    computed, reused = report(book, "foot=small")
-    assert {row.kind for row in computed} & {"run_energy", "run_apexes", "passive_drain"} == set()
-    assert {scope(row)["selection"] for row in computed} == {"foot=small"}
-    assert {row.kind for row in reused} == {"passive_drain", "run_energy", "run_apexes"}
-    again, _reused = report(book)
-    assert again == []
+    whole, part = report(book), report(book, "foot=small")
+    anew = others(part, whole)
+    assert {origin.kind for origin in anew} & {"run_energy", "run_apexes", "passive_drain"} == set()
+    assert {origin.scope["selection"] for origin in anew} == {"foot=small"}
+    assert {part[key].kind for key in part.keys() & whole.keys()} == {"passive_drain", "run_energy", "run_apexes"}
 
 
 # --- keys
 
 
 @dataclass(frozen=True, slots=True)
-class Trial(StoredResult):
+class Trial(Result):
     height: Number
     of: tuple[float | None, ...]
-    by_name: Annotated[Mapping[str, Number], StoredAs("of {}, too")]
+    by_name: Annotated[Mapping[str, Number], NumberNames("of {}, too")]
     note: str | None = None
 
 
-def ensure(book: Book, compute: Callable[[], Trial], **differing: Any) -> tuple[Trial, int]:
-    """Ask for a result, keep it, and return it with how many were computed."""
+def ensure(computed: Results, compute: Callable[[], Trial], **differing: Any) -> Trial:
+    """Ask for a result."""
     parts: dict[str, Any] = {
         "version": 1,
         "scope": {"run": "r001"},
@@ -243,12 +172,14 @@ def ensure(book: Book, compute: Callable[[], Trial], **differing: Any) -> tuple[
         "settings": {"detector": "robust"},
     }
     parts |= differing
-    algorithm = Algorithm("trial", parts["version"], Trial)
-    with book.session(ADA) as session:
-        cache = ResultCache(session.connection)
-        result = cache.ensure_one(Request(algorithm, parts["scope"], parts["inputs"], parts["settings"], compute))
-        keep(session.connection, cache)
-    return result, len(cache.computed)
+    algorithm = Algorithm("trial", parts["version"])
+    return computed.ensure_one(Request(algorithm, parts["scope"], parts["inputs"], parts["settings"], compute))
+
+
+@pytest.fixture
+def computed(book: Book) -> Iterator[Results]:
+    with book.reading() as connection:
+        yield Results(connection)
 
 
 def trial() -> Trial:
@@ -271,49 +202,51 @@ DIFFERENCES: Mapping[str, dict[str, Any]] = {
 }
 
 
-def test_a_result_is_computed_once_and_comes_back_as_it_was(made: SmallBook) -> None:
-    with made.open() as book:
-        first, computed = ensure(book, trial)
-        assert computed == 1
-        back, computed = ensure(book, lambda: pytest.fail("computed again"))
-        assert computed == 0
-        assert back == first
-        assert back == replace(trial(), height=first.height, by_name=first.by_name, origin=first.origin)
-        assert (first.height.value, first.height.se, first.height.n) == (0.3, 0.001, 25)
-        assert {name: item.value for name, item in first.by_name.items()} == {
-            "r001": 1.5,
-            "r002": Undefined(Reason.AS_SAID, said="nothing was measured"),
-        }
-        assert (back.origin.scope, back.origin.inputs) == (first.origin.scope, first.origin.inputs)
-
-
-@pytest.mark.parametrize(
-    "payload",
-    ["{}", "[]", '{"undefined":[]}', '{"of":[1,"2.5"]}', '{"of":[1,"2.5",null]}', '{"of":[1,2.5,null],"further":1}'],
-)
-def test_a_result_that_is_not_of_its_form_is_damage(made: SmallBook, payload: str) -> None:
-    with made.open() as book:
-        ensure(book, trial)
-        with contextlib.closing(sqlite3.connect(made.database)) as connection, connection:
-            connection.execute("UPDATE result SET payload_json = ?", (payload,))
-        with refuses(BookDamaged, "result", "labbook rebuild"):
-            ensure(book, trial)
+def test_a_result_is_computed_once_and_its_numbers_have_ids(computed: Results) -> None:
+    first = ensure(computed, trial)
+    assert ensure(computed, lambda: pytest.fail("computed again")) is first
+    numbers = dict(numbers_of(first))
+    assert numbers == {
+        "height": first.height,
+        "of r001, too": first.by_name["r001"],
+        "of r002, too": first.by_name["r002"],
+    }
+    assert len({number.provenance for number in numbers.values()} - {""}) == 3
+    bare = {name: replace(number, provenance="") for name, number in first.by_name.items()}
+    assert replace(first, height=replace(first.height, provenance=""), by_name=bare, origin=Origin()) == trial()
+    assert (first.origin.kind, first.origin.version, first.origin.scope) == ("trial", 1, {"run": "r001"})
 
 
 @pytest.mark.parametrize("name", DIFFERENCES)
-def test_whatever_a_result_depends_on_makes_another_key(made: SmallBook, name: str) -> None:
-    with made.open() as book:
-        first, _computed = ensure(book, trial)
-        other, computed = ensure(book, trial, **DIFFERENCES[name])
-        assert computed == 1
-        assert other.origin.key != first.origin.key
-        assert other.height.provenance != first.height.provenance
+def test_whatever_a_result_depends_on_makes_another_key(computed: Results, name: str) -> None:
+    first, other = ensure(computed, trial), ensure(computed, trial, **DIFFERENCES[name])
+    assert len(computed.made) == 2
+    assert other.origin.key != first.origin.key
+    assert other.height.provenance != first.height.provenance
 
 
-def test_the_order_of_inputs_makes_no_other_key(made: SmallBook) -> None:
+def test_the_order_of_inputs_makes_no_other_key(computed: Results) -> None:
     inputs = (fingerprint("run", "run", "u1", "a"), fingerprint("run", "run", "u2", "b"))
-    with made.open() as book:
-        _first, computed = ensure(book, trial, inputs=inputs)
-        assert computed == 1
-        _same, computed = ensure(book, trial, inputs=inputs[::-1])
-        assert computed == 0
+    first = ensure(computed, trial, inputs=inputs)
+    assert ensure(computed, lambda: pytest.fail("computed again"), inputs=inputs[::-1]) is first
+
+
+@pytest.mark.parametrize(
+    ("printed", "value", "se", "same"),
+    [
+        (None, None, None, True),
+        (None, 0.0, None, False),
+        (0.0, None, None, False),
+        (0.15, 0.15 * (1 + 1e-12), None, True),
+        (0.15, 0.15 * (1 + 1e-6), None, False),
+        (0.0, 0.0, None, True),
+        (0.0, 1e-12, None, False),
+        (5.9e-16, -2.2e-16, 0.3, True),  # the mean deviation of a book's only pack is 0 but for rounding
+        (5.9e-16, 0.01, 0.3, False),
+        (5.9e-16, -2.2e-16, None, False),
+    ],
+)
+def test_values_agree_when_another_machine_could_have_added_in_another_order(
+    printed: float | None, value: float | None, se: float | None, same: bool
+) -> None:
+    assert equals_printed(printed, value, se) is same

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from labbook.actions.runs.correcting import void
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, without_day
 from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.run_energy import drain_lines, passive_drains, run_energies, unused_idle
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results import Results
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData
 from labbook.presenting.report.campaign import flow
@@ -68,8 +67,8 @@ def test_a_run_of_a_robot_without_idle_runs_has_no_joules(tmp_path: Path, analys
     first, *rest = evidence.runs
     moved = replace(evidence, runs=(replace(first, robot="other", robot_uid="other"), *rest))
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        cache = ResultCache(connection)
-        found = run_energies(cache, moved, passive_drains(cache, moved))
+        computed = Results(connection)
+        found = run_energies(computed, moved, passive_drains(computed, moved))
     assert found.missing == {first.uid: Undefined(Reason.NO_DRAIN_FIT, robot="other")}
     assert set(found.results) == {run.uid for run in rest}
 
@@ -104,7 +103,7 @@ def test_the_budget_takes_the_coarsest_resolution_of_the_charges(tmp_path: Path,
     (charge,) = evidence.charges[uid]
     coarse = replace(evidence, charges={**evidence.charges, uid: [replace(charge, resolution_mah=1000.0)]})
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        row = budget(ResultCache(connection), coarse, analysis.conditions[Outcome.JOULES], {})
+        row = budget(Results(connection), coarse, analysis.conditions[Outcome.JOULES], {})
     assert row is not None
     assert analysis.budget is not None
     larger = [
@@ -130,10 +129,10 @@ def test_leaving_a_day_out_leaves_its_idle_runs_out_of_the_drain_line(analysis: 
     assert refitted.slope_mah_s != whole.slope_mah_s
 
 
-def test_a_day_that_is_left_out_stores_one_result_an_estimate(made: MadeReport) -> None:
+def test_a_day_that_is_left_out_is_one_result_an_estimate(made: MadeReport) -> None:
     """Neither the lines nor the joules by them, which would be every run again for every day."""
-    rows = {row.uid: row for row in (*made.cache.computed.values(), *made.cache.reused.values())}
-    scopes = {uid: json.loads(row.scope_json) for uid, row in rows.items()}
+    rows = {one.origin.uid: one.origin for one in made.computed.made.values()}
+    scopes = {uid: origin.scope for uid, origin in rows.items()}
     without = [uid for uid, scope in scopes.items() if scope.get("variant", "").startswith("without 2")]
     assert without
     assert {rows[uid].kind for uid in without} <= {"decision", "comparison"}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import json
 import random
 import sqlite3
 import struct
@@ -17,14 +16,18 @@ from data_schema.engine import postgres_engine, sqlite_engine, writing
 from data_schema.errors import BookDamaged
 from data_schema.journal import Entry
 from data_schema.queries.facts import update_fact
+from data_schema.queries.reports import list_reports
 from data_schema.row_hashes import note_written
 from data_schema.vocabulary import Action
 from labbook.actions.report_command import state_report
-from labbook.actions.runs.jump_review import decide
 from labbook.actions.upkeep.health import Health, check_book
 from labbook.actions.upkeep.recomputing import recompute
+from labbook.actions.upkeep.tracing import ReportOfNumber
+from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database, rewrite_journal
+from labbook.book.report_numbers import NUMBERS, numbers_path, read_numbers, readable_numbers
 from labbook.terminal import progress
+from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.databases import server_in_a_soak
 from tests.helpers.journals import renumbered
@@ -40,7 +43,7 @@ def whole(tmp_path: Path) -> SmallBook:
 
 @pytest.fixture
 def judged(tmp_path: Path) -> SmallBook:
-    """For rows that no report made: nothing is computed again where its journal is played back."""
+    """For what needs no report."""
     return copy_of_judged_book(tmp_path)
 
 
@@ -102,32 +105,10 @@ ALTERATIONS = {
         "altered in the database: channel of ",
         "scale is ",
     ),
-    "a result's number": (
-        "UPDATE result_number SET value = value * 1.0000000001 WHERE id = (SELECT max(id) FROM result_number "
-        "WHERE value <> 0)",
-        "altered in the database: result_number ",
-        "value is ",
-    ),
-    "what a result's payload means": (
-        "UPDATE result SET payload_json = payload_json || ' ' WHERE id = 1",
-        "altered in the database: result ",
-        "payload_json is ",
-    ),
-    "a result's inputs": (
-        "UPDATE result_input SET input_sha256 = 'ab' WHERE result = 3",
-        "altered in the database: result_input of ",
-        "input_sha256 is 'ab' and should be ",
-    ),
-    "that a result is stale": (
-        "UPDATE result SET stale = 0 WHERE id = (SELECT min(id) FROM result WHERE stale = 1)",
-        "altered in the database: result ",
-        "stale is 0 and should be 1",
-    ),
-    "what a report printed": (
-        "UPDATE report_item SET value = 1.5 WHERE report = 1 AND number_uid = (SELECT min(number_uid) FROM report_item "
-        "WHERE report = 1)",
-        "altered in the database: report_item of ",
-        "value is 1.5 and should be ",
+    "the runs of a report": (
+        "UPDATE report SET selection = 'foot=large' WHERE id = 1",
+        "altered in the database: report ",
+        "selection is 'foot=large' and should be ''",
     ),
     "a level of a condition": (
         "DELETE FROM condition_level WHERE condition = 1",
@@ -162,12 +143,12 @@ def test_all_altered_rows_are_named_and_a_rebuild_says_and_mends_them(tmp_path: 
 
 
 def test_the_reports_that_rest_on_an_altered_row_are_named(whole: SmallBook) -> None:
-    with engine_of(whole).connect() as connection:
-        made = list(connection.exec_driver_sql("SELECT made_utc, options_json FROM report"))
+    with whole.open() as book, book.reading() as connection:
+        made = [report.called for report in list_reports(connection)]
     execute(engine_of(whole), "UPDATE charge SET charge_mah = charge_mah + 1 WHERE run = 2")
     (problem,) = check(whole).problems
     named = problem.partition("reports that rest on it: ")[2].partition(". ")[0].split(", ")
-    assert set(named) == {f"{row[0]} ({json.loads(row[1])['where'] or 'all runs'})" for row in made}
+    assert named == made
 
 
 def test_a_flipped_bit_of_a_stored_value_is_found(judged: SmallBook) -> None:
@@ -251,40 +232,35 @@ def test_a_forged_row_is_named_though_all_hashes_were_removed(judged: SmallBook)
     assert done.altered[0].rows.kind == "charge"
 
 
-@pytest.mark.soak
-def test_a_number_computed_from_a_forged_fact_does_not_stand(whole: SmallBook) -> None:
-    with whole.open() as book, book.reading() as connection:
-        energy = "SELECT n.uid FROM result_number n JOIN result r ON r.id = n.result WHERE r.kind = 'run_energy'"
-        before = set(connection.exec_driver_sql(energy).scalars())
-        (honest,) = random.Random(3).sample(sorted(before), 1)
-    execute(engine_of(whole), "UPDATE charge SET charge_mah = charge_mah + 5 WHERE run = 2")
+def mean_of_r002(book: Book, connection: sa.Connection) -> ReportOfNumber:
+    """The mean joules of this run's condition as the newest report has them."""
+    condition = "condition_summary/quantity=joules a jump,condition=foot=small k_gain=400 b_ad_gain=100,"
+    return next(
+        ReportOfNumber(one, numbers, (report,))
+        for report in reversed(list_reports(connection))
+        for numbers in [read_numbers(book.store.root, report)]
+        for one in numbers.numbers.values()
+        if one.path.startswith(condition) and one.name == "mean"
+    )
+
+
+def test_a_number_of_a_forged_fact_does_not_stand_and_one_printed_before_is_told_so(whole: SmallBook) -> None:
     with whole.open() as book:
-        with book.session(ADA) as session:  # whatever makes it compute anew
-            decide(book, session, "r004", [1], "reject", "touched_by_hand", None)
+        with book.reading() as connection:
+            honest = mean_of_r002(book, connection)
+        execute(engine_of(whole), "UPDATE charge SET charge_mah = charge_mah + 5 WHERE stated_run = 'r002'")
         state_report(book, None, ADA, lambda _step: None)
         with book.reading() as connection:
-            forged = sorted(set(connection.exec_driver_sql(energy).scalars()) - before)
-        assert forged
-        standing, fallen = recompute(book, [honest, forged[0]], lambda _step: None)
-    assert (standing.anew is not None, fallen.stands) == (True, False)
-    says(fallen.sentence, "what it rests")
-    found = rebuild_database(whole.folder, lambda _step: None).differences
-    says(found.sentences, "been altered in")
-
-
-def test_the_trace_of_a_checked_number_is_what_files_and_journal_say(whole: SmallBook) -> None:
-    with whole.open() as book, book.reading() as connection:
-        query = (
-            "SELECT n.uid FROM result_number n JOIN result_input i ON i.result = n.result "
-            "JOIN charge c ON c.uid = i.input_uid WHERE c.id = 2 LIMIT 1"
-        )
-        uid = connection.exec_driver_sql(query).scalar_one()
-    execute(engine_of(whole), "UPDATE charge SET charge_mah = 1.0 WHERE id = 2")
-    with whole.open() as book:
-        (found,) = recompute(book, [uid], lambda _step: None)
-    assert (found.differs, found.as_traced, found.stands) == ((), False, False)
-    assert found.trace is not None
-    assert "charge_mah 1.0" not in str(found.trace)
+            forged = mean_of_r002(book, connection)
+        before, after = recompute(book, [honest, forged], lambda _step: None)
+    assert (before.differs, before.stands, after.stands) == ((), False, False)
+    assert "value" in after.differs
+    says(before.sentence, "the same to the last digit", "charge_mah", "`labbook rebuild`")
+    says(after.sentence, "does not stand", "value is")
+    assert labbook("why", forged.number.id, "--check", at=whole.folder).code == 3
+    rebuild_database(whole.folder, lambda _step: None)
+    told = good(labbook("why", honest.number.id, "--check", at=whole.folder)).out
+    says(told, "the same to the last digit")
 
 
 def test_triggers_that_are_not_those_of_labbook_are_named(judged: SmallBook) -> None:
@@ -375,17 +351,36 @@ def test_a_damaged_journal_that_holds_more_than_the_database_is_not_written_over
 def test_any_number_of_any_report_comes_out_again_to_the_last_digit(many: int, whole: SmallBook) -> None:
     with whole.open() as book:
         with book.reading() as connection:
-            stored = connection.exec_driver_sql("SELECT uid FROM result_number ORDER BY uid").scalars().all()
-            defined = set(connection.exec_driver_sql("SELECT uid FROM result_number WHERE value IS NOT NULL").scalars())
-        picked = random.Random(4).sample(list(stored), many)
-        assert [(found.anew is not None, found.differs) for found in recompute(book, picked, lambda _step: None)] == [
-            (True, ())
-        ] * many
-        victim = next(uid for uid in picked if uid in defined)
-        execute(engine_of(whole), f"UPDATE result_number SET se = 1.5, value = 2.5 WHERE uid = '{victim}'")
-        (found,) = recompute(book, [victim], lambda _step: None)
-    assert {"value", "se"} <= set(found.differs) | {"undefined_reason"}
-    assert "does not stand" in found.sentence
+            of_reports = list(readable_numbers(book.store.root, list_reports(connection)))
+        every = [
+            ReportOfNumber(one, numbers, (report,))
+            for report, numbers in of_reports
+            for one in numbers.numbers.values()
+        ]
+        picked = random.Random(4).sample(every, many)
+        assert [
+            (found.anew is not None, found.differs, found.stands)
+            for one in picked
+            for found in recompute(book, [one], lambda _step: None)
+        ] == [(True, (), True)] * many
+
+
+def test_an_altered_numbers_json_is_damage_and_a_lost_one_is_said(whole: SmallBook) -> None:
+    with whole.open() as book, book.reading() as connection:
+        (first, *others) = list_reports(connection)
+        elsewhere = {uid for _, numbers in readable_numbers(book.store.root, others) for uid in numbers.numbers}
+        uid = next(uid for uid in read_numbers(book.store.root, first).numbers if uid not in elsewhere)
+    path = numbers_path(whole.folder, first.files[NUMBERS])
+    written = path.read_text(encoding="utf-8")
+    good(labbook("why", uid, "--check", at=whole.folder))
+    path.write_text(written.replace('"value":', '"value":1', 1), encoding="utf-8")
+    for words in (("why", uid), ("why", uid, "--check"), ("reports", "show", "1"), ("reports", "diff", "1", "last")):
+        refused(labbook(*words, at=whole.folder), 3, path.name)
+    says(check(whole).problems, str(path), "altered")
+    path.unlink()
+    refused(labbook("why", uid, at=whole.folder), 2, f"1 of the {1 + len(others)} reports")
+    refused(labbook("reports", "show", "1", at=whole.folder), 2, path.name, "labbook report")
+    good(labbook("reports", "show", "last", at=whole.folder))
 
 
 def test_a_command_that_writes_warns_where_the_end_of_the_table_was_edited(

@@ -14,22 +14,27 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import sqlalchemy as sa
 
-from data_schema.tables.results import result, result_number
+from data_schema.journal import canonical
+from labbook.analysis.results import numbers_of
 from labbook.book.opening import Book, opened
+from labbook.book.report_numbers import reported_number
+from labbook.presenting.report.content import make_report
 from tests.helpers.demos import made_demo
 from tests.helpers.frozen_numbers import DATA, NUMBERS, TEXTS, by_name, differs, numbers_in
 
 
 def numbers(book: Book) -> Iterator[dict[str, str]]:
-    """Each stored number as it is written down, floats with all their digits."""
-    columns = [*(result.c[name] for name in TEXTS[:2]), *(result_number.c[name] for name in (*TEXTS[2:], *NUMBERS))]
-    order = (result.c.kind, result.c.scope_json, result_number.c.name, result_number.c.value)
-    query = sa.select(*columns).join(result).order_by(*order)
+    """Each number of a fresh report's results as it is written down, floats with all their digits."""
     with book.reading() as connection:
-        for row in connection.execute(query).mappings():
-            yield {name: "" if value is None else str(value) for name, value in row.items()}
+        made = make_report(connection, book.store, book.configuration, where=None, made_at="2026-01-01T00:00:00Z")
+    for result in made.computed.made.values():
+        about = {"kind": result.origin.kind, "scope_json": canonical(result.origin.scope)}
+        for name, number in numbers_of(result):
+            one = reported_number(name, number, result)
+            values = {"name": name, "undefined_reason": one.undefined} | {each: getattr(one, each) for each in NUMBERS}
+            row = about | {"unit": one.unit} | values
+            yield {each: "" if value is None else str(value) for each, value in row.items()}
 
 
 @pytest.mark.parametrize("name", ["two_runs_a_condition", pytest.param("demonstration", marks=pytest.mark.soak)])

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from data_schema import file_cache
 from data_schema.cache_folder import CACHE_VARIABLE, cache_folder
 from data_schema.outcomes import Outcome
 from reports.figures import figure_cache
 from reports.figures.by_level import file_name
-from reports.figures.figure_cache import KIND, Wanted, cached_figures, drawing_version, forget_unused
+from reports.figures.figure_cache import DRAWN, Wanted, cached_figures
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
@@ -97,7 +98,7 @@ def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache, 
 def test_a_damaged_file_is_drawn_anew(content, cache, damage):
     wanted = Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg",))
     before = one_drawn(content, wanted)
-    (path,) = cache_folder(KIND).glob("*/*.svg")
+    (path,) = cache_folder(DRAWN.kind).glob("*/*.svg")
     path.write_bytes(damage(path.read_bytes()))
     assert one_drawn(content, wanted) == before
     assert one_drawn(content, wanted) == before
@@ -112,8 +113,8 @@ def test_a_damaged_file_is_drawn_anew(content, cache, damage):
 def test_nothing_is_taken_from_where_others_may_write(content, cache, tmp_path, place):
     wanted = Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg",))
     before = one_drawn(content, wanted)
-    (path,) = cache_folder(KIND).glob("*/*.svg")
-    shared = tmp_path / "cache" / place.format(drawing_version(), path.name)
+    (path,) = cache_folder(DRAWN.kind).glob("*/*.svg")
+    shared = tmp_path / "cache" / place.format(DRAWN.version, path.name)
     shared.chmod(shared.stat().st_mode | 0o002)
     assert one_drawn(content, wanted) == before
     assert cache == ["day_order", "day_order"]
@@ -139,14 +140,14 @@ def several(content, meanwhile=lambda: None, names=FIGURE_NAMES):
 
 
 def until_one_is_drawn():
-    while not any(cache_folder(KIND).glob("*/*.svg")):
+    while not any(cache_folder(DRAWN.kind).glob("*/*.svg")):
         time.sleep(0.01)
 
 
 def test_what_a_second_process_draws_has_the_same_bytes(content, cache, two_processes, monkeypatch):
     shared = several(content, until_one_is_drawn, FEW)
     here = list(cache)
-    for path in cache_folder(KIND).glob("*/*.svg"):
+    for path in cache_folder(DRAWN.kind).glob("*/*.svg"):
         path.unlink()
     monkeypatch.setattr(figure_cache, "has_core", lambda: False)
     assert several(content, names=FEW) == shared
@@ -157,15 +158,15 @@ def test_what_a_second_process_draws_has_the_same_bytes(content, cache, two_proc
 
 def test_the_oldest_go_beyond_the_bound_and_old_versions_too(content, cache, figures_not_drawn):
     all_drawn(content)
-    sizes = sorted(path.stat().st_size for path in cache_folder(KIND).glob("*/*.svg"))
-    olds = [cache_folder(KIND) / f"{number:020x}" for number in range(3)]
+    sizes = sorted(path.stat().st_size for path in cache_folder(DRAWN.kind).glob("*/*.svg"))
+    olds = [cache_folder(DRAWN.kind) / f"{number:020x}" for number in range(3)]
     for old in olds:
         old.mkdir()
-    forget_unused(sum(sizes[:2]))
-    left = [path.stat().st_size for path in cache_folder(KIND).glob("*/*.svg")]
+    DRAWN.forget_unused(sum(sizes[:2]))
+    left = [path.stat().st_size for path in cache_folder(DRAWN.kind).glob("*/*.svg")]
     assert 0 < sum(left) <= sum(sizes[:2]) or len(left) == 0
-    assert len([old for old in olds if old.exists()]) == figure_cache.MOST_VERSIONS - 1
-    assert not list(cache_folder(KIND).rglob("*.part"))
+    assert len([old for old in olds if old.exists()]) == file_cache.MOST_VERSIONS - 1
+    assert not list(cache_folder(DRAWN.kind).rglob("*.part"))
 
 
 def test_the_version_is_of_all_that_figures_are_drawn_with():

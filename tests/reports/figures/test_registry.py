@@ -60,9 +60,9 @@ def undefined_everywhere(content):
     nothing = Undefined(Reason.AS_SAID, said="one run only")
     number = Number(nothing, "J", se=nothing, ci_low=nothing, ci_high=nothing, n=1)
     conditions = tuple(
-        with_summary(c, Outcome.JOULES, Summary(number, nothing, joules.runs[:1]))
+        with_summary(c, Outcome.JOULES, Summary(number, number, joules.runs[:1]))
         if c.control
-        else with_summary(c, Outcome.JOULES, Summary(dataclasses.replace(joules.mean, se=nothing), nothing))
+        else with_summary(c, Outcome.JOULES, Summary(dataclasses.replace(joules.mean, se=nothing), number))
         for c in content.conditions
         for joules in [c.summaries[Outcome.JOULES]]
     )

@@ -39,7 +39,7 @@ def test_csv_has_the_conditions_unrounded_in_stored_units(content, name, unit):
     for row, condition in zip(rows, content.conditions, strict=True):
         summary = condition.summaries[Outcome.JOULES] if unit == "j" else condition.summaries[Outcome.APEX]
         assert float(row[f"mean_{unit}"]) == summary.mean.value
-        assert float(row[f"sd_{unit}"]) == summary.sd
+        assert float(row[f"sd_{unit}"]) == summary.sd.value
         assert float(row[f"ci_low_{unit}"]) == summary.mean.ci_low
         assert (row["foot"], row["k_gain"], row["b_ad_gain"]) == tuple(level.label for level in condition.levels)
         assert float(row["k_gain_n_m"]) == condition.levels[1].value
@@ -132,7 +132,7 @@ def test_what_does_not_exist_is_a_dash_with_a_footnote(content):
     first = content.conditions[0]
     alone = dataclasses.replace(
         first.summaries[Outcome.JOULES],
-        sd=Undefined(Reason.AS_SAID, said="one run only"),
+        sd=Number(Undefined(Reason.AS_SAID, said="one run only"), "J"),
         mean=dataclasses.replace(
             first.summaries[Outcome.JOULES].mean,
             se=Undefined(Reason.AS_SAID, said="one run only"),

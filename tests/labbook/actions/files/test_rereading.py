@@ -10,15 +10,17 @@ import pytest
 from data_schema.errors import UsageError
 from data_schema.queries.imported_files import find_files, inbox
 from data_schema.queries.readings import last_reading, parts_of_reading, readings_of
+from data_schema.queries.reports import list_reports
 from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, IngestStatus
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest
 from labbook.actions.files.stored_files import files_to_reread, reread_named
-from labbook.actions.upkeep.tracing import NumberTrace, trace
+from labbook.actions.upkeep.tracing import find_number, trace
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
+from labbook.book.report_numbers import read_numbers
 from tests.helpers.books import ADA, SmallBook, reported_book, small_book
 from tests.helpers.databases import all_rows_by_name
 from tests.helpers.statements import said_alike
@@ -124,23 +126,26 @@ def test_a_new_reading_that_is_refused_changes_nothing(home: tuple[SmallBook, Pa
 
 
 @pytest.mark.parametrize("every", [23, pytest.param(1, marks=pytest.mark.soak)])
-def test_numbers_of_an_earlier_reading_become_stale_and_their_ids_still_answer(tmp_path: Path, every: int) -> None:
+def test_a_reading_that_gives_other_samples_names_the_report_and_its_ids_still_answer(
+    tmp_path: Path, every: int
+) -> None:
     small = reported_book(tmp_path)
     with small.open() as book:
         with book.reading() as connection:
-            shown = connection.exec_driver_sql("SELECT number_uid FROM report_item").scalars().all()
+            (report,) = list_reports(connection)
+            shown = read_numbers(book.store.root, report).numbers
         columns = {"body_height [m]": {"channel": "body_height", "unit": "m", "sign": -1}}
         again = take(book, small.log("r001"), {"columns": columns, "no_robot_check": True})
         assert again.changes is not None
-        assert any("stale" in line for line in again.messages)
+        says(again.messages, f"report {report.called}")
         with book.reading() as connection:
-            traces = [trace(connection, uid) for uid in sorted(shown)[::every]]
-        assert all(isinstance(found, NumberTrace) for found in traces)
-        assert any(found.trace.stale for found in traces if isinstance(found, NumberTrace))
+            for uid in sorted(shown)[::every]:
+                found = trace(connection, find_number(book, connection, uid))
+                assert (found.number, found.shown_in) == (shown[uid], (report,))
     rebuilt_alike(small)
 
 
-def test_a_reading_that_gives_the_same_makes_nothing_stale(tmp_path: Path) -> None:
+def test_a_reading_that_gives_the_same_names_no_report(tmp_path: Path) -> None:
     small = reported_book(tmp_path)
     sheet = next((small.instruments / "charger").glob("*.csv"))
     with small.open() as book:
@@ -148,9 +153,7 @@ def test_a_reading_that_gives_the_same_makes_nothing_stale(tmp_path: Path) -> No
             said = {"channel": "charge", "unit": "mAh"} if column == "mAh" else {"channel": "body_height", "unit": "m"}
             again = take(book, path, {"columns": {column: said}})
             says(again.changes, "nothing comes out")
-        query = "SELECT count(*) FROM result WHERE stale = 1"
-        with book.reading() as connection:
-            assert connection.exec_driver_sql(query).scalar() == 0
+            assert "report" not in " ".join(again.messages)
 
 
 def test_a_dry_run_says_what_would_change_and_changes_nothing(home: tuple[SmallBook, Path]) -> None:

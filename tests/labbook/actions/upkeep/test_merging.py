@@ -33,7 +33,7 @@ from labbook.actions.runs.runs_importing import import_runs
 from labbook.actions.runs.to_do import to_do, to_do_lines
 from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.merging import Merged, merge
-from labbook.actions.upkeep.tracing import trace, trace_lines
+from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.making import make_book
 from labbook.book.opening import Book
@@ -210,7 +210,10 @@ def test_numbers_of_merged_runs_lead_to_their_bytes(lab: SmallBook, laptop: Smal
     with lab.open() as book:
         made = state_report(book, None, ADA, lambda _step: None)
         with book.reading() as connection:
-            said = " ".join(" ".join(trace_lines(trace(connection, uid))) for uid in sorted(made.shown)[:8])
+            said = " ".join(
+                " ".join(trace_lines(trace(connection, find_number(book, connection, uid))))
+                for uid in sorted(made.shown)[:8]
+            )
     assert "r010.csv" in said or "2021-06-16.csv" in said
     is_whole(lab.folder)
 

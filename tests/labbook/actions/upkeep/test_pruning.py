@@ -21,9 +21,8 @@ from labbook.book.rebuilding import rebuild_database
 from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
-from tests.helpers.databases import all_rows, all_rows_by_name, server_in_a_soak
+from tests.helpers.databases import all_rows_by_name, server_in_a_soak
 from tests.helpers.folders import contents
-from tests.helpers.whole_book import copy_of_whole_book
 from tests.helpers.wording import refuses
 
 TEMPORARY = "raw/ab/.abc.zst.12345678"
@@ -83,22 +82,6 @@ def test_old_databases_and_what_was_cut_off_go_and_the_book_stays(book: SmallBoo
         assert all_rows_by_name(standing.engine) == rows
         assert pruned(standing, *aside) == aside
         assert listed(standing) == {}
-
-
-def test_results_that_no_report_shows_go_and_come_again(tmp_path: Path) -> None:
-    book = copy_of_whole_book(tmp_path)
-    with book.open() as standing:
-        before = all_rows(standing.engine)
-        assert pruned(standing) == {"results"}
-        assert listed(standing) == {}
-        after = all_rows(standing.engine)
-        fewer = {name for name in before if len(after[name]) < len(before[name])}
-        assert fewer == {"result", "result_number", "result_input", "row_hash"}
-        assert all(set(after[name]) <= set(before[name]) for name in before)
-        assert {row[2] for row in after["report_item"]} == {row[2] for row in before["report_item"]}
-    rebuild_database(book.folder, lambda _step: None)
-    with book.open() as standing:
-        assert all_rows(standing.engine) == before
 
 
 def test_what_the_journal_speaks_of_stays_also_without_a_row(tmp_path: Path, commands: Commands) -> None:

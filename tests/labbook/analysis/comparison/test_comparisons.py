@@ -14,7 +14,7 @@ from labbook.analysis.comparison.comparisons import Compared, adjust
 from labbook.analysis.comparison.deciding import decide
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results import Results
 from labbook.config.model import AnalysisSettings
 from labbook.presenting.report.content import MadeReport
 from reports.numbers import Number
@@ -28,10 +28,10 @@ from tests.labbook.conftest import CONFOUNDED, Reports
 
 
 @pytest.fixture
-def cache(tmp_path: Path) -> Iterator[ResultCache]:
-    """A result cache of a book of its own, where nothing is stored yet."""
+def computed(tmp_path: Path) -> Iterator[Results]:
+    """Results of a book of its own, of which none is computed yet."""
     with small_book(tmp_path).open() as book, book.reading() as connection:
-        yield ResultCache(connection)
+        yield Results(connection)
 
 
 def values(side: tuple[ConditionValues, ...]) -> list[float]:
@@ -89,13 +89,13 @@ def test_conditions_of_one_day_each_get_no_p_and_the_page_says_why(reports: Repo
     assert all("cannot be told" in claim.text for claim in made.content.claims)
 
 
-def test_a_day_that_was_corrected_is_another_result(reports: Reports, cache: ResultCache) -> None:
+def test_a_day_that_was_corrected_is_another_result(reports: Reports, computed: Results) -> None:
     item = compared(reports(), Outcome.APEX)[0]
     first = item.pair.a[0]
     moved = replace(first.runs[0], run=replace(first.runs[0].run, day="2030-01-01"))
     pair = replace(item.pair, a=(replace(first, runs=(moved, *first.runs[1:])),))
     scope = {"selection": ""}
-    same, other = decide(cache, [item.pair, pair], Outcome.APEX, scope, AnalysisSettings())
+    same, other = decide(computed, [item.pair, pair], Outcome.APEX, scope, AnalysisSettings())
     assert same.origin.key == item.shown.decision.origin.key
     assert other.origin.key != same.origin.key
 
@@ -118,10 +118,10 @@ def test_holm_adjusts_the_tests_of_the_family_that_was_decided_and_no_other(
     says("".join(made.content.methods), "over the family", named, "2", "joules a jump")
 
 
-def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports, cache: ResultCache) -> None:
+def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports, computed: Results) -> None:
     item = compared(reports(), Outcome.APEX)[0].shown.decision
     tiny = {f"{t}": replace(item, t=Number(-t, "1", df=800.0), p=Number(0.0, "1", df=800.0)) for t in (80.0, 90.0)}
-    row = adjust(cache, tiny, POOLED, {"trial": 2}, alpha=1e-13)
+    row = adjust(computed, tiny, POOLED, {"trial": 2}, alpha=1e-13)
     assert row is not None
     assert [one.value for one in row.adjusted_p.values()] == [0.0, 0.0]
     assert all(row.rejected.values())

@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-import json
+import shutil
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from data_schema.cache_folder import CACHE_VARIABLE
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import GapKind
 from ingest.model import Gap
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import review
-from labbook.analysis.outcomes.detection import Log, detect, detection_row, gaps_for_detector
+from labbook.analysis.outcomes.detection import Detections, Log, detect, detection_row, gaps_for_detector
+from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, SmallBook, reported_book, small_book
 
@@ -32,26 +34,25 @@ def book(made: SmallBook) -> Iterator[Book]:
 
 
 @pytest.mark.soak
-def test_a_corrected_rest_length_makes_apexes_stale_and_new(tmp_path: Path) -> None:
+def test_a_corrected_rest_length_makes_other_apexes(tmp_path: Path) -> None:
     made = reported_book(tmp_path)
     with made.open() as book:
+        keys = {*state_report(book, None, ADA, lambda _step: None).computed.made}
         with book.session(ADA) as session:
             correct(book, session, "robot:hopper", ["rest_length_m=0.26"], "measured again")
-        assert {"run_apexes", "condition_summary", "comparison"} <= {kind for kind, _scope in session.stale}
         with book.reading() as connection:
             before = review(book, connection, "r001").detections[0].key
     made.toml.write_text(made.toml.read_text().replace("rest_length_m = 0.27", "rest_length_m = 0.26"))
     with made.open() as book:
-        anew = state_report(book, None, ADA, lambda _step: None).cache.computed.values()
+        anew = state_report(book, None, ADA, lambda _step: None).computed.made.values()
         with book.reading() as connection:
             runs = {run.name: run for run in list_runs(connection)}
             assert review(book, connection, "r001").detections[0].key == before
-    apexes = [row for row in anew if row.kind == "run_apexes"]
-    assert {json.loads(row.scope_json)["run"] for row in apexes} == {
-        name for name, run in runs.items() if run.condition_key
-    }
-    for row in apexes:
-        (robot,) = [item for item in row.inputs if item.input_kind == "robot"]
+    apexes = [one.origin for one in anew if isinstance(one, RunApexes)]
+    assert {origin.scope["run"] for origin in apexes} == {name for name, run in runs.items() if run.condition_key}
+    assert not {origin.key for origin in apexes} & keys
+    for origin in apexes:
+        (robot,) = [item for item in origin.inputs if item.input_kind == "robot"]
         assert robot.input_uid == runs["r001"].robot_uid
 
 
@@ -61,6 +62,20 @@ def test_the_book_says_the_rest_length_whatever_labbook_toml_calls_its_robots(ma
     made.toml.write_text(made.toml.read_text().replace("[robots.hopper]", "[robots.other]"))
     with made.open() as book, book.reading() as connection:
         assert review(book, connection, "r001").detections == before
+
+
+def test_what_another_detector_finds_is_found_once(
+    made: SmallBook, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The second time the samples themselves are gone."""
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "cache"))
+    with made.open() as book, book.reading() as connection:
+        signals = {"r001": review(book, connection, "r001").signals}
+        first = Detections(connection, book.store).of(signals, "published", 0.27)
+        shutil.rmtree(book.store.root / "signals")
+        assert Detections(connection, book.store).of(signals, "published", 0.27) == first
+    (found,) = first["r001"]
+    assert (found.algorithm, len(found.jumps) > 0) == ("published", True)
 
 
 @pytest.mark.parametrize("kind", list(GapKind))

@@ -15,7 +15,7 @@ from data_schema.queries.runs import RunRow
 from labbook.actions.report_command import state_report
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
 from labbook.analysis.prediction.hypotheses import Comparison, _tested
-from reports.numbers import Number, StoredResult
+from reports.numbers import Number, Result
 from reports.predicted import HypothesisPart, Verdict
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
@@ -186,8 +186,7 @@ def conditions_of(*values: float) -> tuple[ConditionValues, ...]:
     """One condition whose runs have these values."""
     none = Number(0.0, "1")
     runs = tuple(
-        RunNumber(cast(RunRow, SimpleNamespace(day="2021-06-14")), value, SharedError(), StoredResult())
-        for value in values
+        RunNumber(cast(RunRow, SimpleNamespace(day="2021-06-14")), value, SharedError(), Result()) for value in values
     )
     return (ConditionValues("", False, {}, runs, ConditionSummary(none, none, ())),)
 

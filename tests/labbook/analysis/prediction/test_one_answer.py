@@ -19,7 +19,7 @@ from labbook.analysis.prediction.hypotheses import Comparison, _tested
 from labbook.config.model import Alternative, AnalysisSettings
 from reports.evidence import Comparison as Shown
 from reports.evidence import Decision
-from reports.numbers import Number, StoredResult
+from reports.numbers import Number, Result
 from reports.predicted import HypothesisPart, Verdict
 from stats.compare.shared_error import SharedError
 from tests.cli.shell import labbook
@@ -37,7 +37,7 @@ class Run:
 
 
 def side(values: Any) -> tuple[ConditionValues, ...]:
-    runs = tuple(RunNumber(Run(), float(value), SharedError(), StoredResult()) for value in values)  # type: ignore[arg-type]
+    runs = tuple(RunNumber(Run(), float(value), SharedError(), Result()) for value in values)  # type: ignore[arg-type]
     return (ConditionValues("", False, {}, runs, ConditionSummary(NONE, NONE, ())),)
 
 

@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.cache_folder import CACHE_VARIABLE
 from labbook.analysis.prediction import predicting
 from labbook.analysis.prediction.predicting import PredictionResult, predictions, predictions_in_background
 from labbook.analysis.prediction.simulating import ALWAYS
-from labbook.analysis.results.result_cache import ResultCache
+from labbook.analysis.results import Results
 from labbook.analysis.study_data import gather
 from tests.labbook.analysis.prediction.test_predicting import predicted_book
 
@@ -18,7 +19,8 @@ from tests.labbook.analysis.prediction.test_predicting import predicted_book
 def test_only_conditions_with_a_charge_or_a_log_are_simulated_ahead(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of others nothing is stored: they would be simulated again for every report."""
+    """Of others nothing is shown."""
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "cache"))
     monkeypatch.setattr(predicting, "has_core", lambda: True)
     with predicted_book(tmp_path).open() as book, book.reading() as connection:
         evidence = gather(connection, book.configuration, None)
@@ -26,7 +28,7 @@ def test_only_conditions_with_a_charge_or_a_log_are_simulated_ahead(
         assert 0 < len(planned) < len(evidence.runs)
         charges = {uid: found for uid, found in evidence.charges.items() if uid not in planned}
         logs = {uid: found for uid, found in evidence.logs.items() if uid not in planned}
-        ahead = predictions_in_background(ResultCache(connection), replace(evidence, charges=charges, logs=logs))
+        ahead = predictions_in_background(Results(connection), replace(evidence, charges=charges, logs=logs))
         assert {key for key, _robot in ahead.wanted} == {
             run.condition_key for run in evidence.runs if run.uid not in planned
         }
@@ -35,11 +37,12 @@ def test_only_conditions_with_a_charge_or_a_log_are_simulated_ahead(
 
 def test_they_are_what_this_process_simulates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def predicted(*, second: bool) -> dict[tuple[str, str], PredictionResult]:
+        monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / f"cache {second}"))
         monkeypatch.setattr(predicting, "has_core", lambda: second)
-        cache = ResultCache(connection)
-        ahead = predictions_in_background(cache, evidence)
+        computed = Results(connection)
+        ahead = predictions_in_background(computed, evidence)
         assert (ahead.simulating is not None) is second
-        return predictions(cache, evidence, keys, lambda _said: None, ALWAYS, ahead)
+        return predictions(computed, evidence, keys, lambda _said: None, ALWAYS, ahead)
 
     with predicted_book(tmp_path).open() as book, book.reading() as connection:
         evidence = gather(connection, book.configuration, None)

@@ -1,0 +1,107 @@
+"""A cache of files in the user's cache folder: what was computed once, under a hash of all that it was computed from.
+
+The folder is named after a hash of what computes: sources, and versions of libraries. Each file begins with the hash
+of the rest; one that was cut off is computed anew, and so is everything where somebody else may write, who could put
+anything there. Every file may be deleted at any time.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cached_property
+from importlib import metadata
+from pathlib import Path
+
+from data_schema.cache_folder import (
+    cache_folder,
+    forget_old_versions,
+    make_version_folder,
+    places_above,
+    why_not_trusted,
+)
+
+MOST_VERSIONS = 2
+MOST_BYTES = 64 * 2**20
+"""Of one version; beyond, the files go that were used longest ago."""
+_HASH_BYTES = 32
+
+
+@dataclass(frozen=True)
+class FileCache:
+    """Files of a kind; what they hold depends on the source files of `sources` and on `libraries`, by name."""
+
+    kind: str
+    sources: Callable[[], Iterable[Path]]
+    libraries: tuple[str, ...]
+
+    @cached_property
+    def version(self) -> str:
+        """Hash of what computes."""
+        versions = [f"{name} {metadata.version(name)}" for name in self.libraries]
+        digest = hashlib.sha256("\n".join([sys.version, *versions]).encode())
+        for path in sorted(self.sources()):
+            digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+        return digest.hexdigest()[:20]
+
+    @property
+    def folder(self) -> Path | None:
+        """The folder of this version, made where it is missing; None where it cannot be, or is not one's own.
+
+        Making it changes the rights of all files that the process makes meanwhile: threads ask when it is there.
+        """
+        try:
+            folder = cache_folder(self.kind) / self.version
+            if not folder.is_dir():
+                make_version_folder(self.kind, self.version)
+            return None if any(map(why_not_trusted, places_above(folder))) else folder
+        except OSError:
+            return None
+
+    def read(self, name: str) -> bytes | None:
+        """Return what a file holds, None where it is not there or not whole."""
+        if (folder := self.folder) is None:
+            return None
+        path = folder / name
+        try:
+            if why_not_trusted(path):
+                return None
+            stored = path.read_bytes()
+            data = stored[_HASH_BYTES:]
+            if hashlib.sha256(data).digest() != stored[:_HASH_BYTES]:
+                return None
+            os.utime(path)  # used now
+        except OSError:
+            return None
+        return data
+
+    def write(self, name: str, data: bytes) -> None:
+        """Put a file there; on a full disk it is computed again the next time."""
+        if (folder := self.folder) is None:
+            return
+        with contextlib.suppress(OSError):
+            handle, part = tempfile.mkstemp(dir=folder, suffix=".part")
+            try:
+                with os.fdopen(handle, "wb") as stream:
+                    stream.write(hashlib.sha256(data).digest() + data)
+                Path(part).replace(folder / name)
+            finally:
+                Path(part).unlink(missing_ok=True)
+
+    def forget_unused(self, most_bytes: int = MOST_BYTES) -> None:
+        """Remove the files of old versions, and those used longest ago beyond `most_bytes`."""
+        if (current := self.folder) is None:
+            return
+        with contextlib.suppress(OSError):
+            forget_old_versions(current, MOST_VERSIONS)
+            files = sorted(((path.stat(), path) for path in current.iterdir()), key=lambda file: -file[0].st_mtime)
+            total = 0
+            for about, path in files:
+                total += about.st_size
+                if total > most_bytes:
+                    path.unlink()

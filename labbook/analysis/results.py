@@ -1,0 +1,216 @@
+"""Results as they are computed: each with what it is about, what it came from, and ids for its numbers.
+
+A result's key hashes its algorithm's name and version, its scope, its inputs and the settings that it depends on. Its
+numbers are named after the key, so that a provenance id never means another number. Nothing is stored: a report writes
+the results behind its numbers into its `numbers.json`.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import typing
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import Field, dataclass, field, fields, replace
+from functools import cache
+from typing import Any, Generic, TypeVar
+
+import sqlalchemy as sa
+
+from data_schema.journal import canonical
+from data_schema.queries.charges import ChargeOfRun
+from data_schema.queries.detections import DecisionRow
+from data_schema.queries.runs import RunRow
+from data_schema.queries.signals import SignalRow
+from data_schema.queries.sources import InputRow
+from data_schema.vocabulary import Undefined
+from reports.numbers import Number, NumberNames, Origin, Result
+
+T = TypeVar("T", bound=Result)
+
+
+@dataclass(frozen=True, slots=True)
+class Algorithm:
+    """A kind of result: raise `version` when its numbers change."""
+
+    kind: str
+    version: int
+
+
+@dataclass(frozen=True, slots=True)
+class Request(Generic[T]):
+    """A result that is wanted: for what (`scope`), from what (`inputs`), under which settings, and how to get it."""
+
+    algorithm: Algorithm
+    scope: Mapping[str, Any]
+    inputs: tuple[InputRow, ...]
+    settings: Mapping[str, Any]
+    compute: Callable[[], T]
+
+    @property
+    def key(self) -> str:
+        """The name of this result, and of no other."""
+        parts = [
+            self.algorithm.kind,
+            self.algorithm.version,
+            self.scope,
+            sorted([row.role, row.input_kind, row.input_uid, row.input_sha256] for row in self.inputs),
+            self.settings,
+        ]
+        return hashlib.sha256(canonical(parts).encode()).hexdigest()
+
+
+@dataclass
+class Results:
+    """Computes results, each once; `made` has them by key, in the order in which they were computed."""
+
+    connection: sa.Connection
+    made: dict[str, Result] = field(default_factory=dict)
+
+    def ensure(self, requests: Sequence[Request[T]]) -> list[T]:
+        """Return the wanted results in order."""
+        return [self.ensure_one(request) for request in requests]
+
+    def ensure_one(self, request: Request[T]) -> T:
+        """Return one wanted result."""
+        key = request.key
+        if key not in self.made:
+            self.made[key] = _identified(request.compute(), request, key)
+        found: T = self.made[key]  # type: ignore[assignment]  # a key names its algorithm, which gives this type
+        return found
+
+
+def _identified(result: T, request: Request[T], key: str) -> T:
+    """Give a result its origin, and its numbers their ids."""
+    inputs = sorted(request.inputs, key=lambda row: (row.role, row.input_kind, row.input_uid))
+    changes: dict[str, Any] = {}
+    for one, (head, tail) in _fields_of(result).items():
+        value = getattr(result, one.name)
+        if tail is not None:
+            changes[one.name] = {
+                each: replace(number, provenance=_number_id(key, f"{head}{each}{tail}"))
+                for each, number in value.items()
+            }
+        elif value is not None:
+            changes[one.name] = replace(value, provenance=_number_id(key, head))
+    algorithm = request.algorithm
+    origin = Origin(key, algorithm.kind, algorithm.version, request.scope, tuple(inputs))
+    return replace(result, origin=origin, **changes)
+
+
+def _number_id(key: str, name: str) -> str:
+    return hashlib.sha256(f"{key}\n{name}".encode()).hexdigest()[:12]
+
+
+def numbers_of(result: Result) -> Iterator[tuple[str, Number]]:
+    """Give the numbers of a result by their names."""
+    for one, (head, tail) in _fields_of(result).items():
+        value = getattr(result, one.name)
+        if tail is not None:
+            yield from ((f"{head}{each}{tail}", number) for each, number in value.items())
+        elif value is not None:
+            yield head, value
+
+
+def _fields_of(result: Result) -> Mapping[Field[Any], tuple[str, str | None]]:
+    kind: Any = type(result)
+    return _number_fields(kind)
+
+
+@cache
+def _number_fields(kind: Any) -> dict[Field[Any], tuple[str, str | None]]:
+    """Return the fields that are numbers or a mapping of them, with their names: the whole, or head and tail.
+
+    Those that are added to a result later belong to another one.
+    """
+    found: dict[Field[Any], tuple[str, str | None]] = {}
+    hints = typing.get_type_hints(kind, include_extras=True)
+    for one in fields(kind):
+        hint = hints[one.name]
+        marks = getattr(hint, "__metadata__", ())
+        plain = typing.get_args(hint)[0] if marks else hint
+        if Number in (plain, *typing.get_args(plain)):
+            named = next((mark.template for mark in marks if isinstance(mark, NumberNames)), one.name)
+            head, several, tail = named.partition("{}")
+            found[one] = (head, tail if several else None)
+    return found
+
+
+def fingerprint(role: str, kind: str, uid: str, content: str) -> InputRow:
+    """Name an input; `content` is whatever changes when the input changes."""
+    return InputRow(role, kind, uid, hashlib.sha256(content.encode()).hexdigest()[:16])
+
+
+def result_fingerprint(role: str, result: Result) -> InputRow:
+    """Name another result as an input; its uid is a hash of all that it depends on."""
+    return InputRow(role, "result", result.origin.uid, "")
+
+
+def interval_ends(
+    interval: tuple[float, float] | Undefined, times: float = 1.0
+) -> tuple[float | Undefined, float | Undefined]:
+    """Return both ends of an interval times a factor; each is the reason where there is no interval."""
+    return (interval, interval) if isinstance(interval, Undefined) else (interval[0] * times, interval[1] * times)
+
+
+def run_input(run: RunRow) -> InputRow:
+    """Name a run and the facts about it that numbers depend on; whether it is void decides who uses its numbers."""
+    return fingerprint(
+        "run",
+        "run",
+        run.uid,
+        canonical([run.kind, run.duration_s, run.jumps_made, run.condition_key, run.robot]),
+    )
+
+
+def charge_input(charge: ChargeOfRun) -> InputRow:
+    """Name a charge and what it says."""
+    return fingerprint(
+        "charge", "charge", charge.uid, canonical([charge.charge_mah, charge.resolution_mah, charge.mode])
+    )
+
+
+def idle_runs_input(robot_uid: str) -> InputRow:
+    """Name the idle runs of a robot: a drain line depends on all of them."""
+    return fingerprint("idle runs", "idle_runs", robot_uid, robot_uid)
+
+
+def signal_input(signal: SignalRow, role: str) -> InputRow:
+    """Name the samples of a signal; they are their own hash."""
+    return InputRow(role, "signal", signal.sha256, signal.sha256)
+
+
+def decision_input(decision: DecisionRow) -> InputRow:
+    """Name a person's verdict; it never changes."""
+    return fingerprint("decision", "decision", decision.uid, decision.uid)
+
+
+def condition_input(run: RunRow) -> InputRow:
+    """Name the condition of a run: a summary depends on it, so one more run gives another."""
+    return fingerprint("condition", "condition", run.condition_uid or "", run.condition_key)
+
+
+T_co = TypeVar("T_co", bound=Result, covariant=True)
+
+
+@dataclass(frozen=True, slots=True)
+class RunResults(Generic[T_co]):
+    """Results by run uid, and why other runs have none."""
+
+    results: Mapping[str, T_co]
+    missing: Mapping[str, Undefined]
+
+
+SAME = 1e-9
+"""Values that differ by less than this part are the same: another machine may add in another order."""
+
+
+def equals_printed(printed: float | None, value: float | None, se: float | None = None) -> bool:
+    """Tell whether a value equals the one that was printed.
+
+    Where its standard error is known, so much of that is the same, too: a difference that cancels to 1e-16 has no
+    digits of its own.
+    """
+    if printed is None or value is None:
+        return printed is value
+    return math.isclose(printed, value, rel_tol=SAME, abs_tol=SAME * (se or 0.0))

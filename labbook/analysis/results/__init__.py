@@ -1,1 +1,0 @@
-"""Results as they are stored, under the fingerprint of what they were computed from."""

@@ -1,0 +1,284 @@
+"""The numbers that a report shows, with the results behind them down to facts and bytes: its `numbers.json`.
+
+The hash of the file stands in the journal's entry of the report. It is all that remains of the results; with the
+journal and the raw copies they can be computed again. The file lies beside the page, which may go anywhere and is
+written over by the next report there; so the book has it, too, among its files under `numbers/`, named after its hash.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import math
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+import sqlalchemy as sa
+
+from data_schema.disk import write_whole
+from data_schema.errors import BookDamaged, UnknownName
+from data_schema.journal import Entry
+from data_schema.queries.facts import read_fact
+from data_schema.queries.imported_files import links_of_file, signals_of_file
+from data_schema.queries.reports import ReportRow, list_reports
+from data_schema.queries.sources import InputRow
+from data_schema.vocabulary import Action, RunKind, Undefined
+from labbook.analysis.results import numbers_of
+from reports.numbers import Number, Result
+
+if TYPE_CHECKING:
+    from labbook.presenting.report.content import MadeReport
+
+NUMBERS = "numbers.json"
+_FOLDER = "numbers"
+"""Of the book's store: a file for each report, which a backup has, too, and a merge takes over."""
+
+
+@dataclass(frozen=True, slots=True)
+class ReportedNumber:
+    """A number of a report, unrounded and in its `unit`; `undefined` says why there is no value.
+
+    `path` is what it is of, by which it is found in another report: kind and scope of its result, and its name there.
+    `about` says the same in words, but for the name and the report's selection.
+    """
+
+    id: str
+    path: str
+    name: str
+    about: str
+    result: str
+    value: float | None
+    unit: str
+    se: float | None
+    shared_se: float | None
+    ci_low: float | None
+    ci_high: float | None
+    ci_level: float | None
+    df: float | None
+    n: int | None
+    undefined: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class ReportedResult:
+    """A result behind a number: what it is, what it is about, by which version it was computed, and its inputs.
+
+    `content` is a hash that results of the same kind, scope, numbers and other content share.
+    """
+
+    kind: str
+    scope: dict[str, Any]
+    version: int
+    content: str
+    inputs: tuple[InputRow, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ReportNumbers:
+    """All numbers of a report by their ids, and every result that they depend on, by its name as an input of others."""
+
+    numbers: dict[str, ReportedNumber]
+    results: dict[str, ReportedResult]
+
+    def result_of(self, number: ReportedNumber) -> ReportedResult:
+        """Return the result that a number is of."""
+        return self.results[number.result]
+
+    def leaves_of(self, number: ReportedNumber) -> frozenset[InputRow]:
+        """Return the facts and files at the bottom of a number."""
+        found: set[InputRow] = set()
+        met = step = {number.result}
+        while step:
+            inputs = [row for uid in step for row in self.results[uid].inputs]
+            found.update(row for row in inputs if row.input_kind != "result")
+            step = {row.input_uid for row in inputs if row.input_kind == "result"} - met
+            met = met | step
+        return frozenset(found)
+
+
+def numbers_of_report(made: MadeReport) -> ReportNumbers:
+    """Return what a report shows, and what is behind it."""
+    by_uid = {one.origin.uid: one for one in made.computed.made.values()}
+    owners = {
+        number.provenance: (name, number, one) for one in by_uid.values() for name, number in numbers_of(one)
+    }  # in the order in which they were computed
+    shown = set(made.shown)
+    numbers = {uid: reported_number(*owner) for uid, owner in owners.items() if uid in shown}
+    needed = step = {number.result for number in numbers.values()}
+    while step:
+        inputs = {row.input_uid for uid in step for row in by_uid[uid].origin.inputs if row.input_kind == "result"}
+        step = inputs - needed
+        needed = needed | step
+    return ReportNumbers(numbers, {uid: _result(one) for uid, one in by_uid.items() if uid in needed})
+
+
+def numbers_bytes(numbers: ReportNumbers) -> bytes:
+    """Write them as JSON, a line each."""
+    encode = msgspec.json.encode
+    parts = (
+        [encode(key) + b": " + encode(value) for key, value in some.items()]
+        for some in (numbers.numbers, numbers.results)
+    )
+    of_numbers, of_results = (b",\n".join(lines) for lines in parts)
+    return b'{"numbers": {\n' + of_numbers + b'\n}, "results": {\n' + of_results + b"\n}}\n"
+
+
+def numbers_path(store: Path, sha256: str) -> Path:
+    """Return where the store of a book has the numbers of a report, by the hash of the file."""
+    return store / _FOLDER / f"{sha256}.json"
+
+
+def bring_numbers(source: Path, target: Path, entries: Iterable[Entry]) -> None:
+    """Copy the numbers of the reports among these entries from one store to another, where they are as written."""
+    for entry in entries:
+        if entry.action is not Action.REPORT:
+            continue
+        sha256 = (entry.new or {})["files"][NUMBERS]
+        path, there = numbers_path(source, sha256), numbers_path(target, sha256)
+        with contextlib.suppress(FileNotFoundError):
+            if not there.exists() and hashlib.sha256(data := path.read_bytes()).hexdigest() == sha256:
+                write_whole(there, data)
+
+
+def read_numbers(store: Path, report: ReportRow) -> ReportNumbers:
+    """Read the numbers of a report from the store of its book.
+
+    Raises `UnknownName` where they are not there, and `BookDamaged` where they are not as they were written.
+    """
+    path = numbers_path(store, report.files[NUMBERS])
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        raise UnknownName(
+            f"the numbers of report {report.called} are not in {path} ({error.strerror}): put the file back, from a "
+            f"backup or as the {NUMBERS} beside its page, or make the report again with `labbook report`."
+        ) from error
+    if hashlib.sha256(data).hexdigest() != report.files[NUMBERS]:
+        raise BookDamaged(
+            f"{path} is not as labbook wrote it for report {report.called}: put the file back, from a backup or as the "
+            f"{NUMBERS} beside its page, or make the report again with `labbook report`."
+        )
+    return msgspec.json.decode(data, type=ReportNumbers)
+
+
+def readable_numbers(store: Path, reports: Iterable[ReportRow]) -> Iterator[tuple[ReportRow, ReportNumbers]]:
+    """Give those of these reports whose numbers are there as they were written."""
+    for report in reports:
+        try:
+            yield report, read_numbers(store, report)
+        except (UnknownName, BookDamaged):
+            continue
+
+
+def outdated_reports(store: Path, connection: sa.Connection, entries: Iterable[Entry]) -> list[str]:
+    """Name the reports with numbers that depend on what these entries state: of each selection the newest one."""
+    return newest_depending_on(
+        store, connection, {thing for entry in entries for thing in _things_touched(connection, entry)}
+    )
+
+
+def newest_depending_on(store: Path, connection: sa.Connection, things: Iterable[tuple[str, str]]) -> list[str]:
+    """Name the newest report of each selection, where a number of it depends on one of these, by kind and uid."""
+    newest = {report.selection: report for report in list_reports(connection)}
+    return [report.called for report in reports_depending_on(store, list(newest.values()), things)]
+
+
+def _things_touched(connection: sa.Connection, entry: Entry) -> Iterator[tuple[str, str]]:
+    """Give what a number can depend on that an entry, which has taken effect, bears on."""
+    old, new = entry.old or {}, entry.new or {}
+    yield entry.entity_kind, entry.entity_uid
+    if entry.action is Action.DECIDE:
+        yield "signal", new.get("signal_sha256", "")
+        yield new["target_kind"], new["target_uid"]
+    elif entry.entity_kind == "robot":
+        yield "robot_body", entry.entity_uid
+        yield from ((("idle_runs", entry.entity_uid),) if "name" in new else ())
+    elif entry.entity_kind == "file":
+        yield from (("signal", sha256) for sha256 in signals_of_file(connection, entry.entity_uid))
+    elif entry.entity_kind == "run":
+        yield "position", entry.entity_uid
+        yield from (("condition", one["condition"]) for one in (old, new) if one.get("condition"))
+        yield from (("idle_runs", one["robot"]) for one in (old, new) if one.get("robot"))
+        yield from _things_around(connection, entry.entity_uid)
+    runs = {one["run"] for one in (old, new) if one.get("run")}
+    if entry.action in (Action.WITHDRAW, Action.RESTORE) and entry.entity_kind == "file":
+        yield from (("charge", uid) for uid in old.get("charges", ()))
+        runs |= {*old.get("runs", ()), *(link.run_uid for link in links_of_file(connection, entry.entity_uid))}
+    for run_uid in sorted(runs):
+        yield from _things_around(connection, run_uid)
+
+
+def _things_around(connection: sa.Connection, run_uid: str) -> Iterator[tuple[str, str]]:
+    """Give a run, and what is summarised of it and of others: it may have joined these only now."""
+    yield "run", run_uid
+    about = read_fact(connection, "run", run_uid, ["kind", "condition", "robot"])
+    if about["condition"] is not None:
+        yield "condition", about["condition"]
+    if about["kind"] == RunKind.IDLE:
+        yield "idle_runs", about["robot"]
+
+
+def reports_depending_on(
+    store: Path, reports: Sequence[ReportRow], things: Iterable[tuple[str, str]]
+) -> list[ReportRow]:
+    """Return the reports with a number that depends on one of these facts or files, by kind and uid."""
+    asked = set(things)
+    return [
+        report
+        for report, numbers in readable_numbers(store, reports)
+        if any((row.input_kind, row.input_uid) in asked for one in numbers.results.values() for row in one.inputs)
+    ]
+
+
+def reported_number(name: str, number: Number, result: Result) -> ReportedNumber:
+    """Return a number of a result as `numbers.json` has it."""
+    origin = result.origin
+    scope = ",".join(f"{key}={value}" for key, value in origin.scope.items())
+    words = [
+        value if isinstance(value, str) else key if value is True else f"{key} {value}"
+        for key, value in origin.scope.items()
+        if value and key != "selection"
+    ]
+    return ReportedNumber(
+        id=number.provenance,
+        path=f"{origin.kind}/{scope}/{name}",
+        name=name,
+        about=", ".join([origin.kind.replace("_", " "), *words]),
+        result=origin.uid,
+        value=_defined(number.value),
+        unit=number.unit,
+        se=_defined(number.se),
+        shared_se=_defined(number.shared_se),
+        ci_low=_defined(number.ci_low),
+        ci_high=_defined(number.ci_high),
+        ci_level=None if number.ci_low is None else number.ci_level,
+        df=_defined(number.df),
+        n=number.n,
+        undefined=number.value.reason if isinstance(number.value, Undefined) else None,
+    )
+
+
+def _defined(value: float | Undefined | None) -> float | None:
+    if value is None or isinstance(value, Undefined):
+        return None
+    if not math.isfinite(value):
+        raise ValueError(f"{value} is no number that can be written: `Undefined` says why one does not exist")
+    return float(value)
+
+
+def _result(result: Result) -> ReportedResult:
+    origin = result.origin
+    numbers = [reported_number(name, number, result) for name, number in numbers_of(result)]
+    values = [[getattr(one, each.name) for each in fields(one) if each.name not in ("id", "result")] for one in numbers]
+    own = {number.name for number in numbers}
+    others = [getattr(result, one.name) for one in fields(result) if one.name not in ("origin", *own)]
+    content = hashlib.sha256(repr((values, [one for one in others if not _has_numbers(one)])).encode()).hexdigest()
+    return ReportedResult(origin.kind, dict(origin.scope), origin.version, content[:16], origin.inputs)
+
+
+def _has_numbers(value: object) -> bool:
+    """Tell whether a field holds numbers, whose ids differ where inputs do."""
+    return isinstance(value, Number) or (isinstance(value, dict) and any(map(_has_numbers, value.values())))
