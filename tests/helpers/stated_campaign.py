@@ -152,9 +152,7 @@ class PrescribedHop:
 class PrescribedMotion:
     """A hop sampled in time; all arrays of the shape of `time_s`, SI units, up positive."""
 
-    time_s: FloatArray
     body_height_m: FloatArray
-    body_velocity_m_s: FloatArray
     body_acceleration_m_s2: FloatArray
     leg_length_m: FloatArray
     leg_velocity_m_s: FloatArray
@@ -172,7 +170,7 @@ def hop_motion(hop: PrescribedHop, time_s: FloatArray) -> PrescribedMotion:
     leg_length, leg_velocity = np.full_like(time_s, hop.rest_length_m), np.zeros_like(time_s)
 
     height[drop] = hop.drop_height_m - g * time_s[drop] ** 2 / 2
-    velocity[drop], acceleration[drop] = -g * time_s[drop], -g
+    acceleration[drop] = -g
 
     since = time_s[compression] - hop.touchdown_s
     # Compression is an extension seen backwards in time.
@@ -203,13 +201,13 @@ def hop_motion(hop: PrescribedHop, time_s: FloatArray) -> PrescribedMotion:
         leg_velocity[stance] = velocity[stance] - foot_velocity[stance]
 
     since = time_s[flight] - hop.apex_s
-    height[flight], velocity[flight], acceleration[flight] = hop.apex_height_m - g * since**2 / 2, -g * since, -g
+    height[flight], acceleration[flight] = hop.apex_height_m - g * since**2 / 2, -g
     ringing_m, leg_velocity[flight] = _ringing(time_s[flight] - hop.lift_off_s, hop.lift_off_speed_m_s)
     leg_length[flight] += ringing_m
 
     extending = np.zeros(time_s.shape, dtype=np.bool_)
     extending[extension] = True
-    return PrescribedMotion(time_s, height, velocity, acceleration, leg_length, leg_velocity, extending)
+    return PrescribedMotion(height, acceleration, leg_length, leg_velocity, extending)
 
 
 def _push_duration_s(speed_m_s: float, travel_m: float, power: int) -> float:
@@ -297,16 +295,25 @@ ROBOT_MASS_KG = 2.0
 _APEX_M, _APEX_SD_M = 0.345, 0.004
 
 
-def plate_record(seed: int, hops: int) -> PlateRecord:
-    """Record `hops` prescribed hops in place on rigid ground, the plate unloaded for a second before and after."""
-    rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
-    unloaded = np.zeros(RATE_HZ)
-    apexes_m = rng.normal(_APEX_M, _APEX_SD_M, hops + 1)
-    pieces, late_s = [unloaded], 0.0
-    for start_m, apex_m in pairwise(apexes_m):
-        hop = PrescribedHop(float(start_m), float(apex_m), jamming_time_s=0.0, extension_intrusion_m=0.0)
+def hops_in_place(apexes_m: FloatArray) -> tuple[list[PrescribedHop], FloatArray]:
+    """Hop from apex to apex on rigid ground; returns the hops, and their force on a plate that is empty for a second
+    before and after.
+    """
+    unloaded, late_s = np.zeros(RATE_HZ), 0.0
+    hops = [
+        PrescribedHop(float(start_m), float(apex_m), jamming_time_s=0.0, extension_intrusion_m=0.0)
+        for start_m, apex_m in pairwise(apexes_m)
+    ]
+    pieces = [unloaded]
+    for hop in hops:
         time_s = np.arange(late_s, hop.apex_s, 1 / RATE_HZ)
         late_s = time_s.size / RATE_HZ + late_s - hop.apex_s
         acceleration = hop_motion(hop, time_s).body_acceleration_m_s2
         pieces.append(ROBOT_MASS_KG * np.clip(acceleration + STANDARD_GRAVITY_M_S2, 0, None))
-    return record_of(rng, np.concatenate([*pieces, unloaded]))
+    return hops, np.concatenate([*pieces, unloaded])
+
+
+def plate_record(seed: int, hops: int) -> PlateRecord:
+    """Record `hops` prescribed hops in place."""
+    rng = np.random.default_rng(np.random.SeedSequence([seed, 2]))
+    return record_of(rng, hops_in_place(rng.normal(_APEX_M, _APEX_SD_M, hops + 1))[1])

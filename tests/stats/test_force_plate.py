@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -18,9 +17,9 @@ from simulator.kernel.layout import FLIGHT
 from simulator.parameter import GRAVITY_M_S2
 from simulator.scene_file import load_scene
 from stats.force_plate import Contact, find_contacts, jump_heights
-from tests.helpers.stated_campaign import PrescribedHop, hop_motion
+from tests.helpers.stated_campaign import ROBOT_MASS_KG as MASS_KG
+from tests.helpers.stated_campaign import hops_in_place
 
-MASS_KG = 2.0
 RATE_HZ = 1000
 NOISE_N = 2.5
 Floats = NDArray[np.float64]
@@ -31,19 +30,7 @@ class Hops:
 
     def __init__(self, hops: int, *, apex_m: float = 0.345, apex_sd_m: float = 0.004, seed: int = 1) -> None:
         self.random = np.random.default_rng(seed)
-        apexes_m = self.random.normal(apex_m, apex_sd_m, hops + 1)
-        self.each = [
-            PrescribedHop(float(a), float(b), jamming_time_s=0.0, extension_intrusion_m=0.0)
-            for a, b in pairwise(apexes_m)
-        ]
-        empty, late_s = np.zeros(RATE_HZ), 0.0
-        pieces = [empty]
-        for hop in self.each:
-            time_s = np.arange(late_s, hop.apex_s, 1 / RATE_HZ)
-            late_s += time_s.size / RATE_HZ - hop.apex_s
-            acceleration = hop_motion(hop, time_s).body_acceleration_m_s2
-            pieces.append(MASS_KG * np.clip(acceleration + STANDARD_GRAVITY_M_S2, 0, None))
-        self.force_n = np.concatenate([*pieces, empty])
+        self.each, self.force_n = hops_in_place(self.random.normal(apex_m, apex_sd_m, hops + 1))
         self.time_s = np.arange(self.force_n.size) / RATE_HZ
 
     def noisy_n(self, noise_n: float = NOISE_N) -> Floats:
