@@ -101,7 +101,7 @@ def test_hdf5_of_any_other_program_is_not_said_to_be_matlabs() -> None:
 
 
 def test_a_limit_can_be_raised() -> None:
-    data = mat({"x": np.zeros(2 << 20)}, packed=True)
+    data = mat({"x": np.zeros(1 << 17)}, packed=True)
     assert not read(data, rate_hz=1000.0, limits=Limits(largest_expansion=2000)).refused
 
 

@@ -44,7 +44,7 @@ def test_the_integral_over_looks_is_that_of_the_multivariate_normal_distribution
     correlation = np.sqrt(np.minimum.outer(information, information) / np.maximum.outer(information, information))
     z = [-special.ndtri(level / sides) for level in levels]
     low = [-np.inf] * 4 if sides == 1 else [-each for each in z]
-    inside = stats.multivariate_normal.cdf(z, cov=correlation, lower_limit=low, abseps=1e-9, maxpts=4_000_000)
+    inside = stats.multivariate_normal.cdf(z, cov=correlation, lower_limit=low, abseps=1e-7, maxpts=400_000)
     share = share_in_error(list(information), levels, one_sided=sides == 1)
     assert share == pytest.approx(1.0 - inside, abs=1e-6)
 
