@@ -34,7 +34,7 @@ def book(tmp_path: Path) -> Path:
 @functools.cache
 def trials_of_a_length() -> dict[str, str]:
     """The first trials of a leg's gains at 15 cm alone, as a sheet and the log of each."""
-    files = {name: content.decode() for name, content in oscillation_campaign(2).records}
+    files = {record.path: record.content.decode() for record in oscillation_campaign(2).records}
     head, *rows = files["trials.csv"].splitlines(keepends=True)
     logs = {name: text for name, text in files.items() if name.startswith("15cm") and name.endswith("_1.csv")}
     return {**logs, "trials.csv": "".join([head, *(row for row in rows if row.partition(",")[0] in logs)])}
