@@ -31,7 +31,7 @@ from simulator.kernel.limits import (
 from simulator.kernel.rows import COLUMNS, COST_PARTS, COUNTERS
 from simulator.result import JumpResult, ModeChange, SceneResult
 from simulator.scene import Scene
-from simulator.trajectory import Recording, trajectory_of
+from simulator.trajectory import trajectory_of
 
 FINEST_ACCURACY, COARSEST_ACCURACY = 1e-13, 0.1
 ILL_CONDITIONED_BELOW = 10.0
@@ -92,7 +92,7 @@ def simulate(
         compile_time_s=compiling,
         wall_time_s=spent,
         interpreted=kernel.interpreted,
-        trajectory=trajectory_of(Recording(kernel.composition, table[0], trace)) if trajectory else None,
+        trajectory=trajectory_of(kernel.composition, trace) if trajectory else None,
     )
 
 

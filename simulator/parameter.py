@@ -25,6 +25,11 @@ class Parameter:
     assumed: float | None = None
     why: str = ""
 
+    @property
+    def unit_text(self) -> str:
+        """What stands behind a number of it: " kg", nothing where it has no unit."""
+        return "" if self.unit == "1" else f" {self.unit}"
+
 
 GRAVITY_M_S2 = 9.81
 """Acceleration of gravity in every scene; the published numbers were computed with it."""

@@ -181,7 +181,7 @@ def _check_effects(effects: Collection[str]) -> None:
 
 def _check_value(name: str, number: object) -> None:
     parameter = all_parameters()[name]
-    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+    unit = parameter.unit_text
     allowed = f"{parameter.low:g} to {parameter.high:g}{unit}"
     if isinstance(number, bool) or not isinstance(number, int | float):
         raise UsageError(f"{name} = {number!r} is not a number: give one from {allowed}.")

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -27,32 +26,23 @@ _MEMBERS = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Recording:
-    """Accepted steps: `trace`, shape (steps, 4 + 4 states): start (s), length (s), mode, jump, then state and rates at
-    the start, state and rates at the end. `parameters`, shape (declared parameters,), as the kernel read them.
-    """
-
-    composition: Composition
-    parameters: Row
-    trace: Row
-
-
-def trajectory_of(recording: Recording) -> xarray.Dataset:
+def trajectory_of(composition: Composition, trace: Row) -> xarray.Dataset:
     """Sample the motion every half millisecond and at both ends of every step.
 
     Both ends: at an event two samples share one time, and jumps in force and gains stay sharp. Between them position,
     velocity and acceleration follow the quintic of all three at a step's ends, integrals and states the cubic.
+
+    `trace`, shape (steps, 4 + 4 states), holds the accepted steps: start (s), length (s), mode, jump, then state and
+    rates at the start, state and rates at the end.
     """
     import xarray
 
-    size = recording.composition.state_size
-    trace = recording.trace
+    size = composition.state_size
     names = {**_MEMBERS}
     meanings = {energy.name: energy.meaning for energy in ENERGIES}
-    for name, place in recording.composition.integrals.items():
+    for name, place in composition.integrals.items():
         names[name] = (place, "J", f"{meanings[name]} since touchdown")
-    for one in recording.composition.effect_states:
+    for one in composition.effect_states:
         names[one.state.name] = (one.place, one.state.unit, one.state.meaning)
     start, length = trace[:, 0], trace[:, 1]
     step, share = _samples(start, length)

@@ -107,7 +107,7 @@ def _effect_lines(effect: Effect) -> list[str]:
 
 
 def _parameter_lines(parameter: Parameter) -> list[str]:
-    unit = "" if parameter.unit == "1" else f" {parameter.unit}"
+    unit = parameter.unit_text
     lines = [
         f"from {parameter.low:g} to {parameter.high:g}{unit}, in the table [{parameter.part}] of a scene's file.",
         f"read by {_read_by(parameter)}.",

@@ -369,5 +369,4 @@ def assumed_texts(scene: Scene) -> list[str]:
 
 
 def _value_text(scene: Scene, name: str) -> str:
-    unit = all_parameters()[name].unit
-    return f"{name} = {scene[name]:g}{'' if unit == '1' else ' ' + unit}"
+    return f"{name} = {scene[name]:g}{all_parameters()[name].unit_text}"
