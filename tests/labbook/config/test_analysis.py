@@ -17,7 +17,6 @@ from labbook.config.model import (
     Side,
 )
 from labbook.config.parsing import parse_configuration
-from labbook.config.template import template
 from labbook.demo.files import book_toml
 from labbook.demo.truth import CHAPTER_5
 from tests.helpers.wording import refuses
@@ -27,10 +26,6 @@ BARE = book_toml(CHAPTER_5, predicted=False, decided=False).decode()
 
 def read(text: str) -> AnalysisSettings | None:
     return parse_configuration(BARE + text, "labbook.toml").analysis
-
-
-def test_a_book_without_the_table_has_decided_nothing() -> None:
-    assert parse_configuration(template("a study", "Ada Nwosu"), "labbook.toml").analysis is None
 
 
 def test_everything_is_read() -> None:
@@ -48,33 +43,6 @@ def test_everything_is_read() -> None:
     assert found.apex_bounds == Bounds(-0.005, 0.004, percent=False)
 
 
-def test_the_example_of_a_new_book_can_be_taken() -> None:
-    lines = template("a study", "Ada Nwosu").split("\n")
-    begin = lines.index("#[analysis]")
-    found = read("\n".join(lines[begin : lines.index("", begin)]).replace("#", ""))
-    assert found is not None
-    assert found.apex_bounds == Bounds(-3.0, 3.0, percent=True)
-    assert len(found.exclusions) == 5
-
-
-@pytest.mark.parametrize(
-    ("text", "said"),
-    [
-        ('primary_outcome = "joule"', "'joules'"),
-        ("alpha = 0.7", "< 0.5"),
-        ("apex_bounds_m = [0.001, 0.005]", "apex_bounds_m"),
-        ("apex_bounds_m = [-0.005]", "apex_bounds_m"),
-        ("apex_bounds_m = [-1, 1]\napex_bounds_percent = [-3, 3]", "apex_bounds_percent"),
-        ('exclusions = ["bad_day"]', "'dropped_packet'"),
-        ("aplha = 0.05", "'alpha'"),
-    ],
-)
-def test_what_has_no_meaning_is_refused_with_what_has(text: str, said: str) -> None:
-    with pytest.raises(InputRefused, match=r"(?s).*") as refused:
-        read(f"[analysis]\n{text}\n")
-    assert said in str(refused.value)
-
-
 FOOT = """
 [hypotheses.foot]
 text = "The foot does not matter"
@@ -87,20 +55,6 @@ within_percent = 10
 
 def read_hypotheses(text: str) -> tuple[HypothesisSettings, ...]:
     return tuple(parse_configuration(BARE + text, "labbook.toml").hypotheses.values())
-
-
-def test_a_book_needs_no_hypothesis_and_the_example_of_a_new_book_can_be_taken() -> None:
-    assert read_hypotheses("") == ()
-    lines = template("a study", "Ada Nwosu").split("\n")
-    start = lines.index("#[hypotheses.foot_of_control]")
-    example = "\n".join(line.removeprefix("#") for line in lines[start : lines.index("", start)])
-    (found,) = read_hypotheses("\n" + example)
-    assert (found.claim, found.side, found.between, found.within_percent) == (
-        ClaimKind.SAME,
-        Side.CONTROL,
-        "foot",
-        10.0,
-    )
 
 
 def test_everything_of_a_hypothesis_is_read() -> None:
@@ -168,31 +122,36 @@ _SAME = 'claim = "same"\nwithin_percent = 5\nbetween = "b_ad_gain"\nside = '
 
 
 @pytest.mark.parametrize(
-    ("keys", "facts"),
+    ("table", "keys", "facts"),
     [
-        (f'{_SAME} "control"', ("side", "one level")),
-        (f'{_SAME} "treated"\nlevels = [0, 50]', ("levels", "control")),
-        ('claim = "largest_saving"\ngroup = { foot = "small" }', ("group", "k_gain")),
-        ('claim = "largest_saving"\ngroup = { foot = "small", k_gain = 400, b_ad_gain = 50 }', ("foot, k_gain",)),
+        ("analysis", 'primary_outcome = "joule"', ["'joules'"]),
+        ("analysis", "alpha = 0.7", ["< 0.5"]),
+        ("analysis", "apex_bounds_m = [0.001, 0.005]", ["apex_bounds_m"]),
+        ("analysis", "apex_bounds_m = [-0.005]", ["apex_bounds_m"]),
+        ("analysis", "apex_bounds_m = [-1, 1]\napex_bounds_percent = [-3, 3]", ["apex_bounds_percent"]),
+        ("analysis", 'exclusions = ["bad_day"]', ["'dropped_packet'"]),
+        ("analysis", "aplha = 0.05", ["'alpha'"]),
+        ("hypotheses.it", f'{_SAME} "control"', ["side", "one level"]),
+        ("hypotheses.it", f'{_SAME} "treated"\nlevels = [0, 50]', ["levels", "control"]),
+        ("hypotheses.it", 'claim = "largest_saving"\ngroup = { foot = "small" }', ["group", "k_gain"]),
+        (
+            "hypotheses.it",
+            'claim = "largest_saving"\ngroup = { foot = "small", k_gain = 400, b_ad_gain = 50 }',
+            ["foot, k_gain"],
+        ),
+        ("hypotheses.it", "", ["hypotheses.it.claim", "is missing"]),
+        ("hypotheses.it", 'claim = "saves"\noutcome = "apex"', ["hypotheses.it.outcome", "joules"]),
+        (
+            "hypotheses.it",
+            'claim = "largest_saving"\ngroup = { fot = "small", k_gain = 450 }',
+            ["fot", "foot", "450", "400"],
+        ),
     ],
 )
-def test_what_no_runs_could_tell_is_refused(keys: str, facts: tuple[str, ...]) -> None:
+def test_what_has_no_meaning_or_no_runs_could_tell_is_refused(table: str, keys: str, facts: list[str]) -> None:
+    text = 'text = "It"\n' if table == "hypotheses.it" else ""
     with refuses(InputRefused, *facts):
-        read_hypotheses(f'\n[hypotheses.it]\ntext = "It"\n{keys}\n')
-
-
-def test_a_claim_that_is_missing_is_one_fault() -> None:
-    with refuses(InputRefused, "hypotheses.it.claim", "is missing"):
-        read_hypotheses('\n[hypotheses.it]\ntext = "It"\n')
-
-
-def test_a_saving_is_of_what_can_be_saved_and_a_group_has_levels_that_there_are() -> None:
-    saves = '\n[hypotheses.it]\ntext = "It saves"\nclaim = "saves"\noutcome = "apex"\n'
-    with refuses(InputRefused, "hypotheses.it.outcome", "joules"):
-        read_hypotheses(saves)
-    group = '\n[hypotheses.it]\ntext = "Most"\nclaim = "largest_saving"\ngroup = { fot = "small", k_gain = 450 }\n'
-    with refuses(InputRefused, "fot", "foot", "450", "400"):
-        read_hypotheses(group)
+        read(f"\n[{table}]\n{text}{keys}\n")
 
 
 CONTRASTS = """

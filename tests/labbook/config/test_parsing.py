@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from data_schema.errors import InputRefused, UsageError
 from data_schema.vocabulary import FactorKind, StudyKind
 from ingest.model import DEFAULT_LIMITS, Limits
-from labbook.config.model import Configuration, Detector, GainSettings, Onset, ProfileColumn, TakeOff
+from labbook.config.model import Bounds, Configuration, Detector, GainSettings, Onset, ProfileColumn, TakeOff
 from labbook.config.parsing import parse_configuration, template
 from labbook.config.reading import json_schema
 from labbook.config.run_names import RunNames
@@ -349,6 +349,8 @@ def test_the_template_is_ready_to_be_read() -> None:
     assert configuration.robots == configuration.batteries == configuration.factors == {}
     assert (configuration.protocol.run_duration_s, configuration.protocol.checks) == (None, ())
     assert configuration.database.url is None
+    # Nothing is decided, supposed or predicted yet.
+    assert (configuration.analysis, configuration.hypotheses, configuration.simulation) == (None, {}, None)
 
 
 def test_every_example_in_the_template_is_right() -> None:
@@ -357,6 +359,13 @@ def test_every_example_in_the_template_is_right() -> None:
     assert set(configuration.gains) < set(configuration.factors)
     assert configuration.profiles
     assert configuration.instruments
+    analysis, simulation = configuration.analysis, configuration.simulation
+    assert analysis is not None
+    assert (analysis.apex_bounds, len(analysis.exclusions)) == (Bounds(-3.0, 3.0, percent=True), 5)
+    assert simulation is not None
+    assert set(simulation.factors.values()) == {"foot_radius", "k_extension", "b_ad"}
+    found = configuration.hypotheses["foot_of_control"]
+    assert (found.claim, found.side, found.between, found.within_percent) == ("same", "control", "foot", 10.0)
     assert Limits(**configuration.files.limits) == DEFAULT_LIMITS
     assert configuration.people["Ada Nwosu"] == "AdN"
     assert configuration.study.time_zone == "Europe/Oslo"

@@ -9,7 +9,6 @@ import pytest
 from data_schema.errors import InputRefused
 from labbook.config.model import SimulationSettings
 from labbook.config.parsing import parse_configuration
-from labbook.config.template import template
 from labbook.demo.files import book_toml
 from labbook.demo.truth import CHAPTER_5
 from tests.helpers.wording import refuses
@@ -33,11 +32,6 @@ def read(text: str) -> SimulationSettings | None:
     return parse_configuration(BARE + text, "labbook.toml").simulation
 
 
-def test_a_book_without_the_table_names_no_scene() -> None:
-    assert read("") is None
-    assert parse_configuration(template("a study", "Ada Nwosu"), "labbook.toml").simulation is None
-
-
 def test_everything_is_read() -> None:
     assert read(WHOLE) == SimulationSettings(
         scene="sim2",
@@ -53,15 +47,10 @@ def test_everything_is_read() -> None:
     )
 
 
-def test_a_scene_alone_is_enough_and_the_example_of_a_new_book_can_be_taken() -> None:
+def test_a_scene_alone_is_enough() -> None:
     alone = read('[simulation]\nscene = "bed"\n')
     assert alone is not None
     assert (alone.accuracy, alone.varied_by, alone.assumed, alone.factors) == (1e-6, 0.1, (), {})
-    lines = template("a study", "Ada Nwosu").split("\n")
-    example = "\n".join(lines[lines.index("#[simulation]") :][:4]).replace("#", "")
-    taken = read(example)
-    assert taken is not None
-    assert set(taken.factors.values()) == {"foot_radius", "k_extension", "b_ad"}
 
 
 @pytest.mark.parametrize(
