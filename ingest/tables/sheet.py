@@ -213,9 +213,9 @@ def is_ended(source: TextSource) -> bool:
     return source.data[-4096:].rstrip(b" \t")[-1:] in (b"\n", b"\r", b"\x1a", b"")
 
 
-def text_rows(source: TextSource, delimiter: bytes) -> Iterator[Row]:
-    """Yield the rows of a text that have any cell; a cell in quotes may hold some lines."""
-    for number, content in numbered_lines(source.data, source.start, b"\n"):
+def text_rows(source: TextSource, delimiter: bytes, between: bytes = b"\n") -> Iterator[Row]:
+    """Yield the rows of a text that have any cell; one in quotes may hold some lines, with `between` for their ends."""
+    for number, content in numbered_lines(source.data, source.start, between):
         cells = split_cells(content.rstrip(b"\x1a"), delimiter) if content.strip() else []
         if cells is None or any(cells):
             yield number, None if cells is None else [source.decode(cell).strip(_BLANKS) for cell in cells]

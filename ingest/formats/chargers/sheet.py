@@ -173,7 +173,7 @@ def _rows(
 ) -> Iterator[tuple[int, Texts | None]]:
     """Yield line number and texts of every row below the header; None for a row that is left out."""
     width = fewest = len(header.names)
-    below = [row for row in text_rows(source, header.delimiter) if row[0] > header.line]
+    below = [row for row in text_rows(source, header.delimiter, b" ") if row[0] > header.line]
     above: list[str] = []
     for place, (line, cells) in enumerate(below, start=1):
         is_unended = place == len(below) and not is_ended(source)

@@ -176,6 +176,16 @@ def test_totals_comments_and_rows_not_filled_in_are_no_recharges() -> None:
     assert {"summary_row", "row_not_filled", "comment_line"} <= rules(result)
 
 
+def test_a_header_in_two_lines_that_stands_again_is_skipped() -> None:
+    header = 'run,"charged\n(mAh)",pack\n'
+    result = read(f'{header}r1,461,A\n{header}r2,470,"B\nold"\n')
+    assert [(charge.stated_run, charge.stated_pack, charge.line) for charge in result.charges] == [
+        ("r1", "A", 3),
+        ("r2", "B old", 6),
+    ]
+    assert rules(result) == {"header_repeated"}
+
+
 def test_a_decimal_comma_that_may_group_thousands_is_asked_for() -> None:
     sheet = "run;mAh\nr1;1,234\nr2;2,345\n"
     assert "decimal_sign_unclear" in rules(read(sheet))
