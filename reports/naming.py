@@ -110,11 +110,12 @@ def levels_name(content: ReportContent, group: Mapping[str, str]) -> str:
 
 
 def level_names(content: ReportContent, group: Mapping[str, str]) -> list[str]:
-    """Return the names of a group's levels, one a factor."""
+    """Return the names of a group's levels, one a factor, in the order of the study's factors."""
     known = _known_levels(content)
     factors = {factor.name: factor for factor in content.factors}
     names = []
-    for name, label in group.items():
+    for name in sorted(group, key=lambda name: list(factors).index(name) if name in factors else len(factors)):
+        label = group[name]
         level = known.get((name, label))
         names.append(f"{name} {label}" if level is None else level_name(factors[name], level))
     return names

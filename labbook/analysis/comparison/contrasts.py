@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 from data_schema.outcomes import Outcome
@@ -267,11 +267,15 @@ def contrast_result(asked: AskedContrast, swept: str, alpha: float) -> MeansCont
 
 
 def _called(number: Number, settings: ContrastSettings) -> Number:
-    """Call the sides of a difference between levels what they are, where it does not exist."""
-    value = number.value
-    if settings.kind is not ContrastKind.DIFFERENCE or not isinstance(value, Undefined):
+    """Call the sides of a difference between levels what they are, in the reasons of what does not exist."""
+    if settings.kind is not ContrastKind.DIFFERENCE:
         return number
-    return replace(number, value=value.called({TREATED: "the level", CONTROL: "the reference"}, "run"))
+    names = {TREATED: "the level", CONTROL: "the reference"}
+    parts = {one.name: getattr(number, one.name) for one in fields(number)}
+    reasons: dict[str, Any] = {
+        name: part.called(names, "run") for name, part in parts.items() if isinstance(part, Undefined)
+    }
+    return replace(number, **reasons)
 
 
 def _name(side: Sequence[ConditionValues]) -> str:
