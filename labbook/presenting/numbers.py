@@ -13,17 +13,25 @@ from reports.numbers import Result
 from reports.predicted import Prediction
 
 
+_PLAIN = (str, int, float, type(None))
+
+
 def numbers_in(value: object) -> Iterator[Number]:
     """Give every number that was computed of a book, with its id, in a report's content or a part of it."""
     if isinstance(value, Number):
         if value.provenance:
             yield value
-    elif isinstance(value, Mapping):
-        yield from numbers_in(value.values())
+        return
+    if isinstance(value, Mapping):
+        parts: Iterable[object] = value.values()
     elif is_dataclass(value) and not isinstance(value, type):
-        yield from numbers_in([getattr(value, one.name) for one in fields(value)])
-    elif isinstance(value, Iterable) and not isinstance(value, str):
-        for part in value:
+        parts = [getattr(value, one.name) for one in fields(value)]
+    elif isinstance(value, list | tuple):
+        parts = value
+    else:
+        return
+    for part in parts:
+        if not isinstance(part, _PLAIN):
             yield from numbers_in(part)
 
 
