@@ -12,7 +12,6 @@ from reports.content import Number, Provenance, Value
 from reports.numbers import Result
 from reports.predicted import Prediction
 
-
 _PLAIN = (str, int, float, type(None))
 
 
