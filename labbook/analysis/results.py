@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import math
 import typing
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields, replace
 from functools import cache
 from typing import Any, Generic, TypeVar
@@ -37,65 +37,46 @@ class Algorithm:
     version: int
 
 
-@dataclass(frozen=True, slots=True)
-class Request(Generic[T]):
-    """A result that is wanted: for what (`scope`), from what (`inputs`), under which settings, and how to get it."""
-
-    algorithm: Algorithm
-    scope: Mapping[str, Any]
-    inputs: tuple[InputRow, ...]
-    settings: Mapping[str, Any]
-    compute: Callable[[], T]
-
-    @property
-    def key(self) -> str:
-        """The name of this result, and of no other."""
-        parts = [
-            self.algorithm.kind,
-            self.algorithm.version,
-            self.scope,
-            sorted([row.role, row.input_kind, row.input_uid, row.input_sha256] for row in self.inputs),
-            self.settings,
-        ]
-        return hashlib.sha256(canonical(parts).encode()).hexdigest()
+def key_of(
+    algorithm: Algorithm, scope: Mapping[str, Any], inputs: Iterable[InputRow], settings: Mapping[str, Any]
+) -> str:
+    """Return the name of the result of an algorithm about a scope, from inputs, under settings, and of no other."""
+    rows = sorted([row.role, row.input_kind, row.input_uid, row.input_sha256] for row in inputs)
+    return hashlib.sha256(canonical([algorithm.kind, algorithm.version, scope, rows, settings]).encode()).hexdigest()
 
 
 @dataclass
 class Results:
-    """Computes results, each once; `made` has them by key, in the order in which they were computed."""
+    """Results as they were computed; `made` has them by key, in their order."""
 
     connection: sa.Connection
     made: dict[str, Result] = field(default_factory=dict)
 
-    def ensure(self, requests: Sequence[Request[T]]) -> list[T]:
-        """Return the wanted results in order."""
-        return [self.ensure_one(request) for request in requests]
-
-    def ensure_one(self, request: Request[T]) -> T:
-        """Return one wanted result."""
-        key = request.key
-        if key not in self.made:
-            self.made[key] = _identified(request.compute(), request, key)
-        found: T = self.made[key]  # type: ignore[assignment]  # a key names its algorithm, which gives this type
-        return found
-
-
-def _identified(result: T, request: Request[T], key: str) -> T:
-    """Give a result its origin, and its numbers their ids."""
-    inputs = sorted(request.inputs, key=lambda row: (row.role, row.input_kind, row.input_uid))
-    changes: dict[str, Any] = {}
-    for one, (head, tail) in _fields_of(result).items():
-        value = getattr(result, one.name)
-        if tail is not None:
-            changes[one.name] = {
-                each: replace(number, provenance=_number_id(key, f"{head}{each}{tail}"))
-                for each, number in value.items()
-            }
-        elif value is not None:
-            changes[one.name] = replace(value, provenance=_number_id(key, head))
-    algorithm = request.algorithm
-    origin = Origin(key, algorithm.kind, algorithm.version, request.scope, tuple(inputs))
-    return replace(result, origin=origin, **changes)
+    def record(
+        self,
+        algorithm: Algorithm,
+        scope: Mapping[str, Any],
+        inputs: Iterable[InputRow],
+        result: T,
+        settings: Mapping[str, Any] = {},
+    ) -> T:
+        """Return a result with its origin, and with ids for its numbers."""
+        rows = sorted(inputs, key=lambda row: (row.role, row.input_kind, row.input_uid))
+        key = key_of(algorithm, scope, rows, settings)
+        changes: dict[str, Any] = {}
+        for one, (head, tail) in _fields_of(result).items():
+            value = getattr(result, one.name)
+            if tail is not None:
+                changes[one.name] = {
+                    each: replace(number, provenance=_number_id(key, f"{head}{each}{tail}"))
+                    for each, number in value.items()
+                }
+            elif value is not None:
+                changes[one.name] = replace(value, provenance=_number_id(key, head))
+        origin = Origin(key, algorithm.kind, algorithm.version, scope, tuple(rows))
+        recorded = replace(result, origin=origin, **changes)
+        self.made[key] = recorded
+        return recorded
 
 
 def _number_id(key: str, name: str) -> str:

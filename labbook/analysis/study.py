@@ -76,7 +76,7 @@ class StudyAnalysis:
 def _results(
     computed: Results, detections: Detections, evidence: StudyData, known: Mapping[Outcome, RunResults[Result]]
 ) -> dict[Outcome, RunResults[Result]]:
-    """Ensure the other outcomes, and leave out those that no run has and none is expected to have."""
+    """Measure the other outcomes, and leave out those that no run has and none is expected to have."""
     every = {outcome: known.get(outcome) or measure(outcome, computed, detections, evidence) for outcome in Outcome}
     return {
         outcome: replace(found, missing=evidence.reasons(found.missing, outcome.source))

@@ -19,7 +19,7 @@ from labbook.analysis.comparison.thesis_route import routes_over_jumps, routes_o
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.preregistration.planned import FAMILY_OF, Planned
-from labbook.analysis.results import Algorithm, Request, Results, result_fingerprint
+from labbook.analysis.results import Algorithm, Results, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import Family
 from reports.evidence import Comparison, Decision, MeansContrast
@@ -48,17 +48,12 @@ def adjust(
     scope: Mapping[str, Any],
     alpha: float,
 ) -> FamilyResult | None:
-    """Ensure the adjusted p of the tests of a family by their labels; None of a single one."""
+    """Compute the adjusted p of the tests of a family by their labels; None of a single one."""
     if len(tested) < 2:
         return None
-    return computed.ensure_one(
-        Request(
-            FAMILY,
-            {"family": family, **scope},
-            tuple(result_fingerprint(label, one) for label, one in tested.items()),
-            {"alpha": alpha},
-            lambda: _adjusted(tested, family, alpha),
-        )
+    inputs = [result_fingerprint(label, one) for label, one in tested.items()]
+    return computed.record(
+        FAMILY, {"family": family, **scope}, inputs, _adjusted(tested, family, alpha), {"alpha": alpha}
     )
 
 
@@ -80,7 +75,7 @@ def unselected_conditions(
     outcomes: Collection[Outcome],
     scope: Mapping[str, Any],
 ) -> dict[Outcome, list[ConditionValues]]:
-    """Ensure the numbers of the conditions of which the selection takes no run."""
+    """Compute the numbers of the conditions of which the selection takes no run."""
     if not evidence.beside:
         return {}
     other = replace(evidence, runs=evidence.beside)
@@ -109,7 +104,7 @@ def compare_all(
     scope: Mapping[str, Any],
     beside: Mapping[Outcome, Sequence[ConditionValues]],
 ) -> list[Compared]:
-    """Ensure every comparison of the study, outcome by outcome.
+    """Make every comparison of the study, outcome by outcome.
 
     `beside` are conditions that the selection leaves out whole: their comparisons count in Holm's p.
     """

@@ -20,7 +20,7 @@ from labbook.analysis.comparison.deciding import estimate_number, fingerprints_o
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.preregistration.planned import Planned
-from labbook.analysis.results import Algorithm, Request, Results
+from labbook.analysis.results import Algorithm, Results
 from labbook.config.model import ContrastSettings, Side
 from reports.evidence import MeansContrast
 from reports.numbers import Number
@@ -69,7 +69,7 @@ def contrast_means(
     planned: Planned,
     selection: str,
 ) -> list[MeansContrast]:
-    """Ensure the contrasts of the plan, or those that the factors suggest; `values` are those of the swept levels.
+    """Compute the contrasts of the plan, or those that the factors suggest; `values` are those of the swept levels.
 
     Several are a family, whose p is adjusted by Holm's method.
     """
@@ -81,8 +81,7 @@ def contrast_means(
         if one.terms or settings.contrasts
     )
     asked = {one.label: one for one in every}
-    results = computed.ensure([_request(one, swept, settings.alpha, scope) for one in asked.values()])
-    tested = dict(zip(asked, results, strict=True))
+    tested = {label: _recorded(computed, one, swept, settings.alpha, scope) for label, one in asked.items()}
     family = adjust(computed, tested, "contrasts", scope, settings.alpha)
     found = []
     for label, result in tested.items():
@@ -211,17 +210,19 @@ def _slope(pairs: Sequence[Pair], values: Mapping[str, float]) -> _Terms:
     return [((values[pair.level] - middle) / squares, pair) for pair in pairs]
 
 
-def _request(asked: AskedContrast, swept: str, alpha: float, scope: Mapping[str, Any]) -> Request[MeansContrast]:
-    return Request(
+def _recorded(
+    computed: Results, asked: AskedContrast, swept: str, alpha: float, scope: Mapping[str, Any]
+) -> MeansContrast:
+    return computed.record(
         ALGORITHM,
         {"quantity": str(asked.settings.outcome), "label": asked.label, **scope},
-        tuple(dict.fromkeys(row for _weight, pair in asked.terms for row in fingerprints_of_contrast(pair))),
+        dict.fromkeys(row for _weight, pair in asked.terms for row in fingerprints_of_contrast(pair)),
+        contrast_result(asked, swept, alpha),
         {
             "terms": [[weight, _name(pair.b), _name(pair.a)] for weight, pair in asked.terms],
             "percent": asked.percent,
             "alpha": alpha,
         },
-        lambda: contrast_result(asked, swept, alpha),
     )
 
 

@@ -12,7 +12,7 @@ from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import Rule, Undefined
 from labbook.analysis.comparison.pairing import Pair, group_label
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
-from labbook.analysis.results import Algorithm, Request, Results, T, fingerprint, interval_ends, result_fingerprint
+from labbook.analysis.results import Algorithm, Results, T, fingerprint, interval_ends, result_fingerprint
 from labbook.config.model import AnalysisSettings, Bounds
 from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings
 from reports.numbers import Number
@@ -75,7 +75,7 @@ def deciding_runs(pair: Pair, without: Sequence[RunRow]) -> tuple[str, ...]:
     return tuple(run.name for run in without if pair.group.items() <= run.levels.items() and claims(run))
 
 
-def ensure_for_pairs(
+def record_for_pairs(
     computed: Results,
     algorithm: Algorithm,
     pairs: Sequence[Pair],
@@ -85,26 +85,24 @@ def ensure_for_pairs(
     compute: Callable[[Pair], T],
     inputs: Callable[[Pair], tuple[InputRow, ...]] = fingerprints_of_contrast,
 ) -> list[T]:
-    """Ensure a result of every pair, in order."""
-    return computed.ensure(
-        [
-            Request(
-                algorithm,
-                {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
-                inputs(pair),
-                settings,
-                lambda pair=pair: compute(pair),  # type: ignore[misc]
-            )
-            for pair in pairs
-        ]
-    )
+    """Compute a result of every pair, in order."""
+    return [
+        computed.record(
+            algorithm,
+            {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
+            inputs(pair),
+            compute(pair),
+            settings,
+        )
+        for pair in pairs
+    ]
 
 
 def decide(
     computed: Results, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], settings: AnalysisSettings
 ) -> list[Decision]:
-    """Ensure the deciding test of every pair, in order; see `decide_by_contrast`."""
-    return ensure_for_pairs(
+    """Compute the deciding test of every pair, in order; see `decide_by_contrast`."""
+    return record_for_pairs(
         computed,
         DECISION,
         pairs,
@@ -182,8 +180,8 @@ def _rejected(p: float | Undefined, alpha: float) -> bool | None:
 def decide_equivalence(
     computed: Results, pairs: Sequence[Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
 ) -> list[Equivalence]:
-    """Ensure the two one-sided tests of apex heights of every pair, in order, by the same contrast."""
-    return ensure_for_pairs(
+    """Compute the two one-sided tests of apex heights of every pair, in order, by the same contrast."""
+    return record_for_pairs(
         computed,
         EQUIVALENCE,
         pairs,
@@ -231,30 +229,29 @@ def overall_effects(
     scope: Mapping[str, Any],
     rests_on: Callable[[Iterable[Pair]], tuple[InputRow, ...]] = lambda _pairs: (),
 ) -> Overall:
-    """Ensure the effects over all groups; `pairs` has those of each outcome, one a group. One group has none.
+    """Compute the effects over all groups; `pairs` has those of each outcome, one a group. One group has none.
 
     `rests_on` names what pairs rest on beside their values and days.
     """
     several = {outcome: of_groups for outcome, of_groups in pairs.items() if len(of_groups) > 1}
+    contrasts_of = {
+        outcome: {group_label(pair.group): contrast_of(pair) for pair in of_groups}
+        for outcome, of_groups in several.items()
+    }
     alpha, bounds = settings.alpha, settings.apex_bounds
 
-    def ensured(
-        algorithm: Algorithm, outcome: Outcome, about: Mapping[str, Any], compute: Callable[[dict[str, Contrast]], T]
-    ) -> T:
+    def recorded(algorithm: Algorithm, outcome: Outcome, result: T, about: Mapping[str, Any]) -> T:
         of_groups = several[outcome]
-        contrasts = {group_label(pair.group): contrast_of(pair) for pair in of_groups}
         inputs = (*(row for pair in of_groups for row in fingerprints_of_contrast(pair)), *rests_on(of_groups))
-        about = {"alpha": alpha, "groups": list(contrasts), **about}
-        return computed.ensure_one(
-            Request(algorithm, {"quantity": str(outcome), **scope}, inputs, about, lambda: compute(contrasts))
-        )
+        about = {"alpha": alpha, "groups": list(contrasts_of[outcome]), **about}
+        return computed.record(algorithm, {"quantity": str(outcome), **scope}, inputs, result, about)
 
     def groups_of(outcome: Outcome, names: Iterable[str]) -> tuple[Mapping[str, str], ...]:
         by_name = {group_label(pair.group): pair.group for pair in several[outcome]}
         return tuple(by_name[name] for name in names)
 
-    def saved(outcome: Outcome, contrasts: dict[str, Contrast]) -> OverallSavings:
-        found = overall_savings(contrasts, 1.0 - settings.outside)
+    def saved(outcome: Outcome) -> OverallSavings:
+        found = overall_savings(contrasts_of[outcome], 1.0 - settings.outside)
         estimate, over = found.estimate, found.scope
         p, n_groups = p_of(estimate, settings.one_sided), len(over.groups)
         p_same = found.heterogeneity if isinstance(found.heterogeneity, Undefined) else found.heterogeneity.p
@@ -274,8 +271,8 @@ def overall_effects(
             one_sided=settings.one_sided,
         )
 
-    def within(bounds: Bounds, contrasts: dict[str, Contrast]) -> OverallEquivalence:
-        found = overall_equivalence(contrasts, bounds.low, bounds.high, alpha)
+    def within(bounds: Bounds) -> OverallEquivalence:
+        found = overall_equivalence(contrasts_of[Outcome.APEX], bounds.low, bounds.high, alpha)
         over = found.scope
         return OverallEquivalence(
             **_within(found.bounded, bounds, alpha, over.n),
@@ -287,15 +284,9 @@ def overall_effects(
 
     equivalent = None
     if Outcome.APEX in several and bounds is not None and bounds.percent:
-        about = {"bounds": asdict(bounds)}
-        equivalent = ensured(OVERALL_EQUIVALENCE, Outcome.APEX, about, lambda contrasts: within(bounds, contrasts))
+        equivalent = recorded(OVERALL_EQUIVALENCE, Outcome.APEX, within(bounds), {"bounds": asdict(bounds)})
     savings = {
-        outcome: ensured(
-            OVERALL,
-            outcome,
-            {"one_sided": settings.one_sided},
-            lambda contrasts, outcome=outcome: saved(outcome, contrasts),  # type: ignore[misc]
-        )
+        outcome: recorded(OVERALL, outcome, saved(outcome), {"one_sided": settings.one_sided})
         for outcome in several
         if outcome.has_savings
     }

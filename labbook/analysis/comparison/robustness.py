@@ -1,8 +1,8 @@
 """Headlines computed another way: without exclusions, by another detector or other rules, without each day, adjusted
 for position in the day.
 
-One result is stored for each estimate and each day left out. It depends on the estimate of all days and the runs that
-were left out. Intermediate results, such as each run's joules by another drain line, are not stored: they would be
+There is one result for each estimate and each day left out. It depends on the estimate of all days and the runs that
+were left out. Intermediate results, such as each run's joules by another drain line, have no ids: they would be
 those of every run again for every day.
 """
 
@@ -23,8 +23,8 @@ from labbook.analysis.comparison.deciding import (
     contrast_of,
     decide,
     decide_pair,
-    ensure_for_pairs,
     fingerprints_of_contrast,
+    record_for_pairs,
 )
 from labbook.analysis.comparison.order import ADJUSTED, adjusted_for_position, fingerprints_of_positions
 from labbook.analysis.comparison.pairing import Pair
@@ -42,7 +42,7 @@ from labbook.analysis.outcomes.run_energy import (
     run_energies,
 )
 from labbook.analysis.outcomes.run_force import RunForce, run_forces_by_rules
-from labbook.analysis.results import Request, Results, RunResults, fingerprint, result_fingerprint
+from labbook.analysis.results import Results, RunResults, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings
 from reports.evidence import Decision
@@ -150,7 +150,7 @@ def _estimates_without(
     settings: AnalysisSettings,
     scope: Mapping[str, Any],
 ) -> dict[str, list[tuple[Pair, Decision]]]:
-    """Ensure the pooled comparisons without each of these days: pair and result, by day."""
+    """Compute the pooled comparisons without each of these days: pair and result, by day."""
     pairs = pairing.pairs_pooled(conditions, swept)
     whole = decide(computed, pairs, quantity, scope, settings)
     contrasts = [once(partial(contrast_of, pair)) for pair in pairs]
@@ -160,14 +160,15 @@ def _estimates_without(
         for pair, result, contrast in zip(pairs, whole, contrasts, strict=True)
         if day.remains(pair.a, quantity) and day.remains(pair.b, quantity)
     ]
-    found = computed.ensure([_request(*one, quantity, settings, scope) for one in wanted])
+    found = [_without(computed, *one, quantity, settings, scope) for one in wanted]
     by_day: dict[str, list[tuple[Pair, Decision]]] = {}
     for (day, pair, _whole, _contrast), result in zip(wanted, found, strict=True):
         by_day.setdefault(day.day, []).append((pair, result))
     return by_day
 
 
-def _request(
+def _without(
+    computed: Results,
     day: LeftOut,
     pair: Pair,
     whole: Decision,
@@ -175,35 +176,32 @@ def _request(
     quantity: Outcome,
     settings: AnalysisSettings,
     scope: Mapping[str, Any],
-) -> Request[Decision]:
-    """Ask for an estimate without a day; `contrast` gives that of all days."""
-
-    def estimate() -> Decision:
-        if not day.changes(quantity):
-            return decide_pair(pair, quantity, settings, contrast().without(day.day))
-        return decide_pair(
-            replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity)), quantity, settings
-        )
-
+) -> Decision:
+    """Estimate without a day; `contrast` gives that of all days."""
+    if day.changes(quantity):
+        rest = replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity))
+        estimate = decide_pair(rest, quantity, settings)
+    else:
+        estimate = decide_pair(pair, quantity, settings, contrast().without(day.day))
     about = {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope}
-    return Request(
+    return computed.record(
         DECISION,
         {**about, "variant": f"without {day.day}"},
         (result_fingerprint("all days", whole), *day.inputs),
-        {"alpha": settings.alpha, "one_sided": settings.one_sided},
         estimate,
+        {"alpha": settings.alpha, "one_sided": settings.one_sided},
     )
 
 
 def _adjusted(
     computed: Results, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings, scope: Mapping[str, Any]
 ) -> list[Varied]:
-    """Ensure the pooled comparisons adjusted for position in the day; none where the runs leave no slope."""
+    """Compute the pooled comparisons adjusted for position in the day; none where the runs leave no slope."""
     adjusted = adjusted_for_position(pairs)
     if isinstance(adjusted, Undefined):
         return []
     inputs = (*(row for pair in pairs for row in fingerprints_of_contrast(pair)), *fingerprints_of_positions(pairs))
-    found = ensure_for_pairs(
+    found = record_for_pairs(
         computed,
         DECISION,
         adjusted,

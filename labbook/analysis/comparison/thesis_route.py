@@ -8,11 +8,11 @@ from typing import Any
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.deciding import ensure_for_pairs, fingerprints_of_sides, runs_of
+from labbook.analysis.comparison.deciding import fingerprints_of_sides, record_for_pairs, runs_of
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_apexes import RunApexes
-from labbook.analysis.results import Algorithm, Request, Results, interval_ends, result_fingerprint
+from labbook.analysis.results import Algorithm, Results, interval_ends, result_fingerprint
 from reports.evidence import Anova, ThesisRoute
 from reports.numbers import Number
 from stats.compare.two_sample import compare_two
@@ -26,25 +26,25 @@ ANOVA = Algorithm("anova", 17)
 def routes_over_runs(
     computed: Results, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float
 ) -> list[ThesisRoute]:
-    """Ensure the thesis's route of every pair over its runs, in order."""
+    """Compute the thesis's route of every pair over its runs, in order."""
 
     def route(pair: Pair) -> ThesisRoute:
         control, treated = ([item.value for item in runs_of(side)] for side in (pair.a, pair.b))
         return thesis_route(control, treated, quantity.unit, alpha)
 
-    return ensure_for_pairs(computed, ROUTE, pairs, quantity, scope, {"alpha": alpha}, route, fingerprints_of_sides)
+    return record_for_pairs(computed, ROUTE, pairs, quantity, scope, {"alpha": alpha}, route, fingerprints_of_sides)
 
 
 def routes_over_jumps(
     computed: Results, pairs: Sequence[Pair], scope: Mapping[str, Any], alpha: float
 ) -> list[ThesisRoute]:
-    """Ensure the thesis's route of every pair of apex heights over all their jumps, in order."""
+    """Compute the thesis's route of every pair of apex heights over all their jumps, in order."""
 
     def heights_m(side: Sequence[ConditionValues]) -> list[float]:
         results = [item.result for item in runs_of(side)]
         return [height_m for one in results if isinstance(one, RunApexes) for height_m in one.heights_m]
 
-    return ensure_for_pairs(
+    return record_for_pairs(
         computed,
         OVER_JUMPS,
         pairs,
@@ -83,25 +83,22 @@ def thesis_route(control: Sequence[float], treated: Sequence[float], unit: str, 
 def analyses_of_variance(
     computed: Results, conditions: Sequence[ConditionValues], swept: str, quantity: Outcome, scope: Mapping[str, Any]
 ) -> list[Anova]:
-    """Ensure the one-way analysis of variance over the treated levels of every group that has several."""
+    """Compute the one-way analysis of variance over the treated levels of every group that has several."""
     groups = [
         (group, treated)
         for group, items in pairing.groups(conditions, swept)
         for treated, _control in [pairing.treated_and_control(items)]
         if len(treated) > 1
     ]
-    return computed.ensure(
-        [
-            Request(
-                ANOVA,
-                {"quantity": str(quantity), "label": pairing.group_label(group), **scope},
-                tuple(result_fingerprint("group", condition.result) for condition in treated),
-                {},
-                lambda group=group, treated=treated: _analysed(group, treated, swept, quantity),  # type: ignore[misc]
-            )
-            for group, treated in groups
-        ]
-    )
+    return [
+        computed.record(
+            ANOVA,
+            {"quantity": str(quantity), "label": pairing.group_label(group), **scope},
+            [result_fingerprint("group", condition.result) for condition in treated],
+            _analysed(group, treated, swept, quantity),
+        )
+        for group, treated in groups
+    ]
 
 
 def _analysed(group: Mapping[str, str], treated: Sequence[ConditionValues], swept: str, quantity: Outcome) -> Anova:

@@ -12,7 +12,7 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.charger_step import rounding_in
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah, usable_charge
-from labbook.analysis.results import Algorithm, Request, Results, fingerprint, result_fingerprint
+from labbook.analysis.results import Algorithm, Results, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from reports.numbers import Number, NumberNames, Result
 from stats.compare.shared_error import shared_of_mean
@@ -56,23 +56,21 @@ def budget(
     conditions: Sequence[ConditionValues],
     scope: dict[str, str],
 ) -> JouleBudget | None:
-    """Ensure the budget of one run's joules; None without joules."""
+    """Compute the budget of one run's joules; None without joules."""
     if not conditions:
         return None
     condition = max(conditions, key=lambda item: len(item.runs))
     resolution_mah = _resolution_mah(evidence, condition)
     voltage_v = evidence.study.reference_voltage_v
-    return computed.ensure_one(
-        Request(
-            BUDGET,
-            {"condition": condition.key, **scope},
-            (
-                result_fingerprint("condition", condition.result),
-                fingerprint("voltage", "study", evidence.study.uid, repr(voltage_v)),
-            ),
-            {"resolution_mah": resolution_mah},
-            lambda: _budget(condition, voltage_v, resolution_mah),
-        )
+    return computed.record(
+        BUDGET,
+        {"condition": condition.key, **scope},
+        (
+            result_fingerprint("condition", condition.result),
+            fingerprint("voltage", "study", evidence.study.uid, repr(voltage_v)),
+        ),
+        _budget(condition, voltage_v, resolution_mah),
+        {"resolution_mah": resolution_mah},
     )
 
 
@@ -130,26 +128,23 @@ PACKS = Algorithm("pack_deviation", 12)
 def pack_deviations(
     computed: Results, conditions: Sequence[ConditionValues], scope: dict[str, str]
 ) -> dict[str, PackDeviation]:
-    """Ensure the mean deviation of every pack, in joules a jump."""
+    """Compute the mean deviation of every pack, in joules a jump."""
     deviations: dict[str, list[tuple[RunNumber, float]]] = {}
     for condition in conditions:
         mean = sum(condition.values) / len(condition.values)
         for item in condition.runs:
             deviations.setdefault(item.run.battery, []).append((item, item.value - mean))
-    packs = sorted(deviations)
-    results = computed.ensure(
-        [
-            Request(
-                PACKS,
-                {"pack": pack, **scope},
-                tuple(result_fingerprint("condition", condition.result) for condition in conditions),
-                {"runs": [item.run.name for item, _value in deviations[pack]]},
-                lambda values=[value for _item, value in deviations[pack]]: _deviation(values),  # type: ignore[misc]
-            )
-            for pack in packs
-        ]
-    )
-    return dict(zip(packs, results, strict=True))
+    inputs = [result_fingerprint("condition", condition.result) for condition in conditions]
+    return {
+        pack: computed.record(
+            PACKS,
+            {"pack": pack, **scope},
+            inputs,
+            _deviation([value for _item, value in deviations[pack]]),
+            {"runs": [item.run.name for item, _value in deviations[pack]]},
+        )
+        for pack in sorted(deviations)
+    }
 
 
 def _deviation(values: Sequence[float]) -> PackDeviation:

@@ -23,7 +23,6 @@ from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_
 from labbook.analysis.outcomes.run_force import run_forces
 from labbook.analysis.results import (
     Algorithm,
-    Request,
     Results,
     RunResults,
     condition_input,
@@ -52,7 +51,7 @@ def measure(
     data: StudyData,
     variant: ApexVariant | None = None,
 ) -> RunResults[Result]:
-    """Ensure the outcome of every selected jump run that has what it takes.
+    """Compute the outcome of every selected jump run that has what it takes.
 
     Jumps are found and counted as the protocol says, or as a variant does.
     """
@@ -85,7 +84,7 @@ class RunNumber:
 
 @dataclass(frozen=True, slots=True)
 class ConditionValues:
-    """The runs of one condition, and what is stored about them."""
+    """The runs of one condition, and their summary."""
 
     key: str
     is_control: bool
@@ -153,7 +152,7 @@ def number_of(result: Result, quantity: Outcome) -> Number:
 def conditions_by_outcome(
     computed: Results, detections: Detections, evidence: StudyData, outcomes: Iterable[Outcome]
 ) -> dict[Outcome, list[ConditionValues]]:
-    """Ensure the numbers of the selected runs' conditions in each outcome."""
+    """Compute the numbers of the selected runs' conditions in each outcome."""
     scope = {"selection": evidence.selection}
     return {
         outcome: condition_values(
@@ -170,24 +169,25 @@ def condition_values(
     quantity: Outcome,
     scope: Mapping[str, Any],
 ) -> list[ConditionValues]:
-    """Ensure the summary of every condition of the runs that have the quantity, in order of first occurrence."""
+    """Compute the summary of every condition of the runs that have the quantity, in order of first occurrence."""
     by_condition: dict[str, list[RunNumber]] = {}
     for item in run_numbers(runs, results, quantity):
         by_condition.setdefault(item.run.condition_key, []).append(item)
-    requests = [
-        Request(
-            SUMMARY,
-            {"quantity": str(quantity), "condition": key, **scope},
-            (condition_input(items[0].run), *(result_fingerprint(item.run.name, item.result) for item in items)),
-            _rounded_alike(items),
-            lambda items=items: _summary(items, quantity),  # type: ignore[misc]
+    return [
+        ConditionValues(
+            key,
+            items[0].run.is_control,
+            items[0].run.levels,
+            tuple(items),
+            computed.record(
+                SUMMARY,
+                {"quantity": str(quantity), "condition": key, **scope},
+                (condition_input(items[0].run), *(result_fingerprint(item.run.name, item.result) for item in items)),
+                _summary(items, quantity),
+                _rounded_alike(items),
+            ),
         )
         for key, items in by_condition.items()
-    ]
-    summaries = computed.ensure(requests)
-    return [
-        ConditionValues(key, items[0].run.is_control, items[0].run.levels, tuple(items), summary)
-        for (key, items), summary in zip(by_condition.items(), summaries, strict=True)
     ]
 
 
@@ -237,7 +237,7 @@ class Spread:
 
 
 def run_spread(computed: Results, detections: Detections, evidence: StudyData, quantity: Outcome) -> Spread | Undefined:
-    """Pool the scatter of the runs so far within their conditions; nothing is stored.
+    """Pool the scatter of the runs so far within their conditions.
 
     The interval is that of a normal variance, by chi-squared.
     """

@@ -25,7 +25,6 @@ from data_schema.vocabulary import Undefined, Verdict
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found, rest_length_m
 from labbook.analysis.results import (
     Algorithm,
-    Request,
     Results,
     RunResults,
     decision_input,
@@ -279,7 +278,7 @@ def _in_number_order(name: str) -> list[tuple[str, int]]:
 
 
 def run_apexes(computed: Results, detections: Detections, evidence: StudyData, variant: ApexVariant) -> ApexResults:
-    """Ensure the apex heights of every selected jump run that has logs."""
+    """Compute the apex heights of every selected jump run that has logs."""
     logs: dict[str, tuple[SignalRow, ...]] = {}
     missing: dict[str, Undefined] = {}
     for run in evidence.runs:
@@ -297,13 +296,19 @@ def run_apexes(computed: Results, detections: Detections, evidence: StudyData, v
     by_robot: dict[str, dict[str, tuple[SignalRow, ...]]] = {robot: {} for robot in robots}
     for uid, several in logs.items():
         by_robot[runs[uid].robot_uid][uid] = several
-    requests: dict[str, Request[RunApexes]] = {}
+    results: dict[str, RunApexes] = {}
     judgements: dict[str, Judgement] = {}
     calibrated = {
         uid: channel
         for uid, channels in evidence.calibrated.items()
         for channel in channels
         if channel.name == BODY_HEIGHT
+    }
+    settings = {
+        "detector": variant.detector,
+        "exclude_first_jumps": variant.rules.exclude_first_jumps,
+        "exclude_gap_jumps": variant.rules.exclude_gap_jumps,
+        "heed_decisions": variant.heed_decisions,
     }
     for robot, of_robot in by_robot.items():
         found = detections.of(of_robot, variant.detector, lengths_m[robot])
@@ -323,25 +328,10 @@ def run_apexes(computed: Results, detections: Detections, evidence: StudyData, v
                 for log in logs[uid]
                 if log.sha256 in heights
             ]
-            requests[uid] = _request(runs[uid], judgements[uid], variant, tuple(inputs), heights)
-    requests = {uid: requests[uid] for uid in logs}  # in the order of the runs, whatever the robots
-    return ApexResults(dict(zip(requests, computed.ensure(list(requests.values())), strict=True)), missing, judgements)
-
-
-def _request(
-    run: RunRow,
-    judgement: Judgement,
-    variant: ApexVariant,
-    inputs: tuple[InputRow, ...],
-    calibrated: Mapping[str, CalibratedChannel],
-) -> Request[RunApexes]:
-    settings = {
-        "detector": variant.detector,
-        "exclude_first_jumps": variant.rules.exclude_first_jumps,
-        "exclude_gap_jumps": variant.rules.exclude_gap_jumps,
-        "heed_decisions": variant.heed_decisions,
-    }
-    return Request(ALGORITHM, {"run": run.name, **settings}, inputs, settings, lambda: _apexes(judgement, calibrated))
+            about = {"run": runs[uid].name, **settings}
+            results[uid] = computed.record(ALGORITHM, about, inputs, _apexes(judgements[uid], heights), settings)
+    in_order = {uid: results[uid] for uid in logs}  # that of the runs, whatever the robots
+    return ApexResults(in_order, missing, judgements)
 
 
 def _apexes(judgement: Judgement, calibrated: Mapping[str, CalibratedChannel]) -> RunApexes:

@@ -19,7 +19,6 @@ from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import ChargeMode, Undefined
 from labbook.analysis.results import (
     Algorithm,
-    Request,
     Results,
     RunResults,
     charge_input,
@@ -115,32 +114,19 @@ def drain_lines(evidence: StudyData) -> dict[str, PassiveDrain | Undefined]:
 
 
 def passive_drains(computed: Results, evidence: StudyData, variant: str | None = None) -> dict[str, Drain]:
-    """Store each robot's line and what it gives at a run's duration; `variant` names a recomputation."""
+    """Return each robot's line and what it gives at a run's duration; `variant` names a recomputation."""
     duration_s = evidence.configuration.protocol.run_duration_s
     names = {run.robot_uid: run.robot for run in (*evidence.idle, *evidence.runs)}
     idle = idle_charges(evidence)
-    lines = drain_lines(evidence)
-    rows = computed.ensure(
-        [
-            Request(
-                DRAIN,
-                {"robot": names[robot]} | ({"variant": variant} if variant else {}),
-                (
-                    idle_runs_input(robot),
-                    *(
-                        item
-                        for run, charge in idle
-                        if run.robot_uid == robot
-                        for item in (run_input(run), *map(charge_input, charge.charges))
-                    ),
-                ),
-                {"run_duration_s": duration_s},
-                lambda line=line: _drain_fit(line, duration_s),  # type: ignore[misc]
-            )
-            for robot, line in lines.items()
-        ]
-    )
-    return {robot: Drain(names[robot], line, row) for (robot, line), row in zip(lines.items(), rows, strict=True)}
+    found = {}
+    for robot, line in drain_lines(evidence).items():
+        inputs = [idle_runs_input(robot)]
+        for run, charge in idle:
+            inputs += [run_input(run), *map(charge_input, charge.charges)] if run.robot_uid == robot else []
+        about = {"robot": names[robot]} | ({"variant": variant} if variant else {})
+        fit = computed.record(DRAIN, about, inputs, _drain_fit(line, duration_s), {"run_duration_s": duration_s})
+        found[robot] = Drain(names[robot], line, fit)
+    return found
 
 
 def _fit(idle: list[tuple[RunRow, Recharge]]) -> PassiveDrain | Undefined:
@@ -248,9 +234,11 @@ def above_capacity(run: RunRow, charges: Sequence[ChargeOfRun], configuration: C
 def run_energies(
     computed: Results, evidence: StudyData, drains: Mapping[str, Drain], variant: str | None = None
 ) -> RunResults[RunEnergy]:
-    """Ensure the energy of every selected jump run that has what it takes; `variant` names a recomputation."""
-    requests: dict[str, Request[RunEnergy]] = {}
+    """Compute the energy of every selected jump run that has what it takes; `variant` names a recomputation."""
+    found: dict[str, RunEnergy] = {}
     missing: dict[str, Undefined] = {}
+    voltage_v = evidence.study.reference_voltage_v
+    voltage = fingerprint("voltage", "study", evidence.study.uid, repr(voltage_v))
     for run in evidence.runs:
         charge = usable_charge(run, evidence.charges.get(run.uid, []))
         drain = drains[run.robot_uid]
@@ -259,8 +247,18 @@ def run_energies(
         elif isinstance(drain.line, Undefined):
             missing[run.uid] = Undefined(Reason.NO_DRAIN_FIT, robot=drain.robot)
         else:
-            requests[run.uid] = _request(evidence, run, charge, drain.line, drain.result, variant)
-    return RunResults(dict(zip(requests, computed.ensure(list(requests.values())), strict=True)), missing)
+            found[run.uid] = computed.record(
+                RUN_ENERGY,
+                {"run": run.name} | ({"variant": variant} if variant else {}),
+                (
+                    run_input(run),
+                    *map(charge_input, charge.charges),
+                    result_fingerprint("drain", drain.result),
+                    voltage,
+                ),
+                _energy(run, charge, drain.line, voltage_v),
+            )
+    return RunResults(found, missing)
 
 
 def energies_with_drains(
@@ -269,7 +267,7 @@ def energies_with_drains(
     lines: Mapping[str, PassiveDrain | Undefined],
     voltage_v: float,
 ) -> dict[str, RunEnergy]:
-    """Return the energy of every run that has what it takes, with lines by the robot's uid; nothing is stored."""
+    """Return the energy of every run that has what it takes, with lines by the robot's uid, without ids."""
     found = {}
     for run in runs:
         charge, line = usable_charge(run, charges.get(run.uid, [])), lines[run.robot_uid]
@@ -277,29 +275,6 @@ def energies_with_drains(
             energy = _energy(run, charge, line, voltage_v)
             found[run.uid] = replace(energy, origin=Origin(inputs=(InputRow("drain", "result", run.robot_uid, ""),)))
     return found
-
-
-def _request(
-    evidence: StudyData,
-    run: RunRow,
-    charge: Recharge,
-    drain: PassiveDrain,
-    fit: DrainFit,
-    variant: str | None,
-) -> Request[RunEnergy]:
-    voltage_v = evidence.study.reference_voltage_v
-    return Request(
-        RUN_ENERGY,
-        {"run": run.name} | ({"variant": variant} if variant else {}),
-        (
-            run_input(run),
-            *map(charge_input, charge.charges),
-            result_fingerprint("drain", fit),
-            fingerprint("voltage", "study", evidence.study.uid, repr(voltage_v)),
-        ),
-        {},
-        lambda: _energy(run, charge, drain, voltage_v),
-    )
 
 
 def _energy(run: RunRow, charge: Recharge, drain: PassiveDrain, voltage_v: float) -> RunEnergy:

@@ -13,14 +13,13 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from ingest.channels.names import channel_kind
 from ingest.store import Store
 from labbook.analysis.outcomes.detection import Detections, gaps_for_detector
-from labbook.analysis.results import Algorithm, Request, Results, RunResults, run_input, signal_input
+from labbook.analysis.results import Algorithm, Results, RunResults, run_input, signal_input
 from labbook.analysis.study_data import VERTICAL_FORCE, StudyData
 from reports.numbers import Number, Result
 from stats.compare.summary import describe
@@ -81,7 +80,7 @@ def push_off_rules(data: StudyData) -> PushOffRules:
 
 
 def run_forces(computed: Results, detections: Detections, data: StudyData) -> RunResults[RunForce]:
-    """Ensure the numbers from the force plate of every selected jump run that has one record of it."""
+    """Compute the numbers from the force plate of every selected jump run that has one record of it."""
     missing: dict[str, Undefined] = {}
     signals: dict[str, SignalRow] = {}
     for run in data.runs:
@@ -90,20 +89,20 @@ def run_forces(computed: Results, detections: Detections, data: StudyData) -> Ru
             missing[run.uid] = usable
         else:
             signals[run.uid] = usable
-    (found,) = _ensured(computed, detections, data, signals, [push_off_rules(data)])
+    (found,) = _forces(computed, detections, data, signals, [push_off_rules(data)])
     return RunResults(found, missing)
 
 
 def run_forces_by_rules(
     computed: Results, detections: Detections, data: StudyData, run_uids: Iterable[str]
 ) -> dict[PushOffRules, dict[str, RunForce]]:
-    """Ensure the numbers of runs of single jumps by every rule of onset with every rule of take-off."""
+    """Compute the numbers of runs of single jumps by every rule of onset with every rule of take-off."""
     usable = {uid: usable_force(data.forces.get(uid, [])) for uid in run_uids}
     signals = {uid: signal for uid, signal in usable.items() if not isinstance(signal, Undefined)}
-    return dict(zip(ALL_RULES, _ensured(computed, detections, data, signals, ALL_RULES), strict=True))
+    return dict(zip(ALL_RULES, _forces(computed, detections, data, signals, ALL_RULES), strict=True))
 
 
-def _ensured(
+def _forces(
     computed: Results,
     detections: Detections,
     data: StudyData,
@@ -117,8 +116,14 @@ def _ensured(
         reads = {uid: once(read) for uid, read in reads.items()}
     found = []
     for rules in by_rules:
-        requests = [_request(run, signals[uid], gaps[signals[uid].uid], reads[uid], rules) for uid, run in runs.items()]
-        found.append(dict(zip(runs, computed.ensure(requests), strict=True)))
+        by = {"onset": rules.onset, "take_off": rules.take_off}
+        of_rules = {}
+        for uid, run in runs.items():
+            missing = [list(gap) for gap in gaps_for_detector(gaps[signals[uid].uid])]
+            inputs = (run_input(run), signal_input(signals[uid], "force plate"))
+            of_run = _run_force(*reads[uid](), rules)
+            of_rules[uid] = computed.record(ALGORITHM, {"run": run.name, **by}, inputs, of_run, {"gaps": missing, **by})
+        found.append(of_rules)
     return found
 
 
@@ -126,21 +131,8 @@ def _reader(store: Store, signal: SignalRow, gaps: Sequence[GapRow]) -> Callable
     return partial(vertical_force, store, signal, gaps_for_detector(gaps))
 
 
-def _request(
-    run: RunRow, signal: SignalRow, gaps: Sequence[GapRow], read: Callable[[], Record], rules: PushOffRules
-) -> Request[RunForce]:
-    by = {"onset": rules.onset, "take_off": rules.take_off}
-    return Request(
-        ALGORITHM,
-        {"run": run.name, **by},
-        (run_input(run), signal_input(signal, "force plate")),
-        {"gaps": [list(gap) for gap in gaps_for_detector(gaps)], **by},
-        lambda: _run_force(*read(), rules),
-    )
-
-
 def force_of_run(detections: Detections, forces: Sequence[SignalRow], rules: PushOffRules) -> RunForce | Undefined:
-    """Compute the numbers of one run from its records of vertical force; nothing is stored."""
+    """Compute the numbers of one run from its records of vertical force, without ids."""
     usable = usable_force(forces)
     if isinstance(usable, Undefined):
         return usable

@@ -13,7 +13,7 @@ from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import group_label
 from labbook.analysis.outcomes.conditions import ConditionValues
-from labbook.analysis.results import Algorithm, Request, Results, fingerprint, result_fingerprint
+from labbook.analysis.results import Algorithm, Results, fingerprint, result_fingerprint
 from reports.numbers import Number, Result
 from reports.predicted import Judged, JudgedGroup, Limits, Prediction
 from stats.compare.agreement import (
@@ -47,7 +47,7 @@ def judge(
     outcome: Outcome,
     scope: Mapping[str, Any],
 ) -> list[Judged]:
-    """Ensure the bias of every group, the joint test, and limits of agreement over three conditions or more.
+    """Compute the bias of every group, the joint test, and limits of agreement over three conditions or more.
 
     `checked` has the check of each condition.
     Conditions without a prediction are left out; without one that has one, nothing is judged.
@@ -59,27 +59,12 @@ def judge(
     if not groups:
         return []
     about = {"quantity": str(outcome), **scope}
-    results = computed.ensure(
-        [
-            Request(
-                BIAS,
-                {"group": label, **about},
-                tuple(_inputs(items)),
-                {},
-                lambda items=items: _bias(items, outcome),  # type: ignore[misc]
-            )
-            for label, items in groups.items()
-        ]
-    )
-    joint = computed.ensure_one(
-        Request(
-            JOINT_BIAS,
-            about,
-            tuple(result_fingerprint(label, result) for label, result in zip(groups, results, strict=True)),
-            {},
-            lambda: _joint(results),
-        )
-    )
+    results = [
+        computed.record(BIAS, {"group": label, **about}, _inputs(items), _bias(items, outcome))
+        for label, items in groups.items()
+    ]
+    of_groups = [result_fingerprint(label, result) for label, result in zip(groups, results, strict=True)]
+    joint = computed.record(JOINT_BIAS, about, of_groups, _joint(results))
     limits = _limits(computed, checked, about, outcome.unit)
     return [Judged(checked[0].quantity, tuple(results), joint.p, joint.tau, limits)]
 
@@ -88,15 +73,8 @@ def _limits(computed: Results, checked: Sequence[Prediction], about: Mapping[str
     known = [(check, value) for check in checked if isinstance(value := check.check.difference.value, float)]
     if len(known) < FEWEST_DIFFERENCES:
         return None
-    return computed.ensure_one(
-        Request(
-            LIMITS,
-            about,
-            tuple(result_fingerprint("predicted", check.check) for check, _value in known),
-            {},
-            lambda: _limits_result([value for _check, value in known], unit),
-        )
-    )
+    inputs = [result_fingerprint("predicted", check.check) for check, _value in known]
+    return computed.record(LIMITS, about, inputs, _limits_result([value for _check, value in known], unit))
 
 
 def _limits_result(differences: Sequence[float], unit: str) -> Limits:

@@ -21,7 +21,7 @@ from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
 from labbook.analysis.prediction.predicting import PredictionResult, error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
-from labbook.analysis.results import Algorithm, Request, Results, result_fingerprint
+from labbook.analysis.results import Algorithm, Results, result_fingerprint
 from reports.evidence import Decision
 from reports.numbers import Number, Value
 from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction, PredictionCheck
@@ -73,22 +73,20 @@ def check_conditions(
     swept: str | None,
     scope: Mapping[str, Any],
 ) -> list[Prediction]:
-    """Ensure the check of every condition's mean against its prediction; nothing where nothing was predicted."""
+    """Compute the check of every condition's mean against its prediction; nothing where nothing was predicted."""
     if not predicted:
         return []
-    sides = [side_of([condition], predicted) for condition in conditions]
-    results = computed.ensure(
-        [
-            Request(
-                ALGORITHM,
-                {"quantity": str(_PREDICTED[quantity]), "condition": condition.key, **scope},
-                (result_fingerprint("measured", condition.result), *inputs_of("predicted", side)),
-                {"runs": [runs for _one, runs in side]},
-                lambda condition=condition, side=side: _check_mean(condition.result, side, quantity),  # type: ignore[misc]
-            )
-            for condition, side in zip(conditions, sides, strict=True)
-        ]
-    )
+    results = [
+        computed.record(
+            ALGORITHM,
+            {"quantity": str(_PREDICTED[quantity]), "condition": condition.key, **scope},
+            (result_fingerprint("measured", condition.result), *inputs_of("predicted", side)),
+            _check_mean(condition.result, side, quantity),
+            {"runs": [runs for _one, runs in side]},
+        )
+        for condition in conditions
+        for side in [side_of([condition], predicted)]
+    ]
     return [
         Prediction(
             _PREDICTED[quantity],
@@ -109,30 +107,28 @@ def check_savings(
     predicted: AllPredicted,
     scope: Mapping[str, Any],
 ) -> list[Prediction]:
-    """Ensure the check of measured savings: each level's, and all levels' pooled; nothing without predictions.
+    """Compute the check of measured savings: each level's, and all levels' pooled; nothing without predictions.
 
     `compared` has the savings that the report claims.
     """
     wanted = [
         (pair, measured, measured.savings) for pair, measured in compared if predicted and measured.savings is not None
     ]
-    sides = [(side_of(pair.a, predicted), side_of(pair.b, predicted)) for pair, *_measured in wanted]
-    results = computed.ensure(
-        [
-            Request(
-                ALGORITHM,
-                {"quantity": str(PredictedQuantity.SAVINGS), "label": pair.label, **scope},
-                (
-                    result_fingerprint("measured", measured),
-                    *inputs_of("control", control),
-                    *inputs_of("treatment", treated),
-                ),
-                {"runs": [[runs for _one, runs in side] for side in (control, treated)]},
-                lambda savings=savings, sides=(control, treated): _check_savings(savings, *sides),  # type: ignore[misc]
-            )
-            for (pair, measured, savings), (control, treated) in zip(wanted, sides, strict=True)
-        ]
-    )
+    results = [
+        computed.record(
+            ALGORITHM,
+            {"quantity": str(PredictedQuantity.SAVINGS), "label": pair.label, **scope},
+            (
+                result_fingerprint("measured", measured),
+                *inputs_of("control", control),
+                *inputs_of("treatment", treated),
+            ),
+            _check_savings(savings, control, treated),
+            {"runs": [[runs for _one, runs in side] for side in (control, treated)]},
+        )
+        for pair, measured, savings in wanted
+        for control, treated in [(side_of(pair.a, predicted), side_of(pair.b, predicted))]
+    ]
     return [
         Prediction(
             PredictedQuantity.SAVINGS,

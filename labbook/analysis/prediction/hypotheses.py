@@ -38,7 +38,7 @@ from labbook.analysis.prediction.checking import (
 )
 from labbook.analysis.prediction.predicting import error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
-from labbook.analysis.results import Algorithm, Request, Results, result_fingerprint
+from labbook.analysis.results import Algorithm, Results, result_fingerprint
 from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side
 from reports.evidence import Decision
 from reports.numbers import Number
@@ -84,7 +84,7 @@ def judge_hypotheses(
     decided: AnalysisSettings,
     scope: Mapping[str, Any],
 ) -> list[Hypothesis]:
-    """Ensure the test of every comparison of every hypothesis, in order; `swept` is the factor with a control.
+    """Compute the test of every comparison of every hypothesis, in order; `swept` is the factor with a control.
 
     `compared` are the study's comparisons, of which the first page claims whether each group saves.
     """
@@ -97,20 +97,19 @@ def judge_hypotheses(
     for settings in hypotheses:
         comparisons = _comparisons_of(settings, conditions.get(settings.outcome, ()), swept)
         saves = settings.claim is ClaimKind.SAVES
-        results = computed.ensure(
-            [
-                _request(
-                    settings,
-                    one,
-                    claimed[settings.outcome, pairing.group_label(one.of)] if saves else None,
-                    predicted,
-                    decided,
-                    len(comparisons),
-                    scope,
-                )
-                for one in comparisons
-            ]
-        )
+        results = [
+            _part(
+                computed,
+                settings,
+                one,
+                claimed[settings.outcome, pairing.group_label(one.of)] if saves else None,
+                predicted,
+                decided,
+                len(comparisons),
+                scope,
+            )
+            for one in comparisons
+        ]
         found.append(Hypothesis(settings.name, settings.text, settings.source, settings.published, tuple(results)))
     return found
 
@@ -172,7 +171,8 @@ def _ordered(
     ]
 
 
-def _request(
+def _part(
+    computed: Results,
     settings: HypothesisSettings,
     one: Comparison,
     claimed: Compared | None,
@@ -180,7 +180,7 @@ def _request(
     decided: AnalysisSettings,
     n_comparisons: int,
     scope: Mapping[str, Any],
-) -> Request[HypothesisPart]:
+) -> HypothesisPart:
     outside = decided.outside if len(one.sides) > 2 else 2.0 * decided.alpha
     simulated = predicted if settings.outcome in SIMULATED else {}
     inputs = [row for pair in one.pairs for row in fingerprints_of_contrast(pair)]
@@ -189,17 +189,17 @@ def _request(
         inputs += [] if claimed.family is None else [result_fingerprint("family", claimed.family)]
     if simulated:
         inputs += [row for side in one.sides for row in inputs_of("predicted", side_of(side, simulated))]
-    return Request(
+    return computed.record(
         ALGORITHM,
         {"hypothesis": settings.name, "label": one.label, "quantity": str(settings.outcome), **scope},
-        tuple(dict.fromkeys(inputs)),
+        dict.fromkeys(inputs),
+        _tested(one, simulated, settings.outcome, outside, n_comparisons, claimed),
         {
             "claim": str(settings.claim),
             "bounds": [None if math.isinf(end) else end for end in (one.low, one.high)],
             "outside": outside,
             "comparisons": n_comparisons,
         },
-        lambda: _tested(one, simulated, settings.outcome, outside, n_comparisons, claimed),
     )
 
 

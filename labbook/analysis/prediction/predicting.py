@@ -12,8 +12,7 @@ from __future__ import annotations
 import hashlib
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -43,7 +42,7 @@ from labbook.analysis.prediction.simulating import (
     simulate_means,
     simulate_varied,
 )
-from labbook.analysis.results import Algorithm, Request, Results, condition_input, fingerprint
+from labbook.analysis.results import Algorithm, Results, condition_input, fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
 from reports.numbers import Number, NumberNames, Result
@@ -137,7 +136,22 @@ class PredictionResult(Result):
 ALGORITHM = Algorithm("prediction", 18)
 
 
-Wanted = Mapping[tuple[str, str], Request[PredictionResult]]
+@dataclass(frozen=True, slots=True)
+class WantedPrediction:
+    """A prediction that is wanted: of what, from what, under which settings, and how to get it."""
+
+    scope: Mapping[str, Any]
+    inputs: tuple[InputRow, ...]
+    settings: Mapping[str, Any]
+    compute: Callable[[], PredictionResult]
+
+    @property
+    def name(self) -> str:
+        """The name of the file of the cache that holds its simulations."""
+        return _name(self.settings)
+
+
+Wanted = Mapping[tuple[str, str], WantedPrediction]
 """A prediction for each condition, by its key, and each robot that ran it, by its uid."""
 
 
@@ -148,7 +162,7 @@ class BackgroundPredictions:
     wanted: Wanted
     simulating: SecondProcess[dict[str, PredictionResult]] | None
 
-    def by_key(self) -> Mapping[str, PredictionResult]:
+    def by_name(self) -> Mapping[str, PredictionResult]:
         """Wait for them; those that do not come are made by whoever asks for them."""
         return (self.simulating and self.simulating.result()) or {}
 
@@ -162,7 +176,7 @@ def predictions_in_background(computed: Results, evidence: StudyData) -> Backgro
         return BackgroundPredictions({}, None)
     new = _new(wanted) if has_core() else {}
     return BackgroundPredictions(
-        wanted, run_in_fork(lambda: {key: one.compute() for key, one in new.items()}) if new else None
+        wanted, run_in_fork(lambda: {name: one.compute() for name, one in new.items()}) if new else None
     )
 
 
@@ -174,33 +188,30 @@ def predictions(
     outcomes: Sequence[Outcome],
     ahead: BackgroundPredictions,
 ) -> dict[tuple[str, str], PredictionResult]:
-    """Ensure a prediction for each condition that is named by its key and each robot that ran it, by key and robot uid.
+    """Return a prediction for each condition that is named by its key and each robot that ran it, by key and robot uid.
 
     `outcomes` are predicted, of `SIMULATED`. Empty where the study names no scene.
     """
     asked = set(keys)
-    wanted = {place: request for place, request in ahead.wanted.items() if place[0] in asked}
+    wanted: Wanted = {place: one for place, one in ahead.wanted.items() if place[0] in asked}
     if tuple(outcomes) != ALWAYS or {key for key, _robot in wanted} != asked:
         wanted = _wanted(computed, evidence, asked, outcomes)
     if _new(wanted):
         progress(SIMULATING)
         SIMULATIONS.forget_unused()
-    made = ahead.by_key()
-    found = [
-        replace(request, compute=partial(made.__getitem__, request.key)) if request.key in made else request
-        for request in wanted.values()
-    ]
-    return dict(zip(wanted, computed.ensure(found), strict=True))
+    made = ahead.by_name()
+    return {
+        place: computed.record(ALGORITHM, one.scope, one.inputs, made.get(one.name) or one.compute(), one.settings)
+        for place, one in wanted.items()
+    }
 
 
-def _new(wanted: Wanted) -> dict[str, Request[PredictionResult]]:
-    """Return the requests whose simulations are not in the cache, by key."""
-    return {one.key: one for one in wanted.values() if SIMULATIONS.read(_name(one.settings)) is None}
+def _new(wanted: Wanted) -> dict[str, WantedPrediction]:
+    """Return those whose simulations are not in the cache, by the names of their files there."""
+    return {one.name: one for one in wanted.values() if SIMULATIONS.read(one.name) is None}
 
 
-def _wanted(
-    computed: Results, evidence: StudyData, keys: Collection[str], outcomes: Sequence[Outcome]
-) -> dict[tuple[str, str], Request[PredictionResult]]:
+def _wanted(computed: Results, evidence: StudyData, keys: Collection[str], outcomes: Sequence[Outcome]) -> Wanted:
     settings = evidence.configuration.simulation
     if settings is None or not keys:
         return {}
@@ -211,18 +222,19 @@ def _wanted(
         for uid in sorted({uid for _key, uid in wanted})
     }
     return {
-        (key, uid): _request(evidence, settings, start, run, facts[uid], outcomes) for (key, uid), run in wanted.items()
+        (key, uid): _prediction(evidence, settings, start, run, facts[uid], outcomes)
+        for (key, uid), run in wanted.items()
     }
 
 
-def _request(
+def _prediction(
     evidence: StudyData,
     settings: SimulationSettings,
     start: Scene,
     run: RunRow,
     facts: Mapping[str, float],
     outcomes: Sequence[Outcome],
-) -> Request[PredictionResult]:
+) -> WantedPrediction:
     from simulator.scene_file import write_scene
 
     scene = condition_scene(start, evidence.configuration, evidence.factors, run.levels, (run.robot, facts))
@@ -236,8 +248,7 @@ def _request(
         **({"outcomes": list(map(str, outcomes))} if tuple(outcomes) != ALWAYS else {}),
         **({"ticks": "in closed form"} if decays_within_steps(scene) else {}),
     }
-    return Request(
-        ALGORITHM,
+    return WantedPrediction(
         {"condition": run.condition_key, "robot": run.robot, "scene": start.name},
         (
             condition_input(run),
