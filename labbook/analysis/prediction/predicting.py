@@ -299,11 +299,11 @@ def _sha256(text: str) -> str:
 
 def _simulated(scene: Scene, settings: SimulationSettings, outcomes: Sequence[Outcome], name: str) -> _Simulations:
     """Return the simulations of a scene, from the cache where they are there."""
+    if (cached := SIMULATIONS.read(name)) is not None:
+        return msgspec.msgpack.decode(cached, type=_Simulations)
     from simulator.error_bars import simulate_finer
     from simulator.kernel.build import kernel_for
 
-    if (cached := SIMULATIONS.read(name)) is not None:
-        return msgspec.msgpack.decode(cached, type=_Simulations)
     kernel_for(scene.effects)
     found = simulate_means(scene, settings.accuracy, outcomes)
     otherwise = {
