@@ -10,7 +10,6 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import ndimage
 
 from stats.apexes.cleaning import Floats
 
@@ -40,6 +39,8 @@ def rests(time_s: Floats, values: Floats, shortest_s: float = 0.5) -> tuple[Rest
 
     `time_s` and `values` have shape (n,); values that are not finite are left out.
     """
+    from scipy import ndimage
+
     finite = np.isfinite(values)
     time_s, values = time_s[finite], values[finite]
     if time_s.size < 2 or time_s[-1] - time_s[0] < shortest_s:

@@ -21,7 +21,7 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import optimize, special
+from scipy import special
 
 from data_schema.errors import InputRefused
 from stats.checks import as_level
@@ -109,6 +109,8 @@ class _Inside:
 
 def _boundary(before: _Inside | None, t: float, to_spend: float) -> float:
     """Return the z that is passed on one side for the first time with this chance."""
+    from scipy import optimize  # loaded by who searches: it takes long
+
     if before is None:
         return min(-float(special.ndtri(to_spend)), _FARTHEST)
     if _outside(before, t, _FARTHEST) >= to_spend:
