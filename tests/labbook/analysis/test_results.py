@@ -16,7 +16,7 @@ from data_schema.vocabulary import Undefined
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.jump_review import decide
-from labbook.analysis.results import Algorithm, Request, Results, equals_printed, fingerprint, numbers_of
+from labbook.analysis.results import Algorithm, Results, equals_printed, fingerprint, numbers_of
 from labbook.book.opening import Book
 from labbook.book.write_session import WriteSession
 from reports.numbers import Number, NumberNames, Origin, Result
@@ -163,8 +163,8 @@ class Trial(Result):
     note: str | None = None
 
 
-def ensure(computed: Results, compute: Callable[[], Trial], **differing: Any) -> Trial:
-    """Ask for a result."""
+def record(computed: Results, result: Trial, **differing: Any) -> Trial:
+    """Record a result."""
     parts: dict[str, Any] = {
         "version": 1,
         "scope": {"run": "r001"},
@@ -173,7 +173,7 @@ def ensure(computed: Results, compute: Callable[[], Trial], **differing: Any) ->
     }
     parts |= differing
     algorithm = Algorithm("trial", parts["version"])
-    return computed.ensure_one(Request(algorithm, parts["scope"], parts["inputs"], parts["settings"], compute))
+    return computed.record(algorithm, parts["scope"], parts["inputs"], result, parts["settings"])
 
 
 @pytest.fixture
@@ -202,9 +202,10 @@ DIFFERENCES: Mapping[str, dict[str, Any]] = {
 }
 
 
-def test_a_result_is_computed_once_and_its_numbers_have_ids(computed: Results) -> None:
-    first = ensure(computed, trial)
-    assert ensure(computed, lambda: pytest.fail("computed again")) is first
+def test_the_numbers_of_a_result_have_ids_and_are_what_they_were(computed: Results) -> None:
+    first = record(computed, trial())
+    assert record(computed, trial()) == first
+    assert list(computed.made.values()) == [first]
     numbers = dict(numbers_of(first))
     assert numbers == {
         "height": first.height,
@@ -219,7 +220,7 @@ def test_a_result_is_computed_once_and_its_numbers_have_ids(computed: Results) -
 
 @pytest.mark.parametrize("name", DIFFERENCES)
 def test_whatever_a_result_depends_on_makes_another_key(computed: Results, name: str) -> None:
-    first, other = ensure(computed, trial), ensure(computed, trial, **DIFFERENCES[name])
+    first, other = record(computed, trial()), record(computed, trial(), **DIFFERENCES[name])
     assert len(computed.made) == 2
     assert other.origin.key != first.origin.key
     assert other.height.provenance != first.height.provenance
@@ -227,8 +228,8 @@ def test_whatever_a_result_depends_on_makes_another_key(computed: Results, name:
 
 def test_the_order_of_inputs_makes_no_other_key(computed: Results) -> None:
     inputs = (fingerprint("run", "run", "u1", "a"), fingerprint("run", "run", "u2", "b"))
-    first = ensure(computed, trial, inputs=inputs)
-    assert ensure(computed, lambda: pytest.fail("computed again"), inputs=inputs[::-1]) is first
+    first = record(computed, trial(), inputs=inputs)
+    assert record(computed, trial(), inputs=inputs[::-1]) == first
 
 
 @pytest.mark.parametrize(

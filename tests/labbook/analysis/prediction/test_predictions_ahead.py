@@ -32,7 +32,7 @@ def test_only_conditions_with_a_charge_or_a_log_are_simulated_ahead(
         assert {key for key, _robot in ahead.wanted} == {
             run.condition_key for run in evidence.runs if run.uid not in planned
         }
-        assert len(ahead.by_key()) == len(ahead.wanted)
+        assert len(ahead.by_name()) == len(ahead.wanted)
 
 
 def test_they_are_what_this_process_simulates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
