@@ -83,19 +83,19 @@ def speaker_of(configuration: Configuration, person: str | None) -> str:
 @contextlib.contextmanager
 def opened(start: Path | None = None) -> Iterator[Book]:
     """Open the book that holds `start` (default: the current folder), and close it afterwards."""
-    book = open_book(find_folder(start or Path.cwd()))
+    book = open_book(find_folder(start))
     try:
         yield book
     finally:
         book.close()
 
 
-def find_folder(start: Path) -> Path:
-    """Return the nearest folder, from `start` upward, that holds a labbook.toml.
+def find_folder(start: Path | None) -> Path:
+    """Return the nearest folder, from `start` (default: the current folder) upward, that holds a labbook.toml.
 
     Raises `BookMissing` where there is none, and where a book that lost its own lies nearer: the one above is another.
     """
-    lost = None
+    start, lost = start or Path.cwd(), None
     for folder in (start.resolve(), *start.resolve().parents):
         if (folder / CONFIGURATION).is_file():
             if lost is None or store_of(folder, read_configuration(folder)).root.resolve() == lost:

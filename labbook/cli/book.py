@@ -115,7 +115,7 @@ def backup(
     from labbook.book.copies.backing_up import back_up
     from labbook.book.opening import find_folder
 
-    done = back_up(find_folder(book or Path.cwd()), destination, lambda total: progress("backing up", total))
+    done = back_up(find_folder(book), destination, lambda total: progress("backing up", total))
     raw = done.raw
     lines = [
         f"backup in {done.last.where}: {done.last.entries} entries and {raw.raw_copies} raw copies; {raw.written} "
@@ -224,7 +224,7 @@ def rebuild(
     from labbook.book.opening import find_folder
     from labbook.book.rebuilding import rebuild_database, rewrite_journal
 
-    folder = find_folder(book or Path.cwd())
+    folder = find_folder(book)
     place = _place(database, sqlite)
     if journal:
         if place is not None:

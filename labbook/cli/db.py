@@ -1,6 +1,5 @@
 """`labbook db`: the database itself."""
 
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -57,7 +56,7 @@ def status_command(book: BookOption = None) -> Shown:
     from labbook.book.copies.backing_up import backup_line, last_backup
     from labbook.book.opening import engine_of, find_folder, read_configuration, shown, store_of
 
-    folder = find_folder(book or Path.cwd())
+    folder = find_folder(book)
     configuration = read_configuration(folder)
     engine = engine_of(folder, configuration)
     with reading(engine) as connection:
@@ -88,9 +87,7 @@ def check_command(
     from labbook.actions.upkeep.health import check_book
     from labbook.book.opening import find_folder
 
-    found = check_book(
-        find_folder(book or Path.cwd()), lambda total: progress("checking", total, shown=True), deep=deep
-    )
+    found = check_book(find_folder(book), lambda total: progress("checking", total), deep=deep)
     problems = len(found.problems)
     verdict = "the book is whole" if found.whole else f"{problems} problem{'s' if problems > 1 else ''}"
     checked = f"{found.entries} entries, {found.raw_copies} raw copies, {found.signal_files} files of samples"

@@ -1,6 +1,6 @@
 """`labbook files`: the instruments' files that the book has, and how they are read."""
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -15,10 +15,7 @@ from labbook.cli.common import (
     tell_statement,
 )
 from labbook.cli.declaring import Declared
-from labbook.terminal import Shown, columns, for_program, progress
-
-if TYPE_CHECKING:
-    from labbook.actions.files.rereading import Reread
+from labbook.terminal import Shown, columns, for_program, plain, progress
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -107,32 +104,15 @@ def reread_command(
             for each in uids:
                 request = RereadRequest(options, person, why, dry_run, batch, afresh=nothing)
                 done.append(reread_named(opened_book, each, request))
-                step(done[-1].name)
+                step(done[-1].file)
     lines = [
-        line for item in done for line in (f"{item.name}:", *(f"  {x}" for x in reread_lines(item, dry_run=dry_run)))
+        line for item in done for line in (f"{item.file}:", *(f"  {x}" for x in reread_lines(item, dry_run=dry_run)))
     ]
     return Shown(
-        [_reread_json(item) for item in done],
+        [{**plain(item), "refused": item.read.refused, "findings": item.read.findings} for item in done],
         lines or ["no file would be read otherwise."],
         2 if any(item.read.refused for item in done) else 0,
     )
-
-
-def _reread_json(done: "Reread") -> dict[str, Any]:
-    """Return the record for programs."""
-    return {
-        "file": done.name,
-        "sha256": done.sha256,
-        "refused": done.read.refused,
-        "changes": done.changes,
-        "runs": done.runs,
-        "reports": done.reports,
-        "verdicts_waiting": done.waiting,
-        "findings": [
-            {"severity": finding.severity, "rule": finding.rule, "message": finding.message}
-            for finding in done.read.findings
-        ],
-    }
 
 
 @app.command("withdraw")

@@ -56,10 +56,10 @@ def ingest(
         without_samples,
     )
     from labbook.actions.files.named_files import files_of
-    from labbook.actions.runs.rig_line import MissingHeight, RigLine, missing_heights, rig_lines_of
+    from labbook.actions.runs.rig_line import missing_heights, rig_lines_of
     from labbook.book.write_session import new_uid
     from labbook.cli.file_options import ask_for, declared_options
-    from labbook.cli.ingest_lines import Batch, batch_lines, outcome_json
+    from labbook.cli.ingest_lines import Taken, batch_lines, taken_json
 
     options = declared_options(declared)
     if out is not None and not draft_profile:
@@ -76,8 +76,7 @@ def ingest(
                 return _draft(opened_book, files, options, out)
             return _explain(opened_book, meant.names, options, run)
     outcomes: list[FileOutcome] = []
-    rig: list[list[RigLine]] = []
-    heights: list[MissingHeight | None] = []
+    taken: list[Taken] = []
     with opened(book) as opened_book:
         if not dry_run:
             opened_book.speaker(person)
@@ -96,16 +95,14 @@ def ingest(
                             outcome = take(opened_book, path, IngestRequest(run, answered, dry_run, person))
                     outcomes.append(replace(without_samples(outcome), name=meant.names[path]))
                     step(path.name)
-            rig = rig_lines_of(opened_book, outcomes)
-            heights = missing_heights(opened_book, outcomes)
+            taken = [*map(Taken, outcomes, rig_lines_of(opened_book, outcomes), missing_heights(opened_book, outcomes))]
         finally:  # finished files are printed, also where Ctrl-C or a full disk stopped the others
             if outcomes and not for_program():
-                n = len(outcomes)
-                done = Batch(outcomes, rig or [[]] * n, heights or [None] * n, run, dry_run, meant.skipped_line)
-                emit(None, batch_lines(done, verbose=verbose), as_json=False)
+                told = taken or [*map(Taken, outcomes)]
+                emit(None, batch_lines(told, run, meant.skipped_line, dry_run=dry_run, verbose=verbose), as_json=False)
     if for_program() and meant.skipped:
         say(meant.skipped_line, err=True)
-    data = [outcome_json(*both) for both in zip(outcomes, rig, heights, strict=True)] if for_program() else None
+    data = [*map(taken_json, taken)] if for_program() else None
     return Shown(data, (), 2 if any(outcome.status is IngestStatus.REFUSED for outcome in outcomes) else 0)
 
 

@@ -29,6 +29,15 @@ _CONTRADICTIONS = (*_OF_OTHER_RUN, "charge_contradicts", "date_in_future", *LEG)
 """Rules of notes that wait for a person's word."""
 
 
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """A file that was taken in: what became of it, the lines of its runs, and what it lacks for jumps to be found."""
+
+    outcome: FileOutcome
+    rig: Sequence[RigLine] = ()
+    missing: MissingHeight | None = None
+
+
 def outcome_lines(outcome: FileOutcome, missing: MissingHeight | None = None, *, remarks: bool = True) -> list[str]:
     """Return the lines for people: what became of the file, and its findings.
 
@@ -93,9 +102,9 @@ def _knows_all(read: ReadFile) -> bool:
     return bool(read.charges) and known == len(read.charges)
 
 
-def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingHeight | None) -> dict[str, Any]:
-    """Return the record for programs; `rig` says how the file's runs do, `missing` what a log lacks for jumps."""
-    read = outcome.read
+def taken_json(taken: Taken) -> dict[str, Any]:
+    """Return the record for programs."""
+    outcome, read = taken.outcome, taken.outcome.read
     return {
         "file": outcome.name,
         "status": str(outcome.status),
@@ -115,8 +124,8 @@ def outcome_json(outcome: FileOutcome, rig: Sequence[RigLine], missing: MissingH
         "changes": outcome.changes,
         "said": list(outcome.messages),
         "raw_restored": outcome.raw_restored,
-        "rig": [line.text for line in rig],
-        "missing_body_height": missing,
+        "rig": [line.text for line in taken.rig],
+        "missing_body_height": taken.missing,
     }
 
 
@@ -151,43 +160,28 @@ _REFUSED, _OTHER_RUN, _NO_HEIGHT, _LOGS, _DOUBTFUL, _NO_RUN, _JUMPS, _SAMPLES, _
 """What needs attention, gravest first: what gives wrong numbers or none, before what a run has less of."""
 
 
-@dataclass(frozen=True, slots=True)
-class Batch:
-    """What one command did: for each outcome the lines of its runs, and what it lacks for jumps to be found.
-
-    `skipped` names what was left out of the folders named; "" where nothing was.
-    """
-
-    outcomes: Sequence[FileOutcome]
-    rig: Sequence[Sequence[RigLine]]
-    heights: Sequence[MissingHeight | None]
-    run: str | None
-    dry_run: bool
-    skipped: str = ""
-
-
 _NOTED = "  noted: "
 _Concern: TypeAlias = tuple[tuple[int, int], list[str], FileOutcome | None]
 """What needs attention: how grave it is, its lines, and the file where it is about one."""
 
 
-def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
-    """Return all lines; of one file, or where `verbose`, everything that is known, else short lines and counts."""
-    summary = [summary_line(batch.outcomes, batch.dry_run), *([batch.skipped] if batch.skipped else [])]
-    if len(batch.outcomes) == 1 or verbose:
-        full = [
-            line
-            for outcome, missing in zip(batch.outcomes, batch.heights, strict=True)
-            for line in outcome_lines(outcome, missing)
-        ]
-        rig = sorted((line for of_file in batch.rig for line in of_file), key=_of_run)
-        return [*summary, *full, *(f"  {line.text}" for line in rig)]
+def batch_lines(files: Sequence[Taken], run: str | None, skipped: str, *, dry_run: bool, verbose: bool) -> list[str]:
+    """Return all lines; of one file, or where `verbose`, everything that is known, else short lines and counts.
+
+    `run` is the one named for all, `skipped` says what was left out of the folders named; "" where nothing was.
+    """
+    summary = [summary_line([each.outcome for each in files], dry_run), *([skipped] if skipped else [])]
+    rig = [line for each in files for line in each.rig]
+    if len(files) == 1 or verbose:
+        full = [line for each in files for line in outcome_lines(each.outcome, each.missing)]
+        return [*summary, *full, *(f"  {line.text}" for line in sorted(rig, key=_of_run))]
     attention: list[_Concern] = []
     noted: list[str] = []
     fine: list[str] = []
     outdated: list[str] = []
-    for outcome, missing in zip(batch.outcomes, batch.heights, strict=True):
-        concern = _concern(outcome, missing, batch.run)
+    for each in files:
+        outcome, missing = each.outcome, each.missing
+        concern = _concern(outcome, missing, run)
         if concern is not None:
             counts = "" if outcome.status is IngestStatus.REFUSED else remark_counts(outcome)
             more = [f"{_NOTED}{counts}."] if counts else []
@@ -197,7 +191,6 @@ def batch_lines(batch: Batch, *, verbose: bool) -> list[str]:
         else:
             calm = outcome.read is not None and outcome.read.findings
             (noted if calm or outcome.raw_restored or outcome.messages else fine).append(file_line(outcome))
-    rig = [line for of_file in batch.rig for line in of_file]
     attention += [(_of_run(line), [f"  {line.text}"], None) for line in rig if line.concern]
     others = [
         *noted,

@@ -160,7 +160,7 @@ def config(
 
     if schema:
         return Shown(json_schema(Configuration))
-    folder = find_folder(book or Path.cwd())
+    folder = find_folder(book)
     found, path = read_configuration(folder), folder / "labbook.toml"
     return Shown({"path": str(path), "sha256": found.sha256}, [f"{path} can be read, and every key has a meaning."])
 

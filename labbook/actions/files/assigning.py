@@ -189,6 +189,13 @@ def resolve_item(connection: sa.Connection, what: str) -> str:
     return place if len(files) == 1 else f"{of_charge[0].uid}#{row}"
 
 
+def item_named(connection: sa.Connection, what: str) -> tuple[str, SheetRow | None]:
+    """Return an item of the inbox as it is called there, and the charge where it is a row of a sheet, not a file."""
+    what = resolve_item(connection, what)
+    name, mark, row = what.rpartition("#")
+    return what, charge_of(connection, file_named(connection, name), int(row)) if mark and row.isdigit() else None
+
+
 def charge_of(connection: sa.Connection, file: FileRow, row_number: int) -> SheetRow:
     """Return the charge in a row of a file; raises `UsageError` where there is none."""
     for charge in charges_of_file(connection, file.uid):

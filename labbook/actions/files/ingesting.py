@@ -135,7 +135,7 @@ def _known(
     book: Book, path: Path, request: IngestRequest, first: FirstImport, sha256: str, restored: bool
 ) -> FileOutcome:
     """Say what became of bytes that the book has."""
-    known = take_known(
+    reread, messages = take_known(
         book,
         sha256,
         request.options or {},
@@ -151,7 +151,6 @@ def _known(
             named_run(connection, book.configuration, name) for name in (own_name(path), first.original_name)
         )
     copied = bool(runs) and stated not in (None, *runs, before)
-    messages = known.messages
     if copied:
         messages = (
             f"Its name says run {stated}: one of the two is a copy of the other; take in that run's own log, or, if "
@@ -168,12 +167,12 @@ def _known(
         messages=messages,
         of_other_run=copied,
     )
-    if known.again is None:
+    if reread is None:
         return outcome
-    if known.again.read.refused:
-        return replace(outcome, status=IngestStatus.REFUSED, read=known.again.read)
-    prepared = None if request.dry_run else known.again.prepared
-    return replace(outcome, changes=known.again.changes, read=known.again.read, prepared=prepared)
+    if reread.read.refused:
+        return replace(outcome, status=IngestStatus.REFUSED, read=reread.read)
+    prepared = None if request.dry_run else reread.prepared
+    return replace(outcome, changes=reread.changes, read=reread.read, prepared=prepared)
 
 
 def _runs_to_assign(connection: sa.Connection, of_file: str | None, read: ReadFile) -> tuple[str, ...]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Self
 
@@ -52,6 +52,7 @@ from labbook.statements.importing import (
     without_storing,
 )
 from labbook.statements.sheet_charges import charge_numbers, keys_of
+from labbook.terminal import NOT_IN_JSON
 
 OUTDATED = "labbook.toml would have it read otherwise now: `labbook files reread --all` reads such files again."
 """What is said of a file that the book has, where it would be read otherwise now."""
@@ -62,18 +63,17 @@ class Reread:
     """The outcome of reading a file again.
 
     `read` holds what was found, findings about runs included; where it was refused, the other fields are empty and the
-    reading before stays in force. `changes` are sentences on what differs now, `waiting` the verdicts that wait for a
-    person.
+    reading before stays in force. `changes` are sentences on what differs now, `verdicts_waiting` wait for a person.
     """
 
-    name: str
+    file: str
     sha256: str
-    read: ReadFile
-    prepared: PreparedImport
+    read: ReadFile = field(metadata=NOT_IN_JSON)
+    prepared: PreparedImport = field(metadata=NOT_IN_JSON)
     runs: tuple[str, ...] = ()
     changes: tuple[str, ...] = ()
     reports: tuple[str, ...] = ()
-    waiting: tuple[str, ...] = ()
+    verdicts_waiting: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -306,14 +306,6 @@ def _charge_changes(old: ReadingContents, new: ReadingContents) -> list[str]:
     return [f"charges: {', '.join(listed)}"] if listed else []
 
 
-@dataclass(frozen=True, slots=True)
-class KnownFile:
-    """What was done with bytes that the book has: another reading, where one was asked for, and messages about it."""
-
-    again: Reread | None = None
-    messages: tuple[str, ...] = ()
-
-
 def take_known(
     book: Book,
     sha256: str,
@@ -324,8 +316,10 @@ def take_known(
     person: str | None,
     dry_run: bool,
     batch: str | None,
-) -> KnownFile:
+) -> tuple[Reread | None, tuple[str, ...]]:
     """Read the stored copy again where other things are declared about it, and assign a run where it has none.
+
+    Returns that reading, None where none was asked for, and messages about it.
 
     Nothing declared changes nothing. In a batch (`batch` is not None) options are for new files, but with `again`.
     """
@@ -336,7 +330,7 @@ def take_known(
         withdrawals = statements_about(connection, row.file_uid, [Action.WITHDRAW])
     if row.status is IngestStatus.WITHDRAWN:
         by = "".join(f" by {last.person} on {last.at_utc}: {last.reason}" for last in withdrawals[-1:])
-        return KnownFile(None, (f"withdrawn{by}; `labbook files restore {row.name}` takes it into use again.",))
+        return None, (f"withdrawn{by}; `labbook files restore {row.name}` takes it into use again.",)
     declared = json.loads(row.options_json)
     declared_otherwise = canonical(with_declared(declared, options)) != canonical(declared)
     done, messages = None, []
@@ -353,7 +347,7 @@ def take_known(
         messages.append(OUTDATED)
     if run is not None and not (done is not None and done.read.refused):
         messages += _to_run(book, row, run, person, dry_run)
-    return KnownFile(done, tuple(messages))
+    return done, tuple(messages)
 
 
 def reread_lines(done: Reread, *, dry_run: bool) -> list[str]:
@@ -365,7 +359,7 @@ def reread_lines(done: Reread, *, dry_run: bool) -> list[str]:
     lines = [f"{head}: {'; '.join(done.changes)}."]
     lines += [f"{finding.severity}: {finding.rule}: {finding.message}" for finding in done.read.findings]
     lines += [f"report {one} has numbers that depend on it: `labbook report` makes it anew." for one in done.reports]
-    return [*lines, *done.waiting]
+    return [*lines, *done.verdicts_waiting]
 
 
 def _refusal_line(finding: Finding) -> str:

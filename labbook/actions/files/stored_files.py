@@ -32,7 +32,7 @@ from data_schema.queries.readings import (
 )
 from data_schema.queries.runs import run_uids_by_name
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
-from labbook.actions.files.assigning import charge_of, resolve_item
+from labbook.actions.files.assigning import item_named
 from labbook.actions.files.named_files import file_named
 from labbook.book.naming import refuse_empty, study_of
 from labbook.book.opening import Book
@@ -210,14 +210,12 @@ def restore(session: WriteSession, name: str, why: str | None) -> str:
 def dismiss(session: WriteSession, what: str, why: str) -> str:
     """State that an item of the inbox belongs to no run and need not be asked about: a charge, or a whole file."""
     refuse_empty("--why", why)
-    what = resolve_item(session.connection, what)
-    name, mark, row = what.rpartition("#")
-    if not mark or not row.isdigit():
+    what, charge = item_named(session.connection, what)
+    if charge is None:
         file = file_named(session.connection, what)
         if links_of_file(session.connection, file.uid) or runs_of_file(session.connection, file.sha256):
             raise UsageError(f"{file.name} belongs to a run: `labbook files withdraw {file.name}` takes it out of use.")
         return withdraw(session, what, why)
-    charge = charge_of(session.connection, file_named(session.connection, name), int(row))
     if charge.run_uid is not None:
         raise UsageError(f"{what} belongs to run {charge.run_name}: `labbook assign {what} none` takes it off first.")
     if charge.state is ChargeState.DISMISSED:
@@ -287,11 +285,9 @@ def _and_others(waiting: Sequence[Waiting], verb: str) -> str:
 
 def restore_item(session: WriteSession, what: str, why: str | None) -> str:
     """State that an item is in the inbox again."""
-    what = resolve_item(session.connection, what)
-    name, mark, row = what.rpartition("#")
-    if not mark or not row.isdigit():
+    what, charge = item_named(session.connection, what)
+    if charge is None:
         return restore(session, what, why)
-    charge = charge_of(session.connection, file_named(session.connection, name), int(row))
     if charge.state is not ChargeState.DISMISSED:
         raise UsageError(f"{what} was not dismissed: there is nothing to restore.")
     session.state(Statement(Action.RESTORE, "charge", charge.uid, reason=why))

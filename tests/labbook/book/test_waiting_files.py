@@ -119,7 +119,7 @@ def test_a_declaration_mends_it_and_what_was_said_meanwhile_takes_effect(waiting
             done = reread_named(book, name, RereadRequest({}, ADA, "read by this labbook"))
             assert not done.read.refused
             says(done.changes, "for a declaration")
-            assert done.waiting == ()
+            assert done.verdicts_waiting == ()
         assert charge_of(book, "r002").charge_mah == 77
         assert charge_of(book, "r003") is None
         with book.reading() as connection:
