@@ -16,13 +16,14 @@ import pyarrow.parquet as pq
 
 from benchmarks.processes import LABBOOK, ProcessRun, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
+from data_schema.cache_folder import cache_folder
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, LEG_LENGTH
 from labbook.book.opening import DATABASE
 
 REPEATS = 2
-RESULTS = ("report_item", "report", "result_input", "result_number", "result")
-DERIVED = (*RESULTS, "jump", "detection")
-"""What analyses store, in an order in which it can be removed."""
+DERIVED = ("jump", "detection")
+"""What an ingest finds in logs, in an order in which it can be removed."""
+CACHES = ("jumps", "predictions", "figures")
 _LAP = re.compile(r"(?P<what>.+) \((?P<seconds>[\d.]+) s\)")
 
 
@@ -32,7 +33,6 @@ class Taken:
 
     demo: ProcessRun
     analysis: ProcessRun
-    with_detections: ProcessRun
     again: ProcessRun
     bare_s: float
     counts: dict[str, int]
@@ -51,7 +51,7 @@ class Size:
 
 
 def measure(size: Size, say: Callable[[str], None]) -> Section:
-    """Run `labbook demo`, then `labbook report` with nothing derived, with detections, and with everything there."""
+    """Run `labbook demo`, then `labbook report` with nothing derived, and a second time."""
     with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name:
         if shutil.disk_usage(name).free < size.disk_gb * 1e9:
             why = f"not enough space for temporary files, {size.disk_gb:g} GB are needed"
@@ -64,10 +64,10 @@ def measure(size: Size, say: Callable[[str], None]) -> Section:
         size.title,
         f"`labbook {' '.join(('demo', *size.options, 'DIR'))}`, a whole process: {counts['run']} runs, "
         f"{counts['signal']} signals with {counts['samples'] / 1e6:.1f} million samples, {size.logs}. Then everything "
-        "derived is removed from its database (detections with their jumps, results, reports) and `labbook report` "
-        "run, again a whole process: it reads every log from Parquet, finds the jumps with both detectors, computes, "
-        "stores every result, draws and writes. What is not in it: writing the logs and ingesting them. The shortest "
-        f"of {REPEATS}.",
+        "derived is removed (jumps from its database; cached jumps, predictions and figures) and `labbook report` run, "
+        "again a whole process: it reads every log from Parquet, finds the jumps with both detectors, simulates, "
+        "computes, draws and writes. What is not in it: writing the logs and ingesting them. The shortest of "
+        f"{REPEATS}.",
         size.budgets(taken, ""),
         (Table(("stage of `labbook demo`", "s"), stages, _demo_shows(taken)), _reports_table(taken)),
     )
@@ -80,17 +80,14 @@ def _take(size: Size, folder: Path, say: Callable[[str], None]) -> Taken:
     book = folder / "demo" / "book"
     counts = _counts(book / DATABASE)
     report: list[str | Path] = [LABBOOK, "report", "--book", book, "--out", folder / "report"]
-    analysis, with_detections, again = [], [], []
+    analysis, again = [], []
     for turn in range(1, REPEATS + 1):
         say(f"labbook report with nothing derived, {turn} of {REPEATS}")
-        _remove(book / DATABASE, DERIVED)
+        _remove(book / DATABASE)
         analysis.append(run_process(report))
-        say(f"labbook report with every detection, {turn} of {REPEATS}")
-        _remove(book / DATABASE, RESULTS)
-        with_detections.append(run_process(report))
         say(f"labbook report a second time, {turn} of {REPEATS}")
         again.append(run_process(report))
-    return Taken(demo, _shortest(analysis), _shortest(with_detections), _shortest(again), _bare_reading(book), counts)
+    return Taken(demo, _shortest(analysis), _shortest(again), _bare_reading(book), counts)
 
 
 def _shortest(runs: list[ProcessRun]) -> ProcessRun:
@@ -121,21 +118,18 @@ def _demo_shows(taken: Taken) -> str:
 def _reports_table(taken: Taken) -> Table:
     rows = (
         ("nothing derived: both detectors over all logs", taken.analysis),
-        ("every detection is stored", taken.with_detections),
-        ("a second time: every result is stored", taken.again),
+        ("a second time: jumps, predictions and figures are cached", taken.again),
     )
-    jumps_s = max(0.0, taken.analysis.cpu_s - taken.with_detections.cpu_s)
-    results_s = max(0.0, taken.with_detections.cpu_s - taken.again.cpu_s)
+    derived_s = max(0.0, taken.analysis.cpu_s - taken.again.cpu_s)
     return Table(
         ("`labbook report`, whole process", "wall, s", "processor, s", "peak, MB"),
         tuple(
             (name, f"{run.wall_s:.1f}", f"{run.cpu_s:.1f}", "" if run.peak_mb is None else f"{run.peak_mb:.0f}")
             for name, run in rows
         ),
-        f"Of the processor time {jumps_s:.1f} s go into reading the logs and finding their jumps, on two threads, and "
-        f"{results_s:.1f} s into computing and storing {taken.counts['result']} results. The rest is starting, "
-        "gathering, and above all drawing each figure at two widths as SVG and PDF, which a second report does again. "
-        f"pyarrow alone reads the same columns of all logs in {taken.bare_s:.1f} s.",
+        f"Of the processor time {derived_s:.1f} s go into what a second report takes from caches: reading the logs and "
+        "finding their jumps, on two threads, simulating and drawing. The rest is starting, gathering, computing every "
+        f"result and writing. pyarrow alone reads the same columns of all logs in {taken.bare_s:.1f} s.",
     )
 
 
@@ -156,17 +150,19 @@ def _bare_reading(book: Path) -> float:
 def _counts(database: Path) -> dict[str, int]:
     with closing(sqlite3.connect(database)) as connection:
         found = {
-            table: int(connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0])
-            for table in ("run", "signal", "result")
+            table: int(connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]) for table in ("run", "signal")
         }
         found["samples"] = int(connection.execute("SELECT sum(n_samples) FROM signal").fetchone()[0])
     return found
 
 
-def _remove(database: Path, tables: tuple[str, ...]) -> None:
+def _remove(database: Path) -> None:
+    """Remove what is derived from logs, and the caches of it."""
     with closing(sqlite3.connect(database)) as connection, connection:
-        for table in tables:
+        for table in DERIVED:
             connection.execute(f"DELETE FROM {table}")
+    for kind in CACHES:
+        shutil.rmtree(cache_folder(kind), ignore_errors=True)
 
 
 def _without_folder(what: str) -> str:
