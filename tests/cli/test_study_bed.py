@@ -87,7 +87,7 @@ def test_its_demonstration_leads_to_its_page(tmp_path: Path) -> None:
     assert page.read_text(encoding="utf-8").count("<svg") == 1
     truth = json.loads((folder / "truth.json").read_text(encoding="utf-8"))
     *_groups, overall = study(folder / "book")["tables"]["headlines"]
-    assert overall["saving_ci_low_percent"] < 100.0 * truth["saving_overall"] < overall["saving_ci_high_percent"]
+    assert overall["savings_ci_low_percent"] < 100.0 * truth["saving_overall"] < overall["savings_ci_high_percent"]
 
 
 def test_a_book_without_scene_and_bounds_says_so(small: SmallBook) -> None:
