@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import datetime as dt
 import shutil
-import sqlite3
 import tempfile
 from collections.abc import Callable, Sequence
-from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from benchmarks.campaign import RESULTS
 from benchmarks.inputs import new_book, nth_run
 from benchmarks.processes import LABBOOK, ProcessRun, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
@@ -66,28 +63,29 @@ def _charge_mah(row: SheetRun, scatter: float) -> int:
 
 @dataclass(frozen=True, slots=True)
 class Reported:
-    """What was reported, how long it took, and how many results the book has then."""
+    """What was reported, how long it took, and the size of its `numbers.json`."""
 
     what: str
     run: ProcessRun
-    results: int
+    numbers_mb: float
 
 
 def measure_demonstration(say: Callable[[str], None]) -> Section:
-    """Report the demonstration with nothing stored and drawn, again, and of one foot, each a process of its own."""
+    """Report the demonstration with nothing cached, again, and of one foot, each a process of its own."""
     with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name:
         folder = Path(name)
         say("labbook demo")
         run_process([LABBOOK, "demo", folder / "demo"])
         book = folder / "demo" / "book"
-        _forget(book)
-        first = _report(book, "no result stored, no figure kept", say)
-        again = _report(book, "again: nothing computed, every figure kept", say)
+        for kind in ("predictions", DRAWN.kind):
+            shutil.rmtree(cache_folder(kind), ignore_errors=True)
+        first = _report(book, "no prediction and no figure cached", say)
+        again = _report(book, "again: both are cached", say)
         foot = _report(book, "`--foot small`, the first time", say, "--foot", "small")
         foot_again = _report(book, "`--foot small`, again", say, "--foot", "small")
     return Section(
         "Reports of the demonstration",
-        "`labbook report`, a whole process, on the demonstration's book with every detection stored.",
+        "`labbook report`, a whole process, on the demonstration's book; jumps are found already.",
         (
             Budget("the first report", 8.0, "s", first.run.wall_s),
             Budget("a second report", 2.0, "s", again.run.wall_s),
@@ -112,8 +110,6 @@ def measure_days(say: Callable[[str], None], runs: int, limits: tuple[float, flo
     title = f"Reports of {runs} runs on {runs // RUNS_A_DAY} days"
     most_s, most_mb = limits
     budgets = [Budget("its first report", most_s, "s", first.run.wall_s)]
-    if runs <= 10_000:
-        budgets.append(Budget("what is stored then", 5000, "results", first.results))
     budgets.append(Budget("its peak of resident memory", most_mb, "MB", first.run.peak_mb, why="not told here"))
     return Section(
         title,
@@ -126,28 +122,26 @@ def measure_days(say: Callable[[str], None], runs: int, limits: tuple[float, flo
 
 def _table(reported: Sequence[Reported]) -> Table:
     return Table(
-        ("`labbook report`", "wall, s", "processor, s", "peak, MB", "results stored"),
+        ("`labbook report`", "wall, s", "processor, s", "peak, MB", "numbers.json, MB"),
         tuple(
-            (one.what, f"{one.run.wall_s:.1f}", f"{one.run.cpu_s:.1f}", f"{one.run.peak_mb or 0:.0f}", str(one.results))
+            (
+                one.what,
+                f"{one.run.wall_s:.1f}",
+                f"{one.run.cpu_s:.1f}",
+                f"{one.run.peak_mb or 0:.0f}",
+                f"{one.numbers_mb:.1f}",
+            )
             for one in reported
         ),
-        "Each run is stored once with what it gives; a day that is left out adds one result an estimate.",
+        "Every report computes its results; numbers.json has each with its inputs.",
     )
 
 
 def _report(book: Path, what: str, say: Callable[[str], None], *options: str) -> Reported:
     say(what)
     run = run_process([LABBOOK, "report", "--book", book, *options])
-    with closing(sqlite3.connect(book / DATABASE)) as connection:
-        return Reported(what, run, int(connection.execute("SELECT count(*) FROM result").fetchone()[0]))
-
-
-def _forget(book: Path) -> None:
-    """Remove every result of a book, and every kept figure."""
-    with closing(sqlite3.connect(book / DATABASE)) as connection, connection:
-        for table in RESULTS:
-            connection.execute(f"DELETE FROM {table}")
-    shutil.rmtree(cache_folder(DRAWN.kind), ignore_errors=True)
+    newest = max((book / "reports").glob("*/numbers.json"), key=lambda path: path.stat().st_mtime)
+    return Reported(what, run, newest.stat().st_size / 1e6)
 
 
 BENCHMARKS = (
