@@ -208,8 +208,8 @@ def _sizes_table(sizes: list[Taken], grown: list[Grown]) -> Table:
         ("runs", "db check, s", "rebuild, s", "rebuild, ms a run", "check, MB", "rebuild, MB"),
         rows,
         f"Taking in a log took {first:.1f} ms in the first tenth of the runs and {last:.1f} ms in the last. A rebuild "
-        "reads every kept copy and finds its jumps in other processes, as many as there are cores, at most four, while "
-        "one writes rows; the memory is that one's.",
+        "reads the kept copies whose readings are not cached, in other processes, as many as there are cores, at most "
+        "four, while one writes rows; the memory is that one's.",
     )
 
 

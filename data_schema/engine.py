@@ -26,7 +26,6 @@ from sqlalchemy.exc import DBAPIError, OperationalError
 
 from data_schema.disk import refuse_network_drive
 from data_schema.errors import BookBusy, BookDamaged, BookReadOnly, UsageError
-from data_schema.row_hashes import hashing_written_rows
 
 BUSY_TIMEOUT_S = 10.0
 POSTGRES_SCHEMA = "labbook"
@@ -108,12 +107,11 @@ def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S, schema:
 
 @contextlib.contextmanager
 def writing(engine: sa.Engine) -> Iterator[sa.Connection]:
-    """Run one writing transaction, alone; its rows are hashed and it is committed at the end, or rolled back."""
+    """Run one writing transaction, alone; it is committed at the end, or rolled back."""
     with (
         translated_errors(),
         engine.connect().execution_options(labbook_writes=True) as connection,
         exclusive_transaction(connection),
-        hashing_written_rows(connection),
     ):
         yield connection
 

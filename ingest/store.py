@@ -115,7 +115,7 @@ class Store:
 
         sha256 = signal_sha256(part)
         path = f"signals/{sha256[:2]}/{sha256}.parquet"
-        if not (self._is_whole(path, sha256) if anew else (self.root / path).exists()):
+        if not (self.has_samples(path, sha256) if anew else (self.root / path).exists()):
             self._write(path, lambda handle: write_samples(part, handle))
         else:
             sync(self.root / path)
@@ -142,7 +142,12 @@ class Store:
         if found != sha256:
             raise BookDamaged(f"the samples {store_path} of {of} are not those that were kept: {remedy}")
 
-    def _is_whole(self, store_path: str, sha256: str) -> bool:
+    def has_raw(self, sha256: str) -> bool:
+        """Tell whether there is a raw copy of these bytes."""
+        return (self.root / raw_path(sha256)).is_file()
+
+    def has_samples(self, store_path: str, sha256: str) -> bool:
+        """Read all stored samples; tells whether they have this hash."""
         try:
             self.check_samples(store_path, sha256, store_path)
         except BookDamaged:

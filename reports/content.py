@@ -248,8 +248,7 @@ class ReportContent:
     inside with each other's charge; `software` names the libraries that
     computed it, with versions.
     `stored` tells whether the book has the report, so that its numbers can be traced.
-    `warning` says what makes all numbers doubtful, "" where nothing does. `first_only` tells that the first page stands
-    alone, without the other sections.
+    `first_only` tells that the first page stands alone, without the other sections.
     """
 
     title: str
@@ -298,7 +297,6 @@ class ReportContent:
     software: tuple[tuple[str, str], ...] = ()
     sources: tuple[Source, ...] = ()
     stored: bool = True
-    warning: str = ""
     first_only: bool = False
 
     def section(self, title: str) -> str:

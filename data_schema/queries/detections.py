@@ -10,7 +10,6 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.row_hashes import note_written
 from data_schema.tables.base import CHUNK, columns_of, in_chunks, private_keys
 from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.journal import person
@@ -94,7 +93,6 @@ def add_detections(connection: sa.Connection, found: Sequence[DetectionRow]) -> 
         ]
         if jumps:
             connection.execute(jump.insert(), jumps)
-        note_written(connection, "detection", [row.uid for row in fresh.values()])
 
 
 _OWN = ("uid", "key", "algorithm", "version", "parameters_json")

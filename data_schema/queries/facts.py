@@ -13,7 +13,6 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UnknownName
-from data_schema.row_hashes import note_written
 from data_schema.tables import FACTS
 from data_schema.tables.base import private_keys
 
@@ -27,7 +26,6 @@ def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     except (sa.exc.StatementError, OverflowError) as error:
         _pass_on_trouble(error)
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {why_refused(error, table, values)}.") from error
-    note_written(connection, kind, [uid])
     key = done.inserted_primary_key
     assert key is not None  # noqa: S101 - every fact has a private key
     return int(key[0])
@@ -44,7 +42,6 @@ def update_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {why_refused(error, table, values)}.") from error
     if changed != 1:
         raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
-    note_written(connection, kind, [uid])
 
 
 def read_fact(connection: sa.Connection, kind: str, uid: str, columns: Iterable[str] | None = None) -> dict[str, Any]:

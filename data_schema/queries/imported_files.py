@@ -10,7 +10,6 @@ import sqlalchemy as sa
 
 from data_schema.queries.charges import SheetRow, rows_of_file
 from data_schema.queries.history import reading_entries
-from data_schema.row_hashes import note_written
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.runs import charge, run
 from data_schema.tables.signals import signal
@@ -163,12 +162,11 @@ def signals_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
 
 def unlink_file(connection: sa.Connection, file_uid: str, part: str | None = None) -> None:
     """Let a file, or a part of it, belong to no run; which one it belonged to stands in the journal."""
-    unlinked = connection.execute(_UNLINK_PART if part is not None else _UNLINK, {"file_uid": file_uid, "of": part})
-    note_written(connection, "run_file", unlinked.scalars().all())
+    connection.execute(_UNLINK_PART if part is not None else _UNLINK, {"file_uid": file_uid, "of": part})
 
 
 _OF_FILE = run_file.c.file == sa.select(file.c.id).where(file.c.uid == sa.bindparam("file_uid")).scalar_subquery()
-_UNLINK = run_file.delete().where(_OF_FILE).returning(run_file.c.uid)
+_UNLINK = run_file.delete().where(_OF_FILE)
 _UNLINK_PART = _UNLINK.where(run_file.c.part == sa.bindparam("of"))
 
 

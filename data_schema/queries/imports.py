@@ -13,7 +13,6 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.queries.imported_files import runs_of_file
-from data_schema.row_hashes import note_written
 from data_schema.tables.base import columns_of
 from data_schema.tables.files import LAST_READING, file, finding, ingest
 from data_schema.tables.journal import config, person
@@ -76,7 +75,6 @@ def refused_with(connection: sa.Connection, sha256: str, reader: str, options_js
 def add_ingest(connection: sa.Connection, *, person_name: str, values: Mapping[str, Any]) -> int:
     """Add the row of a file's reading, under the configuration in force; returns its key."""
     done = connection.execute(_ADD_INGEST, {"person_name": person_name, **values})
-    note_written(connection, "ingest", [values["uid"]])
     return _key(done)
 
 
@@ -91,8 +89,6 @@ def add_findings(connection: sa.Connection, ingest_key: int, rows: Sequence[Mapp
     """Add what the checks found."""
     if rows:
         connection.execute(finding.insert(), [{"ingest": ingest_key, **row} for row in rows])
-        uid = connection.execute(sa.select(ingest.c.uid).where(ingest.c.id == ingest_key)).scalar_one()
-        note_written(connection, "ingest", [uid])
 
 
 @dataclass(frozen=True, slots=True)

@@ -10,7 +10,6 @@ import sqlalchemy as sa
 
 from data_schema.queries.signals import GapRow, gaps_by_signal
 from data_schema.reasons import Reason
-from data_schema.row_hashes import note_written
 from data_schema.tables.base import columns_of
 from data_schema.tables.files import LAST_READING, file, finding, ingest, run_file
 from data_schema.tables.journal import config, journal, person
@@ -197,7 +196,6 @@ def parts_of_reading(connection: sa.Connection, ingest_uid: str) -> list[PartRow
 def set_status(connection: sa.Connection, ingest_uid: str, status: IngestStatus) -> None:
     """Set the status of a reading."""
     connection.execute(ingest.update().where(ingest.c.uid == ingest_uid).values(status=str(status)))
-    note_written(connection, "ingest", [ingest_uid])
 
 
 def waiting_files(connection: sa.Connection) -> list[WaitingFile]:

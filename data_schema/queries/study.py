@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import sqlalchemy as sa
 
 from data_schema.queries.facts import find_uid, key_of
-from data_schema.row_hashes import note_written
 from data_schema.tables.base import columns_of
 from data_schema.tables.design import (
     condition,
@@ -86,7 +85,6 @@ def add_condition_levels(connection: sa.Connection, condition_uid: str, level_ui
     connection.execute(
         condition_level.insert(), [{"condition": owner, "factor": row.factor, "level": row.id} for row in rows]
     )
-    note_written(connection, "condition", [condition_uid])
 
 
 def conditions_by_key(connection: sa.Connection) -> Mapping[str, str]:

@@ -1,8 +1,6 @@
-"""The journal: people, their statements, the configuration in force, and hashes of rows as they were written.
+"""The journal: people, their statements, and the configuration in force.
 
 Triggers let nobody change or delete an entry.
-
-The hashes reveal a row that was altered outside labbook.
 """
 
 from __future__ import annotations
@@ -88,13 +86,4 @@ config = table(
     text_column("sha256"),
     text_column("text"),
     text_column("read_utc"),
-)
-
-
-row_hash = table(
-    "row_hash",
-    text_column("kind"),
-    text_column("uid"),
-    text_column("sha256"),
-    sa.PrimaryKeyConstraint("kind", "uid"),
 )

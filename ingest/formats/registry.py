@@ -122,6 +122,10 @@ _FAILURES = (Exception, SystemExit)
 _LONGEST_ERROR = 200
 
 
+PLUGIN_FAILED = "plugin_failed"
+"""The rule of a finding on a plug-in that raised something."""
+
+
 @dataclass(frozen=True, slots=True)
 class Plugins:
     """The formats of all plug-ins, and what is wrong with those that could not be loaded, a sentence each."""
@@ -197,7 +201,7 @@ def recognition(format_: Format, head: Head, findings: FindingCollector) -> str 
             raise TypeError(f"what recognise gave is {type(found).__name__}, not its evidence in words or None")
         return found
     except _FAILURES as error:
-        findings.add(NOTE, "plugin_failed", f"{_failed(format_, error)}; the file is read without it.")
+        findings.add(NOTE, PLUGIN_FAILED, f"{_failed(format_, error)}; the file is read without it.")
         return None
 
 
@@ -219,7 +223,7 @@ def reading(format_: Format, head: Head, findings: FindingCollector) -> Reading:
         raise
     except _FAILURES as error:
         advice = "tell its author, or read the file as another format with `--format`."
-        findings.add(FILE, "plugin_failed", f"{_failed(format_, error)}: {advice}")
+        findings.add(FILE, PLUGIN_FAILED, f"{_failed(format_, error)}: {advice}")
         return Reading()
     findings.take_over(own)
     return found

@@ -10,17 +10,12 @@ import re
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
-
-import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.disk import make_folder, sync_all, write_whole
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
-from data_schema.row_hashes import altered_rows
-from data_schema.second_process import has_core, run_in_fork
 from data_schema.vocabulary import Action
 from ingest.store import STORED
 from labbook.book.opening import JOURNAL, Book
@@ -39,14 +34,12 @@ _ATTEMPTS = 5
 class WrittenReport:
     """Where a report was written, and its claims.
 
-    `warning` names rows that were altered outside labbook, "" where none were. `page` is the first one alone where that
-    was asked for; `pdf` is "" where none was made, and `no_pdf` is the reason.
+    `page` is the first one alone where that was asked for; `pdf` is "" where none was made, and `no_pdf` is the reason.
     """
 
     page: str
     folder: str
     claims: tuple[str, ...]
-    warning: str
     pdf: str = ""
     no_pdf: str = ""
 
@@ -138,7 +131,6 @@ def write(
         page=str(page),
         folder=str(folder),
         claims=tuple(claim.text for claim in made.content.claims),
-        warning=made.content.warning,
         pdf=str(printed) if pdf and not no_pdf else "",
         no_pdf=no_pdf,
     )
@@ -162,16 +154,6 @@ def _new_folder(book: Book, made: MadeReport) -> Path:
     name = made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
     names = itertools.chain([name], (f"{name}-{number}" for number in itertools.count(2)))
     return next(folder for each in names if not (folder := book.folder / "reports" / each).exists())
-
-
-def _altered_warning(groups: int) -> str:
-    if not groups:
-        return ""
-    several = f"{groups} groups of rows were" if groups > 1 else "a group of rows was"
-    return (
-        f"{several} altered in the database by something else than labbook, and numbers may rest on them: `labbook db "
-        "check` names them."
-    )
 
 
 def _saved_report(
@@ -198,33 +180,14 @@ def _unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) 
 
 
 def _make_report(book: Book, where: str | None, step: Callable[[str], None]) -> tuple[MadeReport, tuple[int, str]]:
-    """Make a report of the book as it stands; returns it and the head of the journal then.
-
-    Meanwhile a copy of this process, where there is a core for it, looks whether rows were altered.
-    """
-    book.close()  # no connection is open that both would have
-    look = run_in_fork(partial(_head_and_warning, book)) if has_core() else None
-    try:
-        with book.reading() as connection:
-            refuse_empty_selection(connection, where)
-            seen = journal.head(connection)
-            made_at = now_utc().split(".")[0] + "Z"
-            made = make_report(connection, book.store, book.configuration, where=where, made_at=made_at, progress=step)
-            looked = look.result() if look else None
-            warning = looked[1] if looked and looked[0] == seen else _warning(connection)
-    finally:
-        if look:
-            look.stop()
-    return replace(made, content=replace(made.content, warning=warning)), seen
-
-
-def _head_and_warning(book: Book) -> tuple[tuple[int, str], str]:
+    """Make a report of the book as it stands; returns it and the head of the journal then."""
     with book.reading() as connection:
-        return journal.head(connection), _warning(connection)
-
-
-def _warning(connection: sa.Connection) -> str:
-    return _altered_warning(len(altered_rows(connection)))
+        refuse_empty_selection(connection, where)
+        seen = journal.head(connection)
+        made_at = now_utc().split(".")[0] + "Z"
+        return make_report(
+            connection, book.store, book.configuration, where=where, made_at=made_at, progress=step
+        ), seen
 
 
 def _refuse_store(out: Path) -> None:

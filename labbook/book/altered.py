@@ -1,175 +1,213 @@
-"""Rows altered outside labbook: rows of the database compared with those that the raw copies and the journal give.
+"""Rows altered outside labbook: the tables of a book compared with those that its journal gives, played back.
 
-A row is suspected where it does not fit the hash that was made when it was written; what it should be follows from
-replaying the journal into another database.
+Private keys are left out: a reference is the uid of the row that it leads to. So a book has the same rows on any
+engine, and two rows cannot change places unseen. Only the order of the keys counts, which says what was stated later.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from enum import StrEnum
+from functools import cache
 from itertools import takewhile, zip_longest
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import sqlalchemy as sa
 
 from data_schema.queries.reports import list_reports
-from data_schema.row_hashes import GROUPS, Altered, Misfit, row_hashes, rows_of, stored_hashes
-from data_schema.tables import FACTS, design
-from data_schema.tables.runs import run
+from data_schema.queries.sources import INPUT_KINDS
+from data_schema.tables import FACTS, METADATA
+from data_schema.tables.base import TEXT
 from labbook.book.report_numbers import reports_depending_on
 
 MOST_NAMED = 20
-"""So many groups of rows are compared value by value; a careless command alters all there are."""
+"""So many rows are described with the reports that depend on them; a careless command alters all there are."""
 
+_Row: TypeAlias = Mapping[str, Any]
+
+_NOT_COMPARED = ("labbook", "journal")
+"""The schema's number, and the chain of entries, whose hashes show what was altered."""
+_OF_READINGS = ("ingest", "finding", "run_file", "signal", "channel", "gap", "detection", "jump", "charge")
+"""The tables whose rows another version of a reader may give otherwise."""
+_INPUTS = ("study", "condition", "run", "charge", "decision", "robot", "signal")
+"""What numbers name as their inputs."""
+_OF_EVERYTHING = ("person", "config")
+_NTH = "nth"
+"""Of the rows that belong to one, and have no name of their own."""
 _NAMES = ("name", "original_name", "label", "key", "date_local", "part", "line", "number", "position")
 """Columns by which a person knows a row, the best first."""
+_MOST_SHOWN = 60
+_ROWS_AT_ONCE = 1000
+
+
+class Misfit(StrEnum):
+    """How a row differs from what should stand there."""
+
+    ALTERED = "altered in"
+    ADDED = "added to"
+    REMOVED = "removed from"
+    MOVED = "moved in"
+    """Its private key has another place in the order of writing than its entry has in the journal."""
 
 
 @dataclass(frozen=True, slots=True)
-class WrongValue:
-    """A value that differs from raw copies and journal; no `column` where the whole row is extra or missing."""
+class AlteredRow:
+    """A row that is not what labbook wrote, as it stands and as it should be, and the reports that depend on it."""
 
     table: str
-    name: str
-    column: str | None
-    stands: Any
-    should_be: Any
-
-    @property
-    def sentence(self) -> str:
-        """Describe the value: where it is, what it is and what it should be."""
-        if self.column is None:
-            return f"{self.name} {'is missing' if self.stands is None else 'should not be there'}"
-        stands, should_be = _shortened_pair(self.stands, self.should_be)
-        return f"{self.name}: {self.column} is {stands} and should be {should_be}"
-
-
-@dataclass(frozen=True, slots=True)
-class AlteredRows:
-    """Rows of one owner that were altered: the values, where it is known what they should be, and who printed them."""
-
-    rows: Altered
-    values: tuple[WrongValue, ...]
-    reports: tuple[str, ...]
-    hash_only: bool = False
-    """Whether the rows are as they should be, so that only their hash was altered or removed."""
+    how: Misfit
+    stands: _Row
+    should_be: _Row
+    reports: tuple[str, ...] = ()
 
     @property
     def sentence(self) -> str:
         """Say what was altered, and the reports that rest on it."""
-        what = "; ".join(value.sentence for value in self.values[:5]) or f"{self.rows.kind} {self.rows.uid}"
         printed = f"; reports that rest on it: {', '.join(self.reports)}" if self.reports else ""
-        if self.rows.how is Misfit.MOVED:
-            return f"moved in the database: {what} stands after what was stated later{printed}."
-        if self.hash_only:
-            return f"altered in the database: the hash of {what}, whose rows are as they should be."
-        more = f" and {len(self.values) - 5} more" if len(self.values) > 5 else ""
-        how = {
-            Misfit.ALTERED: "altered in the database",
-            Misfit.ADDED: "added to the database",
-            Misfit.REMOVED: "removed from the database",
+        return f"{self.how} the database: {self.table} {self._name}{self._what}{printed}."
+
+    @property
+    def columns(self) -> list[str]:
+        """The columns with another value than they should have."""
+        return [name for name in self.stands if self.stands[name] != self.should_be.get(name)]
+
+    @property
+    def _name(self) -> str:
+        row = self.stands or self.should_be
+        known = next((f" ({name} {row[name]})" for name in _NAMES if row.get(name) is not None), "")
+        return f"{row['uid'] if 'uid' in row else f'of {next(iter(row.values()))}'}{known}"
+
+    @property
+    def _what(self) -> str:
+        if self.how is not Misfit.ALTERED:
+            return {
+                Misfit.ADDED: " should not be there",
+                Misfit.REMOVED: " is missing",
+                Misfit.MOVED: " stands after what was stated later",
+            }[self.how]
+        pairs = [(name, *_shortened_pair(self.stands[name], self.should_be[name])) for name in self.columns]
+        return ": " + "; ".join(f"{name} is {stands} and should be {right}" for name, stands, right in pairs)
+
+
+def altered_rows(book: sa.Connection, fresh: sa.Connection) -> list[AlteredRow]:
+    """Compare all tables of a book with those that should stand there."""
+    tables = (table for table in METADATA.sorted_tables if table.name not in _NOT_COMPARED)
+    return [row for table in tables for row in _altered(table, book, fresh)]
+
+
+def but_of_readings(rows: Iterable[AlteredRow]) -> list[AlteredRow]:
+    """Leave out what another version of a reader may have made."""
+    return [row for row in rows if row.table not in _OF_READINGS]
+
+
+def with_reports(
+    store: Path, book: sa.Connection, fresh: sa.Connection, rows: Sequence[AlteredRow]
+) -> list[AlteredRow]:
+    """Add to the first rows the reports of the book with numbers that depend on them."""
+    made, found = list_reports(book), []
+    for row in rows[:MOST_NAMED]:
+        names = {
+            name
+            for connection, one in ((book, row.stands), (fresh, row.should_be))
+            if one
+            for name in _input_names(connection, METADATA.tables[row.table], one, set())
         }
-        rewritten = any(value.column is not None for value in self.values)
-        return f"{how[Misfit.ALTERED if rewritten else self.rows.how]}: {what}{more}{printed}."
-
-
-def describe_altered(
-    store: Path, book: sa.Connection, fresh: sa.Connection | None, suspected: Sequence[Altered]
-) -> list[AlteredRows]:
-    """Return which values of suspected rows are wrong; `fresh` holds the right ones, None where these are not known.
-
-    The numbers of its reports are in its `store`.
-    """
-    found, made = [], list_reports(book)
-    for item in suspected:
-        values = () if fresh is None else tuple(_wrong_values(book, fresh, item))
-        concerned = reports_depending_on(store, made, _inputs(book, fresh, item))
-        reports = tuple(report.called for report in concerned)
-        hash_only = fresh is not None and not values and item.how is not Misfit.MOVED
-        found.append(AlteredRows(item, values, reports, hash_only))
+        things = {(kind, name) for kind in INPUT_KINDS for name in names}
+        found.append(replace(row, reports=tuple(one.called for one in reports_depending_on(store, made, things))))
     return found
 
 
-def differing(book: sa.Connection, fresh: sa.Connection) -> list[Altered]:
-    """Hash all rows of a book and return where they differ from those of one just made, by the hashes it has."""
-    found = []
-    for kind in GROUPS:
-        here, there = row_hashes(book, kind), stored_hashes(fresh, kind)
-        for uid in dict.fromkeys((*here, *there)):
-            if here.get(uid) != there.get(uid):
-                how = Misfit.REMOVED if uid not in here else Misfit.ADDED if uid not in there else Misfit.ALTERED
-                found.append(Altered(kind, uid, how))
-    return found
+def _altered(table: sa.Table, book: sa.Connection, fresh: sa.Connection) -> Iterator[AlteredRow]:
+    """Compare the rows of a table one by one; only those out of step are kept, to be matched by their keys."""
+    query = _public(table).order_by(*table.primary_key.columns)
+    here, there = (_execute(connection, query) for connection in (book, fresh))
+    key, names = _key(table), list(query.selected_columns.keys())
+    left: dict[tuple[Any, ...], _Row] = {}
+    right: dict[tuple[Any, ...], _Row] = {}
+    for row, other in zip_longest(here, there):
+        if row != other:
+            for some, one in ((left, row), (right, other)):
+                if one is not None:
+                    named = dict(zip(names, one, strict=True))
+                    some[tuple(named[name] for name in key)] = named
+    places = {key: place for place, key in enumerate(right)}
+    latest = 0
+    for key_of_row in {**left, **right}:
+        stands, should_be = left.get(key_of_row, {}), right.get(key_of_row, {})
+        if stands != should_be:
+            how = Misfit.REMOVED if not stands else Misfit.ADDED if not should_be else Misfit.ALTERED
+            yield AlteredRow(table.name, how, stands, should_be)
+        elif places[key_of_row] < latest:
+            yield AlteredRow(table.name, Misfit.MOVED, stands, should_be)
+        latest = max(latest, places.get(key_of_row, 0) if stands else 0)
 
 
-def _wrong_values(book: sa.Connection, fresh: sa.Connection, item: Altered) -> Iterable[WrongValue]:
-    here, there = _by_table(book, item), _by_table(fresh, item)
-    for table in dict.fromkeys((*here, *there)):
-        for row, other in _pairs(here.get(table, []), there.get(table, [])):
-            name = f"{table} {_name(row or other or {}, item.uid)}"
-            if row is None or other is None:
-                yield WrongValue(table, name, None, row, other)
-                continue
-            for column, value in row.items():
-                if repr(value) != repr(other[column]):
-                    yield WrongValue(table, name, column, value, other[column])
+def _execute(connection: sa.Connection, query: sa.Select[Any]) -> Iterator[tuple[Any, ...]]:
+    for rows in connection.execute(query, execution_options={"yield_per": _ROWS_AT_ONCE}).partitions():
+        yield from map(tuple, rows)
 
 
-def _by_table(connection: sa.Connection, item: Altered) -> dict[str, list[dict[str, Any]]]:
-    found: dict[str, list[dict[str, Any]]] = {}
-    for table, row in rows_of(connection, item.kind, item.uid):
-        found.setdefault(table, []).append(row)
-    return found
+def _key(table: sa.Table) -> list[str]:
+    """Return the columns by which a row is found in another database."""
+    if "uid" in table.c:
+        return ["uid"]
+    own = [column.name for column in table.primary_key.columns]
+    return [_owner(table).name, _NTH] if own == ["id"] else own
 
 
-def _pairs(
-    here: Sequence[dict[str, Any]], there: Sequence[dict[str, Any]]
-) -> Iterable[tuple[dict[str, Any] | None, dict[str, Any] | None]]:
-    """Put rows beside each other by their uids, those of tables without one in their order."""
-    if any("uid" in row for row in (*here, *there)):
-        left, right = ({row["uid"]: row for row in rows} for rows in (here, there))
-        return [(left.get(uid), right.get(uid)) for uid in dict.fromkeys((*left, *right))]
-    return zip_longest(here, there)
+def _owner(table: sa.Table) -> sa.Column[Any]:
+    """Return the reference to the row that a row belongs to, which stands first."""
+    return next(column for column in table.c if column.foreign_keys)
 
 
-def _name(row: Mapping[str, Any], owner: str) -> str:
-    known = next((f" ({name} {row[name]})" for name in _NAMES if row.get(name) is not None), "")
-    return f"{row.get('uid', f'of {owner}')}{known}"
+@cache
+def _public(table: sa.Table) -> sa.Select[Any]:
+    """Select the rows of a table without private keys: references are uids, in columns of the same names."""
+    source: sa.FromClause = table
+    columns: list[sa.ColumnElement[Any]] = []
+    for column in table.c:
+        referred = _referred(column)
+        if referred is not None:
+            other = referred.alias(f"of_{column.name}")
+            source = source.outerjoin(other, column == other.c.id)
+            or_nowhere = sa.func.coalesce(other.c.uid, sa.cast(column, TEXT))
+            columns.append(or_nowhere.label(column.name))
+        elif column.name != "id":
+            columns.append(column)
+    if _NTH in _key(table):
+        columns.append(sa.func.row_number().over(partition_by=_owner(table), order_by=table.c.id).label(_NTH))
+    return sa.select(*columns).select_from(source)
 
 
-def _inputs(book: sa.Connection, fresh: sa.Connection | None, item: Altered) -> list[tuple[str, str]]:
-    """Return under which names results rest on altered rows."""
-    rows = rows_of(book, item.kind, item.uid) + ([] if fresh is None else rows_of(fresh, item.kind, item.uid))
-    samples = [("signal", row["sha256"]) for table, row in rows if table == "signal"]
-    runs = [("run", row["run"]) for _table, row in rows if row.get("run")]
-    return [(item.kind, item.uid), *samples, *runs, *_referring(book, item.kind, item.uid)]
+def _referred(column: sa.Column[Any]) -> sa.Table | None:
+    return next((key.column.table for key in column.foreign_keys), None)
 
 
-def _referring(book: sa.Connection, kind: str, uid: str) -> list[tuple[str, str]]:
-    """Return the conditions and runs that refer to a fact: those of a level, of a day, with a battery."""
-    fact = FACTS.get(kind)
-    if fact is None or kind in _RESTED_ON:
-        return []
-    found = []
-    for owner in (design.level, design.condition, run):
-        for member in GROUPS[owner.name][1]:
-            columns = [column for column in member.table.c if column.references(fact.c.id)]
-            source: sa.FromClause = member.table
-            for table, on in member.joins:
-                source = source.join(table, on)
-            for column in columns:
-                query = sa.select(owner.c.uid).select_from(source).join(fact, column == fact.c.id)
-                for (other,) in book.execute(query.where(fact.c.uid == uid)):
-                    found += [(owner.name, other), *_referring(book, owner.name, other)]
-    return found
-
-
-_RESTED_ON = ("condition", "run", "person", "study")
-"""Results name the first two as their inputs; all there is refers to the others."""
-
-_MOST_SHOWN = 60
+def _input_names(connection: sa.Connection, table: sa.Table, row: _Row, met: set[tuple[str, str]]) -> Iterator[str]:
+    """Give the uids and hashes under which numbers name a row, what it is a part of, or what refers to it."""
+    yield from (row[name] for name in ("uid", "sha256", "signal_sha256", "target_uid", "run") if row.get(name))
+    if table.name in (*_INPUTS, *_OF_EVERYTHING):
+        return
+    others = []
+    if table.name not in FACTS:
+        owner = _owner(table)
+        others = [(other, other.c.uid == row[owner.name]) for other in [_referred(owner)] if other is not None]
+    if "uid" in row:
+        key = sa.select(table.c.id).where(table.c.uid == row["uid"]).scalar_subquery()
+        others += [
+            (other, column == key)
+            for other in METADATA.sorted_tables
+            for column in other.c
+            if _referred(column) is table and other.name not in _NOT_COMPARED
+        ]
+    for other, on in others:
+        for found in map(dict, connection.execute(_public(other).where(on)).mappings()):
+            seen = (other.name, str(found))
+            if seen not in met:
+                met.add(seen)
+                yield from _input_names(connection, other, found, met)
 
 
 def _shortened_pair(stands: Any, should_be: Any) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""Files of the journal are read in other processes while their rows are written in this one.
+"""Files of the journal come from the cache of readings, or are read in other processes while rows are written in this.
 
 Reading a stored copy and finding its jumps takes most of the time of a rebuild and needs no database. What was found is
 taken in the order of the journal, of which no more is in memory than that needs. What another process cannot read, for
@@ -14,17 +14,18 @@ import signal
 import sys
 import threading
 from collections import deque
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from concurrent.futures import Future, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
 from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
-from labbook.statements.importing import PreparedImport, ReadSettings, reread_stored, sample_counts, with_counts
+from labbook.statements.importing import PreparedImport, ReadSettings, reread_stored
+from labbook.statements.reading_cache import pack, remember, remembered, unpack
 
 FEWEST = 64
 """With fewer files, starting processes takes longer than it saves."""
@@ -38,48 +39,72 @@ _MOST_PROCESSES = 4
 
 @dataclass
 class ReadingAhead:
-    """Passes entries on some time after it has seen them; the files that they name are read meanwhile."""
+    """Passes entries on some time after it has seen them; the files that they name are read meanwhile.
+
+    With `use_cache` one is not read that was read before, but where its samples are needed and not in the store.
+    """
 
     store: Store
+    use_cache: bool
+    needs_samples: bool
     _pool: ProcessPoolExecutor | None = None
-    _asked: dict[int, Future[tuple[PreparedImport, Sequence[int]]]] = field(default_factory=dict)
+    _asked: dict[int, Future[bytes]] = field(default_factory=dict)
+    _known: dict[int, PreparedImport] = field(default_factory=dict)
 
     def pass_on(self, entries: Iterable[Entry]) -> Iterator[Entry]:
         """Pass entries on in their order."""
-        waiting: deque[Entry] = deque()
+        waiting: deque[tuple[Entry, bool]] = deque()
         to_read = 0
         for entry in entries:
-            waiting.append(entry)
-            if _names_file(entry):
-                to_read += 1
-                if self._pool is not None:
-                    self._ask(self._pool, entry)
-                elif to_read == FEWEST and _processors() > 1 and sys.executable:
-                    self._pool = ProcessPoolExecutor(
-                        min(_processors(), _MOST_PROCESSES), multiprocessing.get_context("spawn"), _begin
-                    )
-                    for one in filter(_names_file, waiting):
+            reads = self._must_read(entry)
+            waiting.append((entry, reads))
+            to_read += reads
+            if reads and self._pool is not None:
+                self._ask(self._pool, entry)
+            elif reads and to_read == FEWEST and _processors() > 1 and sys.executable:
+                self._pool = ProcessPoolExecutor(
+                    min(_processors(), _MOST_PROCESSES), multiprocessing.get_context("spawn"), _begin
+                )
+                for one, one_reads in waiting:
+                    if one_reads:
                         self._ask(self._pool, one)
-            while to_read >= AHEAD or len(waiting) >= _MOST_WAITING:
-                to_read -= _names_file(waiting[0])
-                yield waiting.popleft()
-        yield from waiting
+            while waiting and (not to_read or to_read >= AHEAD or len(waiting) >= _MOST_WAITING):
+                first, first_reads = waiting.popleft()
+                to_read -= first_reads
+                yield first
+        yield from (entry for entry, _reads in waiting)
 
     def take(self, entry: Entry) -> PreparedImport | None:
         """Return what was read of an entry's file, waiting for it; None where it must be read in this process."""
+        if entry.seq in self._known:
+            return self._known.pop(entry.seq)
         asked = self._asked.pop(entry.seq, None)
         if asked is None:
             return None
         try:
-            done, counts = asked.result()
+            return unpack(asked.result())
         except Exception:
             return None
-        return replace(done, read=with_counts(done.read, counts))
 
     def close(self) -> None:
         """Let the processes end after the files that they are reading."""
         if self._pool is not None:
             self._pool.shutdown(cancel_futures=True)
+
+    def _must_read(self, entry: Entry) -> bool:
+        """Tell whether an entry's file has to be read; what is known of another is kept for its turn."""
+        if entry.action not in (Action.INGEST, Action.READ):
+            return False
+        new = entry.new or {}
+        done = remembered(new["sha256"], new["settings"]) if self.use_cache else None
+        if done is None or (self.needs_samples and not self._has_files(done)):
+            return True
+        self._known[entry.seq] = done
+        return False
+
+    def _has_files(self, done: PreparedImport) -> bool:
+        paths = {part.store_path: part.sha256 for part in done.parts}
+        return self.store.has_raw(done.sha256) and all(self.store.has_samples(*item) for item in paths.items())
 
     def _ask(self, pool: ProcessPoolExecutor, entry: Entry) -> None:
         new = entry.new or {}
@@ -89,17 +114,13 @@ class ReadingAhead:
 
 
 @contextlib.contextmanager
-def reading_ahead(store: Store) -> Iterator[ReadingAhead]:
+def reading_ahead(store: Store, *, use_cache: bool, needs_samples: bool) -> Iterator[ReadingAhead]:
     """Have files read ahead until the end of the block."""
-    ahead = ReadingAhead(store)
+    ahead = ReadingAhead(store, use_cache, needs_samples)
     try:
         yield ahead
     finally:
         ahead.close()
-
-
-def _names_file(entry: Entry) -> bool:
-    return entry.action in (Action.INGEST, Action.READ)
 
 
 def _processors() -> int:
@@ -122,9 +143,9 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
-def _read(root: Path, sha256: str, settings: Mapping[str, Any]) -> tuple[PreparedImport, Sequence[int]]:
-    """Read a stored copy; its samples are in the store, so that their numbers alone are sent."""
+def _read(root: Path, sha256: str, settings: Mapping[str, Any]) -> bytes:
+    """Read a stored copy, and send what the cache of readings has: its samples are in the store."""
     store = Store(root)
     done = reread_stored(store, store.raw(raw_path(sha256), sha256), sha256, ReadSettings.from_json(settings))
-    counts = sample_counts(done.read)
-    return replace(done, read=with_counts(done.read, [0] * len(counts))), counts
+    remember(done)
+    return pack(done)

@@ -22,9 +22,8 @@ from data_schema.engine import postgres_engine, reading, sqlite_engine, writing
 from data_schema.errors import BookDamaged, BookError, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile, LeftOut
-from data_schema.row_hashes import altered_rows
 from data_schema.schema import SCHEMA, schema_of
-from labbook.book.altered import MOST_NAMED, AlteredRows, describe_altered, differing
+from labbook.book.altered import AlteredRow, altered_rows, but_of_readings, with_reports
 from labbook.book.differing import Differences, differences
 from labbook.book.making import fill_sqlite
 from labbook.book.opening import (
@@ -50,7 +49,7 @@ class Rebuilt:
     """How many entries were applied, where the old database is kept, and what differs from before.
 
     `left_out` is what stands at the end of the journal file and is no complete command. `altered` are the first of the
-    `n_altered` groups of rows of the old database that were not what labbook had written there.
+    `n_altered` rows of the old database that were not what labbook had written there.
     """
 
     entries: int
@@ -58,7 +57,7 @@ class Rebuilt:
     differences: Differences
     left_out: LeftOut
     n_altered: int = 0
-    altered: tuple[AlteredRows, ...] = ()
+    altered: tuple[AlteredRow, ...] = ()
 
     @property
     def sentences(self) -> list[str]:
@@ -110,21 +109,20 @@ def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | N
 
 def _altered(
     folder: Path, store: Path, url: str | None, old: str, fresh: sa.Connection, found: Differences
-) -> tuple[int, tuple[AlteredRows, ...]]:
+) -> tuple[int, tuple[AlteredRow, ...]]:
     """Compare rows of the old database with the new ones; none where it is too damaged, or of another schema.
 
-    Where other versions made them, only those that do not fit their hashes.
+    Where other versions of readers made it, only what no reading gives.
     """
     engine = postgres_engine(url, schema=old) if url else sqlite_engine(folder / old)
     try:
         with reading(engine) as connection:
             if schema_of(connection) != SCHEMA:
                 return 0, ()
-            suspected = altered_rows(connection)
-            if not found.other_versions:  # a hash may have been altered with its row
-                known = {(item.kind, item.uid): item for item in (*differing(connection, fresh), *suspected)}
-                suspected = list(known.values())
-            return len(suspected), tuple(describe_altered(store, connection, fresh, suspected[:MOST_NAMED]))
+            altered = altered_rows(connection, fresh)
+            if found.other_versions:
+                altered = but_of_readings(altered)
+            return len(altered), tuple(with_reports(store, connection, fresh, altered))
     except (BookError, sa.exc.DBAPIError):
         return 0, ()
     finally:

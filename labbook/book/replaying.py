@@ -21,6 +21,7 @@ from labbook.book.making import fill_sqlite
 from labbook.book.opening import DATABASE
 from labbook.book.reading_ahead import reading_ahead
 from labbook.book.write_session import apply_again
+from labbook.statements.reading_cache import forget_unused
 
 _ENTRIES_AT_ONCE = 500
 """Commands of so many entries are one transaction: committing and hashing rows for each takes a third of its time."""
@@ -28,11 +29,17 @@ _ENTRIES_AT_ONCE = 500
 
 @dataclass
 class Replay:
-    """The journal file played back into empty tables, as far as it goes at the moment."""
+    """The journal file played back into empty tables, as far as it goes at the moment.
+
+    With `use_cache` files are read only where the cache of readings has them not; where the replay `needs_samples`,
+    also those whose samples are not in the store.
+    """
 
     store: Store
     mirror: JournalFile
     step: Callable[[str], None]
+    use_cache: bool = True
+    needs_samples: bool = True
     hashes: list[str] = field(default_factory=list)
     """Of the entries that were applied, in their order."""
     without_rows: list[Entry] = field(default_factory=list)
@@ -50,7 +57,8 @@ class Replay:
         total = last.seq if until is None else min(last.seq, until)
         entries = journal.verified_chain(self.mirror.tail(seq), (seq, last_hash)) if seq else self.mirror.entries()
         new = itertools.takewhile(lambda entry: entry.seq <= total, entries)
-        with reading_ahead(self.store) as ahead:
+        forget_unused()
+        with reading_ahead(self.store, use_cache=self.use_cache, needs_samples=self.needs_samples) as ahead:
             for some in _batched(journal.commands(ahead.pass_on(new))):
                 with writing(engine) as connection:
                     for command in some:
@@ -107,11 +115,12 @@ def _batched(commands: Iterable[list[Entry]]) -> Iterator[list[list[Entry]]]:
 
 @contextlib.contextmanager
 def replayed(
-    store: Store, mirror: JournalFile, until: int, step: Callable[[str], None]
+    store: Store, mirror: JournalFile, until: int, step: Callable[[str], None], *, use_cache: bool
 ) -> Iterator[tuple[sa.Engine, Replay]]:
     """Make the database that raw copies and the first `until` entries of the journal give, for as long as it is used.
 
-    It lies with its samples in a temporary folder of the system; of the book, only raw copies and journal are read.
+    It lies in a temporary folder of the system, with the samples of what was read. Of the book, only raw copies and
+    journal are read; with `use_cache`, no raw copies but of files that the cache of readings has not.
     """
     with tempfile.TemporaryDirectory(prefix="labbook-replay-") as name:
         folder = Path(name)
@@ -119,7 +128,7 @@ def replayed(
         fill_sqlite(folder / DATABASE)
         engine = sqlite_engine(folder / DATABASE, scratch=True)
         try:
-            replay = Replay(Store(folder), mirror, step)
+            replay = Replay(Store(folder), mirror, step, use_cache=use_cache, needs_samples=False)
             replay.apply_to(engine, until)
             yield engine, replay
         finally:

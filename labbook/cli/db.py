@@ -73,14 +73,15 @@ def status_command(book: BookOption = None) -> Shown:
 @app.command("check")
 def check_command(
     deep: Annotated[
-        bool, typer.Option("--deep", help="Compare every row with what the raw copies and the journal give.")
+        bool, typer.Option("--deep", help="Read the raw copies again, instead of taking what was read before.")
     ] = False,
     book: BookOption = None,
 ) -> Shown:
     """Read everything that the book rests on and say whether it is whole; exit code 3 where it is not.
 
-    Rows that do not fit their hashes are named, with what should stand there and the reports that rest on them; so are
-    reports whose files were altered. What labbook.toml says otherwise than when a report was made is said, too.
+    Rows that are not as the journal gives them are named, with what should stand there and the reports that rest on
+    them; so are reports whose files were altered. What labbook.toml says otherwise than when a report was made is
+    said, too.
 
     Example: labbook db check --deep
     """

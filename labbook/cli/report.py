@@ -61,7 +61,6 @@ def report(
             *([f"studies beside it: {', '.join(studies)} (`labbook study all`)"] if studies else []),
             *([f"look again: {written.no_pdf}"] if written.no_pdf else []),
             *(f"look again: {line}" for line in waiting),
-            *([f"look again: {written.warning}"] if written.warning else []),
         ],
     )
 

@@ -7,7 +7,7 @@ file are made side by side. Files are on disk and synced before a row refers to 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -17,6 +17,7 @@ import numpy as np
 
 from data_schema.errors import unknown_name
 from data_schema.journal import canonical
+from data_schema.queries.detections import DetectionRow
 from data_schema.vocabulary import FileRole
 from ingest.model import (
     ColumnDeclaration,
@@ -32,7 +33,7 @@ from ingest.model import (
 )
 from ingest.read import read_file
 from ingest.store import Store
-from labbook.analysis.outcomes.detection import Detection, detect_part
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detection, detect_part, detection_row
 from labbook.config.model import ProfileSettings
 from labbook.config.parsing import Configuration
 from labbook.config.profiles import declared_channel
@@ -63,6 +64,19 @@ class ReadSettings:
 
 
 @dataclass(frozen=True, slots=True)
+class PartJumps:
+    """The jumps found in a part as they are stored, the signal's uid left blank, and where the body stands too high.
+
+    Without any jump, the 1st and the 99th percentile of the heights say how high the body was.
+    """
+
+    row: DetectionRow
+    rest_length_m: float
+    zero_m: float
+    height_range_m: tuple[float, float] | None
+
+
+@dataclass(frozen=True, slots=True)
 class StoredPart:
     """The stored samples of one part, and the jumps found in them if it holds a body height.
 
@@ -72,7 +86,7 @@ class StoredPart:
     sha256: str
     store_path: str
     time_sha256: str
-    detection: Detection | None
+    detection: PartJumps | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -126,18 +140,11 @@ def finding_values(finding: Finding) -> dict[str, Any]:
     }
 
 
-def sample_counts(read: ReadFile) -> list[int]:
-    """Return the number of samples of each part."""
-    return [len(part.time_s) for part in read.parts]
-
-
-def with_counts(read: ReadFile, counts: Sequence[int]) -> ReadFile:
-    """Return a file without its samples, which are in the store; its arrays have the same length and take no memory.
-
-    One number a part.
-    """
-    pairs = zip(read.parts, counts, strict=True)
-    return replace(read, parts=tuple(_with_values(part, np.broadcast_to(_ZERO, (count,))) for part, count in pairs))
+def without_values(read: ReadFile) -> ReadFile:
+    """Return a file without its samples, which are in the store; its arrays have the same length and take no memory."""
+    return replace(
+        read, parts=tuple(_with_values(part, np.broadcast_to(_ZERO, part.time_s.shape)) for part in read.parts)
+    )
 
 
 def _with_values(part: SignalPart, values: FloatArray) -> SignalPart:
@@ -169,8 +176,8 @@ def store_reading(
         raw = pool.submit(store.put_raw, data, sha256)
         stored_signals = [pool.submit(store.put_signal, part, anew=anew) for part in read.parts]
         found = [_detected(part, settings) for part in read.parts]
-        parts = zip(stored_signals, found, strict=True)
-        stored = tuple(StoredPart(*done.result(), *detected) for done, detected in parts)
+        pairs = zip(read.parts, stored_signals, found, strict=True)
+        stored = tuple(_stored_part(part, *done.result(), jumps) for part, done, jumps in pairs)
         raw.result()
         return PreparedImport(sha256, len(data), read, in_force, stored)
 
@@ -182,15 +189,10 @@ def reread_stored(store: Store, data: bytes, sha256: str, settings: ReadSettings
     """
     read = read_file(data, settings.declared)
     stored = tuple(
-        StoredPart(*store.put_signal(part, anew=True), *_detected(part, settings))
+        _stored_part(part, *store.put_signal(part, anew=True), _detected(part, settings))
         for part in (() if read.refused else read.parts)
     )
     return PreparedImport(sha256, len(data), read, with_used_profile(settings, read), stored)
-
-
-def _detected(part: SignalPart, settings: ReadSettings) -> tuple[str, Detection | None]:
-    """Return the hash of a part's times, and the jumps found in it."""
-    return times_sha256(part.time_s), detect_part(part, settings.detector, settings.rest_length_m)
 
 
 def without_storing(data: bytes, sha256: str, read: ReadFile, settings: ReadSettings) -> PreparedImport:
@@ -198,8 +200,24 @@ def without_storing(data: bytes, sha256: str, read: ReadFile, settings: ReadSett
     from ingest.samples import signal_sha256
 
     parts = () if read.refused else read.parts
-    stored = tuple(StoredPart(signal_sha256(part), "", *_detected(part, settings)) for part in parts)
+    stored = tuple(_stored_part(part, signal_sha256(part), "", _detected(part, settings)) for part in parts)
     return PreparedImport(sha256, len(data), read, with_used_profile(settings, read), stored)
+
+
+def _detected(part: SignalPart, settings: ReadSettings) -> Detection | None:
+    return detect_part(part, settings.detector, settings.rest_length_m)
+
+
+def _stored_part(part: SignalPart, sha256: str, store_path: str, found: Detection | None) -> StoredPart:
+    jumps = None
+    if found is not None:
+        row, height_range_m = detection_row(found, "", sha256), None
+        if not row.jumps:
+            heights = next(channel.values for channel in part.channels if channel.name == BODY_HEIGHT)
+            low_m, high_m = np.nanpercentile(heights, (1.0, 99.0))
+            height_range_m = (float(low_m), float(high_m))
+        jumps = PartJumps(row, float(found.parameters["rest_length_m"]), found.found.zero_m, height_range_m)
+    return StoredPart(sha256, store_path, times_sha256(part.time_s), jumps)
 
 
 def with_used_profile(settings: ReadSettings, read: ReadFile) -> ReadSettings:

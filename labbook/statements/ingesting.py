@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
-
-import numpy as np
 
 from data_schema.errors import BookBusy, BookError, InputRefused, UsageError
 from data_schema.journal import Entry, canonical
@@ -19,10 +17,11 @@ from data_schema.queries.readings import last_reading, set_status
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.declared import flag_of
 from ingest.formats.format import UNKNOWN
+from ingest.formats.registry import PLUGIN_FAILED
 from ingest.model import ChannelData, Finding, ReadFile, SignalPart
 from ingest.read import read_file
 from ingest.store import raw_path
-from labbook.analysis.outcomes.detection import BODY_HEIGHT, detection_row, jumps_found
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, jumps_found
 from labbook.analysis.outcomes.log_dates import day_notes
 from labbook.statements.apply_context import ApplyContext, derived_uid, run_named
 from labbook.statements.assigning import assign_file, link_parts_again
@@ -32,6 +31,7 @@ from labbook.statements.importing import (
     finding_values,
     store_reading,
 )
+from labbook.statements.reading_cache import remember
 from labbook.statements.sheet_charges import charge_numbers, keys_of, mark_charges_gone, update_charges
 
 RUN_CONTRADICTS = "run_contradicts"
@@ -130,9 +130,11 @@ def apply_refuse(context: ApplyContext, entry: Entry, _prepared: object) -> None
 
 
 def _reading_of(context: ApplyContext, new: Mapping[str, Any], prepared: object) -> PreparedImport:
-    """Return what was read before, whose files must still be there now that nobody else can write, or read it again."""
+    """Return what was read before, or read it again; a live one's files must be there now that nobody else writes."""
     if not isinstance(prepared, PreparedImport):
         return _read_again(context, new)
+    if context.without_rows is not None:  # it was looked at when it was taken
+        return prepared
     for path in (raw_path(prepared.sha256), *(part.store_path for part in prepared.parts)):
         if not (context.store.root / path).exists():
             raise BookBusy(f"{path} was removed from the store before the book had it: give the command again.")
@@ -144,7 +146,7 @@ def _read_again(context: ApplyContext, new: Mapping[str, Any]) -> PreparedImport
     sha256, settings = new["sha256"], ReadSettings.from_json(new["settings"])
     data = context.store.raw(raw_path(sha256), sha256)
     try:
-        return store_reading(context.store, data, sha256, read_file(data, settings.declared), settings, anew=True)
+        done = store_reading(context.store, data, sha256, read_file(data, settings.declared), settings, anew=True)
     except (UsageError, InputRefused) as error:
         # what was declared then has no meaning any more: a format's plug-in is not there
         return _unread(new, len(data), settings, "declaration_unknown", _named_plugin(new, str(error)))
@@ -152,7 +154,9 @@ def _read_again(context: ApplyContext, new: Mapping[str, Any]) -> PreparedImport
         raise
     except Exception as error:  # whatever somebody else's code does
         failure = f"Reading it failed ({type(error).__name__}: {error})."
-        return _unread(new, len(data), settings, "plugin_failed", _named_plugin(new, failure))
+        return _unread(new, len(data), settings, PLUGIN_FAILED, _named_plugin(new, failure))
+    remember(done)
+    return done
 
 
 def _named_plugin(new: Mapping[str, Any], failure: str) -> str:
@@ -191,7 +195,7 @@ def _jumps_mismatch(run: Mapping[str, Any], of_run: Collection[str], done: Prepa
     A run that was started again may have more logs to come: fewer jumps in one of them mean nothing yet.
     """
     found = [
-        jumps_found(stored.detection.found.jumps)
+        jumps_found(stored.detection.row.jumps)
         for part, stored in zip(done.read.parts, done.parts, strict=True)
         if stored.detection is not None and part.part in of_run
     ]
@@ -210,8 +214,7 @@ def _height_zeros(run: Mapping[str, Any], of_run: Collection[str], done: Prepare
         if stored.detection is None or part.part not in of_run or run["kind"] != RunKind.JUMPS:
             continue
         height = next(channel for channel in part.channels if channel.name == BODY_HEIGHT)
-        rest_m = float(stored.detection.parameters["rest_length_m"])
-        zero_m = stored.detection.found.zero_m
+        rest_m, zero_m = stored.detection.rest_length_m, stored.detection.zero_m
         if zero_m:
             remedy = _zero_remedy(height, flag_of(done.read.explanation.tables, height.source_name), zero_m, done)
             message = (
@@ -220,8 +223,8 @@ def _height_zeros(run: Mapping[str, Any], of_run: Collection[str], done: Prepare
                 "in [robots]."
             )
             found.append(Finding(Severity.NOTE, zero_rule, message, None, height.source_name, f"{zero_m:g}", 1, ()))
-        elif run["jumps_made"] and not stored.detection.found.jumps:
-            low_m, high_m = np.nanpercentile(height.values, (1.0, 99.0))
+        elif run["jumps_made"] and stored.detection.height_range_m is not None:
+            low_m, high_m = stored.detection.height_range_m
             flag = flag_of(done.read.explanation.tables, height.source_name)
             message = (
                 f"No jump can be found: the body is between {low_m:.3f} and {high_m:.3f} m, and jumps go below and "
@@ -327,7 +330,7 @@ def add_signals(
         }
         imports.add_signal(context.connection, values, _channels(part), _gaps(part))
         if stored.detection is not None:
-            add_detections(context.connection, [detection_row(stored.detection, uid, stored.sha256)])
+            add_detections(context.connection, [replace(stored.detection.row, signal_uid=uid)])
 
 
 def _recorded(done: PreparedImport, new: Mapping[str, Any]) -> dict[str, str]:

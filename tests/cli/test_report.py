@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
 
 from labbook.actions.upkeep.tracing import find_number, trace
 from labbook.book.opening import opened
@@ -239,15 +238,3 @@ def test_reading_a_reported_book_changes_nothing(reported: Reported) -> None:
         for words in ("runs list", "today --day 2021-06-14", "show r001", "jumps list r001", "db status", "runs inbox"):
             good(labbook(*words.split(), at=reported.book.folder))
             assert good(labbook(*words.split(), "--json", at=reported.book.folder)).json is not None
-
-
-def test_altered_rows_are_a_warning_on_the_page_too(stated: SmallBook, tmp_path: Path) -> None:
-    engine = sa.create_engine(f"sqlite:///{stated.database}")
-    with engine.begin() as connection:
-        connection.exec_driver_sql("UPDATE run SET duration_s = duration_s + 1 WHERE id = 2")
-    engine.dispose()
-    said = good(labbook("report", "--out", tmp_path / "paper", at=stated.folder))
-    page = html.unescape((tmp_path / "paper" / "report.html").read_text(encoding="utf-8"))
-    warning = "altered in the database by something else than labbook"
-    assert warning in said.out
-    assert warning in page

@@ -43,11 +43,11 @@ from labbook.statements.importing import (
     ReadSettings,
     as_read,
     current_settings,
-    sample_counts,
     store_reading,
-    with_counts,
+    without_values,
 )
 from labbook.statements.ingesting import runs_contradict
+from labbook.statements.reading_cache import remember
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,6 +127,7 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
                 read = replace(read, findings=(*read.findings, *runs_contradict(stated, path.name)))
             return FileOutcome(own_name(path), sha256, status, read, runs)
     prepared = store_reading(book.store, data, sha256, read, settings)
+    remember(prepared)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
     return _stored(book, path, request, prepared, run_uid, stated, options, modified_utc)
 
@@ -291,6 +292,6 @@ def without_samples(outcome: FileOutcome) -> FileOutcome:
     """Let go of a file's samples, which are in the store by now; how many there were is still known."""
     if outcome.read is None:
         return outcome
-    read = with_counts(outcome.read, sample_counts(outcome.read))
+    read = without_values(outcome.read)
     prepared = None if outcome.prepared is None else replace(outcome.prepared, read=read)
     return replace(outcome, read=read, prepared=prepared)

@@ -51,6 +51,7 @@ from labbook.statements.importing import (
     with_used_profile,
     without_storing,
 )
+from labbook.statements.reading_cache import remember
 from labbook.statements.sheet_charges import charge_numbers, keys_of
 from labbook.terminal import NOT_IN_JSON
 
@@ -124,6 +125,7 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
         prepared = without_storing(data, row.sha256, read, settings)
     else:
         prepared = store_reading(book.store, data, row.sha256, read, settings)
+        remember(prepared)
     done = Reread(row.name, row.sha256, prepared.read, prepared)
     try:
         with book.session(request.person) as session:

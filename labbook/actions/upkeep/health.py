@@ -1,9 +1,9 @@
-"""`labbook db check`: is the book whole? Everything that the book consists of is read once and compared with its hash.
+"""`labbook db check`: is the book whole? All that it consists of is read and compared with what it should be.
 
-These are the journal's chain in file and table, every row of the tables, every raw copy, every file of samples, the
-files of reports, and SQLite's own integrity check. Where rows do not fit their hashes, and for a deep check always, the
-journal is replayed into a temporary database and compared. Nothing is changed or mended; each problem comes with its
-remedy.
+These are the journal's chain in file and table, every raw copy, every file of samples, the files of reports, and
+SQLite's own integrity check. The journal is replayed into a temporary database, with which every row of the tables is
+compared: from readings in the cache where these are known, for a deep check from the raw copies. Nothing is changed or
+mended; each problem comes with its remedy.
 """
 
 from __future__ import annotations
@@ -28,12 +28,11 @@ from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.queries.detections import verdicts_waiting
 from data_schema.queries.imports import StoredFile, raw_copies, signal_files
 from data_schema.queries.readings import waiting_files
-from data_schema.row_hashes import altered_rows
 from data_schema.tables.journal import POSTGRES_FUNCTION, SQLITE_TRIGGERS
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
 from labbook.actions.upkeep.reports_made import altered_numbers, altered_reports, made_with_other_settings
-from labbook.book.altered import MOST_NAMED, describe_altered, differing
+from labbook.book.altered import MOST_NAMED, altered_rows, but_of_readings, with_reports
 from labbook.book.copies.copying import Counted
 from labbook.book.differing import differences
 from labbook.book.opening import check_schema, engine_of, journal_path, read_configuration, store_of
@@ -105,7 +104,7 @@ class _Database:
 
 
 def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
-    """Check a book as far as it can be read; a `deep` check compares every row with what should stand there."""
+    """Check a book as far as it can be read; a `deep` check reads the raw copies again."""
     configuration = read_configuration(folder)
     store, mirror = store_of(folder, configuration), JournalFile(journal_path(folder, configuration))
 
@@ -113,14 +112,14 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
     def replayed_journal(entries: int) -> Iterator[tuple[sa.Connection, Replay]]:
         with (
             counted(entries) as step,
-            replayed(store, mirror, entries, step) as (engine, replay),
+            replayed(store, mirror, entries, step, use_cache=not deep) as (engine, replay),
             reading(engine) as fresh,
         ):
             yield fresh, replay
 
     problems: list[str] = []
     database = _attempt(
-        problems, lambda: _read_database(store.root, engine_of(folder, configuration), replayed_journal, deep)
+        problems, lambda: _read_database(store.root, engine_of(folder, configuration), replayed_journal)
     )
     database = database or _Database([], [], [], None)
     problems += database.problems
@@ -170,7 +169,7 @@ def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
         return None
 
 
-def _read_database(store: Path, engine: sa.Engine, replayed_journal: _ReplayedJournal, deep: bool) -> _Database:
+def _read_database(store: Path, engine: sa.Engine, replayed_journal: _ReplayedJournal) -> _Database:
     try:
         check_schema(engine)
         problems: list[str] = []
@@ -178,48 +177,38 @@ def _read_database(store: Path, engine: sa.Engine, replayed_journal: _ReplayedJo
             damage = _damage_of_sqlite(connection) if engine.dialect.name == "sqlite" else []
             triggers = _foreign_triggers(connection)
             problems += _with_remedy([*damage, *triggers], _MADE_ANEW)
-            deep = deep or bool(triggers)  # what guards the journal was taken away: it may have been cut
             raw, samples = raw_copies(connection), signal_files(connection)
             read = _attempt(problems, lambda: _read_through(_entries_of_table(connection)))
             if read is not None and read.hashes:
-                problems += _altered(store, connection, len(read.hashes), replayed_journal, deep)
+                problems += _altered(store, connection, len(read.hashes), replayed_journal)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
         return _Database(problems, raw, samples, read, *waiting)
     finally:
         engine.dispose()
 
 
-def _altered(
-    store: Path, connection: sa.Connection, entries: int, replayed_journal: _ReplayedJournal, deep: bool
-) -> list[str]:
+def _altered(store: Path, connection: sa.Connection, entries: int, replayed_journal: _ReplayedJournal) -> list[str]:
     """Return which rows are not as labbook wrote them, what they should be, and which reports depend on them."""
-    suspected = altered_rows(connection)
     problems: list[str] = []
-    if not suspected and not deep:
-        return problems
-    remedy = "Run `labbook rebuild` to make the database anew from the raw copies and the journal."
     try:
         with replayed_journal(entries) as (fresh, replay):
-            different = {(item.kind, item.uid): item for item in differing(connection, fresh)}
-            known = {(item.kind, item.uid) for item in suspected}
-            others = [item for what, item in different.items() if what not in known]
-            if others and differences(fresh, journal.stored(fresh), replay.without_rows).other_versions:
-                problems.append(
-                    f"{len(others)} groups of rows come out otherwise with this labbook's readers and algorithms "
-                    "than with those of other versions that wrote them: run `labbook rebuild`, then check again."
-                )
-            else:
-                suspected += others
-            suspected.sort(key=lambda item: (item.kind, item.uid) not in different)  # the others may lack a hash alone
-            found = describe_altered(store, connection, fresh, suspected[:MOST_NAMED])
+            altered = altered_rows(connection, fresh)
+            if altered and differences(fresh, journal.stored(fresh), replay.without_rows).other_versions:
+                by_any = but_of_readings(altered)
+                if len(by_any) < len(altered):
+                    problems.append(
+                        f"{len(altered) - len(by_any)} rows come out otherwise with this labbook's readers than with "
+                        "those of other versions that wrote them: run `labbook rebuild`, then check again."
+                    )
+                altered = by_any
+            found = with_reports(store, connection, fresh, altered)
     except BookError as error:
-        problems.append(f"what should stand in the tables cannot be told: {error}")
-        found = describe_altered(store, connection, None, suspected[:MOST_NAMED])
-        remedy = ""
-    problems += _with_remedy([rows.sentence for rows in found], remedy)
-    if len(suspected) > MOST_NAMED:
-        kinds = Counter(item.kind for item in suspected)
-        counts = ", ".join(f"{count} of {kind}" for kind, count in kinds.items())
+        return [f"what should stand in the tables cannot be told: {error}"]
+    remedy = "Run `labbook rebuild` to make the database anew from the raw copies and the journal."
+    problems += _with_remedy([row.sentence for row in found], remedy)
+    if len(altered) > MOST_NAMED:
+        tables = Counter(row.table for row in altered)
+        counts = ", ".join(f"{count} of {table}" for table, count in tables.items())
         problems.append(f"altered in all: {counts}; the first {MOST_NAMED} are named above.")
     return problems
 

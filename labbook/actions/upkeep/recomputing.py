@@ -88,7 +88,7 @@ def _recomputed(
     """Recompute numbers of one report, by their ids."""
     report = asked[0].shown_in[-1]
     until, _hash = journal.head(connection)
-    with replayed(book.store, book.mirror, report.seq - 1, step) as (engine, replay):
+    with replayed(book.store, book.mirror, report.seq - 1, step, use_cache=False) as (engine, replay):
         with reading(engine) as fresh:
             row = config_in_force(fresh)
             assert row is not None, "a configuration is declared before any report is made"  # noqa: S101

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.cache_folder import CACHE_VARIABLE
 from data_schema.engine import sqlite_engine
 from data_schema.errors import BookDamaged
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
@@ -27,8 +28,10 @@ FEW, MANY = 8, 12
 
 
 @pytest.fixture(autouse=True)
-def _few_are_enough(monkeypatch: pytest.MonkeyPatch) -> None:
+def _few_are_enough_and_none_is_known(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(reading_ahead, "FEWEST", FEW)
+    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "cache"))
+    (tmp_path / "cache").mkdir(mode=0o700)
 
 
 @pytest.fixture(scope="module")
