@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import sqlalchemy as sa
@@ -95,9 +96,12 @@ def _charges() -> sa.Select[Any]:
 
 @dataclass(frozen=True, slots=True)
 class SheetRow:
-    """A charge of a file, or a typed one; `repeats` is the uid of the equal charge that there was when this one came.
+    """A charge of a file, or a typed one: what its reading says, what people said of it, and where it stands.
 
-    `order` rises from the charges that came first to the last. `added`: see `ChargeOfRun`.
+    `order` rises from the charges that came first to the last. `named_run` is the run that it, or its file, names;
+    `assigned_run` the one that a person gave it to, where `assigned` is not 0: a later assignment to a run has a higher
+    number. `added`: see `ChargeOfRun`. `corrected` has what was read and what is right of each column that a person
+    corrected. It counts for `run_uid`; `repeats` is the uid of the charge that says the same.
     """
 
     order: int
@@ -105,7 +109,6 @@ class SheetRow:
     row_number: int
     line: int | None
     stated_run: str | None
-    state: ChargeState
     charge_mah: float
     resolution_mah: float
     duration_s: float | None
@@ -114,16 +117,24 @@ class SheetRow:
     stated_pack: str | None
     ended_utc: str | None
     ended_original: str | None
+    file_uid: str | None = None
+    named_run: str | None = None
+    assigned: int = 0
+    assigned_run: str | None = None
+    added: bool = False
+    dismissed: bool = False
+    corrected: Mapping[str, tuple[Any, Any]] = field(default_factory=dict)
+    state: ChargeState = ChargeState.COUNTED
     run_uid: str | None = None
     run_name: str | None = None
     repeats: str | None = None
-    added: bool = False
 
     @property
     def contents(self) -> tuple[object, ...]:
-        """What the row says, and whose it is; not where it stands, nor whether it counts."""
-        stated = (self.stated_run, self.stated_pack, self.ended_utc, self.ended_original, self.run_uid)
-        return (self.charge_mah, self.resolution_mah, self.duration_s, self.end_voltage_v, self.mode, *stated)
+        """What the row says, and whose it is; not whether it counts."""
+        stated = (self.stated_run, self.stated_pack, self.ended_utc, self.ended_original)
+        whose = self.assigned_run if self.assigned else self.named_run
+        return (self.charge_mah, self.resolution_mah, self.duration_s, self.end_voltage_v, self.mode, *stated, whose)
 
 
 def rows_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:
@@ -131,43 +142,64 @@ def rows_of_file(connection: sa.Connection, file_uid: str) -> list[SheetRow]:
     return _rows(connection, file.c.uid == file_uid)
 
 
-def repeating(connection: sa.Connection, uids: Sequence[str], state: ChargeState) -> dict[str, list[SheetRow]]:
-    """Return the charges in a state that repeat an earlier one, by the uid of that one."""
-    found: dict[str, list[SheetRow]] = {uid: [] for uid in uids}
-    for some in in_chunks(uids):
-        for row in _rows(connection, sa.and_(charge.c.repeats.in_(some), charge.c.state == str(state))):
-            found[row.repeats or ""].append(row)
-    return found
-
-
 def rows_with_uids(connection: sa.Connection, uids: Sequence[str]) -> list[SheetRow]:
-    """Return the charges with these uids, those that came first before the others."""
-    found = [row for some in in_chunks(uids) for row in _rows(connection, charge.c.uid.in_(some))]
-    return sorted(found, key=lambda row: row.order)
+    """Return the charges with these uids."""
+    return [row for some in in_chunks(uids) for row in _rows(connection, charge.c.uid.in_(some))]
 
 
-def rows_about(connection: sa.Connection, run_uids: Sequence[str], run_names: Sequence[str]) -> list[SheetRow]:
-    """Return the charges that belong to some runs, then those that name one and belong to none; dismissed ones too."""
-    counted, dismissed = ChargeState.COUNTED, ChargeState.DISMISSED
-    found = []
+def rows_about(connection: sa.Connection, run_uids: Sequence[str], names: Sequence[str] = ()) -> list[SheetRow]:
+    """Return the charges that name some runs or were given to them, and those with names that no run has, in order.
+
+    Those are left out that no reading in force has.
+    """
+    wanted = []
     for some in in_chunks(run_uids):
         keys = sa.select(run.c.id).where(run.c.uid.in_(some))
-        found += _rows(connection, sa.and_(charge.c.run.in_(keys), charge.c.state == counted))
-    for some in in_chunks(run_names):
-        standing = charge.c.state.in_((counted, dismissed))
-        found += _rows(connection, sa.and_(charge.c.run.is_(None), charge.c.stated_run.in_(some), standing))
-    return found
+        wanted.append(sa.or_(charge.c.named_run.in_(keys), charge.c.assigned_run.in_(keys)))
+    wanted += [sa.and_(charge.c.named_run.is_(None), charge.c.stated_run.in_(some)) for some in in_chunks(names)]
+    found = {
+        row.uid: row
+        for some in wanted
+        for row in _rows(connection, sa.and_(some, charge.c.state != str(ChargeState.GONE)))
+    }
+    return sorted(found.values(), key=lambda row: row.order)
+
+
+def charges_naming(connection: sa.Connection, name: str) -> list[str]:
+    """Return the uids of the charges with a name that no run had."""
+    query = sa.select(charge.c.uid).where(charge.c.named_run.is_(None), charge.c.stated_run == name)
+    return list(connection.execute(query.order_by(charge.c.id)).scalars())
+
+
+def waiting_charges(connection: sa.Connection) -> list[str]:
+    """Return the uids of the charges that would count and belong to no run."""
+    query = sa.select(charge.c.uid).where(charge.c.run.is_(None), _COUNTED).order_by(charge.c.id)
+    return list(connection.execute(query).scalars())
+
+
+def assignments_to(connection: sa.Connection, run_uid: str) -> int:
+    """Return how often charges were assigned to a run."""
+    query = sa.select(sa.func.max(charge.c.assigned)).where(charge.c.assigned_run == _key(run_uid))
+    most: int | None = connection.scalar(query)
+    return most or 0
+
+
+_NAMED, _ASSIGNED = run.alias(), run.alias()
 
 
 def _rows(connection: sa.Connection, wanted: sa.ColumnElement[Any]) -> list[SheetRow]:
+    runs = {"run_uid": run.c.uid, "run_name": run.c.name, "named_run": _NAMED.c.uid, "assigned_run": _ASSIGNED.c.uid}
+    flags = {"added": charge.c.added == 1, "dismissed": charge.c.dismissed == 1}
     query = (
-        sa.select(
-            *columns_of(SheetRow, charge, order=charge.c.id, run_uid=run.c.uid, run_name=run.c.name, added=_ADDED)
-        )
+        sa.select(*columns_of(SheetRow, charge, order=charge.c.id, file_uid=file.c.uid, **runs, **flags))
         .outerjoin(run, charge.c.run == run.c.id)
+        .outerjoin(_NAMED, charge.c.named_run == _NAMED.c.id)
+        .outerjoin(_ASSIGNED, charge.c.assigned_run == _ASSIGNED.c.id)
         .outerjoin(file, charge.c.file == file.c.id)
         .where(wanted)
         .order_by(charge.c.row_number, charge.c.id)
     )
-    rows = connection.execute(query).mappings()
-    return [SheetRow(**{**row, "state": ChargeState(row["state"])}) for row in rows]
+    return [
+        SheetRow(**{**row, "state": ChargeState(row["state"]), "corrected": json.loads(row["corrected"] or "{}")})
+        for row in connection.execute(query).mappings()
+    ]

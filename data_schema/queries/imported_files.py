@@ -271,11 +271,9 @@ def _loose_parts(connection: sa.Connection) -> list[InboxItem]:
     ]
 
 
-def waiting_for_run(connection: sa.Connection, run_name: str) -> tuple[list[tuple[str, str]], list[str]]:
-    """Return the unassigned files (uid, role) and the uids of the charges that name a run of this name."""
-    files = connection.execute(_WAITING_FILES, {"named": run_name}).all()
-    charges = connection.execute(_WAITING_CHARGES, {"named": run_name}).scalars()
-    return [(row.uid, row.role) for row in files], list(charges)
+def files_naming(connection: sa.Connection, run_name: str) -> list[tuple[str, str]]:
+    """Return the unassigned files that name a run of this name, each with its role."""
+    return [(row.uid, row.role) for row in connection.execute(_WAITING_FILES, {"named": run_name})]
 
 
 # Built once: a sheet states thousands of runs, and each is asked for what waits for it.
@@ -285,14 +283,4 @@ _WAITING_FILES = (
     .where(ingest.c.stated_run == sa.bindparam("named"), IN_USE)
     .where(file.c.id.not_in(sa.select(run_file.c.file)))
     .order_by(file.c.id)
-)
-
-_WAITING_CHARGES = (
-    sa.select(charge.c.uid)
-    .where(
-        charge.c.stated_run == sa.bindparam("named"),
-        charge.c.run.is_(None),
-        charge.c.state == ChargeState.COUNTED,
-    )
-    .order_by(charge.c.id)
 )

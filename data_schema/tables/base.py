@@ -66,10 +66,10 @@ def key_column() -> sa.Column[int]:
     return sa.Column("id", WHOLE, primary_key=True)
 
 
-def reference(table: str, *, optional: bool = False, unique: bool = False) -> sa.Column[int]:
-    """Build a foreign key to `table`, called after it; deleting what is referred to is refused."""
+def reference(table: str, *, called: str | None = None, optional: bool = False, unique: bool = False) -> sa.Column[int]:
+    """Build a foreign key to `table`, called after it unless otherwise; deleting what is referred to is refused."""
     return sa.Column(
-        table,
+        called or table,
         WHOLE,
         sa.ForeignKey(f"{table}.id", ondelete="RESTRICT", onupdate="RESTRICT"),
         nullable=optional,

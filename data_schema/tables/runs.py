@@ -49,11 +49,12 @@ charge = table(
     "charge",
     key_column(),
     uid_column(),
+    # What the reading in force says, with the values that people corrected:
     reference("file", optional=True),
     whole_column("row_number"),
     whole_column("line", optional=True),
-    reference("run", optional=True),
     text_column("stated_run", optional=True),
+    reference("run", called="named_run", optional=True),
     reference("battery", optional=True),
     text_column("stated_pack", optional=True),
     real_column("charge_mah"),
@@ -63,18 +64,26 @@ charge = table(
     text_column("mode"),
     text_column("ended_utc", optional=True),
     text_column("ended_original", optional=True),
-    text_column("state", usually=ChargeState.COUNTED),
-    text_column("repeats", optional=True),
+    # What people said of it: `assigned` rises with the assignments to a run, `corrected` is JSON, by column what was
+    # read and what is right.
+    whole_column("assigned", usually=0),
+    reference("run", called="assigned_run", optional=True),
     whole_column("added", usually=0),
+    whole_column("dismissed", usually=0),
+    text_column("corrected", optional=True),
+    # What follows from all rows about a run; but `gone`, which says that no reading in force has it:
+    text_column("state", usually=ChargeState.COUNTED),
+    reference("run", optional=True),
+    text_column("repeats", optional=True),
     one_of("mode", ChargeMode),
     one_of("state", ChargeState),
     flag("added"),
+    flag("dismissed"),
     sa.CheckConstraint("charge_mah >= 0", name="charge_counted"),
     sa.CheckConstraint("resolution_mah > 0", name="resolution_positive"),
     sa.CheckConstraint("duration_s IS NULL OR duration_s > 0", name="duration_positive"),
     sa.UniqueConstraint("file", "row_number"),
-    sa.Index("ix_charge_stated_run", "stated_run"),
-    sa.Index("ix_charge_repeats", "repeats"),
+    sa.Index("ix_charge_stated_run", "stated_run", "named_run"),
 )
 
 note = table(

@@ -104,8 +104,9 @@ def correct(
 
     Example: labbook correct r017 foot=large --why "typed wrong"
     """
+    from data_schema.queries.charges import waiting_charges
     from labbook.actions.runs.correcting import correct as state_correction
-    from labbook.actions.runs.correcting import runs_corrected, settle_waiting
+    from labbook.actions.runs.correcting import known_now, runs_corrected
     from labbook.actions.runs.remarks import remarks_on
     from labbook.actions.runs.rig_line import OF_JOULES, rig_lines_of_runs
     from labbook.book.naming import changes_in_words
@@ -118,13 +119,14 @@ def correct(
 
         def attempt(answers: dict[str, str | None]) -> tuple[dict[str, Any], str, list[str]]:
             with opened_book.session(person, correcting=True) as session:
+                waiting = waiting_charges(session.connection)
                 changed = state_correction(opened_book, session, target, fields, why, fold=answers["fold"])
                 shown = {name: values for name, values in changed.items() if name != "planned_run"}
                 old, new = ({name: values[place] for name, values in shown.items()} for place in (0, 1))
                 words = changes_in_words(session.connection, old, new)
                 runs = runs_corrected(session.connection, target, changed)
                 remarks = remarks_on(session.connection, configuration, runs, changed)
-                settled = settle_waiting(session, target, runs)
+                settled = known_now(session.connection, waiting)
                 reports = outdated_reports(opened_book.store.root, session.connection, session.entries)
                 data = {"changed": changed, "remarks": remarks, "settled": settled, "reports": reports}
                 return data, words, runs
@@ -138,7 +140,7 @@ def correct(
     lines = [
         *(said if changed else [f"{target} says that already: nothing was changed."]),
         *in_file,
-        *(f"{row} waited and says so too: it is dismissed (`labbook runs restore {row}`)." for row in data["settled"]),
+        *(f"{row} waited and says so too: it waits no more." for row in data["settled"]),
     ]
     return tell({"target": target, **data, "rig": rig, "labbook_toml": in_file}, lines)
 

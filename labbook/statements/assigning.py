@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from data_schema.journal import Entry
-from data_schema.queries.facts import fact_exists, insert_fact, read_fact, update_fact
+from data_schema.queries.facts import insert_fact, update_fact
 from data_schema.queries.history import statements_about
 from data_schema.queries.imported_files import (
     links_of_file,
@@ -16,30 +16,28 @@ from data_schema.queries.imported_files import (
     unlink_file,
 )
 from data_schema.queries.runs import list_runs
-from data_schema.vocabulary import Action, ChargeState, FileRole
+from data_schema.vocabulary import Action, FileRole
 from labbook.statements.apply_context import ApplyContext, derived_uid, missing_row, run_named
+from labbook.statements.counted_charges import apply_to_charge, state_of_charge
 
 
 def apply_assign(context: ApplyContext, entry: Entry, _prepared: object) -> None:
-    """Link the file or charge, or take it off its run."""
+    """Link the file or charge, or take it off its run; the only charge of a file goes with it."""
     values = entry.new or {}
     kind, uid = entry.entity_kind, entry.entity_uid
-    if kind == "charge" and not fact_exists(context.connection, "charge", uid):
-        missing_row(context, entry)
-    elif values["run"] is None and kind == "charge":
-        update_fact(context.connection, "charge", uid, {"run": None, "added": 0})
+    if kind == "charge":
+        apply_to_charge(context, entry)
     elif values["run"] is None:
         unlink_file(context.connection, uid, values.get("part"))
-    elif kind == "charge":
-        assign_charge(context, uid, values["run"], added=bool(values.get("added")))
     else:
         role, part = FileRole(values["role"]), values.get("part")
         if part is not None and part not in parts_of_file(context.connection, uid):
             missing_row(context, entry)
             return
         assign_file(context, uid, values["run"], role, part)
-        if part is None:
-            assign_only_charge(context, uid, values["run"], role)
+        charges = unassigned_charges_of_file(context.connection, uid)
+        if part is None and role is FileRole.CHARGE and len(charges) == 1:
+            state_of_charge(context.connection, charges[0], Action.ASSIGN, {"run": values["run"]})
 
 
 def assign_file(
@@ -54,13 +52,6 @@ def assign_file(
     """Link every part of a file to a run, or one; `parts` are those of the reading that is being made."""
     for name in (parts or parts_of_file(context.connection, file_uid)) if part is None else [part]:
         _link(context, file_uid, run_uid, role, name)
-
-
-def assign_only_charge(context: ApplyContext, file_uid: str, run_uid: str, role: FileRole) -> None:
-    """Give the one charge of a file that belongs to no run to the run of the file."""
-    charges = unassigned_charges_of_file(context.connection, file_uid)
-    if role is FileRole.CHARGE and len(charges) == 1:
-        assign_charge(context, charges[0], run_uid)
 
 
 def _link(context: ApplyContext, file_uid: str, run_uid: str, role: FileRole, part: str) -> None:
@@ -104,13 +95,6 @@ def link_parts_again(
             if part not in before:
                 _link(context, file_uid, runs[0], role, part)
     return runs
-
-
-def assign_charge(context: ApplyContext, charge_uid: str, run_uid: str, *, added: bool = False) -> None:
-    """Say after which run a pack took this charge: it counts, unless its row is gone, beside another where `added`."""
-    row = read_fact(context.connection, "charge", charge_uid, ["state", "repeats"])
-    stays = {} if row["state"] in (ChargeState.COUNTED, ChargeState.GONE) else {"state": str(ChargeState.COUNTED)}
-    update_fact(context.connection, "charge", charge_uid, {"run": run_uid, "added": int(added), **stays})
 
 
 def resolve_links(context: ApplyContext, link_uid: str, run_uid: str | None) -> list[str]:

@@ -10,18 +10,19 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from data_schema.journal import Entry
-from data_schema.queries.charges import charges_of_run
+from data_schema.queries.charges import charges_naming
 from data_schema.queries.facts import fact_exists, insert_fact, update_fact
-from data_schema.queries.imported_files import waiting_for_run
+from data_schema.queries.imported_files import files_naming, unassigned_charges_of_file
 from data_schema.queries.study import add_condition_levels
-from data_schema.vocabulary import FileRole
+from data_schema.vocabulary import Action, FileRole
 from labbook.statements.apply_context import (
     ApplyContext,
     derived_uid,
     missing_row,
     with_author,
 )
-from labbook.statements.assigning import assign_charge, assign_file, assign_only_charge, resolve_links
+from labbook.statements.assigning import assign_file, resolve_links
+from labbook.statements.counted_charges import apply_to_charge, name_charges, state_of_charge
 
 
 def apply_declare(context: ApplyContext, entry: Entry, _prepared: object) -> None:
@@ -48,14 +49,19 @@ def _planned_runs(context: ApplyContext, uid: str, values: Mapping[str, Any]) ->
 
 def _link_what_waited(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:
     """Link files and charges that came before their run, and name it, to that run."""
-    files, charges = waiting_for_run(context.connection, values["name"])
-    for file_uid, role in files:
+    charges = charges_naming(context.connection, values["name"])
+    for file_uid, role in files_naming(context.connection, values["name"]):
         assign_file(context, file_uid, uid, FileRole(role))
-        if not charges_of_run(context.connection, uid):
-            assign_only_charge(context, file_uid, uid, FileRole(role))
-    for charge_uid in charges:
-        if not charges_of_run(context.connection, uid):
-            assign_charge(context, charge_uid, uid)
+        if role == FileRole.CHARGE:
+            of_file = unassigned_charges_of_file(context.connection, file_uid)
+            charges += of_file if len(of_file) == 1 else []
+    name_charges(context.connection, list(dict.fromkeys(charges)), uid)
+
+
+def _typed_charge(context: ApplyContext, uid: str, values: Mapping[str, Any]) -> None:
+    """A person who types a charge in gives it to its run."""
+    of_run = {"run": values["run"], "added": values.get("added", 0)}
+    state_of_charge(context.connection, uid, Action.ASSIGN, of_run)
 
 
 _SIGNED = ("note", "day_check")
@@ -68,6 +74,7 @@ _FOLLOW: dict[str, Callable[[ApplyContext, str, Mapping[str, Any]], None]] = {
     "condition": _condition_levels,
     "plan": _planned_runs,
     "run": _link_what_waited,
+    "charge": _typed_charge,
 }
 
 
@@ -80,8 +87,11 @@ def apply_correct(context: ApplyContext, entry: Entry, _prepared: object) -> Non
     if not new:
         return
     kind, uid = entry.entity_kind, entry.entity_uid
-    if kind in ("charge", "run_file") and not fact_exists(context.connection, kind, uid):
-        uids = resolve_links(context, uid, (entry.old or {}).get("run")) if kind == "run_file" else []
+    if kind == "charge":
+        apply_to_charge(context, entry)
+        return
+    if kind == "run_file" and not fact_exists(context.connection, kind, uid):
+        uids = resolve_links(context, uid, (entry.old or {}).get("run"))
         if not uids:
             missing_row(context, entry)
             return
@@ -89,8 +99,8 @@ def apply_correct(context: ApplyContext, entry: Entry, _prepared: object) -> Non
         uids = [uid]
     for each in uids:
         update_fact(context.connection, kind, each, new)
-    if kind == "charge" and new.get("run"):
-        assign_charge(context, uid, new["run"], added=bool(new.get("added")))
+    if kind == "run" and "name" in new:
+        name_charges(context.connection, charges_naming(context.connection, new["name"]), uid)
 
 
 def apply_decide(context: ApplyContext, entry: Entry, _prepared: object) -> None:

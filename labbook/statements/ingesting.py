@@ -97,12 +97,12 @@ def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> None:
     ingest_key = add_reading(context, entry, done, file_key, role)
     touched = link_parts_again(context, before.file_uid, role, new.get("stated_run"), before_parts, _parts(new, done))
     if done.read.refused:
-        touched += mark_charges_gone(context, before.file_uid)
+        mark_charges_gone(context, before.file_uid)
     else:
         add_signals(context, file_key, ingest_key, done, new, entry.entity_uid)
         runs = {link.run_uid for link in links_of_file(context.connection, before.file_uid)}
         of_file = runs.pop() if role is FileRole.CHARGE and len(runs) == 1 else None
-        touched += _update_charges(context, ingest_key, before.file_uid, done, new, of_file)
+        _update_charges(context, ingest_key, before.file_uid, done, new, of_file)
     for run_uid in dict.fromkeys(touched):
         imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
 
@@ -114,9 +114,9 @@ def _update_charges(
     done: PreparedImport,
     new: Mapping[str, Any],
     of_file: str | None,
-) -> list[str]:
+) -> None:
     numbers = charge_numbers(context.connection, done.sha256, keys_of(done.read.charges), new)
-    return update_charges(context, ingest_key, file_uid, done.read, numbers, of_file)
+    update_charges(context, ingest_key, file_uid, done.read, numbers, of_file)
 
 
 def _parts(new: Mapping[str, Any], done: PreparedImport) -> list[str]:

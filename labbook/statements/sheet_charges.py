@@ -1,37 +1,42 @@
-"""The charges of a file after a new reading: which are new, changed, back, or gone.
+"""The charges of a file: what a reading says of each, those that are gone or back, and what is found in them.
 
 A charge is identified by its file and its place there, so that a new reading changes it and keeps its uid, its run and
 people's corrections. It keeps its number in the file: its uid is derived from it, and people name it by it. Which of
-the charges of a run counts is decided by `counted_charges`.
+the charges of a run counts follows from all of them (`counted_charges`).
 """
 
 from __future__ import annotations
 
 import itertools
+import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import fields, replace
+from dataclasses import fields as fields_of
 from itertools import repeat
 from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.journal import canonical
 from data_schema.queries import imports
-from data_schema.queries.charges import SheetRow, rows_of_file, rows_with_uids
-from data_schema.queries.facts import find_uid, insert_fact, update_fact
-from data_schema.queries.history import reading_entries
-from data_schema.vocabulary import ChargeState
-from ingest.model import ChargeRow, ReadFile
+from data_schema.queries.charges import SheetRow, rows_of_file
+from data_schema.queries.facts import find_uid, insert_fact, read_fact, update_fact
+from data_schema.queries.history import history_of_charges, reading_entries
+from data_schema.queries.runs import run_uids_by_name
+from data_schema.vocabulary import ChargeState, Severity
+from ingest.findings import MORE_LINES
+from ingest.model import ChargeRow, Finding, ReadFile
 from labbook.statements.apply_context import ApplyContext, derived_uid
 from labbook.statements.counted_charges import (
-    ManualChanges,
-    Placement,
-    manual_changes,
-    mark_gone,
-    note_on,
-    place_charges,
+    COMPARED,
+    Place,
+    placed_about,
+    same_charge,
     same_value,
+    settle,
+    write_statement,
 )
+from labbook.statements.importing import finding_values
 
 
 def update_charges(
@@ -41,137 +46,179 @@ def update_charges(
     read: ReadFile,
     numbers: Mapping[Key, int],
     of_file: str | None = None,
-) -> list[str]:
-    """Update the charges of a file to what was read from it; returns the runs that it concerns.
+) -> None:
+    """Update the charges of a file to what was read from it.
 
     `numbers` are the row numbers by place of the charges, `of_file` the run that the only charge of a file belongs to.
     """
-    placed = Placement()
-    standing = {row.uid: row for row in rows_of_file(context.connection, file_uid)}
-    known = {row.row_number: row for row in standing.values()}
-    uids = {}
-    for key, row in zip(keys_of(read.charges), read.charges, strict=True):
-        number = numbers[key]
-        uids[known.pop(number).uid if number in known else _uid(file_uid, number)] = (row, number)
-    assert len(uids) == len(read.charges), "two charges of a file have one number"  # noqa: S101
-    manual = manual_changes(context, list(uids))
-    moving, changed = [], []
-    for uid, (read_row, number) in uids.items():
-        old = standing.get(uid)
-        row, battery = _corrected(context, read_row, old, uid, manual[uid], placed)
-        values = _columns(row, battery)
+    connection = context.connection
+    before = rows_of_file(connection, file_uid)
+    standing = {row.row_number: row for row in before}
+    named = _named_runs(connection, read.charges, of_file)
+    found: list[Finding] = []
+    held, new = [], []
+    for key, row, run in zip(keys_of(read.charges), read.charges, named, strict=True):
+        values = _columns(connection, row)
+        old = standing.pop(numbers[key], None)
         if old is None:
-            new = {"file": file_uid, "row_number": number, "run": None}
-            insert_fact(context.connection, "charge", uid, {**new, "state": str(ChargeState.GONE), **values})
-            moving.append(uid)
-            continue
-        same = _same_charge(old, row)
-        if _stays(old, read_row, row, manual[uid], placed):
-            changed += [] if same else [uid]
+            held.append(derived_uid("charge", file_uid, numbers[key]))
+            new.append(held[-1])
+            place = {"file": file_uid, "row_number": numbers[key], "named_run": run}
+            insert_fact(connection, "charge", held[-1], {**values, **place})
         else:
-            moving.append(uid)
-            mark_gone(context, [] if old.state is ChargeState.GONE else [old], placed)
-            values |= {"run": None} if old.state is not ChargeState.GONE or old.stated_run != row.stated_run else {}
-            values |= {} if same else {"repeats": None}
-        update_fact(context.connection, "charge", uid, values)
-    lost = [row for row in standing.values() if row.uid not in uids and row.state is not ChargeState.GONE]
-    mark_gone(context, lost, placed)
-    others = [*changed, *(row.uid for row in lost)]
-    only = of_file if len(read.charges) == 1 else None
-    staying = [row for row in placed.known if row.repeats is not None]
-    place_charges(context, moving, placed, others=others, of_file=only)
-    repeated = rows_with_uids(context.connection, sorted({row.repeats or "" for row in staying}))
-    loose = {row.uid for row in repeated if row.run_uid is None}
-    placed.copies |= {row.uid for row in staying if row.repeats in loose}
-    imports.add_findings(context.connection, ingest_key, placed.all_findings())
-    return placed.runs
+            held.append(old.uid)
+            found += _keep_corrections(old, row, values)
+            if old.named_run is None or values["stated_run"] != old.stated_run:
+                values["named_run"] = run
+            update_fact(connection, "charge", old.uid, {**values, "state": str(ChargeState.COUNTED)})
+    for uid, entries in history_of_charges(connection, new).items():  # said while no reading gave this charge
+        for entry in entries:
+            write_statement(connection, uid, entry.action, entry.new)
+    _set_gone(connection, standing.values())
+    placed = settle(connection, held, before)
+    found += findings_on(connection, placed, held)
+    imports.add_findings(connection, ingest_key, [finding_values(finding) for finding in found])
 
 
-def mark_charges_gone(context: ApplyContext, file_uid: str) -> list[str]:
-    """Set all charges of a file to the state gone; equal rows of other sheets replace them. Returns the runs."""
-    placed = Placement()
-    rows = [row for row in rows_of_file(context.connection, file_uid) if row.state is not ChargeState.GONE]
-    mark_gone(context, rows, placed)
-    place_charges(context, [], placed, others=[row.uid for row in rows])
-    return placed.runs
+def mark_charges_gone(context: ApplyContext, file_uid: str) -> None:
+    """Set all charges of a file to the state gone; equal rows of other sheets replace them."""
+    rows = rows_of_file(context.connection, file_uid)
+    _set_gone(context.connection, rows)
+    settle(context.connection, [row.uid for row in rows])
 
 
-def restore_charges(context: ApplyContext, file_uid: str, ingest_key: int, reading: Mapping[str, Any]) -> list[str]:
-    """Let the charges of a restored file count as before; returns the runs that it concerns.
+def restore_charges(context: ApplyContext, file_uid: str, ingest_key: int, reading: Mapping[str, Any]) -> None:
+    """Let the charges of a restored file count as before.
 
     `reading` is the entry of the reading in force; charges that it lacks stay gone.
     """
-    placed = Placement()
-    gone = [row for row in rows_of_file(context.connection, file_uid) if row.state is ChargeState.GONE]
-    uids = [row.uid for row in gone if row.row_number in reading["charge_numbers"]]
-    place_charges(context, uids, placed)
-    imports.add_findings(context.connection, ingest_key, placed.all_findings())
-    return placed.runs
+    rows = rows_of_file(context.connection, file_uid)
+    uids = [row.uid for row in rows if row.row_number in reading["charge_numbers"]]
+    for uid in uids:
+        update_fact(context.connection, "charge", uid, {"state": str(ChargeState.COUNTED)})
+    found = findings_on(context.connection, settle(context.connection, uids), uids)
+    imports.add_findings(context.connection, ingest_key, [finding_values(finding) for finding in found])
 
 
-def _stays(old: SheetRow, read_row: ChargeRow, row: ChargeRow, manual: ManualChanges, placed: Placement) -> bool:
-    """Tell whether a charge keeps its state: dismissed, with its run, or known; `row` has people's corrections."""
-    same, same_run = _same_charge(old, row), row.stated_run == old.stated_run
-    if old.state is ChargeState.KNOWN and same:
-        placed.known.append(old)
-    if old.state is ChargeState.COUNTED and manual.assigned and not same_run:
+def _set_gone(connection: sa.Connection, rows: Iterable[SheetRow]) -> None:
+    for row in rows:
+        if row.state is not ChargeState.GONE:
+            update_fact(connection, "charge", row.uid, {"state": str(ChargeState.GONE), "run": None, "repeats": None})
+
+
+def _named_runs(connection: sa.Connection, charges: Sequence[ChargeRow], of_file: str | None) -> list[str | None]:
+    """Return the uid of the run that each charge of a file names; the only one may be of the file's run."""
+    names = sorted({row.stated_run for row in charges if row.stated_run is not None})
+    runs = run_uids_by_name(connection, names)
+    return [runs.get(row.stated_run or "") or (of_file if len(charges) == 1 else None) for row in charges]
+
+
+def _keep_corrections(old: SheetRow, read: ChargeRow, values: dict[str, Any]) -> list[Finding]:
+    """Put the values that people corrected in place of those read now; returns where a person's word stands."""
+    place = f"Row {old.row_number}" if read.line is None else f"Line {read.line}"
+    place += "" if read.member is None or read.line is None else f" of {read.member}"
+    found = []
+    for name, (before, right) in old.corrected.items():
+        if not same_value(values[name], before) and not same_value(values[name], right):
+            message = (
+                f"{place} says {name}={values[name]}, where {before} stood, and a person corrected that to {right}: "
+                f"the correction stands; correct charge:{old.uid} again if the sheet is right."
+            )
+            found.append(_note("correction_stands", read, message))
+    if old.corrected:
+        corrected = {name: (values[name], right) for name, (_before, right) in old.corrected.items()}
+        values |= {name: right for name, (_before, right) in old.corrected.items()}
+        values["corrected"] = canonical(corrected)
+    if old.assigned and old.state is not ChargeState.GONE and values["stated_run"] != old.stated_run:
         message = (
-            f"{_row(old, read_row)} names run {read_row.stated_run} now, and a person said where it belongs: that "
-            "stands; `labbook assign` moves it."
+            f"{place} names run {read.stated_run} now, and a person said where it belongs: that stands; `labbook "
+            "assign` moves it."
         )
-        placed.findings.append(note_on("assignment_stands", read_row.charge_mah, read_row.line, message))
-    stays = {
-        ChargeState.DISMISSED: True,
-        ChargeState.KNOWN: same,
-        ChargeState.COUNTED: manual.assigned or (same_run and old.run_uid is not None),
-        ChargeState.GONE: False,
-    }[old.state]
-    placed.runs += [old.run_uid] if stays and old.run_uid else []
-    return stays
+        found.append(_note("assignment_stands", read, message))
+    return found
 
 
-_IN_TABLE = tuple(each.name for each in fields(ChargeRow) if each.name not in ("row_number", "member"))
+_IN_TABLE = tuple(each.name for each in fields_of(ChargeRow) if each.name not in ("row_number", "member"))
 """The fields of a line that are stored as they are; its number is given once, and its pack has a row of its own too."""
 
 
-def _corrected(
-    context: ApplyContext, read_row: ChargeRow, old: SheetRow | None, uid: str, manual: ManualChanges, placed: Placement
-) -> tuple[ChargeRow, str | None]:
-    """Return a line with the values that a person corrected in it, and the uid of its pack, likewise."""
-    pack = read_row.stated_pack
-    read_values = {name: getattr(read_row, name) for name in _IN_TABLE}
-    read_values["battery"] = find_uid(context.connection, "battery", name=pack) if pack else None
-    corrected = {name: manual.corrected[name][1] for name in sorted(manual.corrected.keys() & read_values.keys())}
-    for name, now in corrected.items():
-        before = manual.corrected[name][0]
-        if not same_value(read_values[name], before) and not same_value(read_values[name], now):
-            message = (
-                f"{_row(old, read_row)} says {name}={read_values[name]}, where {before} stood, and a person corrected "
-                f"that to {now}: the correction stands; correct charge:{uid} again if the sheet is right."
-            )
-            placed.findings.append(note_on("correction_stands", read_row.charge_mah, read_row.line, message))
-    battery = corrected.pop("battery", read_values["battery"])
-    return replace(read_row, **corrected), battery
-
-
-def _same_charge(old: SheetRow, row: ChargeRow) -> bool:
-    names = ("charge_mah", "end_voltage_v", "mode", "stated_run")
-    return all(same_value(getattr(old, name), getattr(row, name)) for name in names)
-
-
-def _uid(file_uid: str, number: int) -> str:
-    return derived_uid("charge", file_uid, number)
-
-
-def _row(old: SheetRow | None, row: ChargeRow) -> str:
-    if row.line is None:
-        return f"Row {(old or row).row_number}"
-    return f"Line {row.line}" if row.member is None else f"Line {row.line} of {row.member}"
-
-
-def _columns(row: ChargeRow, battery: str | None) -> dict[str, Any]:
+def _columns(connection: sa.Connection, row: ChargeRow) -> dict[str, Any]:
     """Return a charge as its table takes it."""
-    return {**{name: getattr(row, name) for name in _IN_TABLE}, "mode": str(row.mode), "battery": battery}
+    pack = find_uid(connection, "battery", name=row.stated_pack) if row.stated_pack else None
+    return {**{name: getattr(row, name) for name in _IN_TABLE}, "mode": str(row.mode), "battery": pack}
+
+
+_NEW_FILE = "FILE"
+"""Stands for a file that is not in the book yet."""
+
+
+def predicted_findings(connection: sa.Connection, charges: Sequence[ChargeRow], of_run: str | None) -> list[Finding]:
+    """Return what would be found of the charges of a file that is not in the book; `of_run` is the file's run."""
+    of_file = None if of_run is None else find_uid(connection, "run", name=of_run)
+    rows = []
+    for read, run in zip(charges, _named_runs(connection, charges, of_file), strict=True):
+        values = {name: getattr(read, name) for name in SheetRow.__slots__ if hasattr(read, name)}
+        uid = f"{_NEW_FILE}#{read.row_number}"
+        rows.append(SheetRow(**values, order=sys.maxsize, uid=uid, file_uid=_NEW_FILE, named_run=run))
+    return findings_on(connection, placed_about(connection, rows, in_book=False), [row.uid for row in rows])
+
+
+def findings_on(connection: sa.Connection, placed: Mapping[str, Place], uids: Iterable[str]) -> list[Finding]:
+    """Return which of these charges contradict what their run has, and one finding on all that are known."""
+    known, found = [], []
+    for row, place in ((placed[uid].row, placed[uid]) for uid in uids):
+        if place.other is None:
+            continue
+        if place.state is not ChargeState.KNOWN:
+            name = read_fact(connection, "run", row.assigned_run or row.named_run or "", ["name"])["name"]
+            found.append(_contradicts(row, name, place.other))
+            continue
+        known.append(place)
+        if not same_charge(row, place.other):
+            message = (
+                f"{row.charge_mah:g} mAh is what charge:{place.other.uid} said before a person corrected it to "
+                f"{place.other.charge_mah:g} mAh: the correction stands; correct it again if the sheet is right."
+            )
+            found.append(_note("correction_stands", row, message))
+    return [*found, *([_known_already(known, placed)] if known else [])]
+
+
+def _known_already(known: Sequence[Place], placed: Mapping[str, Place]) -> Finding:
+    """Say that rows are known, and whether what they repeat is a charge of their run."""
+    lines = [place.row.line for place in known if place.row.line is not None]
+    what = "1 row is" if len(known) == 1 else f"{len(known)} rows are"
+    others = [place.other for place in known if place.other is not None]
+    of_no_run = sum((placed[other.uid].run if other.uid in placed else other.run_uid) is None for other in others)
+    if not of_no_run:
+        why = "the book has these charges of these runs"
+    elif of_no_run < len(known):
+        why = f"the book has these charges, {of_no_run} of them of no run (`labbook runs inbox`)"
+    else:
+        why = f"the book has {'it' if of_no_run == 1 else 'them'} as of no run (`labbook runs inbox`)"
+    message = f"{what} known already: {why}, so nothing is added."
+    first, more = (lines[0], tuple(lines[1 : MORE_LINES + 1])) if lines else (None, ())
+    return Finding(Severity.NOTE, "charge_known", message, first, None, None, len(known), more)
+
+
+def _contradicts(row: SheetRow, run: str, other: SheetRow) -> Finding:
+    """Say that a run has another charge than a row differing."""
+    item, where = (each.uid if each.file_uid == _NEW_FILE else f"charge:{each.uid}" for each in (row, other))
+    compared = [(name, getattr(row, name), getattr(other, name)) for name in COMPARED]
+    differing = {name: value for name, value, before in compared if value is not None and not same_value(value, before)}
+    fields = " ".join(
+        f"{name}={value:.12g}" if isinstance(value, float) else f"{name}={value}" for name, value in differing.items()
+    )
+    cure = f"`labbook correct {where} {fields} --why ...`, which settles the row"
+    message = (
+        f"Run {run} has a charge of {other.charge_mah:g} mAh ({where}); this row waits in the inbox: if that charge is "
+        f"wrong, {'correct the sheet' if other.file_uid == _NEW_FILE else cure}; if the pack was charged in two parts, "
+        f"add this one, `labbook assign {item} {run} --add`; else `labbook runs dismiss` it."
+    )
+    return _note("charge_contradicts", row, message)
+
+
+def _note(rule: str, row: SheetRow | ChargeRow, message: str) -> Finding:
+    return Finding(Severity.NOTE, rule, message, row.line, None, f"{row.charge_mah:g} mAh", 1, ())
 
 
 Key = tuple[str, int, int]

@@ -6,14 +6,15 @@ Nothing is deleted: the readings, the samples and the links to runs stay, and no
 from __future__ import annotations
 
 from data_schema.journal import Entry
-from data_schema.queries.facts import fact_exists, read_fact, update_fact
+from data_schema.queries.facts import read_fact
 from data_schema.queries.history import reading_entries
 from data_schema.queries.imports import findings_of
 from data_schema.queries.readings import last_reading, set_status
 from data_schema.tables.base import private_keys
 from data_schema.tables.files import ingest
-from data_schema.vocabulary import ChargeState, IngestStatus, Severity
-from labbook.statements.apply_context import ApplyContext, missing_row
+from data_schema.vocabulary import IngestStatus, Severity
+from labbook.statements.apply_context import ApplyContext
+from labbook.statements.counted_charges import apply_to_charge
 from labbook.statements.sheet_charges import mark_charges_gone, restore_charges
 
 
@@ -25,14 +26,14 @@ def apply_withdraw(context: ApplyContext, entry: Entry, _prepared: object) -> No
 def apply_restore(context: ApplyContext, entry: Entry, _prepared: object) -> None:
     """Take a file into use again under the reading that it had, or a charge into the inbox."""
     if entry.entity_kind == "charge":
-        _set_charge(context, entry, ChargeState.DISMISSED, ChargeState.COUNTED)
+        apply_to_charge(context, entry)
     else:
         _use(context, entry.entity_uid, IngestStatus.IMPORTED)
 
 
 def apply_dismiss(context: ApplyContext, entry: Entry, _prepared: object) -> None:
     """Take a charge that belongs to no run out of the inbox."""
-    _set_charge(context, entry, ChargeState.COUNTED, ChargeState.DISMISSED)
+    apply_to_charge(context, entry)
 
 
 def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> None:
@@ -49,13 +50,3 @@ def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> None:
         entry = reading_entries(context.connection, sha256)[-1]
         key = private_keys(context.connection, ingest.c.uid, [reading.uid])[reading.uid]
         restore_charges(context, file_uid, key, entry)
-
-
-def _set_charge(context: ApplyContext, entry: Entry, old: ChargeState, new: ChargeState) -> None:
-    """Change the state of a charge; one whose row is gone stays so, and comes back in the state stated last."""
-    uid = entry.entity_uid
-    if not fact_exists(context.connection, "charge", uid):
-        missing_row(context, entry)
-        return
-    if read_fact(context.connection, "charge", uid, ["state"])["state"] == old:
-        update_fact(context.connection, "charge", uid, {"state": str(new), "run": None})

@@ -198,7 +198,7 @@ def test_a_row_that_contradicts_is_settled_by_the_correction_that_its_sentence_n
     other = said.split("`labbook correct ")[1].split(" --why")[0].split()
     target = other if corrected == "the run's charge" else [row, "charge_mah=105", "end_voltage_v=16.8"]
     done = good(labbook("correct", *target, "--why", "misread", at=whole.folder)).out
-    says(done, "late.csv#1", "dismissed", "labbook runs restore")
+    says(done, "late.csv#1", "waits no more")
     assert good(labbook("runs", "inbox", "--json", at=whole.folder)).json == []
     good(labbook("rebuild", at=whole.folder))
     assert good(labbook("runs", "inbox", "--json", at=whole.folder)).json == []

@@ -37,7 +37,6 @@ from labbook.book.opening import Book
 from labbook.book.write_session import Statement, new_uid
 from labbook.config.parsing import Configuration
 from labbook.config.run_names import RunNames, composed
-from labbook.statements.counted_charges import predicted_findings
 from labbook.statements.importing import (
     PreparedImport,
     ReadSettings,
@@ -48,6 +47,7 @@ from labbook.statements.importing import (
 )
 from labbook.statements.ingesting import runs_contradict
 from labbook.statements.reading_cache import remember
+from labbook.statements.sheet_charges import predicted_findings
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +122,7 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
             status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
             runs = () if read.refused else _runs_to_assign(connection, of_run, read)
             if not read.refused and read.charges:
-                read = replace(read, findings=(*read.findings, *predicted_findings(connection, read.charges)))
+                read = replace(read, findings=(*read.findings, *predicted_findings(connection, read.charges, of_run)))
             if not read.refused and of_run is None:
                 read = replace(read, findings=(*read.findings, *runs_contradict(stated, path.name)))
             return FileOutcome(own_name(path), sha256, status, read, runs)

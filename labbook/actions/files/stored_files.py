@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
-from data_schema.queries.charges import charges_of_runs, repeating
+from data_schema.queries.charges import charges_of_runs
 from data_schema.queries.history import statements_about
 from data_schema.queries.imported_files import (
     InboxItem,
@@ -188,11 +188,13 @@ def withdraw(session: WriteSession, name: str, why: str) -> str:
     runs = {link.run_uid for link in links_of_file(session.connection, file.uid)}
     of_runs = {row.uid: row.run_uid for row in charges if row.run_uid}
     old = {"runs": sorted({*runs, *of_runs.values()}), "charges": of_runs}
+    of_same_runs = charges_of_runs(session.connection, sorted({*of_runs.values()}))
+    before = {charge.uid for of_run in of_same_runs.values() for charge in of_run}
     session.state(Statement(Action.WITHDRAW, "file", file.uid, old=old, reason=why))
-    standing_in = repeating(session.connection, [row.uid for row in charges], ChargeState.COUNTED)
-    in_place = [other for of_row in standing_in.values() for other in of_row]
+    of_same_runs = charges_of_runs(session.connection, sorted({*of_runs.values()}))
+    in_place = [other for of_run in of_same_runs.values() for other in of_run if other.uid not in before]
     lost = f", {len(charges)} charges count no more" if charges else ""
-    lost += f" and {len(in_place)} rows of other sheets that say the same count instead" if in_place else ""
+    lost += f" and {len(in_place)} rows of other sheets count instead" if in_place else ""
     called = file.name if len(find_files(session.connection, file.name)) == 1 else file.uid
     return f"{file.name} is out of use{lost}: `labbook files restore {called}` takes it into use again."
 

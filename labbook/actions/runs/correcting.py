@@ -10,10 +10,10 @@ from zoneinfo import ZoneInfo
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.charges import rows_about, rows_with_uids
+from data_schema.queries.charges import rows_with_uids
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.imported_files import place_of_charge
-from data_schema.queries.runs import RunRow, list_runs, runs_named
+from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.study import factors, planned_runs
 from data_schema.tables import FACTS
 from data_schema.vocabulary import Action, ChargeState, RunKind, RunState
@@ -40,14 +40,14 @@ from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession
 from labbook.config.local_time import date_named
 from labbook.config.parsing import Configuration
-from labbook.statements.counted_charges import same_charge
 
 _NAMED = ("robot", "battery", "instrument", "factor")
 _FIXED = {"id", "uid", "study", "state", "planned_run", "condition", "file", "row_number", "line", "factor", "label"}
 _FIXED_OF: Mapping[str, set[str]] = {
     "factor": {"name"},  # it stands in the names of conditions
     "level": {"value"},  # the label holds it
-    "charge": {"repeats", "added"},  # found when its file is read; stated with its run, by `labbook assign --add`
+    # what is found, or stated by `labbook assign` and `labbook runs dismiss`
+    "charge": {"repeats", "added", "named_run", "assigned", "assigned_run", "dismissed", "corrected"},
 }
 _NO_LEVELS = "levels"
 """`levels=none` takes a run's levels away."""
@@ -134,25 +134,10 @@ def runs_corrected(connection: sa.Connection, target: str, changed: Mapping[str,
     return [] if run_uid is None else [read_fact(connection, "run", run_uid, ["name"])["name"]]
 
 
-def settle_waiting(session: WriteSession, target: str, runs: Sequence[str]) -> list[str]:
-    """Dismiss the rows of the inbox that are now equal to the charge of their run; returns their names.
-
-    `runs` are those that a correction of `target` was about; of a charge without a run its row's run is meant.
-    """
-    kind, _colon, uid = target.partition(":")
-    rows = rows_with_uids(session.connection, [uid]) if kind == "charge" and not runs else []
-    names = list(runs) or [row.stated_run for row in rows if row.stated_run is not None]
-    settled = []
-    for run in runs_named(session.connection, names):
-        about = rows_about(session.connection, [run.uid], [run.name])
-        standing = [row for row in about if row.run_uid is not None]
-        for row in about:
-            waits = row.run_uid is None and row.state is ChargeState.COUNTED
-            if waits and any(same_charge(row, other) for other in standing):
-                reason = f"it says what the charge of run {run.name} does"
-                session.state(Statement(Action.DISMISS, "charge", row.uid, reason=reason))
-                settled.append(place_of_charge(session.connection, row.uid) or row.uid)
-    return settled
+def known_now(connection: sa.Connection, waiting: Sequence[str]) -> list[str]:
+    """Return the names of those rows that waited in the inbox and say now what the charge of their run does."""
+    known = [row for row in rows_with_uids(connection, waiting) if row.state is ChargeState.KNOWN]
+    return [place_of_charge(connection, row.uid) or row.uid for row in known]
 
 
 class StateChange(NamedTuple):

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 import sqlalchemy as sa
 
 from data_schema.journal import Entry
-from data_schema.queries.charges import ChargeOfRun
+from data_schema.queries.charges import ChargeOfRun, waiting_charges
 from data_schema.queries.imported_files import Link, find_files
 from data_schema.vocabulary import Action, ChargeMode
 from labbook.actions.upkeep.merge_rules import display_name
@@ -17,10 +17,14 @@ Charges = Mapping[str, Sequence[ChargeOfRun]]
 
 
 def second_charges(connection: sa.Connection, before: Charges, there: Charges, now: Charges) -> list[str]:
-    """Say which runs would have a charge of each book, where neither has two; uids `there` are those of this book."""
-    found = []
+    """Say which runs would have a charge of each book, where neither has two; uids `there` are those of this book.
+
+    The charge of this book waits then, for the other was given to the run later.
+    """
+    found, waiting = [], {*waiting_charges(connection)}
     for uid, charges in now.items():
-        some = [row for row in charges if row.mode == ChargeMode.CHARGE]
+        own_waiting = [row for row in before.get(uid, ()) if row.uid in waiting]
+        some = [row for row in [*own_waiting, *charges] if row.mode == ChargeMode.CHARGE]
         if len(some) > max(1, len(before.get(uid, ())), len(there.get(uid, ()))):
             own = {row.uid for row in before.get(uid, ())}
             words = " and ".join(

@@ -103,6 +103,7 @@ def _changes(
         in_file.setdefault(file_of[uid] if isinstance(uid, str) else uid[0], []).append(uid)
     partial_path, linked = {link.uid: link.part for link in links}, {link.part: link.run_uid for link in links}
     taken_off: set[Part] = set()
+    parts_of_charges = {uid for uid, row in charges.items() if row.added}
 
     def run_of(part: Part, values: Mapping[str, Any]) -> str:
         """Return the run of a part where an entry names the runs of its file, or the one run of the file."""
@@ -119,6 +120,7 @@ def _changes(
                 yield entry, Change(ChangeKind(entry.kind), entry.uid, name, old.get(name), new[name])
             if entry.kind == "charge" and "run" in new:
                 moved = {entry.uid: (old.get("run") or NO_RUN, new["run"] or NO_RUN)}
+                parts_of_charges = parts_of_charges - {entry.uid} | ({entry.uid} if old.get("added") else set())
         elif entry.kind == "run_file":
             # A link that is gone names no file: it was of one that was taken off the run that it led to.
             gone = [part for part in taken_off if at[part] == new["run"]]
@@ -133,6 +135,10 @@ def _changes(
             if entry.action is Action.ASSIGN and not old:  # the only charge of a file went with it
                 has = {item: new["run"] for item in items if isinstance(item, str) and at[item] == new["run"]}
             moved |= {uid: (had.get(uid, NO_RUN), has.get(uid, NO_RUN)) for uid in {**had, **has}}
+        back = {was for uid, (was, _now) in moved.items() if uid in charges and uid not in parts_of_charges} - {NO_RUN}
+        for uid, run in at.items() if back else ():  # a run has one charge: this one stepped in for that which left
+            if run in back and uid in charges and uid not in moved and uid not in parts_of_charges:
+                moved[uid] = (NO_RUN, run)
         for uid, (was, now) in moved.items():
             if uid in at and was != now:
                 at[uid] = was

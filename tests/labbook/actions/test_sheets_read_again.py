@@ -232,6 +232,38 @@ def test_two_charges_that_came_before_their_run_are_no_different(tmp_path: Path)
     rebuilt_alike(small)
 
 
+def test_what_counts_follows_from_what_is_said_now_and_not_from_what_was(small: SmallBook, tmp_path: Path) -> None:
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", "run,mAh,minutes\nr001,150,12\n")
+        take(book, tmp_path, "other.csv", "run,mAh,minutes\nr001,99,12\n")
+        for steps, counts in ((("-s.csv",), 99.0), (("+s.csv",), 150.0)):
+            use(book, *steps)
+            assert charges(book)["r001"] == [counts]
+        with book.reading() as connection:
+            assert [item.name for item in inbox(connection)] == ["other.csv#1"]
+        with book.session(ADA) as session:
+            says(assign(session, "s.csv#1", "none", "another pack's"), "inbox", "other.csv#1")
+        assert charges(book)["r001"] == [99.0]
+        with book.reading() as connection:
+            assert [item.name for item in inbox(connection)] == ["s.csv#1"]
+    rebuilt_alike(small)
+
+
+def test_a_sheet_that_grows_repeats_what_was_corrected_meanwhile(small: SmallBook, tmp_path: Path) -> None:
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", SHEET, declared("Ah"))
+        with book.session(ADA) as session:
+            correct(book, session, f"charge:{uid_of(book, 'r002')}", ["charge_mah=149"], "the display said 149")
+        grown = take(book, tmp_path, "grown.csv", f"{SHEET}r004,0.19,12\n", declared("Ah"))
+        assert grown.read is not None
+        rules = {finding.rule: finding.count for finding in grown.read.findings}
+        assert {"charge_known": 3, "correction_stands": 1}.items() <= rules.items()
+        assert charges(book) == {"r001": [150.0], "r002": [149.0], "r003": [170.0], "r004": [190.0]}
+        use(book, "-s.csv", "+s.csv")
+        assert charges(book)["r002"] == [149.0]
+    rebuilt_alike(small)
+
+
 TWICE = "run_a,run_b,first,second,minutes\nr001,r002,150,150,12\n,,160,,12\n"
 
 
