@@ -99,8 +99,9 @@ def test_a_gain_without_a_rise_is_left_out_with_all_above_it(book: Path, found: 
     assert generous["left_out"] == [500]
     told = good(labbook("study", "emulator", "--same", "9", at=book)).out
     says(told, "Left out", "500", "torque limit")
-    for trend in generous["trends"]:
-        assert not {*map(float, trend["line"]["groups"])} & {*generous["coarse"], 500}
+    telling = {one["gain"] for one in generous["gains"]} - {*generous["coarse"], 500}
+    for trend in generous["trends"]:  # three gains at least make one
+        assert trend["line"] is None or {*map(float, trend["line"]["groups"])} <= telling
 
 
 @pytest.mark.parametrize(("bound", "said"), [(0.01, "neither shown nor excluded"), (300.0, "less than 300 points")])

@@ -5,7 +5,7 @@ rate explains; and the mean coverage of a kind of quantity must agree with 95 % 
 (quantities of one campaign share its drain fit, seeds share nothing).
 """
 
-from dataclasses import astuple
+from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
@@ -33,6 +33,10 @@ def covers(low: float | Undefined, high: float | Undefined, truth: float) -> boo
     return low <= truth <= high
 
 
+def key_of(condition: Condition) -> str:
+    return " ".join(f"{name}={level}" for name, level in asdict(condition).items())
+
+
 def coverage_of(seed: int) -> dict[str, list[bool]]:
     """Whether each interval of one campaign covers its truth, by kind."""
     campaign = make_campaign(seed)
@@ -45,7 +49,7 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
     joules, apexes = ({one.key: one for one in drawn[outcome]} for outcome in (Outcome.JOULES, Outcome.APEX))
 
     def runs(*conditions: Condition) -> tuple[list[float], SharedError]:
-        of_all = [run for one in conditions for run in joules[" ".join(map(str, astuple(one)))].runs]
+        of_all = [run for one in conditions for run in joules[key_of(one)].runs]
         return [run.value for run in of_all], shared_of_mean([run.shared for run in of_all])
 
     true = truths()
@@ -57,7 +61,7 @@ def coverage_of(seed: int) -> dict[str, list[bool]]:
     for condition in truth.conditions:
         mean = describe_shared(*runs(condition), LEVEL)
         covered["joules a jump"].append(covers(mean.ci_low, mean.ci_high, truth.joules_per_jump(condition)))
-        apex = describe(apexes[" ".join(map(str, astuple(condition)))].values, LEVEL)
+        apex = describe(apexes[key_of(condition)].values, LEVEL)
         covered["apex height"].append(covers(apex.ci_low, apex.ci_high, truth.apex_height_m(condition)))
 
     for group in truth.groups:
