@@ -12,7 +12,7 @@ import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
@@ -30,6 +30,18 @@ MOST_VERSIONS = 2
 MOST_BYTES = 64 * 2**20
 """Of one version; beyond, the files go that were used longest ago."""
 _HASH_BYTES = 32
+_reading = True
+
+
+@contextlib.contextmanager
+def without_caches() -> Iterator[None]:
+    """Let all be computed anew for as long as this is open, for a check that may trust no cache."""
+    global _reading
+    before, _reading = _reading, False
+    try:
+        yield
+    finally:
+        _reading = before
 
 
 @dataclass(frozen=True)
@@ -65,7 +77,7 @@ class FileCache:
 
     def read(self, name: str) -> bytes | None:
         """Return what a file holds, None where it is not there or not whole."""
-        if (folder := self.folder) is None:
+        if not _reading or (folder := self.folder) is None:
             return None
         path = folder / name
         try:

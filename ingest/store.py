@@ -28,8 +28,8 @@ RAW_COMPRESSION_LEVEL = 1
 """Level 1 takes two thirds of the time of level 3, and its copies of logs are no larger (docs/performance.md)."""
 
 
-STORED = ("raw", "signals")
-"""The folders of a store."""
+STORED = ("raw", "signals", "numbers")
+"""The folders of a store: raw copies, samples, and the numbers of reports."""
 
 
 def raw_path(sha256: str) -> str:

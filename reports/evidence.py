@@ -20,7 +20,7 @@ class Equivalence(Result):
 
     `estimate` is treatment less control in the unit of the bounds, with an interval of level 1 - 2 alpha; `p` is the
     larger of both, `shown` is None where there is no test. `exploratory` says why the test was not planned, "" where it
-    was; it is not stored.
+    was.
     """
 
     estimate: Number
@@ -93,7 +93,7 @@ class OverallSavings(Result):
 
     `days_measured_only`: a group was compared within days, so that the claim holds for these days. `spread` is the
     standard deviation of the groups' savings, `heterogeneity_p` the p of the test that all saved the same; `differ` is
-    None where that is not tested. `exploratory` says why the effect was not planned, "" where it was; it is not stored.
+    None where that is not tested. `exploratory` says why the effect was not planned, "" where it was.
     """
 
     quantity: Outcome

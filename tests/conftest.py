@@ -170,7 +170,7 @@ def _arrays_are_compared_as_a_whole() -> Iterator[None]:
             rel = (0.0 if approx.abs is not None else 1e-6) if approx.rel is None else approx.rel
             within = np.maximum(rel * np.abs(wanted), 1e-12 if approx.abs is None else approx.abs)
             with np.errstate(invalid="ignore"):  # of what is infinite
-                if np.all(np.abs(found - wanted) <= within):
+                if np.isfinite(wanted).all() and np.all(np.abs(found - wanted) <= within):
                     return True
         return bool(by_number(approx, other))
 

@@ -129,11 +129,10 @@ def history_of_run(connection: sa.Connection, run_uid: str, charge_uids: Sequenc
     return _entries(connection, sa.or_(*about))
 
 
-def corrections_after(connection: sa.Connection, uid: str, report_uids: Sequence[str]) -> list[EntryRow]:
-    """Return what was corrected or declared void of a thing after the last of these reports, oldest first."""
-    reports = sa.select(sa.func.max(journal.c.seq)).where(journal.c.entity_uid.in_(report_uids)).scalar_subquery()
+def corrections_of(connection: sa.Connection, uid: str) -> list[EntryRow]:
+    """Return what was corrected or declared void of a thing, oldest first."""
     corrected = journal.c.action.in_((Action.CORRECT, Action.VOID))
-    return _entries(connection, sa.and_(journal.c.entity_uid == uid, corrected, journal.c.seq > reports))
+    return _entries(connection, sa.and_(journal.c.entity_uid == uid, corrected))
 
 
 def entries_between(connection: sa.Connection, after_seq: int, until_seq: int) -> list[EntryRow]:

@@ -18,7 +18,8 @@ class ReportRow:
     """A report: its place among all from 1, the number of its entry, who made it when, of which runs, and with what.
 
     `selection` is "" for all runs, `versions` are those of the algorithms, `numbers` how many numbers it shows. Its
-    `files` are in `folder`, as it counts from the book's, each with the hash of its bytes.
+    `files` are in `folder`, as it counts from the book's, each with the hash of its bytes. Of a report made
+    `elsewhere`, in a book that was merged into this one, they are there.
     """
 
     number: int
@@ -31,6 +32,7 @@ class ReportRow:
     numbers: int
     folder: str
     files: Mapping[str, str]
+    elsewhere: bool
 
     @property
     def called(self) -> str:
@@ -49,6 +51,7 @@ def list_reports(connection: sa.Connection) -> list[ReportRow]:
             report.c.selection,
             report.c.versions_json,
             journal.c.new_json,
+            journal.c.origin_json,
         )
         .join(report, sa.and_(journal.c.entity_uid == report.c.uid, journal.c.action == Action.REPORT))
         .join(person, journal.c.person == person.c.id)
@@ -57,6 +60,12 @@ def list_reports(connection: sa.Connection) -> list[ReportRow]:
     found = []
     for place, row in enumerate(connection.execute(query), start=1):
         new = json.loads(row.new_json)
-        about = (json.loads(row.versions_json), new["numbers"], new["folder"], new["files"])
+        about = (
+            json.loads(row.versions_json),
+            new["numbers"],
+            new["folder"],
+            new["files"],
+            row.origin_json is not None,
+        )
         found.append(ReportRow(place, row.uid, row.seq, row.made_utc, row.name, row.selection, *about))
     return found

@@ -10,6 +10,7 @@ import itertools
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import NamedTuple
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
@@ -215,10 +216,30 @@ def is_ended(source: TextSource) -> bool:
 
 def text_rows(source: TextSource, delimiter: bytes, between: bytes = b"\n") -> Iterator[Row]:
     """Yield the rows of a text that have any cell; one in quotes may hold some lines, with `between` for their ends."""
-    for number, content in numbered_lines(source.data, source.start, between):
+    is_open = partial(_goes_on, delimiter=delimiter)
+    for number, content in numbered_lines(source.data, source.start, between, is_open):
         cells = split_cells(content.rstrip(b"\x1a"), delimiter) if content.strip() else []
         if cells is None or any(cells):
             yield number, None if cells is None else [source.decode(cell).strip(_BLANKS) for cell in cells]
+
+
+_QUOTED = re.compile(rb'"(?:[^"]|"")*"(?!")')
+
+
+def _goes_on(line: bytes, delimiter: bytes) -> bool:
+    """Whether a cell of a line that begins with a quote is not closed in it; within a cell it is a mark of inches."""
+    position = 0
+    while position >= 0:
+        while line[position : position + 1] in (b" ", b"\t") and line[position : position + 1] != delimiter:
+            position += 1
+        if line[position : position + 1] == b'"':
+            cell = _QUOTED.match(line, position)
+            if cell is None:
+                return True
+            position = cell.end()
+        position = line.find(delimiter, position)
+        position += len(delimiter) if position >= 0 else 0
+    return False
 
 
 _BLANKS = " \t\r\n\u00a0\u202f"

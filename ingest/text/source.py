@@ -9,7 +9,7 @@ import codecs
 import dataclasses
 import re
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -324,15 +324,26 @@ class LogicalLine(NamedTuple):
     spanned: int
 
 
-def logical_line(data: bytes, position: int, stop: int, between: bytes = b" ") -> LogicalLine:
+def has_open_quote(line: bytes) -> bool:
+    """Whether a quote of a line, wherever it stands, is not closed."""
+    return line.count(b'"') % 2 == 1
+
+
+def logical_line(
+    data: bytes,
+    position: int,
+    stop: int,
+    between: bytes = b" ",
+    is_open: Callable[[bytes], bool] = has_open_quote,
+) -> LogicalLine:
     """Return the line at `position`, with those that an open quote takes in; a quote never closed takes none.
 
-    `between` stands for the ends of the lines joined.
+    `between` stands for the ends of the lines joined; `is_open` tells whether a line goes on in the next one.
     """
     first = physical_line(data, position, stop)
     joined, joined_end = first.content, first.end
     for spanned in range(1, MOST_QUOTED_LINES + 1):
-        if joined.count(b'"') % 2 == 0:
+        if not is_open(joined):
             return LogicalLine(joined, joined_end, spanned)
         if joined_end >= stop:
             break
@@ -341,11 +352,13 @@ def logical_line(data: bytes, position: int, stop: int, between: bytes = b" ") -
     return first
 
 
-def numbered_lines(data: bytes, start: int, between: bytes = b" ") -> Iterator[tuple[int, bytes]]:
+def numbered_lines(
+    data: bytes, start: int, between: bytes = b" ", is_open: Callable[[bytes], bool] = has_open_quote
+) -> Iterator[tuple[int, bytes]]:
     """Yield the number (from 1, counted from `start`) and the content of every line, as `logical_line` joins them."""
     position, number = start, 1
     while position < len(data):
-        line = logical_line(data, position, len(data), between)
+        line = logical_line(data, position, len(data), between, is_open)
         yield number, line.content
         position, number = line.end, number + line.spanned
 

@@ -18,7 +18,7 @@ from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.vocabulary import Action
 from ingest.store import STORED
-from labbook.book.opening import JOURNAL, Book
+from labbook.book.opening import CONFIGURATION, JOURNAL, Book
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report, numbers_path
 from labbook.book.write_session import Statement, new_uid, now_utc
 from labbook.config.parsing import Configuration
@@ -28,6 +28,8 @@ from reports.page.printing import print_pdf
 from reports.page.writing import refuse_foreign, report_files, write_report
 
 _ATTEMPTS = 5
+REPORTS = "reports"
+"""The folder of the book that has a folder for each report made without `--out`."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,6 +110,7 @@ def write(
         raise UsageError("--unsaved writes nothing into the book: add --out DIR, a folder of your own for the report.")
     if out is not None:
         _refuse_store(out)
+        _refuse_replacing(book, out)
         refuse_foreign(out)
         _check_writable(out)
 
@@ -153,7 +156,7 @@ def _new_folder(book: Book, made: MadeReport) -> Path:
     """Return a folder named after the time of the report, and after its number where two are of one second."""
     name = made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
     names = itertools.chain([name], (f"{name}-{number}" for number in itertools.count(2)))
-    return next(folder for each in names if not (folder := book.folder / "reports" / each).exists())
+    return next(folder for each in names if not (folder := book.folder / REPORTS / each).exists())
 
 
 def _saved_report(
@@ -168,7 +171,7 @@ def _saved_report(
         with book.session(person):
             pass  # takes over what labbook.toml adds before anything is computed
         if out is None and os.access(book.folder, os.W_OK):  # else the session reports who may not write
-            _check_writable(book.folder / "reports")
+            _check_writable(book.folder / REPORTS)
         return _stated(book, where, person, step, draw)
     except BookReadOnly as error:
         raise BookReadOnly(f"{error} `labbook report --unsaved --out DIR` needs no right to write.") from error
@@ -191,14 +194,24 @@ def _make_report(book: Book, where: str | None, step: Callable[[str], None]) -> 
 
 
 def _refuse_store(out: Path) -> None:
-    """Raise `UsageError` for a folder among the raw copies or samples of any book."""
+    """Raise `UsageError` for a folder among the raw copies or samples of any book, or among what else makes it one."""
     place = out.resolve()
+    if (place / CONFIGURATION).exists() or (place.name == REPORTS and (place.parent / CONFIGURATION).exists()):
+        raise UsageError(
+            f"{str(out)!r} is a folder of the book, where other things lie: give one of the report's own, with --out."
+        )
     for folder in (place, *place.parents):
         if folder.name in STORED and (folder.parent / JOURNAL).exists():
             raise UsageError(
                 f"{str(out)!r} is in the store of the book's files {folder}, where nothing else belongs: give a folder "
                 "outside it, with --out."
             )
+
+
+def _refuse_replacing(book: Book, out: Path) -> None:
+    """Raise `UsageError` for the folder that the book made for another report."""
+    if out.resolve().parent == book.folder.resolve() / REPORTS and (out / NUMBERS).exists():
+        raise UsageError(f"{str(out)!r} is the folder of another report: name one outside {REPORTS}/, with --out.")
 
 
 def _check_writable(folder: Path) -> None:

@@ -93,7 +93,7 @@ def analyse(
     progress: Callable[[str], None],
     level: float | None = None,
 ) -> StudyAnalysis:
-    """Compute everything that is not stored; `progress` is called with what is being done.
+    """Compute everything; `progress` is called with what is being done.
 
     `level` is that of the comparisons' intervals, and alpha of their tests follows; without it they are as planned.
     """

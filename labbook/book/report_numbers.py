@@ -7,7 +7,6 @@ written over by the next report there; so the book has it, too, among its files 
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -34,7 +33,7 @@ if TYPE_CHECKING:
 
 NUMBERS = "numbers.json"
 _FOLDER = "numbers"
-"""Of the book's store: a file for each report, which a backup has, too, and a merge takes over."""
+"""Of the book's store: a file for each report, which a backup has, too."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,16 +130,42 @@ def numbers_path(store: Path, sha256: str) -> Path:
     return store / _FOLDER / f"{sha256}.json"
 
 
-def bring_numbers(source: Path, target: Path, entries: Iterable[Entry]) -> None:
-    """Copy the numbers of the reports among these entries from one store to another, where they are as written."""
-    for entry in entries:
-        if entry.action is not Action.REPORT:
+def numbers_files(entries: Iterable[Entry]) -> dict[str, str]:
+    """Return the hash of the numbers of each report that was made in this book, by the report as a message names it."""
+    found: dict[str, str] = {}
+    reports = (entry for entry in entries if entry.action is Action.REPORT)
+    for number, entry in enumerate(reports, start=1):
+        if entry.origin is None:
+            new = entry.new or {}
+            found[f"{number} of {new['made_at']} ({new['where'] or 'all runs'})"] = new["files"][NUMBERS]
+    return found
+
+
+def bring_numbers(source: Path, target: Path, entries: Iterable[Entry]) -> list[str]:
+    """Copy the numbers of the reports among these entries from one store to another; returns which could not be had."""
+    problems = []
+    for called, sha256 in numbers_files(entries).items():
+        there = numbers_path(target, sha256)
+        if _hash_of(there) == sha256:
             continue
-        sha256 = (entry.new or {})["files"][NUMBERS]
-        path, there = numbers_path(source, sha256), numbers_path(target, sha256)
-        with contextlib.suppress(FileNotFoundError):
-            if not there.exists() and hashlib.sha256(data := path.read_bytes()).hexdigest() == sha256:
-                write_whole(there, data)
+        path = numbers_path(source, sha256)
+        try:
+            data = path.read_bytes()
+        except OSError as error:
+            problems.append(f"the numbers of report {called} are not in {path} ({error.strerror}).")
+            continue
+        if hashlib.sha256(data).hexdigest() == sha256:
+            write_whole(there, data)
+        else:
+            problems.append(f"{path}, the numbers of report {called}, is not as labbook wrote it.")
+    return problems
+
+
+def _hash_of(path: Path) -> str | None:
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()
+    except OSError:
+        return None
 
 
 def read_numbers(store: Path, report: ReportRow) -> ReportNumbers:
@@ -148,29 +173,43 @@ def read_numbers(store: Path, report: ReportRow) -> ReportNumbers:
 
     Raises `UnknownName` where they are not there, and `BookDamaged` where they are not as they were written.
     """
+    return msgspec.json.decode(_numbers_data(store, report), type=ReportNumbers)
+
+
+def _numbers_data(store: Path, report: ReportRow) -> bytes:
+    if report.elsewhere:
+        raise UnknownName(
+            f"report {report.called} was made in a book that was merged into this one: ask there, or make it of this "
+            "book with `labbook report`."
+        )
     path = numbers_path(store, report.files[NUMBERS])
     try:
         data = path.read_bytes()
     except OSError as error:
         raise UnknownName(
             f"the numbers of report {report.called} are not in {path} ({error.strerror}): put the file back, from a "
-            f"backup or as the {NUMBERS} beside its page, or make the report again with `labbook report`."
+            f"backup or as the {NUMBERS} beside its page."
         ) from error
     if hashlib.sha256(data).hexdigest() != report.files[NUMBERS]:
         raise BookDamaged(
             f"{path} is not as labbook wrote it for report {report.called}: put the file back, from a backup or as the "
-            f"{NUMBERS} beside its page, or make the report again with `labbook report`."
+            f"{NUMBERS} beside its page."
         )
-    return msgspec.json.decode(data, type=ReportNumbers)
+    return data
 
 
-def readable_numbers(store: Path, reports: Iterable[ReportRow]) -> Iterator[tuple[ReportRow, ReportNumbers]]:
-    """Give those of these reports whose numbers are there as they were written."""
+def readable_numbers(
+    store: Path, reports: Iterable[ReportRow], names: Iterable[str]
+) -> Iterator[tuple[ReportRow, ReportNumbers]]:
+    """Give those of these reports whose numbers are there as they were written, and that hold one of the names."""
+    sought = [name.encode() for name in names]
     for report in reports:
         try:
-            yield report, read_numbers(store, report)
+            data = _numbers_data(store, report)
         except (UnknownName, BookDamaged):
             continue
+        if any(name in data for name in sought):
+            yield report, msgspec.json.decode(data, type=ReportNumbers)
 
 
 def outdated_reports(store: Path, connection: sa.Connection, entries: Iterable[Entry]) -> list[str]:
@@ -182,13 +221,39 @@ def outdated_reports(store: Path, connection: sa.Connection, entries: Iterable[E
 
 def newest_depending_on(store: Path, connection: sa.Connection, things: Iterable[tuple[str, str]]) -> list[str]:
     """Name the newest report of each selection, where a number of it depends on one of these, by kind and uid."""
-    newest = {report.selection: report for report in list_reports(connection)}
+    newest = {report.selection: report for report in list_reports(connection) if not report.elsewhere}
     return [report.called for report in reports_depending_on(store, list(newest.values()), things)]
+
+
+_NUMBERS_DEPEND_ON = {
+    "run": frozenset(
+        (
+            "kind",
+            "state",
+            "duration_s",
+            "jumps_made",
+            "condition",
+            "robot",
+            "day",
+            "battery",
+            "position_in_day",
+        )
+    ),
+    "charge": frozenset(("run", "state", "charge_mah", "resolution_mah", "mode")),
+    "study": frozenset(("reference_voltage_v",)),
+    "robot": frozenset(("name", "rest_length_m", "body_mass_kg", "foot_mass_kg", "link_1_m", "link_2_m")),
+}
+"""Columns whose correction can move a number."""
 
 
 def _things_touched(connection: sa.Connection, entry: Entry) -> Iterator[tuple[str, str]]:
     """Give what a number can depend on that an entry, which has taken effect, bears on."""
     old, new = entry.old or {}, entry.new or {}
+    if entry.action is Action.CORRECT and entry.entity_kind == "run" and new.keys() == {"position_in_day"}:
+        yield "position", entry.entity_uid
+        return
+    if entry.action is Action.CORRECT and not new.keys() & _NUMBERS_DEPEND_ON.get(entry.entity_kind, frozenset()):
+        return
     yield entry.entity_kind, entry.entity_uid
     if entry.action is Action.DECIDE:
         yield "signal", new.get("signal_sha256", "")
@@ -203,10 +268,10 @@ def _things_touched(connection: sa.Connection, entry: Entry) -> Iterator[tuple[s
         yield from (("condition", one["condition"]) for one in (old, new) if one.get("condition"))
         yield from (("idle_runs", one["robot"]) for one in (old, new) if one.get("robot"))
         yield from _things_around(connection, entry.entity_uid)
-    runs = {one["run"] for one in (old, new) if one.get("run")}
+    runs = {one["run"] for one in (old, new) if one.get("run")} | set(old.get("runs", ()))
     if entry.action in (Action.WITHDRAW, Action.RESTORE) and entry.entity_kind == "file":
         yield from (("charge", uid) for uid in old.get("charges", ()))
-        runs |= {*old.get("runs", ()), *(link.run_uid for link in links_of_file(connection, entry.entity_uid))}
+        runs |= {link.run_uid for link in links_of_file(connection, entry.entity_uid)}
     for run_uid in sorted(runs):
         yield from _things_around(connection, run_uid)
 
@@ -228,7 +293,7 @@ def reports_depending_on(
     asked = set(things)
     return [
         report
-        for report, numbers in readable_numbers(store, reports)
+        for report, numbers in readable_numbers(store, reports, {uid for _kind, uid in asked})
         if any((row.input_kind, row.input_uid) in asked for one in numbers.results.values() for row in one.inputs)
     ]
 

@@ -156,7 +156,7 @@ def restore(
     if done.moved:
         where = "in the book" if database is None else "in the database given"
         lines.append(f"its labbook.toml says now that the store is in the book, and the tables are {where}.")
-    return Shown(done, lines)
+    return Shown(done, [*lines, *done.remarks])
 
 
 def _place(database: str | None, sqlite: bool) -> "Place | None":

@@ -19,7 +19,7 @@ def prune_command(
     yes: Annotated[bool, typer.Option("--yes", help="Remove them; without, they are only listed.")] = False,
     book: BookOption = None,
 ) -> Shown:
-    """List what nothing needs: old databases, files of commands that were cut off, results that no report shows.
+    """List what nothing needs: old databases, files of commands that were cut off, numbers of no report.
 
     Never a raw copy that a row or the journal speaks of. Files written to within an hour are left out. What was set
     aside from the journal is removed only by its name. The book is checked before anything is removed.
@@ -93,7 +93,8 @@ def check_command(
     verdict = "the book is whole" if found.whole else f"{problems} problem{'s' if problems > 1 else ''}"
     checked = f"{found.entries} entries, {found.raw_copies} raw copies, {found.signal_files} files of samples"
     checked += f", the files of {found.reports} report{'' if found.reports == 1 else 's'}"
-    lines = [f"{verdict}: {checked} read.", *(f"  {problem}" for problem in found.problems), *found.other_settings]
+    lines = [f"{verdict}: {checked} read.", *(f"  {problem}" for problem in found.problems)]
+    lines += [*found.missing_numbers, *found.other_settings]
     if found.waiting:
         what = (
             "1 entry of journal.jsonl waits" if found.waiting == 1 else f"{found.waiting} entries of journal.jsonl wait"

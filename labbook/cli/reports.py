@@ -40,7 +40,7 @@ def list_command(book: BookOption = None) -> Shown:
         (str(one.number), one.uid, local_text(one.made_utc, zone), one.person, str(one.numbers), _runs(one))
         for one in found
     ]
-    lines = columns(("report", "id", "made", "by", "numbers", "of"), rows) if rows else ["no report was stored yet."]
+    lines = columns(("report", "id", "made", "by", "numbers", "of"), rows) if rows else ["no report was made yet."]
     return Shown(found, lines)
 
 

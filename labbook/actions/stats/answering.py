@@ -207,6 +207,8 @@ def _by_days(question: Question, *, savings: bool = False) -> Answer:
         what = "saves" if savings else "minus"
         value = tested[label] if savings else difference
         test = replace(tested[label], p=p)
+        if not savings and isinstance(test.t, float) and isinstance(difference.value, float):
+            test = replace(test, t=math.copysign(test.t, difference.value))  # that of savings is above 0 for a saving
         sentences.append(_sentence(question, label, contrast, what, value, test, adjusted, one_sided))
     unit = "%" if savings else observed.unit
     shown = tested if savings else {label: one.difference(level) for label, one in contrasts.items()}

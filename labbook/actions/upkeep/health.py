@@ -30,13 +30,14 @@ from data_schema.queries.imports import StoredFile, raw_copies, signal_files
 from data_schema.queries.readings import waiting_files
 from data_schema.tables.journal import POSTGRES_FUNCTION, SQLITE_TRIGGERS
 from data_schema.vocabulary import Action
-from ingest.store import Store, raw_path
-from labbook.actions.upkeep.reports_made import altered_numbers, altered_reports, made_with_other_settings
+from ingest.store import STORED, Store, raw_path
+from labbook.actions.upkeep.reports_made import altered_reports, made_with_other_settings, wrong_numbers
 from labbook.book.altered import MOST_NAMED, altered_rows, but_of_readings, with_reports
 from labbook.book.copies.copying import Counted
 from labbook.book.differing import differences
 from labbook.book.opening import check_schema, engine_of, journal_path, read_configuration, store_of
 from labbook.book.replaying import Replay, replayed
+from labbook.book.report_numbers import numbers_files, numbers_path
 
 GUARDS = {"sqlite": SQLITE_TRIGGERS, "postgresql": {"journal_never_changed": f"O {POSTGRES_FUNCTION}"}}
 """The triggers that labbook makes, with what they do: on PostgreSQL their function, after O for one that is enabled."""
@@ -63,8 +64,8 @@ class Health:
 
     `waiting` entries of the journal file were cut off before the database had them; the next command applies them.
     What is `left_out` at the end of that file is no complete command; the next one that writes sets it aside.
-    `reports` of those that were made still have their folder; `other_settings` say which were made with another
-    labbook.toml than that of now, which is no problem.
+    `reports` of those that were made still have their folder; `missing_numbers` say which have lost their numbers,
+    `other_settings` which were made with another labbook.toml than that of now: no number depends on either.
     `verdicts_waiting` were given on samples that no reading in force has, `files_waiting` are refused by this labbook:
     both wait for a person.
     """
@@ -77,6 +78,7 @@ class Health:
     signal_files: int
     reports: int
     problems: tuple[str, ...]
+    missing_numbers: tuple[str, ...]
     other_settings: tuple[str, ...]
     orphans: tuple[str, ...]
     verdicts_waiting: int
@@ -103,8 +105,11 @@ class _Database:
     files_waiting: int = 0
 
 
-def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
-    """Check a book as far as it can be read; a `deep` check reads the raw copies again."""
+def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: bool = True) -> Health:
+    """Check a book as far as it can be read; a `deep` check reads the raw copies again.
+
+    Without `pages` the folders of reports are left alone, which a restored book does not have.
+    """
     configuration = read_configuration(folder)
     store, mirror = store_of(folder, configuration), JournalFile(journal_path(folder, configuration))
 
@@ -130,8 +135,9 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
         problems += _compared(mirror.path, written.hashes, database.journal.hashes)
         waiting = max(0, len(written.hashes) - len(database.journal.hashes))
     read = written or database.journal or _Journal([], [])
-    reports, altered = altered_reports(folder, read.reports)
-    problems += [*altered, *altered_numbers(store.root, read.reports)]
+    reports, altered = altered_reports(folder, read.reports if pages else [])
+    altered_numbers, missing_numbers = wrong_numbers(store.root, read.reports)
+    problems += [*altered, *altered_numbers]
     if database.journal is None and written is None:
         problems.append("neither the database nor journal.jsonl holds the whole journal: `labbook restore` a backup.")
     with counted(len(database.raw) + len(database.samples)) as step:
@@ -144,6 +150,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
             step(stored.name)
     spoken_of = {stored.store_path for stored in (*database.raw, *database.samples)}
     spoken_of |= {raw_path(stored.sha256) for stored in database.raw}
+    spoken_of |= {numbers_path(Path(), sha256).as_posix() for sha256 in numbers_files(read.reports).values()}
     return Health(
         whole=not problems,
         entries=len(read.hashes),
@@ -153,6 +160,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False) -> Health:
         signal_files=len(database.samples),
         reports=reports,
         problems=tuple(problems),
+        missing_numbers=tuple(missing_numbers),
         other_settings=tuple(made_with_other_settings(configuration, read.reports)),
         orphans=() if database.journal is None else tuple(sorted(set(_files_in(store)) - spoken_of)),
         verdicts_waiting=database.verdicts_waiting,
@@ -272,7 +280,7 @@ def _compared(path: Path, written: Sequence[str], entries: Sequence[str]) -> lis
 
 
 def _files_in(store: Store) -> Iterator[str]:
-    for folder in ("raw", "signals"):
+    for folder in STORED:
         for path in (store.root / folder).rglob("*"):
             if path.is_file():
                 yield path.relative_to(store.root).as_posix()

@@ -41,7 +41,6 @@ from labbook.actions.upkeep.merge_rules import (
 from labbook.book.copies.backing_up import MARKER as OF_BACKUP
 from labbook.book.copies.copying import refuse_cut_journal
 from labbook.book.opening import CONFIGURATION, Book, open_book
-from labbook.book.report_numbers import bring_numbers
 from labbook.book.write_session import DryRun, Statement, WriteSession, apply, new_uid
 from labbook.statements.apply_context import derived_uid
 
@@ -144,7 +143,6 @@ class _Merging:
             for sha256 in copies:
                 path = raw_path(sha256)
                 self.book.store.put_raw(self.other.store.raw(path, sha256), sha256)
-            bring_numbers(self.other.store.root, self.book.store.root, self.taken)
             self._state()
         return Merged(
             str(self.other.folder),

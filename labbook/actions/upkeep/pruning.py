@@ -20,12 +20,13 @@ from data_schema.engine import writing
 from data_schema.errors import BookDamaged, unknown_name
 from data_schema.queries.imports import raw_copies, signal_files
 from data_schema.vocabulary import Action
-from ingest.store import raw_path
+from ingest.store import STORED, raw_path
 from labbook.actions.upkeep.health import check_book
 from labbook.book.copies.copying import Counted, raw_of
 from labbook.book.opening import DATABASE, JOURNAL, Book
 from labbook.book.rebuilding import REBUILDING
 from labbook.book.replacing_postgres import drop_old, old_schemas
+from labbook.book.report_numbers import numbers_files, numbers_path
 
 QUIET_S = 3600.0
 """A file that was written to less long ago may belong to a command that is at work."""
@@ -98,7 +99,7 @@ def _files(book: Book, connection: sa.Connection) -> Iterator[tuple[Path, str]]:
         _referenced_paths(book, connection),
         b"".join(path.read_bytes() for path in _leftover_journals(book)),
     )
-    for folder in ("raw", "signals"):
+    for folder in STORED:
         for path in sorted((book.store.root / folder).rglob("*")):
             wanted = str(path.relative_to(book.store.root)) in spoken_of or path.stem.encode() in aside
             if path.is_file() and not wanted and _is_quiet(path):
@@ -120,6 +121,7 @@ def _referenced_paths(book: Book, connection: sa.Connection) -> set[str]:
     referenced = {file.store_path for file in (*raw_copies(connection), *signal_files(connection))}
     entries = list(book.mirror.entries())
     referenced |= {raw_path(sha256) for sha256 in raw_of(entries)}
+    referenced |= {numbers_path(Path(), sha256).as_posix() for sha256 in numbers_files(entries).values()}
     for entry in entries[journal.head(connection)[0] :]:
         if entry.action in (Action.INGEST, Action.READ):
             referenced |= {f"signals/{sha256[:2]}/{sha256}.parquet" for sha256 in (entry.new or {}).get("signals", ())}

@@ -9,6 +9,7 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.engine import reading
+from data_schema.file_cache import without_caches
 from data_schema.queries.reports import ReportRow
 from data_schema.queries.sources import describe_input
 from data_schema.queries.study import config_in_force
@@ -89,7 +90,7 @@ def _recomputed(
     report = asked[0].shown_in[-1]
     until, _hash = journal.head(connection)
     with replayed(book.store, book.mirror, report.seq - 1, step, use_cache=False) as (engine, replay):
-        with reading(engine) as fresh:
+        with reading(engine) as fresh, without_caches():
             row = config_in_force(fresh)
             assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
             configuration = parse_configuration(row.text, "the book's configuration")

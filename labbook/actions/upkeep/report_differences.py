@@ -58,15 +58,22 @@ class ReportsCompared:
 
 
 def report_named(connection: sa.Connection, name: str) -> ReportRow:
-    """Return a report by its number from 1, as `last` or `last-1`, or by the beginning of its uid.
+    """Return a report by its number from 1, by the beginning of its uid, or as `last` or `last-1` of those made here.
 
     Raises `UnknownName` for a name of no report, or of several.
     """
     reports = list_reports(connection)
     back = re.fullmatch(rf"{LAST}(?:-([0-9]+))?", name)
-    place = len(reports) - int(back[1] or 0) if back else int(name) if re.fullmatch("[0-9]{1,9}", name) else 0
+    own = [report.number for report in reports if not report.elsewhere]
+    if back:
+        place = own[-1 - steps] if (steps := int(back[1] or 0)) < len(own) else 0
+    else:
+        place = int(name) if re.fullmatch("[0-9]{1,9}", name) else 0
     if 1 <= place <= len(reports):
         return reports[place - 1]
+    if back or (name.isdigit() and len(name) < 4):
+        count = "there is 1" if len(own) == 1 else f"there are {len(own) if back else len(reports)}"
+        raise UnknownName(f"{name!r} is not a known report: {count}. `labbook reports list` lists them.")
     begun = [report for report in reports if name and report.uid.startswith(name)]
     if len(begun) == 1:
         return begun[0]

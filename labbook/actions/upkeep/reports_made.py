@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from data_schema.journal import Entry
-from labbook.book.report_numbers import NUMBERS, numbers_path
+from labbook.book.report_numbers import NUMBERS, numbers_files, numbers_path
 from labbook.config.parsing import Configuration
 from labbook.config.settings_of_numbers import settings_of_numbers
 from reports.display import list_text
@@ -20,16 +20,17 @@ _TAKEN_OUT = {False: "nothing", True: "a table"}
 """What now stands instead of a setting, by whether it was nothing: tables of settings come and go as a whole."""
 
 
-def altered_numbers(store: Path, reports: Sequence[Entry]) -> list[str]:
-    """Return which numbers of reports, of those that the store of the book has, are not as they were written."""
-    hashes = [(number, (entry.new or {})["files"][NUMBERS]) for number, entry in enumerate(reports, start=1)]
-    return [
-        f"{path}, the numbers of report {number}, was altered. Put it back, from a backup or as the {NUMBERS} beside "
-        "the report's page."
-        for number, sha256 in hashes
-        for path in [numbers_path(store, sha256)]
-        if path.exists() and not _is(path, sha256)
-    ]
+def wrong_numbers(store: Path, reports: Sequence[Entry]) -> tuple[list[str], list[str]]:
+    """Return which numbers of reports made in this book were altered in its store, and which are not there."""
+    altered, missing = [], []
+    for called, sha256 in numbers_files(reports).items():
+        path = numbers_path(store, sha256)
+        mend = f"from a backup or as the {NUMBERS} beside the report's page"
+        if not path.exists():
+            missing.append(f"the numbers of report {called} are not in {path}: it can be put there {mend}.")
+        elif not _is(path, sha256):
+            altered.append(f"{path}, the numbers of report {called}, was altered. Put it back, {mend}, or remove it.")
+    return altered, missing
 
 
 def altered_reports(book_folder: Path, reports: Sequence[Entry]) -> tuple[int, list[str]]:

@@ -54,13 +54,17 @@ MARKER = UNFINISHED_RESTORE
 
 @dataclass(frozen=True, slots=True)
 class Restored:
-    """What was restored and checked; `moved` where labbook.toml had to name another database or store than before."""
+    """What was restored and checked; `moved` where labbook.toml had to name another database or store than before.
+
+    `remarks` say which numbers of reports the backup has not.
+    """
 
     folder: str
     entries: int
     raw: CopiedRaw
     differences: Differences
     moved: bool
+    remarks: tuple[str, ...]
 
 
 def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str], None], counted: Counted) -> Restored:
@@ -88,7 +92,7 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
                 f"{raw.problems[0].split(': restore it')[0]}): back the book up again, which mends them, or bring "
                 "them there from another backup, and try again."
             )
-        bring_numbers(source, folder, entries)
+        remarks = bring_numbers(source, folder, entries)
         put_scene(folder, original)
         write_whole(folder / CONFIGURATION, text.encode())
         put_journal(folder / JOURNAL, entries)
@@ -97,7 +101,7 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
         _remember_backup(source, Store(folder), len(entries))
         marker.unlink()
         sync(folder)
-    return Restored(str(folder.resolve()), len(entries), raw, differences, moved)
+    return Restored(str(folder.resolve()), len(entries), raw, differences, moved, tuple(remarks))
 
 
 def _read(source: Path) -> tuple[list[Entry], str]:
@@ -195,8 +199,8 @@ def _existing_differences(folder: Path, last: Entry) -> Differences | None:
 
 
 def _check(folder: Path, counted: Counted) -> None:
-    """Check all that was restored, as deeply as a book can be."""
-    found = check_book(folder, counted, deep=True)
+    """Check all that was restored, as deeply as a book can be; pages of reports are not in a backup."""
+    found = check_book(folder, counted, deep=True, pages=False)
     if not found.whole:
         raise BookDamaged(
             f"the book restored in {folder} is not whole ({'; '.join(found.problems)}): restore from another backup."

@@ -7,10 +7,11 @@ from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
-from data_schema.errors import BookDamaged, UnknownName
-from data_schema.queries.history import corrections_after
+from data_schema.errors import BookDamaged, UnknownName, UsageError
+from data_schema.queries.history import EntryRow, corrections_of
 from data_schema.queries.reports import ReportRow, list_reports
 from data_schema.queries.sources import Source, describe_input
+from labbook.analysis.results import equals_printed
 from labbook.book.naming import changes_in_words
 from labbook.book.opening import Book
 from labbook.book.report_numbers import ReportedNumber, ReportedResult, ReportNumbers, read_numbers
@@ -54,11 +55,15 @@ def find_number(book: Book, connection: sa.Connection, beginning: str) -> Report
 
     Raises `BookDamaged` where it can be in a report whose numbers are not as they were written.
     """
+    if not beginning:
+        raise UsageError("no id of a number was given: copy the whole id from the report.")
     reports = list_reports(connection)
     found: dict[str, ReportOfNumber] = {}
     damage: BookDamaged | None = None
     lost = 0
     for report in reports:
+        if report.elsewhere:
+            continue
         try:
             numbers = read_numbers(book.store.root, report)
         except UnknownName:
@@ -68,8 +73,13 @@ def find_number(book: Book, connection: sa.Connection, beginning: str) -> Report
             damage = error
             continue
         for uid in (uid for uid in numbers.numbers if uid.startswith(beginning)):
-            before = found[uid].shown_in if uid in found else ()
-            found[uid] = ReportOfNumber(numbers.numbers[uid], numbers, (*before, report))
+            number, before = numbers.numbers[uid], found.get(uid)
+            if before is not None and not equals_printed(before.number.value, number.value, number.se):
+                raise BookDamaged(
+                    f"{uid} is {before.number.value!r} in report {before.shown_in[-1].called} and {number.value!r} in "
+                    f"report {report.called}, from the same inputs: `labbook db check` says whether one was altered."
+                )
+            found[uid] = ReportOfNumber(number, numbers, (*(before.shown_in if before else ()), report))
     if not found and damage is not None:
         raise damage
     if not found:
@@ -83,9 +93,9 @@ def find_number(book: Book, connection: sa.Connection, beginning: str) -> Report
 
 def trace(connection: sa.Connection, found: ReportOfNumber) -> NumberTrace:
     """Follow a number down to facts and files."""
-    reports = [report.uid for report in found.shown_in]
+    until = found.shown_in[-1].seq
     result = found.numbers.result_of(found.number)
-    return NumberTrace(found.number, found.shown_in, _trace(connection, found.numbers, result, reports, set()))
+    return NumberTrace(found.number, found.shown_in, _trace(connection, found.numbers, result, until, set()))
 
 
 def trace_lines(found: NumberTrace) -> list[str]:
@@ -98,32 +108,44 @@ def trace_lines(found: NumberTrace) -> list[str]:
 
 
 def _trace(
-    connection: sa.Connection, numbers: ReportNumbers, result: ReportedResult, reports: Sequence[str], met: set[int]
+    connection: sa.Connection, numbers: ReportNumbers, result: ReportedResult, until: int, met: set[int]
 ) -> Trace:
-    """Trace a result whose number these reports show: a fact corrected after all of them is shown with both values."""
+    """Trace a result whose last report is entry number `until`: a corrected fact is shown with both values."""
     again = id(result) in met
     met.add(id(result))
     sources, below = [], []
     for item in () if again else result.inputs:
         if item.input_kind == "result":
-            below.append(_trace(connection, numbers, numbers.results[item.input_uid], reports, met))
+            below.append(_trace(connection, numbers, numbers.results[item.input_uid], until, met))
             continue
         source = describe_input(connection, item)
-        since = "" if item.input_kind == "idle_runs" else _corrected_since(connection, item.input_uid, reports)
-        sources.append(replace(source, text=source.text + since))
+        corrected = "" if item.input_kind == "idle_runs" else _corrections(connection, item.input_uid, until)
+        sources.append(replace(source, text=source.text + corrected))
     about = ", ".join(f"{name} {value}" for name, value in result.scope.items() if value not in ("", None))
     return Trace(result.kind, about, result.version, tuple(sources), tuple(below), again)
 
 
-def _corrected_since(connection: sa.Connection, uid: str, reports: Sequence[str]) -> str:
+def _corrections(connection: sa.Connection, uid: str, until: int) -> str:
+    """Say what was corrected of a fact up to entry number `until`, the number's last report, and what after it."""
+    corrections = corrections_of(connection, uid)
+    before = [one for one in corrections if one.seq <= until]
+    return _in_words(connection, before, "corrected before this report") + _in_words(
+        connection, corrections[len(before) :], "corrected after the last report with this number"
+    )
+
+
+def _in_words(connection: sa.Connection, corrections: Sequence[EntryRow], when: str) -> str:
     old: dict[str, object] = {}
     new: dict[str, object] = {}
-    for correction in corrections_after(connection, uid, reports):
+    for correction in corrections:
         old = {**correction.old, **old}
         new |= correction.new
     differing = {name: value for name, value in new.items() if value != old.get(name)}
     words = changes_in_words(connection, old, differing)
-    return f"; corrected after the last report with this number: {words}" if words else ""
+    if not words:
+        return ""
+    last = corrections[-1]
+    return f"; {when}: {words} ({', '.join([last.person, *([last.reason] if last.reason else [])])})"
 
 
 def _lines(found: Trace, depth: int) -> Iterator[str]:

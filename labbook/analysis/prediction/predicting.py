@@ -282,7 +282,8 @@ class _Simulations:
 def _sources() -> Iterable[Path]:
     """Every source that a simulation depends on."""
     root = Path(__file__).parents[3]
-    return [*(root / "simulator").rglob("*.py"), *Path(__file__).parent.glob("*.py"), root / "data_schema/outcomes.py"]
+    own = (root / f"data_schema/{name}.py" for name in ("outcomes", "units"))
+    return [*(root / "simulator").rglob("*.py"), *Path(__file__).parent.glob("*.py"), *own]
 
 
 SIMULATIONS = FileCache("predictions", _sources, ("numpy", "numba", "scipy"))

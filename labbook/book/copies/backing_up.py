@@ -111,7 +111,7 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
         if (destination / JOURNAL).exists() and readable_entries(destination / JOURNAL) is None:
             remarks.append("the journal in the backup was damaged and is written anew: is that disk failing?")
         raw = copy_raw(store, Store(destination), raw_of(entries), counted)
-        bring_numbers(store.root, destination, entries)
+        remarks += bring_numbers(store.root, destination, entries)
         outside = put_scene(destination, configuration)
         if outside is not None:
             remarks.append(f"the scene {outside} lies outside the book and is not in the backup: keep it too.")

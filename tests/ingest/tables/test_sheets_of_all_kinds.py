@@ -263,6 +263,12 @@ def test_a_line_that_names_the_separator_is_no_row_and_a_cell_may_hold_lines() -
         assert (sheet.rows, sheet.lines) == ((("r1", 'say "no"\ntwice'), ("r2", "b")), (3, 5))
 
 
+def test_a_quote_within_a_cell_is_a_mark_of_inches() -> None:
+    sheet = read_sheet(SheetFile("a.csv", b'run,note\nr1,foot 2" wide\nr2,"two\nlines"\nr3,rail at 3"\n'))
+    assert sheet.rows == (("r1", 'foot 2" wide'), ("r2", "two\nlines"), ("r3", 'rail at 3"'))
+    assert sheet.lines == (2, 3, 5)
+
+
 def test_a_last_line_that_may_be_cut_is_a_fault_unless_it_is_said_to_be_whole() -> None:
     cut = SheetFile("a.csv", b"a,b\n1,2\n1,2", complete=False)
     with refuses(SheetRefused, "line 3 of a.csv", "--complete"):

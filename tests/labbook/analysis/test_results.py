@@ -1,4 +1,4 @@
-"""What a result is named after, that it is computed once, and of which results a changed fact makes others."""
+"""What a result is named after, and of which results a changed fact makes others."""
 
 from __future__ import annotations
 

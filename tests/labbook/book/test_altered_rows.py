@@ -27,7 +27,7 @@ from labbook.book.altered import Misfit, altered_rows
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database, rewrite_journal
 from labbook.book.replaying import replayed
-from labbook.book.report_numbers import NUMBERS, numbers_path, read_numbers, readable_numbers
+from labbook.book.report_numbers import NUMBERS, numbers_path, read_numbers
 from labbook.terminal import progress
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, SmallBook, small_book
@@ -355,7 +355,7 @@ def test_a_damaged_journal_that_holds_more_than_the_database_is_not_written_over
 def test_any_number_of_any_report_comes_out_again_to_the_last_digit(many: int, whole: SmallBook) -> None:
     with whole.open() as book:
         with book.reading() as connection:
-            of_reports = list(readable_numbers(book.store.root, list_reports(connection)))
+            of_reports = [(each, read_numbers(book.store.root, each)) for each in list_reports(connection)]
         every = [
             ReportOfNumber(one, numbers, (report,))
             for report, numbers in of_reports
@@ -372,7 +372,7 @@ def test_any_number_of_any_report_comes_out_again_to_the_last_digit(many: int, w
 def test_an_altered_numbers_json_is_damage_and_a_lost_one_is_said(whole: SmallBook) -> None:
     with whole.open() as book, book.reading() as connection:
         (first, *others) = list_reports(connection)
-        elsewhere = {uid for _, numbers in readable_numbers(book.store.root, others) for uid in numbers.numbers}
+        elsewhere = {uid for each in others for uid in read_numbers(book.store.root, each).numbers}
         uid = next(uid for uid in read_numbers(book.store.root, first).numbers if uid not in elsewhere)
     path = numbers_path(whole.folder, first.files[NUMBERS])
     written = path.read_text(encoding="utf-8")
@@ -383,7 +383,10 @@ def test_an_altered_numbers_json_is_damage_and_a_lost_one_is_said(whole: SmallBo
     says(check(whole).problems, str(path), "altered")
     path.unlink()
     refused(labbook("why", uid, at=whole.folder), 2, f"1 of the {1 + len(others)} reports")
-    refused(labbook("reports", "show", "1", at=whole.folder), 2, path.name, "labbook report")
+    refused(labbook("reports", "show", "1", at=whole.folder), 2, path.name, "numbers.json")
+    found = check(whole)
+    assert found.whole
+    says(found.missing_numbers, str(path))
     good(labbook("reports", "show", "last", at=whole.folder))
 
 

@@ -11,6 +11,7 @@ import pytest
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.reports import list_reports
 from labbook.actions.files.assigning import assign
+from labbook.actions.files.stored_files import withdraw
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.jump_review import decide
@@ -77,3 +78,11 @@ def test_what_all_runs_depend_on_names_all(book: Book) -> None:
 def test_what_no_number_depends_on_names_none(book: Book) -> None:
     assert named_after(book, lambda session: note(session, "left rail squeaked", "r002")) == []
     assert named_after(book, lambda session: correct(book, session, "battery:A", ["capacity_mah=6000"], "x")) == []
+    assert named_after(book, lambda session: correct(book, session, "r002", ["starts=4"], "x")) == []
+
+
+def test_what_is_taken_off_a_run_names_the_reports_of_its_numbers(book: Book) -> None:
+    target = charge_of(book, "r002")
+    both = [OF_ALL, OF_SMALL]
+    assert named_after(book, lambda session: correct(book, session, target, ["run=none"], "another's")) == both
+    assert named_after(book, lambda session: withdraw(session, "r002.csv", "copied twice")) == both

@@ -10,10 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from data_schema.errors import BookDamaged, InputRefused
+from data_schema.errors import BookDamaged, InputRefused, UnknownName
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.detections import jump_decisions
 from data_schema.queries.readings import last_reading
+from data_schema.queries.reports import list_reports
 from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, PlanMethod
@@ -33,17 +34,19 @@ from labbook.actions.runs.runs_importing import import_runs
 from labbook.actions.runs.to_do import to_do, to_do_lines
 from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.merging import Merged, merge
+from labbook.actions.upkeep.report_differences import report_named
 from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.making import make_book
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
+from labbook.book.report_numbers import read_numbers
 from tests.cli.shell import contents
 from tests.helpers.books import ADA, BEN, SmallBook, copy_of, instrument_files, small_book, small_toml
 from tests.helpers.databases import all_rows_by_name
 from tests.helpers.once import made_once
 from tests.helpers.statements import in_table, note, said_alike
-from tests.helpers.wording import says
+from tests.helpers.wording import refuses, says
 
 HEAD, *ROWS = instrument_files()["runs.csv"].decode().splitlines(keepends=True)
 FIRST_DAY, SECOND_DAY = ROWS[:8], ROWS[8:]
@@ -208,8 +211,15 @@ def test_numbers_of_merged_runs_lead_to_their_bytes(lab: SmallBook, laptop: Smal
     go_on(lab, laptop, there=there)
     merged(lab, laptop)
     with lab.open() as book:
+        with book.reading() as connection:
+            (elsewhere,) = list_reports(connection)
+            with refuses(UnknownName, "merged into this one", "ask there"):
+                read_numbers(book.store.root, elsewhere)
+            with refuses(UnknownName, "last", "no"):
+                report_named(connection, "last")
         made = state_report(book, None, ADA, lambda _step: None)
         with book.reading() as connection:
+            assert report_named(connection, "last").number == 2
             said = " ".join(
                 " ".join(trace_lines(trace(connection, find_number(book, connection, uid))))
                 for uid in sorted(made.shown)[:8]
