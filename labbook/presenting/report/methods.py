@@ -116,8 +116,12 @@ def _holm(analysis: StudyAnalysis) -> str:
     """Say which family p is adjusted over, and how many tests of it the report does not show."""
     counts = []
     for quantity in Outcome:
-        families = [item.family for item in analysis.compared if item.shown.quantity is quantity]
-        shown = [family for family in families if family is not None]
+        by_test = {  # a comparison of all levels that stands for that of the only one is the same test
+            item.shown.decision.p.provenance: item.family
+            for item in analysis.compared
+            if item.shown.quantity is quantity and item.family is not None
+        }
+        shown = list(by_test.values())
         if shown:
             tests = len(shown[0].adjusted_p)
             not_shown = f" ({tests - len(shown)} not in this selection)" if tests > len(shown) else ""
