@@ -24,6 +24,7 @@ from labbook.book.opening import opened
 from labbook.book.report_numbers import outdated_reports
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.report.content import MadeReport
+from reports.display import SAVINGS
 from reports.numbers import Number
 from reports.predicted import PredictedQuantity, Prediction, PredictionCheck
 from simulator.jump import grown_rounding, simulate
@@ -306,7 +307,7 @@ def test_compare_prints_the_tables_and_says_whether_all_is_met(reported: Reporte
     for words in (
         "Energy of a jump",
         "Apex height",
-        "Savings",
+        SAVINGS.capitalize(),
         "small foot",
         "CE",
         "pooled",
