@@ -59,6 +59,7 @@ def show_command(report: ReportArgument, book: BookOption = None) -> Shown:
     rows = [(one.id, one.name, _value(one), one.about) for one in numbers]
     lines = [
         f"report {_called(made, zone)}",
+        f"written to {made.folder}, as it counts from the book's folder",
         f"made with {', '.join(f'{name} {version}' for name, version in made.versions.items())}",
         *(columns(("id", "number", "value", "of"), rows) if rows else ()),
     ]
@@ -93,6 +94,8 @@ def diff_command(
 
 def _lines(found: "ReportsCompared", full: bool, zone: str) -> list[str]:
     lines = [_answer(found), f"from report {_called(found.before, zone)}", f"to report {_called(found.after, zone)}"]
+    if found.before.seq > found.after.seq:
+        lines.insert(0, "The first of the two is the newer one: causes stand as they came, numbers backwards.")
     if found.before.selection != found.after.selection:
         lines.insert(
             0,
