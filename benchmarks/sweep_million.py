@@ -83,8 +83,8 @@ def measure(say: Callable[[str], None]) -> Section:
                 tuple(_row(jumps, found) for jumps, found in taken.items()),
                 f"A jump in the largest sweep costs {last.jump_us / first.jump_us:.2f} times one in the smallest, for "
                 "which starting the threads and syncing the chunks is a part of the time. Memory does not hold the "
-                "results: chunks go to disk as they are done, and to the file output by output; what grows is the "
-                "sample itself, 8 bytes a jump and parameter.",
+                "results: chunks go to disk as they are done, and to the file a few outputs at a time; what grows is "
+                "the sample itself, 8 bytes a jump and parameter.",
             ),
             Table(
                 ("accuracy", "scalar kernel, µs a jump", "in lanes, µs a jump", "ratio"),

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 IDENTITY = "sweep"
 """Attribute of the file with what identifies the sweep, as JSON."""
 PLAN, LOCK = "sweep.json", "lock"
-_MOST_NUMBERS = 2**25
-"""Numbers of the outputs that are in memory at once: 256 MB."""
+_MOST_NUMBERS = 2**22
+"""Numbers of the outputs that are in memory at once: 32 MB."""
 _ZARR_BLOCK = 65_536
 """Most numbers in a block of a Zarr folder along its first dimension."""
 
@@ -319,13 +319,17 @@ def _outputs(sweep: Sweep, folder: Path) -> Iterator[xarray.Dataset]:
     """Yield the outputs of all chunks, as many at once as memory is for."""
     import xarray
 
-    blocks = [np.load(_chunk_file(folder, number), mmap_mode="r") for number in range(len(sweep.chunks))]
     shape = tuple(sweep.dims.values())
     at_once = max(1, _MOST_NUMBERS // math.prod(shape))
     for start in range(0, len(sweep.outputs), at_once):
+        some = slice(start, start + at_once)
+        # Each chunk is mapped for as long as it is copied: what was read of a mapped file counts as memory
+        copied = [
+            np.array(np.load(_chunk_file(folder, number), mmap_mode="r")[some]) for number in range(len(sweep.chunks))
+        ]
         variables = {}
-        for place, output in enumerate(sweep.outputs[start : start + at_once], start):
-            values = np.concatenate([block[place] for block in blocks]).astype(output.kind).reshape(shape)
+        for output, numbers in zip(sweep.outputs[some], np.concatenate(copied, axis=1), strict=True):
+            values = numbers.astype(output.kind, copy=False).reshape(shape)
             about: dict[str, Any] = {"units": output.unit, "long_name": output.meaning}
             if output.flags:
                 about["flag_values"] = np.array([value for value, _ in output.flags], np.int8)
