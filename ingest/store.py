@@ -143,8 +143,12 @@ class Store:
             raise BookDamaged(f"the samples {store_path} of {of} are not those that were kept: {remedy}")
 
     def has_raw(self, sha256: str) -> bool:
-        """Tell whether there is a raw copy of these bytes."""
-        return (self.root / raw_path(sha256)).is_file()
+        """Read the raw copy of these bytes; tells whether it has this hash."""
+        try:
+            self.raw(raw_path(sha256), sha256)
+        except BookDamaged:
+            return False
+        return True
 
     def has_samples(self, store_path: str, sha256: str) -> bool:
         """Read all stored samples; tells whether they have this hash."""

@@ -91,4 +91,3 @@ _QUERIES: dict[str, sa.Select[Any]] = {
     "result": sa.select(sa.type_coerce(_UID, sa.Text).label("result")),
 }
 """What there is to say of an input, by its kind; a scene is the simulator's, or a file that labbook.toml names."""
-INPUT_KINDS = frozenset(_QUERIES)

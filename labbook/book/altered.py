@@ -17,10 +17,9 @@ from typing import Any, TypeAlias
 import sqlalchemy as sa
 
 from data_schema.queries.reports import list_reports
-from data_schema.queries.sources import INPUT_KINDS
 from data_schema.tables import FACTS, METADATA
 from data_schema.tables.base import TEXT
-from labbook.book.report_numbers import reports_depending_on
+from labbook.book.report_numbers import readable_numbers
 
 MOST_NAMED = 20
 """So many rows are described with the reports that depend on them; a careless command alters all there are."""
@@ -106,17 +105,26 @@ def with_reports(
     store: Path, book: sa.Connection, fresh: sa.Connection, rows: Sequence[AlteredRow]
 ) -> list[AlteredRow]:
     """Add to the first rows the reports of the book with numbers that depend on them."""
-    made, found = list_reports(book), []
-    for row in rows[:MOST_NAMED]:
-        names = {
+    some = rows[:MOST_NAMED]
+    names = [
+        {
             name
             for connection, one in ((book, row.stands), (fresh, row.should_be))
             if one
             for name in _input_names(connection, METADATA.tables[row.table], one, set())
         }
-        things = {(kind, name) for kind in INPUT_KINDS for name in names}
-        found.append(replace(row, reports=tuple(one.called for one in reports_depending_on(store, made, things))))
-    return found
+        for row in some
+    ]
+    inputs = {
+        report.called: {
+            row.input_uid for one in numbers.results.values() for row in one.inputs if row.input_kind != "result"
+        }
+        for report, numbers in readable_numbers(store, list_reports(book), set().union(*names))
+    }
+    return [
+        replace(row, reports=tuple(called for called, uids in inputs.items() if uids & of_row))
+        for row, of_row in zip(some, names, strict=True)
+    ]
 
 
 def _altered(table: sa.Table, book: sa.Connection, fresh: sa.Connection) -> Iterator[AlteredRow]:

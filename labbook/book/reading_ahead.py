@@ -147,5 +147,5 @@ def _read(root: Path, sha256: str, settings: Mapping[str, Any]) -> bytes:
     """Read a stored copy, and send what the cache of readings has: its samples are in the store."""
     store = Store(root)
     done = reread_stored(store, store.raw(raw_path(sha256), sha256), sha256, ReadSettings.from_json(settings))
-    remember(done)
+    remember(done, settings)
     return pack(done)

@@ -29,6 +29,7 @@ from labbook.analysis.results import numbers_of
 from reports.numbers import Number, Result
 
 if TYPE_CHECKING:
+    from labbook.book.write_session import WriteSession
     from labbook.presenting.report.content import MadeReport
 
 NUMBERS = "numbers.json"
@@ -212,11 +213,11 @@ def readable_numbers(
             yield report, msgspec.json.decode(data, type=ReportNumbers)
 
 
-def outdated_reports(store: Path, connection: sa.Connection, entries: Iterable[Entry]) -> list[str]:
-    """Name the reports with numbers that depend on what these entries state: of each selection the newest one."""
-    return newest_depending_on(
-        store, connection, {thing for entry in entries for thing in _things_touched(connection, entry)}
-    )
+def outdated_reports(session: WriteSession) -> list[str]:
+    """Name the reports with numbers that depend on what was stated: of each selection the newest one."""
+    connection = session.connection
+    things = {thing for entry in session.entries for thing in _things_touched(connection, entry)}
+    return newest_depending_on(session.store.root, connection, things)
 
 
 def newest_depending_on(store: Path, connection: sa.Connection, things: Iterable[tuple[str, str]]) -> list[str]:
@@ -228,6 +229,7 @@ def newest_depending_on(store: Path, connection: sa.Connection, things: Iterable
 _NUMBERS_DEPEND_ON = {
     "run": frozenset(
         (
+            "name",
             "kind",
             "state",
             "duration_s",
@@ -239,11 +241,11 @@ _NUMBERS_DEPEND_ON = {
             "position_in_day",
         )
     ),
-    "charge": frozenset(("run", "state", "charge_mah", "resolution_mah", "mode")),
+    "charge": frozenset(("run", "stated_run", "state", "charge_mah", "resolution_mah", "mode")),
     "study": frozenset(("reference_voltage_v",)),
     "robot": frozenset(("name", "rest_length_m", "body_mass_kg", "foot_mass_kg", "link_1_m", "link_2_m")),
 }
-"""Columns whose correction can move a number."""
+"""Columns whose correction can move a number; of what is not named here, every column."""
 
 
 def _things_touched(connection: sa.Connection, entry: Entry) -> Iterator[tuple[str, str]]:
@@ -252,7 +254,7 @@ def _things_touched(connection: sa.Connection, entry: Entry) -> Iterator[tuple[s
     if entry.action is Action.CORRECT and entry.entity_kind == "run" and new.keys() == {"position_in_day"}:
         yield "position", entry.entity_uid
         return
-    if entry.action is Action.CORRECT and not new.keys() & _NUMBERS_DEPEND_ON.get(entry.entity_kind, frozenset()):
+    if entry.action is Action.CORRECT and new.keys().isdisjoint(_NUMBERS_DEPEND_ON.get(entry.entity_kind, new.keys())):
         return
     yield entry.entity_kind, entry.entity_uid
     if entry.action is Action.DECIDE:
@@ -269,6 +271,8 @@ def _things_touched(connection: sa.Connection, entry: Entry) -> Iterator[tuple[s
         yield from (("idle_runs", one["robot"]) for one in (old, new) if one.get("robot"))
         yield from _things_around(connection, entry.entity_uid)
     runs = {one["run"] for one in (old, new) if one.get("run")} | set(old.get("runs", ()))
+    if entry.entity_kind == "charge":
+        runs |= {read_fact(connection, "charge", entry.entity_uid, ["run"])["run"]} - {None}
     if entry.action in (Action.WITHDRAW, Action.RESTORE) and entry.entity_kind == "file":
         yield from (("charge", uid) for uid in old.get("charges", ()))
         runs |= {link.run_uid for link in links_of_file(connection, entry.entity_uid)}

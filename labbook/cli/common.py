@@ -92,9 +92,9 @@ def tell_statement(folder: Path | None, person: str | None, make: Callable[[Writ
     """Make one statement, and answer its message and which reports it bears on."""
     from labbook.book.report_numbers import outdated_reports
 
-    with stating(folder, person) as (book, session):
+    with stating(folder, person) as (_book, session):
         said = make(session)
-        reports = outdated_reports(book.store.root, session.connection, session.entries)
+        reports = outdated_reports(session)
     return tell({**data, "said": said, "reports": reports}, [said])
 
 

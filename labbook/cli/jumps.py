@@ -97,7 +97,7 @@ def _decide(jumps: OfJumps, verdict: str, reason: str) -> Shown:
         decided = resolve_jumps(jumps.numbers, found)
         with opened_book.session(person) as session:
             recorded = decide(opened_book, session, run, decided, verdict, reason, jumps.note, found)
-            reports = outdated_reports(opened_book.store.root, session.connection, session.entries)
+            reports = outdated_reports(session)
             rejecting = verdict == "reject"
             about = (session.connection, opened_book.configuration, reason, "every comparison of apex heights")
             remarks = reason_remarks(*about) if rejecting else []

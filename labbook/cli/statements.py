@@ -56,7 +56,7 @@ def charge(
         with opened_book.session(person) as session:
             uid = state_charge(session, opened_book.configuration, run, charge_mah, minutes, end_voltage, add=add)
             remarks = remarks_on(session.connection, opened_book.configuration, [run], ["charge_mah"])
-            reports = outdated_reports(opened_book.store.root, session.connection, session.entries)
+            reports = outdated_reports(session)
         rig = [line.text for line in rig_lines_of_runs(opened_book, [run])]
     data = {"run": run, "charge": uid, "charge_mah": charge_mah, "rig": rig, "reports": reports, "remarks": remarks}
     return tell(data, [f"run {run}: {charge_mah:g} mAh{' more' if add else ''} (charge:{uid})."])
@@ -127,7 +127,7 @@ def correct(
                 runs = runs_corrected(session.connection, target, changed)
                 remarks = remarks_on(session.connection, configuration, runs, changed)
                 settled = known_now(session.connection, waiting)
-                reports = outdated_reports(opened_book.store.root, session.connection, session.entries)
+                reports = outdated_reports(session)
                 data = {"changed": changed, "remarks": remarks, "settled": settled, "reports": reports}
                 return data, words, runs
 
@@ -169,7 +169,7 @@ def void(
 
     with stating(book, person) as (opened_book, session):
         change = (unvoid if undo else state_void)(session, run, reason)
-        reports = outdated_reports(opened_book.store.root, session.connection, session.entries)
+        reports = outdated_reports(session)
         remarks = []
         if change.made and not undo:
             remedy = f"If one of these is meant, {other_reason(run)}."
@@ -209,7 +209,7 @@ def assign(
     with opened(book) as opened_book:
         with opened_book.session(person) as session:
             said = [state_assignment(session, file, run, why, add=add) for file in files]
-            reports = outdated_reports(opened_book.store.root, session.connection, session.entries)
+            reports = outdated_reports(session)
             remarks = remarks_on(session.connection, opened_book.configuration, runs, ["log"])
         rig = [line.text for line in rig_lines_of_runs(opened_book, runs, jumps=True)]
     data = {"files": files, "run": None if run == NO_RUN else run, "said": said, "rig": rig, "reports": reports}

@@ -155,7 +155,7 @@ def _read_again(context: ApplyContext, new: Mapping[str, Any]) -> PreparedImport
     except Exception as error:  # whatever somebody else's code does
         failure = f"Reading it failed ({type(error).__name__}: {error})."
         return _unread(new, len(data), settings, PLUGIN_FAILED, _named_plugin(new, failure))
-    remember(done)
+    remember(done, new["settings"])
     return done
 
 

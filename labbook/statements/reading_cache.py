@@ -34,10 +34,13 @@ def _sources() -> Iterable[Path]:
 _READ = FileCache("readings", _sources, ("numpy", "scipy", "pyarrow", "python-calamine", "msgspec"))
 
 
-def remember(done: PreparedImport) -> None:
-    """Keep a reading; not what a plug-in had a part in, whose sources nobody knows."""
+def remember(done: PreparedImport, settings: Mapping[str, Any] | None = None) -> None:
+    """Keep a reading, by the `settings` that were asked for, where another profile may have been used.
+
+    What a plug-in had a part in is not kept: nobody knows its sources.
+    """
     if done.read.plugin is None and all(finding.rule != PLUGIN_FAILED for finding in done.read.findings):
-        _READ.write(_name(done.sha256, done.settings.as_json()), pack(done))
+        _READ.write(_name(done.sha256, settings or done.settings.as_json()), pack(done))
 
 
 def remembered(sha256: str, settings: Mapping[str, Any]) -> PreparedImport | None:

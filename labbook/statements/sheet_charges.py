@@ -68,7 +68,9 @@ def update_charges(
         else:
             held.append(old.uid)
             found += _keep_corrections(old, row, values)
-            if old.named_run is None or values["stated_run"] != old.stated_run:
+            if values["stated_run"] != row.stated_run:
+                values["named_run"] = find_uid(connection, "run", name=values["stated_run"])  # as a person corrected it
+            elif old.named_run is None or row.stated_run != old.stated_run:
                 values["named_run"] = run
             update_fact(connection, "charge", old.uid, {**values, "state": str(ChargeState.COUNTED)})
     for uid, entries in history_of_charges(connection, new).items():  # said while no reading gave this charge

@@ -5,8 +5,8 @@ m_a(z) = phi rho mu V(s) + C z
 
 from __future__ import annotations
 
-from simulator.compiled import Row, inner
-from simulator.effects.effect import Effect, Energy, Function, ParameterIndex
+from simulator.compiled import Function, Row, inner
+from simulator.effects.effect import Effect, Energy, ParameterIndex
 from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, PHI, RHO
 
 

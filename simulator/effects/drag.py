@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import inner
-from simulator.effects.effect import Effect, Energy, Function, ParameterIndex
+from simulator.compiled import Function, inner
+from simulator.effects.effect import Effect, Energy, ParameterIndex
 from simulator.effects.shared import MOTOR_RESISTANCE, TORQUE_CONSTANT
 from simulator.parameter import Parameter
 

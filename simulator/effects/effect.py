@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Literal, get_args
 
-from simulator.compiled import Function as Function
+from simulator.compiled import Function
 from simulator.parameter import Parameter
 
 ParameterIndex = Callable[[str], int]

@@ -6,8 +6,8 @@ holds it where it stops. After the leg's push-off the platform is released and l
 
 from __future__ import annotations
 
-from simulator.compiled import inner
-from simulator.effects.effect import Effect, Energy, Function, ParameterIndex
+from simulator.compiled import Function, inner
+from simulator.effects.effect import Effect, Energy, ParameterIndex
 from simulator.effects.shared import GROUND_LOSS, IMPACT_LOSS
 from simulator.parameter import Parameter
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 
-from simulator.compiled import Row, inner
-from simulator.effects.effect import Effect, Function, Guard, ParameterIndex
+from simulator.compiled import Function, Row, inner
+from simulator.effects.effect import Effect, Guard, ParameterIndex
 from simulator.effects.shared import CONE, GROUND_LOSS
 from simulator.parameter import Parameter
 

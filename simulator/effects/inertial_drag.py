@@ -5,8 +5,8 @@ D(z) = bg_scale b_g c_g [phi rho mu A(s) + C]
 
 from __future__ import annotations
 
-from simulator.compiled import Row, inner
-from simulator.effects.effect import Effect, Function, ParameterIndex
+from simulator.compiled import Function, Row, inner
+from simulator.effects.effect import Effect, ParameterIndex
 from simulator.effects.shared import ADDED_MASS_CONSTANT, CONE, GROUND_LOSS, PHI, RHO
 from simulator.parameter import Parameter
 

@@ -3,8 +3,8 @@ until it is back at its rest length. Without it the published rule of ch. 3 deci
 
 from __future__ import annotations
 
-from simulator.compiled import inner
-from simulator.effects.effect import Effect, Function, ParameterIndex
+from simulator.compiled import Function, inner
+from simulator.effects.effect import Effect, ParameterIndex
 from simulator.parameter import Parameter
 
 

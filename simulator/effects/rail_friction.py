@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from simulator.compiled import Row, inner
-from simulator.effects.effect import MODES, BodyForce, Effect, Energy, Function, ParameterIndex
+from simulator.compiled import Function, Row, inner
+from simulator.effects.effect import MODES, BodyForce, Effect, Energy, ParameterIndex
 from simulator.parameter import Parameter
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from simulator.compiled import inner
-from simulator.effects.effect import Effect, Function, ParameterIndex
+from simulator.compiled import Function, inner
+from simulator.effects.effect import Effect, ParameterIndex
 from simulator.gains import DAMPING_PER_GAIN, STIFFNESS_AT_ZERO_GAIN_N_M, STIFFNESS_PER_GAIN_N_M
 from simulator.parameter import Parameter
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from simulator.compiled import inner
-from simulator.effects.effect import Effect, Function, ParameterIndex
+from simulator.compiled import Function, inner
+from simulator.effects.effect import Effect, ParameterIndex
 from simulator.parameter import Parameter
 
 

@@ -10,8 +10,9 @@ from typing import Any
 
 import pytest
 
+from simulator.compiled import Function
 from simulator.declared import GROUNDS, all_parameters, readers
-from simulator.effects.effect import MODES, BodyForce, Effect, Energy, Function
+from simulator.effects.effect import MODES, BodyForce, Effect, Energy
 from simulator.effects.registry import EFFECTS, ENERGIES
 from simulator.kernel.composition import compose
 from simulator.parameter import BASICS

@@ -221,12 +221,11 @@ class _Merging:
         return {self.uids.get(uid, uid): found for uid, found in by_run.items()}
 
     def _apply(self, store: Store, entry: Entry, here: TargetBook) -> None:
-        """Let one entry take effect on trial, and stand in the journal for the next; a report changes nothing."""
+        """Let one entry take effect on trial, and stand in the journal for the next."""
         connection = self.session.connection
         try:
             with connection.begin_nested():
-                if entry.action is not Action.REPORT:
-                    apply(connection, store, entry)
+                apply(connection, store, entry)
                 journal.insert(connection, [entry])
             here.record(entry)
         except (InputRefused, UsageError) as error:

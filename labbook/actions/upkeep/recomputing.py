@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields
 
 import sqlalchemy as sa
@@ -13,13 +13,14 @@ from data_schema.file_cache import without_caches
 from data_schema.queries.reports import ReportRow
 from data_schema.queries.sources import describe_input
 from data_schema.queries.study import config_in_force
+from ingest.store import Store
 from labbook.actions.upkeep.tracing import ReportOfNumber
 from labbook.book.differing import differences
 from labbook.book.opening import Book
 from labbook.book.replaying import replayed
 from labbook.book.report_numbers import ReportedNumber, numbers_of_report
 from labbook.config.parsing import parse_configuration
-from labbook.presenting.report.content import make_report
+from labbook.presenting.report.content import MadeReport, make_report
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,47 +73,45 @@ class Recomputed:
 
 
 def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str], None]) -> list[Recomputed]:
-    """Compute numbers anew, each from the journal up to the newest report that shows it; reports are replayed once."""
-    by_report: dict[str, list[ReportOfNumber]] = {}
-    for one in asked:
-        by_report.setdefault(one.shown_in[-1].uid, []).append(one)
-    done: dict[str, Recomputed] = {}
-    with book.reading() as connection:
-        for several in by_report.values():
-            done |= _recomputed(book, connection, several, step)
-    return [done[one.number.id] for one in asked]
-
-
-def _recomputed(
-    book: Book, connection: sa.Connection, asked: Sequence[ReportOfNumber], step: Callable[[str], None]
-) -> dict[str, Recomputed]:
-    """Recompute numbers of one report, by their ids."""
-    report = asked[0].shown_in[-1]
-    until, _hash = journal.head(connection)
-    with replayed(book.store, book.mirror, report.seq - 1, step, use_cache=False) as (engine, replay):
-        with reading(engine) as fresh, without_caches():
-            row = config_in_force(fresh)
-            assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
-            configuration = parse_configuration(row.text, "the book's configuration")
-            where = report.selection or None
-            made = make_report(fresh, replay.store, configuration, where=where, made_at=report.made_utc)
-        by_id = numbers_of_report(made).numbers
-        by_path = {number.path: number for number in by_id.values()}
+    """Compute numbers anew, each as of the newest report that shows it; the journal is replayed once."""
+    shown_in = {one.shown_in[-1].seq: one.shown_in[-1] for one in asked}
+    made: dict[int, MadeReport] = {}
+    with (
+        book.reading() as connection,
+        replayed(book.store, book.mirror, 0, step, use_cache=False) as (engine, replay),
+    ):
+        until, _hash = journal.head(connection)
+        for seq, report in sorted(shown_in.items()):
+            replay.apply_to(engine, seq - 1)
+            with reading(engine) as fresh, without_caches():
+                made[seq] = _made_again(fresh, replay.store, report)
         replay.apply_to(engine, until)
         with reading(engine) as fresh:
             readers = differences(fresh, journal.stored(fresh), replay.without_rows).other_versions
-            other_versions = readers or made.versions != report.versions
-            return {
-                one.number.id: Recomputed(
-                    report=report,
+            numbers = {seq: numbers_of_report(one).numbers for seq, one in made.items()}
+            return [
+                Recomputed(
+                    report=(report := one.shown_in[-1]),
                     printed=one.number,
-                    anew=(anew := by_id.get(one.number.id) or by_path.get(one.number.path)),
+                    anew=(anew := _found(numbers[report.seq], one.number)),
                     differs=_differing(one.number, anew),
                     altered=tuple(_altered(connection, fresh, one)),
-                    other_versions=other_versions,
+                    other_versions=readers or made[report.seq].versions != report.versions,
                 )
                 for one in asked
-            }
+            ]
+
+
+def _made_again(fresh: sa.Connection, store: Store, report: ReportRow) -> MadeReport:
+    row = config_in_force(fresh)
+    assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
+    configuration = parse_configuration(row.text, "the book's configuration")
+    return make_report(fresh, store, configuration, where=report.selection or None, made_at=report.made_utc)
+
+
+def _found(numbers: Mapping[str, ReportedNumber], number: ReportedNumber) -> ReportedNumber | None:
+    """Return a number as it is now; where its inputs were altered its id is another, and its path the same."""
+    return numbers.get(number.id) or next((one for one in numbers.values() if one.path == number.path), None)
 
 
 def _differing(printed: ReportedNumber, anew: ReportedNumber | None) -> tuple[str, ...]:

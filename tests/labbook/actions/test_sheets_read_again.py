@@ -86,6 +86,20 @@ def test_corrections_and_assignments_outlive_another_reading(small: SmallBook, t
     rebuilt_alike(small)
 
 
+@pytest.mark.parametrize("named", ["r099", "r004"])
+def test_the_run_that_a_person_corrected_outlives_another_reading(named: str, small: SmallBook, tmp_path: Path) -> None:
+    """Where the book has no such run yet, too."""
+    with small.open() as book:
+        take(book, tmp_path, "s.csv", SHEET, declared("mAh"))
+        with book.session(ADA) as session:
+            target = f"charge:{uid_of(book, 'r003')}"
+            correct(book, session, target, [f"stated_run={named}"], "the line was another run's")
+        take(book, tmp_path, "s.csv", SHEET, declared("Ah"))
+        by_run = charges(book)
+        assert by_run == {"r001": [150], "r002": [160], "r003": [], "r004": [170] if named == "r004" else []}
+    rebuilt_alike(small)
+
+
 def test_rows_of_other_sheets_step_in_when_a_sheet_is_withdrawn_and_back(small: SmallBook, tmp_path: Path) -> None:
     with small.open() as book:
         take(book, tmp_path, "s.csv", SHEET, declared("Ah"))

@@ -10,16 +10,18 @@ import pytest
 
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.reports import list_reports
+from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.stored_files import withdraw
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.jump_review import decide
+from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.report_numbers import outdated_reports
 from labbook.book.write_session import DryRun, WriteSession
-from tests.helpers.books import ADA, SmallBook, copy_of, small_book
+from tests.helpers.books import ADA, SmallBook, copy_of, instrument_files, small_book
 from tests.helpers.statements import note
 
 OF_ALL, OF_SMALL = 2, 3
@@ -44,7 +46,7 @@ def named_after(book: Book, said: Callable[[WriteSession], object]) -> list[int]
     found: list[str] = []
     with contextlib.suppress(DryRun), book.session(ADA) as session:
         said(session)
-        found = outdated_reports(book.store.root, session.connection, session.entries)
+        found = outdated_reports(session)
         raise DryRun
     with book.reading() as connection:
         numbers = {report.called: report.number for report in list_reports(connection)}
@@ -55,6 +57,60 @@ def charge_of(book: Book, run: str) -> str:
     with book.reading() as connection:
         (charge,) = charges_of_run(connection, run_named(connection, run).uid)
     return f"charge:{charge.uid}"
+
+
+@pytest.mark.parametrize(
+    ("target", "field"),
+    [
+        ("r002", "started_utc=2021-06-14T09:31:00-04:00"),
+        ("r007", "position_in_day=12"),
+        ("study", "jumps_nominal=26"),
+        ("study", "time_zone=Europe/Berlin"),
+    ],
+)
+def test_a_column_without_numbers_on_it_names_none(target: str, field: str, book: Book) -> None:
+    assert named_after(book, lambda session: correct(book, session, target, [field], "x")) == []
+
+
+@pytest.mark.parametrize(
+    ("fields", "named"),
+    [
+        (["position_in_day=12"], [OF_ALL, OF_SMALL]),  # what is adjusted for the place in the day
+        (["jumps_made=2"], [OF_ALL, OF_SMALL]),
+        (["foot=large"], [OF_ALL, OF_SMALL]),
+        (["name=r902"], [OF_ALL, OF_SMALL]),
+        (["kind=idle", "jumps_made=0", "levels=none"], [OF_ALL, OF_SMALL]),
+    ],
+)
+def test_a_column_of_a_run_names_what_uses_it(fields: list[str], named: list[int], book: Book) -> None:
+    assert named_after(book, lambda session: correct(book, session, "r002", fields, "x")) == named
+
+
+@pytest.mark.parametrize("field", ["end_voltage_v=16.7", "duration_s=700", "stated_pack=C"])
+def test_what_else_a_charge_says_names_none(field: str, book: Book) -> None:
+    target = charge_of(book, "r002")
+    assert named_after(book, lambda session: correct(book, session, target, [field], "x")) == []
+
+
+def test_an_idle_run_that_joins_names_every_joule(book: Book) -> None:
+    head = instrument_files()["runs.csv"].decode().splitlines()[0]
+    sheet = f"{head}\nr017,2021-06-16,9,idle,,,,A,hopper,17:00,1500,,1,\n"
+
+    def declared(session: WriteSession) -> object:
+        return import_runs(book, session, SheetFile("more.csv", sheet.encode()))
+
+    assert named_after(book, declared) == [OF_ALL, OF_SMALL]
+
+
+def test_a_charge_of_another_run_by_its_sheet_names_the_reports_of_both(book: Book) -> None:
+    of_large, of_small = charge_of(book, "r003"), charge_of(book, "r002")
+
+    def exchanged(session: WriteSession) -> None:
+        correct(book, session, of_small, ["run=none"], "x")
+        session.entries.clear()
+        correct(book, session, of_large, ["stated_run=r002"], "x")
+
+    assert named_after(book, exchanged) == [OF_ALL, OF_SMALL]
 
 
 @pytest.mark.parametrize(("run", "named"), [("r002", [OF_ALL, OF_SMALL]), ("r003", [OF_ALL])])
@@ -71,6 +127,8 @@ def test_a_run_names_the_newest_report_of_each_selection_that_uses_it(run: str, 
 def test_what_all_runs_depend_on_names_all(book: Book) -> None:
     both = [OF_ALL, OF_SMALL]
     idle = charge_of(book, "r007")
+    assert named_after(book, lambda session: void(session, "r007", "was touched")) == both
+    assert named_after(book, lambda session: correct(book, session, "study", ["reference_voltage_v=16.8"], "x")) == both
     assert named_after(book, lambda session: correct(book, session, idle, ["charge_mah=118"], "x")) == both
     assert named_after(book, lambda session: correct(book, session, "robot:hopper", ["rest_length_m=0.3"], "x")) == both
 

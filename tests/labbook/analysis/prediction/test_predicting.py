@@ -372,7 +372,7 @@ def test_a_corrected_robot_is_simulated_anew_and_names_the_report(tmp_path: Path
         state_report(standing, "foot=small", ADA, lambda _step: None)
         with standing.session(ADA) as session:
             correct(standing, session, "robot:hopper", ["foot_mass_kg=0.21"], "weighed again")
-            named = outdated_reports(standing.store.root, session.connection, session.entries)
+            named = outdated_reports(session)
         assert len(named) == 1
         says(named, "foot=small")
         made = state_report(standing, "foot=small", ADA, lambda _step: None)
