@@ -22,7 +22,7 @@ from labbook.analysis.comparison.order import (
 from labbook.analysis.comparison.robustness import Variations, vary
 from labbook.analysis.comparison.thesis_route import analyses_of_variance
 from labbook.analysis.outcomes.budget import JouleBudget, PackDeviation, budget, pack_deviations
-from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure, number_of
+from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure_all, number_of
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import Judgement, RunApexes, as_protocol, run_apexes
 from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_energies
@@ -77,7 +77,8 @@ def _results(
     computed: Results, detections: Detections, evidence: StudyData, known: Mapping[Outcome, RunResults[Result]]
 ) -> dict[Outcome, RunResults[Result]]:
     """Measure the other outcomes, and leave out those that no run has and none is expected to have."""
-    every = {outcome: known.get(outcome) or measure(outcome, computed, detections, evidence) for outcome in Outcome}
+    others = [outcome for outcome in Outcome if outcome not in known]
+    every = {**known, **measure_all(others, computed, detections, evidence)}
     return {
         outcome: replace(found, missing=evidence.reasons(found.missing, outcome.source))
         for outcome, found in every.items()
@@ -158,7 +159,7 @@ def analyse(
     if swept is None:
         judged = judge_hypotheses(computed, hypotheses, conditions, [], predicted, "", settings, scope)
         return replace(analysis, hypotheses=judged)
-    beside = unselected_conditions(computed, detections, evidence, conditions, scope) if planned.stated else {}
+    beside = unselected_conditions(computed, detections, evidence, conditions) if planned.stated else {}
     compared = compare_all(computed, conditions, swept, planned, evidence.configuration.study.kind, scope, beside)
     anovas = [
         anova

@@ -16,7 +16,7 @@ from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.deciding import decide, decide_equivalence
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.comparison.thesis_route import routes_over_jumps, routes_over_runs
-from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure
+from labbook.analysis.outcomes.conditions import ConditionValues, conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.preregistration.planned import FAMILY_OF, Planned
 from labbook.analysis.results import Algorithm, Results, result_fingerprint
@@ -73,17 +73,11 @@ def unselected_conditions(
     detections: Detections,
     evidence: StudyData,
     outcomes: Collection[Outcome],
-    scope: Mapping[str, Any],
 ) -> dict[Outcome, list[ConditionValues]]:
     """Compute the numbers of the conditions of which the selection takes no run."""
     if not evidence.beside:
         return {}
-    other = replace(evidence, runs=evidence.beside)
-    return {
-        outcome: condition_values(computed, other.runs, found.results, outcome, scope)
-        for outcome in outcomes
-        for found in [measure(outcome, computed, detections, other)]
-    }
+    return conditions_by_outcome(computed, detections, replace(evidence, runs=evidence.beside), outcomes)
 
 
 @dataclass(frozen=True, slots=True)

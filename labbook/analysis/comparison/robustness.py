@@ -29,7 +29,7 @@ from labbook.analysis.comparison.deciding import (
 from labbook.analysis.comparison.order import ADJUSTED, adjusted_for_position, fingerprints_of_positions
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.charger_step import with_rounding_of
-from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure, number_of
+from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure, measure_all, number_of
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import as_protocol, without_exclusions
 from labbook.analysis.outcomes.run_energy import (
@@ -254,8 +254,11 @@ def vary(
     found: list[Varied] = []
     scope = {"selection": evidence.selection}
     everything = _with_void(evidence)
-    known = {} if evidence.void else {outcome: of_runs.results for outcome, of_runs in results.items()}
-    joules = known.get(Outcome.JOULES) or _joules_of(computed, everything, evidence, drains, WITHOUT_EXCLUSIONS)
+    joules = (
+        _joules_of(computed, everything, evidence, drains, WITHOUT_EXCLUSIONS)
+        if evidence.void
+        else results[Outcome.JOULES].results
+    )
     found += _compared(computed, WITHOUT_EXCLUSIONS, everything, Outcome.JOULES, joules, swept, settings)
     of_jumps = [outcome for outcome in results if outcome.of_jumps]
     protocol = as_protocol(evidence)
@@ -270,9 +273,10 @@ def vary(
             values = measure(outcome, computed, detections, varied, variant).results
             found += _compared(computed, label, varied, outcome, values, swept, settings)
     further = [outcome for outcome in results if outcome not in (Outcome.JOULES, *of_jumps)]
+    with_all = measure_all(further, computed, detections, everything) if evidence.void else results
     for outcome in further:
-        with_all = known.get(outcome) or measure(outcome, computed, detections, everything).results
-        found += _compared(computed, WITHOUT_EXCLUSIONS, everything, outcome, with_all, swept, settings)
+        values = with_all[outcome].results
+        found += _compared(computed, WITHOUT_EXCLUSIONS, everything, outcome, values, swept, settings)
     found += _by_rules(computed, detections, evidence, results, swept, settings)
     for outcome in (Outcome.JOULES, *of_jumps, *further):
         found += _adjusted(computed, pairing.pairs_pooled(conditions[outcome], swept), outcome, settings, scope)

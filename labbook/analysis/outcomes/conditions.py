@@ -60,6 +60,20 @@ def measure(
     return _MEASURES[outcome](computed, detections, data)
 
 
+def measure_all(
+    outcomes: Iterable[Outcome], computed: Results, detections: Detections, data: StudyData
+) -> dict[Outcome, RunResults[Result]]:
+    """Compute several outcomes; those that come from the same measurement are measured once."""
+    found: dict[Outcome, RunResults[Result]] = {}
+    measured: dict[object, RunResults[Result]] = {}
+    for outcome in outcomes:
+        how = _MEASURES.get(outcome, outcome)
+        if how not in measured:
+            measured[how] = measure(outcome, computed, detections, data)
+        found[outcome] = measured[how]
+    return found
+
+
 @dataclass(frozen=True, slots=True)
 class ConditionSummary(Result):
     """Mean of the runs of a condition with its interval, their standard deviation, and the runs by name."""
@@ -155,10 +169,8 @@ def conditions_by_outcome(
     """Compute the numbers of the selected runs' conditions in each outcome."""
     scope = {"selection": evidence.selection}
     return {
-        outcome: condition_values(
-            computed, evidence.runs, measure(outcome, computed, detections, evidence).results, outcome, scope
-        )
-        for outcome in outcomes
+        outcome: condition_values(computed, evidence.runs, found.results, outcome, scope)
+        for outcome, found in measure_all(outcomes, computed, detections, evidence).items()
     }
 
 

@@ -5,15 +5,20 @@ from __future__ import annotations
 import csv
 import io
 import re
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from data_schema.outcomes import Outcome
+from data_schema.queries.signals import SignalRow
 from data_schema.vocabulary import RunKind, Undefined
+from ingest.store import Store
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import MadeReport, state_report
+from labbook.analysis.outcomes import run_force
+from labbook.analysis.outcomes.run_force import vertical_force
 from labbook.demo.writers import bertec_text
 from reports.figures.registry import figures_of
 from reports.tables.formats.as_csv import csv_bytes
@@ -97,6 +102,21 @@ def test_the_report_compares_it_as_any_outcome(outcome: Outcome, on_plate: tuple
     page = quick_page(content)
     assert f"<h3>{outcome.heading}</h3>" in page
     says(page, "2 force")
+
+
+def test_a_report_reads_each_record_once(
+    on_plate: tuple[SmallBook, MadeReport], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    read = []
+
+    def counted(store: Store, signal: SignalRow, missing: Sequence[tuple[float, float]]) -> run_force.Record:
+        read.append(signal.run_name)
+        return vertical_force(store, signal, missing)
+
+    monkeypatch.setattr(run_force, "vertical_force", counted)
+    with on_plate[0].open() as book:
+        state_report(book, None, ADA, lambda _step: None)
+    assert sorted(read) == sorted(NAMES[:-1])
 
 
 def test_a_book_without_a_plate_says_nothing_of_it(reports: Reports) -> None:
