@@ -14,7 +14,8 @@ from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah
-from labbook.demo.running import CampaignFiles, make_campaign_book
+from labbook.demo.records import CampaignFiles
+from labbook.demo.running import make_campaign_book
 from labbook.demo.studies.emulator import (
     CONSTANT,
     JUMPS,

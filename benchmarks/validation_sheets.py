@@ -10,7 +10,7 @@ from benchmarks.validation_emulator import LEVEL, ingested
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import read_flasks, read_walks
 from ingest.tables.sheet import SheetFile
-from labbook.demo.running import CampaignFiles
+from labbook.demo.records import CampaignFiles
 from labbook.demo.studies.sheets import (
     COMPACTED,
     DAMPING,

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import RunKind
-from labbook.demo.running import Correction
+from labbook.demo.records import Correction
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition, Truth
 from labbook.demo.writers import SheetRun
 

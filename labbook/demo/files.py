@@ -12,11 +12,10 @@ import numpy as np
 
 from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import RunKind
-from labbook.actions.planning.runs import PlannedEntry
 from labbook.demo.campaign import BATTERIES, IDLE_MINUTES, JUMPS_PER_RUN, Campaign, DemoRun
 from labbook.demo.logger import DECIMALS, RunLog, run_log
 from labbook.demo.plate import hopping_record
-from labbook.demo.running import MARK, CampaignFiles, Record
+from labbook.demo.records import MARK, CampaignFiles, PlannedRun, Record
 from labbook.demo.truth import CONTROL_GAIN, FOOT_RADIUS_M, Truth
 from labbook.demo.writers import Recharge, bertec_text, icharger_log, string_pot_log
 
@@ -247,9 +246,9 @@ def campaign_files(campaign: Campaign, *, full: bool = False) -> CampaignFiles:
     )
 
 
-def _planned(run: DemoRun, day: int) -> PlannedEntry:
+def _planned(run: DemoRun, day: int) -> PlannedRun:
     block = "" if run.condition is None else f"{run.condition.foot} {run.condition.k_gain}"
-    return PlannedEntry(run.name, day, block, {name: str(level) for name, level in run.levels.items()} or None)
+    return run.name, day, block, {name: str(level) for name, level in run.levels.items()} or None
 
 
 def _records(campaign: Campaign, full: bool) -> Iterator[Record]:

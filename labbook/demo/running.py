@@ -5,11 +5,10 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from itertools import chain, groupby
 from pathlib import Path
-from typing import Any
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import PlanMethod, RunKind
@@ -23,49 +22,11 @@ from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import CONFIGURATION, Book, opened
-from labbook.demo.writers import SheetRun, charger_sheet, run_sheet
+from labbook.demo.records import MARK, CampaignFiles, Record
+from labbook.demo.writers import charger_sheet, run_sheet
 
 RUN_SHEET = "runs.csv"
-MARK = "synthetic"
-"""Part of the name of every instrument's file."""
 Say = Callable[[str], None]
-
-
-@dataclass(frozen=True, slots=True)
-class Record:
-    """What an instrument wrote, its path below `instruments`, and what is true of it, if that is told."""
-
-    path: str
-    content: bytes
-    truth: Mapping[str, Any] | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Correction:
-    """A fact that was written down wrong and put right later."""
-
-    run: str
-    field: str
-    written: str
-    right: str
-    why: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class CampaignFiles:
-    """What is written of a campaign: its configuration, its sheets and records, and what is true.
-
-    `records` are made one after the other. `runs`, if there are any, are made with `factors`, as `planned` from a seed
-    where they were; `corrections` are stated after all is ingested.
-    """
-
-    configuration: str
-    records: Iterable[Record]
-    truth: Mapping[str, Any]
-    runs: Sequence[SheetRun] = ()
-    factors: tuple[str, ...] = ()
-    planned: tuple[int, Sequence[PlannedEntry]] | None = None
-    corrections: Sequence[Correction] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +105,8 @@ def _state_runs(book: Book, files: CampaignFiles, sheet: Path) -> None:
     with book.session(None) as session:
         if files.planned is not None:
             seed, entries = files.planned
-            state_plan(session, book.configuration, seed, PlanMethod.BLOCKED, entries)
+            planned = [PlannedEntry(*entry) for entry in entries]
+            state_plan(session, book.configuration, seed, PlanMethod.BLOCKED, planned)
         import_runs(book, session, SheetFile(str(sheet), sheet.read_bytes()))
         for date in dates:
             for kind in book.configuration.protocol.checks:

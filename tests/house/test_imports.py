@@ -79,6 +79,10 @@ def test_a_scene_and_what_is_published_are_read_without_a_compiler() -> None:
     assert loaded_by(code, ("numba", "llvmlite")) == set()
 
 
+def test_a_campaign_is_drawn_without_a_book() -> None:
+    assert loaded_by("import labbook.demo.files", (*NO_DATABASE, "labbook.book", "labbook.actions", "scipy")) == set()
+
+
 def test_listing_runs_draws_nothing() -> None:
     code = "import labbook.book.opening, labbook.cli.runs"
     assert loaded_by(code, ("matplotlib", "pandas", "jinja2", "statsmodels", "pint", "xarray")) == set()

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from labbook.demo.running import CampaignFiles
+from labbook.demo.records import CampaignFiles
 from labbook.demo.studies.runs import RUNS_TOML, Made, StudyRun, StudyScatter, drawn_days, logs_of, samples_not_dropped
 
 FloatArray = NDArray[np.float64]

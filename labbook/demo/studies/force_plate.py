@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from labbook.demo.plate import HELD_S, RATE_HZ, Hopping, apex_of, pieces, record_of
-from labbook.demo.running import MARK, CampaignFiles, Record
+from labbook.demo.records import MARK, CampaignFiles, Record
 from labbook.demo.studies.runs import RUNS_TOML, Made, StudyRun, StudyScatter, drawn_days, logs_of, samples_not_dropped
 from labbook.demo.writers import PlateRecord, bertec_text
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from data_schema.vocabulary import RunKind
 from labbook.demo.files import STUDY_TOML
-from labbook.demo.running import MARK, Record
+from labbook.demo.records import MARK, Record
 from labbook.demo.truth import recharged_mah
 from labbook.demo.writers import SheetRun, string_pot_log
 
