@@ -3,8 +3,9 @@ sensitivity."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ContrastKind, Rule
@@ -78,6 +79,14 @@ class Decision(Result):
     def test(self) -> SignificanceTest:
         """The test of no difference, or of no saving."""
         return t_test("by shared days", self.t, self.p, one_sided=self.one_sided)
+
+    @property
+    def test_of_difference(self) -> SignificanceTest:
+        """The same test with the sign of the difference, as it stands beside it."""
+        t, difference = self.t.value, self.difference.value
+        if not isinstance(t, float) or not isinstance(difference, float):
+            return self.test
+        return replace(self.test, statistic=math.copysign(t, difference))
 
     @property
     def shown(self) -> bool | None:

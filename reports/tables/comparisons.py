@@ -5,7 +5,6 @@ A comparison stands in the block of its family, under its label, with a word for
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
@@ -19,7 +18,7 @@ from reports.content import Comparison, ReportContent
 from reports.display import DASH, SAVINGS, common_places, level_text
 from reports.evidence import Decision, Equivalence
 from reports.naming import level_of, levels_name
-from reports.numbers import Number, SignificanceTest, t_test
+from reports.numbers import Number, t_test
 from reports.tables.table import (
     PROVENANCE,
     Cell,
@@ -126,7 +125,7 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
             difference_columns(differences, quantity.unit),
             lambda row: (number_cell(row.shown.difference, places), interval_cell(row.shown.difference, places)),
         ),
-        (statistic_columns("t", "t"), lambda row: statistic_cells(_of_difference(row.shown))),
+        (statistic_columns("t", "t"), lambda row: statistic_cells(row.shown.test_of_difference)),
         (
             Column("Holm", fields.HOLM, shown=adjusted is not None),
             lambda row: _adjusted_cell(row.shown.adjusted),
@@ -152,14 +151,6 @@ def one_sided_note(leads: Sequence[Decision]) -> str:
     """Say which p and intervals of a table are one-sided; "" where none are."""
     of = next((lead.savings for lead in leads if lead.one_sided and lead.savings is not None), None)
     return "" if of is None else f" p of savings is one-sided, as decided, with {level_text(of)}s."
-
-
-def _of_difference(lead: Decision) -> SignificanceTest:
-    """Return the test with the sign of the difference beside it; t of savings is stored as positive for a saving."""
-    t, difference = lead.test.statistic, lead.difference.value
-    if not isinstance(t, float) or not isinstance(difference, float):
-        return lead.test
-    return replace(lead.test, statistic=math.copysign(t, difference))
 
 
 def _adjusted_cell(adjusted: Number | None) -> Cell:

@@ -21,6 +21,7 @@ from labbook.actions.stats.figures import (
     draw_pictures,
     estimation_of,
 )
+from labbook.analysis.comparison.deciding import p_of
 from labbook.analysis.observations import Observations
 from labbook.config.model import Bounds
 from reports.figures.estimation import Estimation
@@ -33,7 +34,6 @@ from stats.groups.multiple import HolmFamily, holm
 from stats.groups.tukey import VARIANCES, compare_all_pairs
 from stats.groups.variances import brown_forsythe
 from stats.results import as_dict, with_unit
-from stats.tails import t_upper
 
 ALPHA = 0.05
 DAYS_LEFT_OUT = "Days are left out of this test; `labbook stats compare` compares within days."
@@ -185,14 +185,15 @@ def _by_days(question: Question, *, savings: bool = False) -> Answer:
     tested = {
         label: one.savings(level) if savings or of_plan else one.difference(level) for label, one in contrasts.items()
     }
-    p_values = {label: _p_of(one, one_sided) for label, one in tested.items()}
+    shown = tested if savings else {label: one.difference(level) for label, one in contrasts.items()}
+    p_values = {label: p_of(one, one_sided) for label, one in tested.items()}
     family = _adjusted(question, p_values) if len(contrasts) > 1 else None
     answers, sentences = [], []
     for at, (label, contrast) in enumerate(contrasts.items()):
-        difference, p = contrast.difference(level), p_values[label]
+        p = p_values[label]
         data: dict[str, Any] = {
             **_described(question, label, contrast),
-            **_estimate("difference", difference),
+            **_estimate("difference", contrast.difference(level)),
             **(_estimate("savings_percent", tested[label]) if savings or of_plan else {}),
             "t": tested[label].t,
             "df": tested[label].df,
@@ -205,13 +206,8 @@ def _by_days(question: Question, *, savings: bool = False) -> Answer:
             data["adjusted_p"] = adjusted = family.adjusted_p[at]
         answers.append(data)
         what = "saves" if savings else "minus"
-        value = tested[label] if savings else difference
-        test = replace(tested[label], p=p)
-        if not savings and isinstance(test.t, float) and isinstance(difference.value, float):
-            test = replace(test, t=math.copysign(test.t, difference.value))  # that of savings is above 0 for a saving
-        sentences.append(_sentence(question, label, contrast, what, value, test, adjusted, one_sided))
+        sentences.append(_sentence(question, label, contrast, what, replace(shown[label], p=p), adjusted, one_sided))
     unit = "%" if savings else observed.unit
-    shown = tested if savings else {label: one.difference(level) for label, one in contrasts.items()}
     return Answer(
         sentences,
         {"decisions": answers},
@@ -222,13 +218,6 @@ def _by_days(question: Question, *, savings: bool = False) -> Answer:
             interval=f"{'Fieller' if savings else 't'}, by shared days",
         ),
     )
-
-
-def _p_of(tested: Estimate, one_sided: bool) -> float | Undefined:
-    """Return the p of an estimate against any difference, or against one above 0 alone."""
-    if not one_sided or isinstance(tested.t, Undefined) or isinstance(tested.df, Undefined):
-        return tested.p
-    return t_upper(tested.t, tested.df)
 
 
 def _described(question: Question, label: str, contrast: Contrast) -> dict[str, Any]:
@@ -256,7 +245,6 @@ def _sentence(
     contrast: Contrast,
     what: str,
     shown: Estimate,
-    test: Estimate,
     adjusted: float | Undefined | None,
     one_sided: bool,
 ) -> str:
@@ -270,12 +258,12 @@ def _sentence(
     if isinstance(shown.value, Undefined):
         return f"{head} cannot be told: {shown.value.reason}."
     value = f"{number_text(shown.value, error=error_of(shown.ci))}{with_unit(unit)}"
-    if isinstance(test.p, Undefined) or isinstance(test.df, Undefined):
-        why = test.p.reason if isinstance(test.p, Undefined) else "there are no degrees of freedom"
+    if isinstance(shown.p, Undefined) or isinstance(shown.df, Undefined):
+        why = shown.p.reason if isinstance(shown.p, Undefined) else "there are no degrees of freedom"
         return f"{head} {verb} {value}; no test, because {why}."
     evidence = [
         interval_text(shown.ci, shown.level, unit),
-        f"{statistic_text('t', test.t, (test.df,))}, {p_text(test.p, question.alpha)}",
+        f"{statistic_text('t', shown.t, (shown.df,))}, {p_text(shown.p, question.alpha)}",
     ]
     if one_sided:
         evidence[-1] += " one-sided"
