@@ -8,10 +8,9 @@ those of every run again for every day.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cache as once
-from functools import cached_property, partial
+from functools import cached_property
 from typing import Any
 
 from data_schema.outcomes import Outcome
@@ -153,18 +152,15 @@ def _estimates_without(
     """Compute the pooled comparisons without each of these days: pair and result, by day."""
     pairs = pairing.pairs_pooled(conditions, swept)
     whole = decide(computed, pairs, quantity, scope, settings)
-    contrasts = [once(partial(contrast_of, pair)) for pair in pairs]
-    wanted = [
-        (day, pair, result, contrast)
+    contrasts = [contrast_of(pair) for pair in pairs]
+    return {
+        day.day: [
+            (pair, _without(computed, day, pair, result, contrast, quantity, settings, scope))
+            for pair, result, contrast in zip(pairs, whole, contrasts, strict=True)
+            if day.remains(pair.a, quantity) and day.remains(pair.b, quantity)
+        ]
         for day in days
-        for pair, result, contrast in zip(pairs, whole, contrasts, strict=True)
-        if day.remains(pair.a, quantity) and day.remains(pair.b, quantity)
-    ]
-    found = [_without(computed, *one, quantity, settings, scope) for one in wanted]
-    by_day: dict[str, list[tuple[Pair, Decision]]] = {}
-    for (day, pair, _whole, _contrast), result in zip(wanted, found, strict=True):
-        by_day.setdefault(day.day, []).append((pair, result))
-    return by_day
+    }
 
 
 def _without(
@@ -172,17 +168,17 @@ def _without(
     day: LeftOut,
     pair: Pair,
     whole: Decision,
-    contrast: Callable[[], Contrast],
+    contrast: Contrast,
     quantity: Outcome,
     settings: AnalysisSettings,
     scope: Mapping[str, Any],
 ) -> Decision:
-    """Estimate without a day; `contrast` gives that of all days."""
+    """Estimate without a day; `whole` and `contrast` are those of all days."""
     if day.changes(quantity):
         rest = replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity))
         estimate = decide_pair(rest, quantity, settings)
     else:
-        estimate = decide_pair(pair, quantity, settings, contrast().without(day.day))
+        estimate = decide_pair(pair, quantity, settings, contrast.without(day.day))
     about = {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope}
     return computed.record(
         DECISION,
@@ -297,8 +293,8 @@ def vary(
     found += [
         Varied(pair.label, f"without {day.day}", outcome, result, day.day)
         for day in days
-        for outcome, of_day in without.items()
-        for pair, result in of_day.get(day.day, ())
+        for outcome, by_day in without.items()
+        for pair, result in by_day.get(day.day, ())
     ]
     lost = {day.day: tuple(sorted(drains[uid].robot for uid in day.lost)) for day in days if day.lost}
     return Variations(tuple(found), lost)
