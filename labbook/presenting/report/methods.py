@@ -116,20 +116,16 @@ def _holm(analysis: StudyAnalysis) -> str:
     """Say which family p is adjusted over, and how many tests of it the report does not show."""
     counts = []
     for quantity in Outcome:
-        by_test = {  # a comparison of all levels that stands for that of the only one is the same test
-            item.shown.decision.p.provenance: item.family
-            for item in analysis.compared
-            if item.shown.quantity is quantity and item.family is not None
-        }
-        shown = list(by_test.values())
-        if shown:
-            tests = len(shown[0].adjusted_p)
-            not_shown = f" ({tests - len(shown)} not in this selection)" if tests > len(shown) else ""
-            counts.append(f"{tests} of {quantity}{not_shown}")
+        of_quantity = [item for item in analysis.compared if item.shown.quantity is quantity]
+        family = next((item.family for item in of_quantity if item.family is not None), None)
+        if family is not None:
+            left_out = len(family.adjusted_p.keys() - {item.pair.label for item in of_quantity})
+            not_shown = f" ({left_out} not in this selection)" if left_out else ""
+            counts.append(f"{len(family.adjusted_p)} of {quantity}{not_shown}")
     if not counts:
         return ""
-    family = FAMILY_OF[analysis.planned.settings.family]
-    return f"P is adjusted by Holm's method over the family, {family}: {list_text(counts)}."
+    named = FAMILY_OF[analysis.planned.settings.family]
+    return f"P is adjusted by Holm's method over the family, {named}: {list_text(counts)}."
 
 
 def _equivalence(analysis: StudyAnalysis) -> str:
