@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields, replace
 from typing import Any, TypeAlias
 
 from data_schema.reasons import Reason
@@ -33,6 +33,14 @@ class Number:
     df: Value | None = None
     n: int | None = None
     provenance: str = ""
+
+    def called(self, names: Mapping[str, str], unit: str) -> Number:
+        """Return the same with other names of groups and values in its reasons, as `Undefined.called` has them."""
+        parts = {one.name: getattr(self, one.name) for one in fields(self)}
+        reasons: dict[str, Any] = {
+            name: part.called(names, unit) for name, part in parts.items() if isinstance(part, Undefined)
+        }
+        return replace(self, **reasons)
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 from data_schema.outcomes import Outcome
@@ -29,6 +29,8 @@ from stats.days.decision import CONTROL, TREATED
 from stats.days.runs_by_day import blocks_of_runs
 
 ALGORITHM = Algorithm("contrast", 2)
+_SIDES = {TREATED: "the level", CONTROL: "the reference"}
+"""What reasons call the sides of a difference between levels."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -247,8 +249,10 @@ def contrast_result(asked: AskedContrast, swept: str, alpha: float) -> MeansCont
         effects = [Effect(weight, _name(pair.b), _name(pair.a)) for weight, pair in asked.terms]
         found = linear_contrast(runs, effects, percent=asked.percent, level=1.0 - alpha)
         rule, days, one = found.rule, found.days, found.estimate
-        estimate = _called(estimate_number(one, unit, found.n, shares_error=settings.outcome.shares_error), settings)
-        t, p = (_called(Number(each, "1", df=one.df, n=found.n), settings) for each in (one.t, one.p))
+        estimate = estimate_number(one, unit, found.n, shares_error=settings.outcome.shares_error)
+        t, p = (Number(each, "1", df=one.df, n=found.n) for each in (one.t, one.p))
+        if settings.kind is ContrastKind.DIFFERENCE:  # of levels: neither is a control
+            estimate, t, p = (each.called(_SIDES, "run") for each in (estimate, t, p))
     return MeansContrast(
         kind=settings.kind,
         quantity=settings.outcome,
@@ -265,18 +269,6 @@ def contrast_result(asked: AskedContrast, swept: str, alpha: float) -> MeansCont
         days=days,
         rejected=None if isinstance(p.value, Undefined) else p.value <= alpha,
     )
-
-
-def _called(number: Number, settings: ContrastSettings) -> Number:
-    """Call the sides of a difference between levels what they are, in the reasons of what does not exist."""
-    if settings.kind is not ContrastKind.DIFFERENCE:
-        return number
-    names = {TREATED: "the level", CONTROL: "the reference"}
-    parts = {one.name: getattr(number, one.name) for one in fields(number)}
-    reasons: dict[str, Any] = {
-        name: part.called(names, "run") for name, part in parts.items() if isinstance(part, Undefined)
-    }
-    return replace(number, **reasons)
 
 
 def _name(side: Sequence[ConditionValues]) -> str:
