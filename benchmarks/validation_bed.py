@@ -78,7 +78,7 @@ def bed_book(chance: np.random.Generator) -> Conditions:
         )
         with opened(made) as book, book.reading() as connection:
             return conditions_by_outcome(
-                Results(connection),
+                Results(),
                 Detections(connection, book.store, lambda _step: None),
                 gather(connection, book.configuration, None),
                 (Outcome.JOULES, Outcome.APEX),

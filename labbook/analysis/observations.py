@@ -244,7 +244,7 @@ def _numbers(
     quantity: Outcome,
     step: Callable[[str], None],
 ) -> tuple[list[RunNumber], Mapping[str, Undefined]]:
-    found = measure(quantity, Results(connection), Detections(connection, store, step), evidence)
+    found = measure(quantity, Results(), Detections(connection, store, step), evidence)
     return run_numbers(evidence.runs, found.results, quantity), evidence.reasons(found.missing, quantity.source)
 
 

@@ -13,9 +13,8 @@ import typing
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields, replace
 from functools import cache
+from operator import attrgetter
 from typing import Any, Generic, TypeVar
-
-import sqlalchemy as sa
 
 from data_schema.journal import canonical
 from data_schema.queries.charges import ChargeOfRun
@@ -37,11 +36,14 @@ class Algorithm:
     version: int
 
 
+_of_input = attrgetter("role", "input_kind", "input_uid", "input_sha256")
+
+
 def key_of(
     algorithm: Algorithm, scope: Mapping[str, Any], inputs: Iterable[InputRow], settings: Mapping[str, Any]
 ) -> str:
-    """Return the name of the result of an algorithm about a scope, from inputs, under settings, and of no other."""
-    rows = sorted([row.role, row.input_kind, row.input_uid, row.input_sha256] for row in inputs)
+    """Return the name of the result of an algorithm about a scope, from sorted inputs, under settings, of no other."""
+    rows = [_of_input(row) for row in inputs]
     return hashlib.sha256(canonical([algorithm.kind, algorithm.version, scope, rows, settings]).encode()).hexdigest()
 
 
@@ -49,7 +51,6 @@ def key_of(
 class Results:
     """Results as they were computed; `made` has them by key, in their order."""
 
-    connection: sa.Connection
     made: dict[str, Result] = field(default_factory=dict)
 
     def record(
@@ -61,7 +62,7 @@ class Results:
         settings: Mapping[str, Any] = {},
     ) -> T:
         """Return a result with its origin, and with ids for its numbers."""
-        rows = sorted(inputs, key=lambda row: (row.role, row.input_kind, row.input_uid))
+        rows = sorted(inputs, key=_of_input)
         key = key_of(algorithm, scope, rows, settings)
         changes: dict[str, Any] = {}
         for one, (head, tail) in _fields_of(result).items():

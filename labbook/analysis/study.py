@@ -98,12 +98,12 @@ def analyse(
 
     `level` is that of the comparisons' intervals, and alpha of their tests follows; without it they are as planned.
     """
-    planned = planned_analysis(computed.connection, evidence.configuration, [run.uid for run in evidence.selected])
+    planned = planned_analysis(detections.connection, evidence.configuration, [run.uid for run in evidence.selected])
     settings = planned.settings
     if level is not None and not math.isclose(level, 1.0 - settings.outside):
         settings = replace(settings, alpha=settings.alpha * (1.0 - level) / settings.outside)
         planned = replace(planned, settings=settings)
-    ahead = predictions_in_background(computed, evidence)
+    ahead = predictions_in_background(detections.connection, evidence)
     progress("passive drain and joules a jump")
     drains = passive_drains(computed, evidence)
     energies = run_energies(computed, evidence, drains)
@@ -121,7 +121,7 @@ def analyse(
     of_a_joule = budget(computed, evidence, conditions[Outcome.JOULES], scope)
     measured = list(dict.fromkeys(item.key for several in conditions.values() for item in several))
     simulated = [outcome for outcome in SIMULATED if outcome in ALWAYS or conditions.get(outcome)]
-    predicted = predictions(computed, evidence, measured, progress, simulated, ahead)
+    predicted = predictions(computed, detections.connection, evidence, measured, progress, simulated, ahead)
     checks = {
         outcome: check_conditions(computed, conditions[outcome], predicted, outcome, swept, scope)
         for outcome in simulated

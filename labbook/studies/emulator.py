@@ -494,7 +494,7 @@ def ask(asked: Asked) -> Found[EmulatorStudy]:
         refuse_empty_selection(connection, options.where)
         evidence = gather(connection, configuration, options.where)
         conditions = conditions_by_outcome(
-            Results(connection),
+            Results(),
             Detections(connection, book.store, asked.step),
             evidence,
             (Outcome.JOULES, Outcome.APEX),

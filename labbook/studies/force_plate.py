@@ -467,7 +467,7 @@ def _plate_runs(
         if LEG_LENGTH in signal.channels:
             legs.setdefault(signal.run_uid, []).append(signal)
     _check_study(data.configuration, on_plate, legs)
-    computed = Results(connection)
+    computed = Results()
     energies = run_energies(computed, data, passive_drains(computed, data))
     missing = data.reasons(energies.missing, FileRole.CHARGE)
     found, left_out = [], dict[str, Undefined]()

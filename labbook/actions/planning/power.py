@@ -96,7 +96,7 @@ def study_power(book: Book, request: PowerRequest) -> StudyPower:
         planned = planned_analysis(connection, configuration)
         settings = planned.settings
         quantity = settings.primary_outcome
-        computed, detections = Results(connection), Detections(connection, book.store)
+        computed, detections = Results(), Detections(connection, book.store)
         evidence = gather(connection, configuration, None)
 
         def spread(of: Outcome) -> Spread | Undefined:

@@ -111,7 +111,7 @@ def _numbers(detections: Detections, configuration: Configuration, run: RunRow) 
     found: dict[Outcome, float | None] = {Outcome.JOULES: None, Outcome.APEX: None}
     if run.kind is not RunKind.JUMPS or run.state is RunState.VOID:
         return found
-    data, computed = gather_about(detections.connection, configuration, [run]), Results(detections.connection)
+    data, computed = gather_about(detections.connection, configuration, [run]), Results()
     for outcome in found:
         result = measure(outcome, computed, detections, data).results.get(run.uid)
         value = None if result is None else number_of(result, outcome).value

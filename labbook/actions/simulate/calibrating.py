@@ -57,7 +57,7 @@ def calibrate_book(
         refuse_empty_selection(connection, where)
         evidence = gather(connection, configuration, where)
         entries, head = journal.head(connection)
-        computed, detections = Results(connection), Detections(connection, book.store, step)
+        computed, detections = Results(), Detections(connection, book.store, step)
         conditions = conditions_by_outcome(computed, detections, evidence, ALWAYS)
         runs = {
             item.run.condition_key: item.run for several in conditions.values() for one in several for item in one.runs

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
+import sqlalchemy as sa
 
 from data_schema.errors import LabbookError, unknown_name
 from data_schema.file_cache import FileCache
@@ -167,11 +168,11 @@ class BackgroundPredictions:
         return (self.simulating and self.simulating.result()) or {}
 
 
-def predictions_in_background(computed: Results, evidence: StudyData) -> BackgroundPredictions:
+def predictions_in_background(connection: sa.Connection, evidence: StudyData) -> BackgroundPredictions:
     """Let another process simulate, where it is not in the cache, each condition that has a charge or a log."""
     keys = {run.condition_key for run in evidence.runs if evidence.charges.get(run.uid) or evidence.logs.get(run.uid)}
     try:
-        wanted = _wanted(computed, evidence, keys, ALWAYS)
+        wanted = _wanted(connection, evidence, keys, ALWAYS)
     except LabbookError:  # of a condition that nothing may have been measured of
         return BackgroundPredictions({}, None)
     new = _new(wanted) if has_core() else {}
@@ -182,6 +183,7 @@ def predictions_in_background(computed: Results, evidence: StudyData) -> Backgro
 
 def predictions(
     computed: Results,
+    connection: sa.Connection,
     evidence: StudyData,
     keys: Sequence[str],
     progress: Callable[[str], None],
@@ -195,7 +197,7 @@ def predictions(
     asked = set(keys)
     wanted: Wanted = {place: one for place, one in ahead.wanted.items() if place[0] in asked}
     if tuple(outcomes) != ALWAYS or {key for key, _robot in wanted} != asked:
-        wanted = _wanted(computed, evidence, asked, outcomes)
+        wanted = _wanted(connection, evidence, asked, outcomes)
     if _new(wanted):
         progress(SIMULATING)
         SIMULATIONS.forget_unused()
@@ -211,14 +213,16 @@ def _new(wanted: Wanted) -> dict[str, WantedPrediction]:
     return {one.name: one for one in wanted.values() if SIMULATIONS.read(one.name) is None}
 
 
-def _wanted(computed: Results, evidence: StudyData, keys: Collection[str], outcomes: Sequence[Outcome]) -> Wanted:
+def _wanted(
+    connection: sa.Connection, evidence: StudyData, keys: Collection[str], outcomes: Sequence[Outcome]
+) -> Wanted:
     settings = evidence.configuration.simulation
     if settings is None or not keys:
         return {}
     start = study_scene(settings)
     wanted = {(run.condition_key, run.robot_uid): run for run in evidence.runs if run.condition_key in keys}
     facts = {
-        uid: read_fact(computed.connection, "robot", uid, list(ROBOT_PARAMETERS.values()))
+        uid: read_fact(connection, "robot", uid, list(ROBOT_PARAMETERS.values()))
         for uid in sorted({uid for _key, uid in wanted})
     }
     return {

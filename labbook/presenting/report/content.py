@@ -60,12 +60,16 @@ def _warned(content: ReportContent, claims: tuple[Claim, ...]) -> tuple[Claim, .
 
 @dataclass(frozen=True, slots=True)
 class MadeReport:
-    """A report's content, the results that it is of, and the ids of the numbers that it shows."""
+    """A report's content, and the results that it is of."""
 
     content: ReportContent
     analysis: StudyAnalysis
     computed: Results
-    shown: tuple[str, ...]
+
+    @property
+    def shown(self) -> tuple[str, ...]:
+        """The ids of the numbers that it shows."""
+        return tuple(one.id for one in self.content.provenance)
 
     @property
     def versions(self) -> dict[str, int]:
@@ -86,7 +90,7 @@ def make_report(
 ) -> MadeReport:
     """Analyse the selected runs, with intervals as planned or of a `level`; needs no lock and stores nothing."""
     evidence = gather(connection, configuration, where)
-    computed = Results(connection)
+    computed = Results()
     detections = Detections(connection, store, progress)
     analysis = analyse(computed, detections, evidence, progress, level)
     detector = evidence.configuration.protocol.detector
@@ -145,4 +149,4 @@ def make_report(
         claims=_warned(bare, _claims(bare, compared, one_level=comparisons.one_level(analysis))),
     )
     shown = dict.fromkeys(number.provenance for number in numbers_in(content))
-    return MadeReport(replace(content, provenance=provenance(shown, computed)), analysis, computed, tuple(shown))
+    return MadeReport(replace(content, provenance=provenance(shown, computed)), analysis, computed)

@@ -177,9 +177,8 @@ def record(computed: Results, result: Trial, **differing: Any) -> Trial:
 
 
 @pytest.fixture
-def computed(book: Book) -> Iterator[Results]:
-    with book.reading() as connection:
-        yield Results(connection)
+def computed() -> Results:
+    return Results()
 
 
 def trial() -> Trial:

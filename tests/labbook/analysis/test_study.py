@@ -25,7 +25,7 @@ from labbook.presenting.report.methods import limitations
 from reports.evidence import Decision
 from reports.numbers import Number
 from stats.lines.passive_drain import PassiveDrain
-from tests.helpers.books import ADA, reported_book, small_book
+from tests.helpers.books import ADA, reported_book
 from tests.helpers.wording import says
 
 
@@ -62,13 +62,12 @@ def test_each_robot_has_its_own_drain_line(analysis: StudyAnalysis) -> None:
     assert second.slope_mah_s == pytest.approx(2 * first.slope_mah_s)
 
 
-def test_a_run_of_a_robot_without_idle_runs_has_no_joules(tmp_path: Path, analysis: StudyAnalysis) -> None:
+def test_a_run_of_a_robot_without_idle_runs_has_no_joules(analysis: StudyAnalysis) -> None:
     evidence = analysis.evidence
     first, *rest = evidence.runs
     moved = replace(evidence, runs=(replace(first, robot="other", robot_uid="other"), *rest))
-    with small_book(tmp_path).open() as book, book.reading() as connection:
-        computed = Results(connection)
-        found = run_energies(computed, moved, passive_drains(computed, moved))
+    computed = Results()
+    found = run_energies(computed, moved, passive_drains(computed, moved))
     assert found.missing == {first.uid: Undefined(Reason.NO_DRAIN_FIT, robot="other")}
     assert set(found.results) == {run.uid for run in rest}
 
@@ -96,14 +95,13 @@ def numbers_of(result: Decision) -> list[Number]:
     return [number for number in found if number is not None]
 
 
-def test_the_budget_takes_the_coarsest_resolution_of_the_charges(tmp_path: Path, analysis: StudyAnalysis) -> None:
+def test_the_budget_takes_the_coarsest_resolution_of_the_charges(analysis: StudyAnalysis) -> None:
     evidence = analysis.evidence
     condition = max(analysis.conditions[Outcome.JOULES], key=lambda item: len(item.runs))
     uid = condition.runs[0].run.uid
     (charge,) = evidence.charges[uid]
     coarse = replace(evidence, charges={**evidence.charges, uid: [replace(charge, resolution_mah=1000.0)]})
-    with small_book(tmp_path).open() as book, book.reading() as connection:
-        row = budget(Results(connection), coarse, analysis.conditions[Outcome.JOULES], {})
+    row = budget(Results(), coarse, analysis.conditions[Outcome.JOULES], {})
     assert row is not None
     assert analysis.budget is not None
     larger = [

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
-from pathlib import Path
 
 import pytest
 
@@ -21,17 +19,15 @@ from reports.numbers import Number
 from stats.compare.two_sample import compare_two
 from stats.days.decision import contrast_by_day
 from stats.groups.multiple import holm
-from tests.helpers.books import small_book
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 from tests.labbook.conftest import CONFOUNDED, Reports
 
 
 @pytest.fixture
-def computed(tmp_path: Path) -> Iterator[Results]:
-    """Results of a book of its own, of which none is computed yet."""
-    with small_book(tmp_path).open() as book, book.reading() as connection:
-        yield Results(connection)
+def computed() -> Results:
+    """Results of which none is computed yet."""
+    return Results()
 
 
 def values(side: tuple[ConditionValues, ...]) -> list[float]:

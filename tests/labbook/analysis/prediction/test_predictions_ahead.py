@@ -28,7 +28,7 @@ def test_only_conditions_with_a_charge_or_a_log_are_simulated_ahead(
         assert 0 < len(planned) < len(evidence.runs)
         charges = {uid: found for uid, found in evidence.charges.items() if uid not in planned}
         logs = {uid: found for uid, found in evidence.logs.items() if uid not in planned}
-        ahead = predictions_in_background(Results(connection), replace(evidence, charges=charges, logs=logs))
+        ahead = predictions_in_background(connection, replace(evidence, charges=charges, logs=logs))
         assert {key for key, _robot in ahead.wanted} == {
             run.condition_key for run in evidence.runs if run.uid not in planned
         }
@@ -39,10 +39,9 @@ def test_they_are_what_this_process_simulates(tmp_path: Path, monkeypatch: pytes
     def predicted(*, second: bool) -> dict[tuple[str, str], PredictionResult]:
         monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / f"cache {second}"))
         monkeypatch.setattr(predicting, "has_core", lambda: second)
-        computed = Results(connection)
-        ahead = predictions_in_background(computed, evidence)
+        ahead = predictions_in_background(connection, evidence)
         assert (ahead.simulating is not None) is second
-        return predictions(computed, evidence, keys, lambda _said: None, ALWAYS, ahead)
+        return predictions(Results(), connection, evidence, keys, lambda _said: None, ALWAYS, ahead)
 
     with predicted_book(tmp_path).open() as book, book.reading() as connection:
         evidence = gather(connection, book.configuration, None)
