@@ -92,6 +92,10 @@ class FileCache:
             return None
         return data
 
+    def has(self, name: str) -> bool:
+        """Tell whether a file is there; what it holds is for `read` to judge."""
+        return _reading and (folder := self.folder) is not None and (folder / name).is_file()
+
     def write(self, name: str, data: bytes) -> None:
         """Put a file there; on a full disk it is computed again the next time."""
         if (folder := self.folder) is None:

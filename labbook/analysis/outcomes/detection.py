@@ -153,7 +153,8 @@ def _plain(value: float | Undefined) -> float | None:
 def _sources() -> Iterable[Path]:
     """Every source that what is found depends on."""
     root = Path(__file__).parents[3]
-    return [*(root / "stats").rglob("*.py"), Path(__file__), root / "data_schema" / "queries" / "detections.py"]
+    words = (root / "data_schema").glob("*.py")
+    return [*(root / "stats").rglob("*.py"), Path(__file__), *words, root / "data_schema" / "queries" / "detections.py"]
 
 
 FOUND = FileCache("jumps", _sources, ("numpy", "scipy"))
@@ -171,6 +172,7 @@ class Detections:
     store: Store
     progress: Callable[[str], None] = field(default=lambda _what: None)
     known: dict[str, DetectionRow] = field(default_factory=dict)
+    _tidied: bool = field(default=False, init=False)
 
     def of(
         self, runs: Mapping[str, Sequence[SignalRow]], algorithm: str, rest_length_m: float
@@ -210,8 +212,9 @@ class Detections:
             FOUND.write(key, msgspec.msgpack.encode(found))
             return found
 
-        if missing:
+        if missing and not self._tidied:
             FOUND.forget_unused(_MOST_BYTES)  # makes the folder, too, before threads ask for it
+            self._tidied = True
         with ThreadPoolExecutor(LOGS_AT_ONCE) as pool:
             made = pool.map(find, missing, missing.values())
             for (key, signal), detection in zip(missing.items(), made, strict=True):

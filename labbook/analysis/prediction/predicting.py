@@ -210,7 +210,7 @@ def predictions(
 
 def _new(wanted: Wanted) -> dict[str, WantedPrediction]:
     """Return those whose simulations are not in the cache, by the names of their files there."""
-    return {one.name: one for one in wanted.values() if SIMULATIONS.read(one.name) is None}
+    return {one.name: one for one in wanted.values() if not SIMULATIONS.has(one.name)}
 
 
 def _wanted(
