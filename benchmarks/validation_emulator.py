@@ -93,12 +93,7 @@ def intervals(study: EmulatorStudy) -> Mapping[str, tuple[float, float] | Undefi
 
 def emulator_book(chance: np.random.Generator) -> EmulatorStudy:
     """Draw the campaign through files and ingest."""
-    campaign = emulator_campaign(int(chance.integers(2**31)))
-    with TemporaryDirectory() as folder:
-        book = make_campaign_book(
-            Path(folder) / "demo", emulator_files(campaign), lambda _what: None, lambda _line: None
-        )
-        return ask(Asked(book)).study
+    return ingested(ask, emulator_files(emulator_campaign(int(chance.integers(2**31)))))
 
 
 def from_charges(chance: np.random.Generator, jumps: int = JUMPS) -> EmulatorStudy:

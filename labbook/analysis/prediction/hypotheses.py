@@ -222,7 +222,7 @@ def _tested(
     simulated = _simulated(one, predicted, outcome)
     ends = _ends(simulated)
     return HypothesisPart(
-        dict(sorted(one.of.items())),  # in one order on the page, whichever factor is compared
+        one.of,
         one.against,
         measured,
         simulated,
