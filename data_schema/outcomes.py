@@ -19,7 +19,7 @@ class Declared:
     key : names it in labbook.toml, on the command line and in names of tables and figures
     heading : heads its section and figures
     plural : names the values of several runs
-    number_name : names it in stored results, in `unit`
+    number_name : names it in results, in `unit`
     source : what a run's value is computed from
     comparative : words for a larger value and for a smaller one
     undefined_because : why a run that has the source may have no value

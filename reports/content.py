@@ -194,7 +194,7 @@ class Claim:
 
 @dataclass(frozen=True, slots=True)
 class Provenance:
-    """Where a number came from: what it is, and how many stored inputs went into it (`labbook why ID`)."""
+    """Where a number came from: what it is, and how many inputs went into it (`labbook why ID`)."""
 
     id: str
     what: str

@@ -47,9 +47,8 @@ class Decision(Result):
     no day is shared; `other` runs, on days without the other side, enter nothing. `rejected` is None where nothing is
     tested.
 
-    Not stored, but added where they are known: `adjusted`, p by Holm's method over the `n` tests of the family;
-    `equivalence` by the same days; `charge_missing`, runs without a charge, with any of which something would be
-    claimed.
+    Added where they are known: `adjusted`, p by Holm's method over the `n` tests of the family; `equivalence` by the
+    same days; `charge_missing`, runs without a charge, with any of which something would be claimed.
     """
 
     rule: Rule
@@ -191,8 +190,8 @@ class MeansContrast(Result):
     levels off `at` one of them; a trend's estimate is for each `per` of the factor. `side` says of which runs a
     difference is: "control" or "treated". `left_out` counts the combinations of other levels that one side lacks.
 
-    Not stored: `adjusted`, p by Holm's method over all contrasts, by which `rejected` then goes; `exploratory`, why it
-    was not planned.
+    Added where they are known: `adjusted`, p by Holm's method over all contrasts, by which `rejected` then goes;
+    `exploratory`, why it was not planned.
     """
 
     kind: ContrastKind

@@ -197,9 +197,9 @@ def observations_of_book(
     asked: ObservationRequest,
     step: Callable[[str], None] = lambda _what: None,
 ) -> Observations:
-    """Read the values that a report of the same runs shows: one a run, computed or stored by the same functions.
+    """Read the values that a report of the same runs shows: one a run, computed by the same functions.
 
-    Nothing is stored. Raises `UnknownName` for a factor or a level that is not the study's.
+    Raises `UnknownName` for a factor or a level that is not the study's.
     """
     refuse_empty_selection(connection, asked.where)
     evidence = gather(connection, configuration, asked.where)

@@ -168,7 +168,7 @@ def decision_input(decision: DecisionRow) -> InputRow:
 
 
 def condition_input(run: RunRow) -> InputRow:
-    """Name the condition of a run: a summary depends on it, so one more run gives another."""
+    """Name the condition of a run: what is stated of any of its runs may move what is computed of it."""
     return fingerprint("condition", "condition", run.condition_uid or "", run.condition_key)
 
 

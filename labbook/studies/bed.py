@@ -120,7 +120,7 @@ def _text(number: Number | None, places: int | None = None) -> str:
 
 
 def ask(asked: Asked) -> Found[BedStudy]:
-    """Make the report of a book's runs, which compares active damping with its control; nothing is stored.
+    """Make the report of a book's runs, which compares active damping with its control; the book does not have it.
 
     Raises `UsageError` for a book without an active-damping gain that has a control, `InputRefused` where none of its
     groups has joules of both.

@@ -42,7 +42,7 @@ MAH_MIN = 60.0
 
 @dataclass(frozen=True, slots=True)
 class DrainFit(Result):
-    """What is stored of a robot's drain line: it, its fit, and what it gives at `run_duration_s`.
+    """A robot's drain line in numbers: it, its fit, and what it gives at `run_duration_s`.
 
     That is the protocol's run duration, or the mean of the idle runs where it states none; `extrapolated`: it lies
     outside those of the idle runs. Both are None without a line.
@@ -61,7 +61,7 @@ DRAIN = Algorithm("passive_drain", 16)
 
 @dataclass(frozen=True, slots=True)
 class Drain:
-    """One robot's drain line, and where it is stored."""
+    """One robot's drain line, and its numbers."""
 
     robot: str
     line: PassiveDrain | Undefined

@@ -176,7 +176,7 @@ class PlainPredictions:
 def plain_predictions(
     connection: sa.Connection, evidence: StudyData, progress: Callable[[str], None]
 ) -> PlainPredictions:
-    """Simulate each condition once, as its first robot ran it; nothing is varied or stored, and nothing is refused."""
+    """Simulate each condition once, as its first robot ran it; nothing is varied, kept or refused."""
     settings = evidence.configuration.simulation
     if settings is None:
         return PlainPredictions({}, "labbook.toml has no [simulation].")
