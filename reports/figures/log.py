@@ -46,7 +46,7 @@ def draw_log(log: RunLog) -> Figure:
         _draw_trace(overview, log, log.body_height_m, np.ones(log.time_s.size, dtype=bool))
         _draw_jumps(overview, log, log.jumps, events=False, size=3.8)
         if chosen is not None:
-            overview.axvspan(*_window(chosen), color=BLUE, alpha=0.12, linewidth=0)
+            overview.axvspan(*_window(chosen), color=BLUE, alpha=0.12, linewidth=0, label="enlarged below")
             _draw_panel(panels[1], log, chosen)
         if len(panels) == 3 and chosen is not None and log.leg_length_m is not None:
             panels[2].sharex(panels[1])
@@ -58,7 +58,7 @@ def draw_log(log: RunLog) -> Figure:
         several = any(not gap.length_known for gap in log.gaps)
         panels[-1].set_xlabel(f"Time from the start of {'each' if several else 'the'} log (min:s)")
         if log.jumps or log.gaps:
-            legend_below(figure, panels, 3)
+            legend_below(figure, panels, 4)
         return figure
 
 
@@ -197,7 +197,7 @@ def _draw_jumps(axes: Axes, log: RunLog, jumps: tuple[LogJump, ...], *, events: 
         else:
             # In the overview a jump is a few pixels wide: short strokes along the foot of the plot.
             strokes = axes.get_xaxis_transform()
-            axes.vlines(found, 0.0, 0.05, color=colour, linewidth=0.8, transform=strokes, zorder=3)
+            axes.vlines(found, 0.0, 0.05, color=colour, linewidth=0.8, transform=strokes, zorder=3, label=name)
 
 
 def _height_m(log: RunLog, jump: LogJump) -> float:
