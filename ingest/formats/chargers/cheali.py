@@ -30,8 +30,9 @@ _MEASURED = "1"
 
 
 def _work(procedure: Procedure, findings: FindingCollector) -> Work | None:
-    message = "Power, energy and resistances, of which the unit is not known, stay in the raw copy only."
-    findings.add(NOTE, "field_ignored", message)
+    if "field_ignored" not in findings:
+        message = "Power, energy and resistances, of which the unit is not known, stay in the raw copy only."
+        findings.add(NOTE, "field_ignored", message)
     states = procedure.column(_STATE)
     if (states == _FAILED).any():
         message = f"The charger stopped channel {procedure.channel} with an error: the charge may not be complete."
@@ -81,7 +82,7 @@ _LAYOUT = LogLayout(
 )
 FORMAT = charger_format(
     "cheali_log",
-    3,
+    4,
     "Logs of chargers with the cheali-charger firmware: `$1;state;s.t;Vout;I;mAh;...;checksum`.",
     _LAYOUT,
 )

@@ -184,20 +184,29 @@ def test_what_begins_anew_is_a_charge_of_its_own(rows: list[str], charges: list[
     result = log(rows)
     assert [(charge.mode, charge.charge_mah) for charge in result.charges] == charges
     assert [part.part for part in result.parts] == ["channel_1", "channel_1_segment_2"]
-    assert "time_restarted" in counts(result)
+    assert counts(result)["time_restarted"] == 1
+    assert counts(result)["field_ignored"] == (result.format == "cheali_log")
 
 
 @pytest.mark.parametrize(
-    ("rows", "back"), [(serial_rows(500), 4), (cheali_rows(500), 4), (DUO, 3)], ids=["serial", "cheali-charger", "DUO"]
+    ("rows", "back", "rejected"),
+    [
+        # A counter that stands still cannot tell that the first came again.
+        (serial_rows(500), 4, {"time_backwards": 3}),
+        (cheali_rows(500), 4, {"time_backwards": 3, "time_duplicate": 1}),
+        (DUO, 3, {"time_backwards": 2, "time_duplicate": 1}),
+    ],
+    ids=["serial", "cheali-charger", "DUO"],
 )
-def test_lines_that_come_twice_are_no_second_charge(rows: list[str], back: int) -> None:
+def test_lines_that_come_twice_are_no_second_charge(rows: list[str], back: int, rejected: dict[str, int]) -> None:
     result = log(rows[:200] + rows[200 - back :])
     assert (result.refused, len(result.charges)) == (False, 1)
     assert (result.rows_kept, result.charges[0].charge_mah) == (
         len(rows) + back - result.rows_rejected,
         log(rows).charges[0].charge_mah,
     )
-    assert result.rows_rejected in (3, back)  # a counter that stands still cannot tell that the first came again
+    assert {finding.rule: finding.count for finding in result.findings if finding.severity == "row"} == rejected
+    assert result.rows_rejected == sum(rejected.values())
 
 
 def on_channel_2(rows: list[str]) -> list[str]:
