@@ -10,7 +10,8 @@ import pytest
 import scipy.io
 
 from ingest.model import ColumnDeclaration, Limits
-from tests.ingest.reading import read, rules
+from tests.helpers.wording import says
+from tests.ingest.reading import read, refusal, rules
 
 N = 60
 TIME_S = np.arange(N) / 300
@@ -76,21 +77,21 @@ def test_long_integers_keep_their_digits_as_stamps() -> None:
 
 
 @pytest.mark.parametrize(
-    ("data", "said"),
+    ("data", "rule", "facts"),
     [
-        (mat({"x": np.zeros(2 << 20)}, packed=True), "largest_expansion"),
-        (b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(600), "7.3"),
-        (b"\x89HDF\r\n\x1a\n" + bytes(600), "HDF5"),
-        (mat({"x": HEIGHT_M}, packed=True)[:-9], "cut"),
-        (mat({"x": HEIGHT_M}, "4")[:-9], "cut"),
-        (struct.pack("<5i", 0, 2**30, 2**30, 0, 2) + b"x\0" + bytes(80), "cut"),
-        (mat({"x": HEIGHT_M * 1j}), "no vector"),
+        (mat({"x": np.zeros(2 << 20)}, packed=True), "mat_refused", ["variable at byte 128", "largest_expansion"]),
+        (b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(600), "mat_refused", ["version 7.3"]),
+        (b"\x89HDF\r\n\x1a\n" + bytes(600), "format_not_read", ["HDF5"]),
+        (mat({"x": HEIGHT_M}, packed=True)[:-9], "mat_refused", ["variable at byte 128", "cut"]),
+        (mat({"x": HEIGHT_M}, "4")[:-9], "mat_refused", ["matrix at byte 0", "cut"]),
+        (struct.pack("<5i", 0, 2**30, 2**30, 0, 2) + b"x\0" + bytes(80), "mat_refused", ["matrix at byte 0", "cut"]),
+        (mat({"x": HEIGHT_M * 1j}), "no_data_rows", ["no vector"]),
     ],
 )
-def test_what_is_refused_and_why(data: bytes, said: str) -> None:
-    result = read(data, rate_hz=300.0)
-    assert result.refused
-    assert said in next(finding.message for finding in result.findings if finding.severity == "file")
+def test_what_is_refused_and_why(data: bytes, rule: str, facts: list[str]) -> None:
+    found = refusal(read(data, rate_hz=300.0))
+    assert found.rule == rule
+    says(found.message, *facts)
 
 
 def test_hdf5_of_any_other_program_is_not_said_to_be_matlabs() -> None:
@@ -102,6 +103,7 @@ def test_hdf5_of_any_other_program_is_not_said_to_be_matlabs() -> None:
 
 def test_a_limit_can_be_raised() -> None:
     data = mat({"x": np.zeros(1 << 17)}, packed=True)
+    says(refusal(read(data, rate_hz=1000.0)).message, "variable at byte 128", "1048576 bytes", "largest_expansion")
     assert not read(data, rate_hz=1000.0, limits=Limits(largest_expansion=2000)).refused
 
 
