@@ -19,7 +19,7 @@ from data_schema.errors import nearest
 from ingest.channels.names import parse_header, squash, strip_comment
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadingSettings, TableUse
-from ingest.text.cells import CANDIDATES, possible_cells
+from ingest.text.cells import CANDIDATES, texts_of
 from ingest.text.source import TextSource
 
 
@@ -67,7 +67,7 @@ def _headers(profile: Profile, source: TextSource | None) -> list[frozenset[str]
     for line in source.head_lines():
         text = page.decode(line.content)
         if all(name in text for name in profile.recognise):
-            rows = [cells for _, _, cells in possible_cells(page, [line], delimiters)]
+            rows = [texts_of(page, line, delimiter) for delimiter in delimiters if delimiter in line.content]
             found += [_present(list(map(strip_comment, cells))) for cells in [*rows, [text]]]
     return found
 

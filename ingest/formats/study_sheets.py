@@ -23,16 +23,15 @@ from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import LAYOUT, Format, Head
 from ingest.model import FloatArray, Reading
 from ingest.tables.sheet import (
-    SEPARATOR_LINE,
     Sheet,
     SheetFault,
     SheetFile,
     SheetRefused,
     decimal_sign,
+    head_rows,
     numbers_of,
     read_sheet,
 )
-from ingest.text.cells import possible_cells
 from ingest.text.source import TextSource
 
 _SPELLINGS = {"m3": "m^3", "cm3": "cm^3", "mm3": "mm^3", "wh": "Wh", "kwh": "kWh", "mah": "mAh", "ah": "Ah"}
@@ -397,12 +396,11 @@ _TITLE_LINES = 10
 def _header(source: TextSource, columns: tuple[str, ...]) -> tuple[int, bool] | None:
     """Return the number of the line that has the columns, and whether only blank ones stand above it."""
     named = [re.compile(rf"{name.replace('_', '[_ ]')}([_ (\[].*)?") for name in columns]
-    lines = [
-        line for line in source.head_lines() if line.content.strip() and not SEPARATOR_LINE.fullmatch(line.content)
-    ]
-    for line, _, cells in possible_cells(source, lines[:_TITLE_LINES]):
-        if all(any(name.fullmatch(cell.lower()) for cell in cells) for name in named):
-            return line.number, line is lines[0]
+    first = None
+    for number, _, cells in head_rows(source, _TITLE_LINES):
+        first = first or number
+        if isinstance(cells, list) and all(any(name.fullmatch(cell.lower()) for cell in cells) for name in named):
+            return number, number == first
     return None
 
 
@@ -425,8 +423,8 @@ def _format(name: str, kind: _Kind) -> Format:
         return Reading(rows_read=_count(_TRIAL_LOG if of_trial else kind, file, findings), role=FileRole.SHEET)
 
     if kind.clue is None:
-        return Format(name, 3, _declared_only, read, kind.what)
-    return Format(name, 3, recognise, read, kind.what, clues=(kind.clue,), score=LAYOUT)
+        return Format(name, 4, _declared_only, read, kind.what)
+    return Format(name, 4, recognise, read, kind.what, clues=(kind.clue,), score=LAYOUT)
 
 
 def _declared_only(_head: Head) -> str | None:

@@ -430,7 +430,7 @@ def read_lines(
     reader = _Reader(source, layout, wanted, findings)
     position, piece_end, stop = span
     while position < piece_end:
-        logical = logical_line(source.data, position, stop)
+        logical = logical_line(source.data, position, stop, layout.delimiter)
         if logical.spanned > 1 and not _is_whole_row(logical.content, layout):
             # Two rows with a forgotten quote each are no row with a quoted line end.
             logical = physical_line(source.data, position, stop)

@@ -10,7 +10,8 @@ import itertools
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import partial
+from heapq import merge
+from operator import itemgetter
 from typing import NamedTuple
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
@@ -37,6 +38,8 @@ MOST_FAULTS_SHOWN = 50
 _MOST_LINES_SHOWN = 20
 SEPARATOR_LINE = re.compile(rb'\s*"?sep=([,;\t|])"?\s*', re.IGNORECASE)
 """A first line that spreadsheets write."""
+_MOST_QUOTED_LINES = 254
+"""Lines that the quoted cells of a row may span: as many as a cell of Excel can hold."""
 _HUNDREDS = re.compile(r"[+-]?[1-9]\d\d")
 _WITH_UNIT = re.compile(r"([+-]?(?:\d[\d.,]*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*([^\W\d_]\S*|[%°]\S*)")
 
@@ -155,8 +158,8 @@ def read_sheet(file: SheetFile, give: str = "a header that names the columns, an
     if not rows:
         raise InputRefused(f"{file.name} is empty: give {give}.")
     (header_line, header), *body = rows
-    if header is None:
-        raise InputRefused(f"line {header_line} of {file.name}: {_QUOTES}")
+    if isinstance(header, RowFault):
+        raise InputRefused(f"line {header_line} of {file.name}: {header.sentence}")
     width = 1 + max(place for place, name in enumerate(header) if name)
     names = header[:width]
     if width < 2:
@@ -169,10 +172,10 @@ def read_sheet(file: SheetFile, give: str = "a header that names the columns, an
         if name and name in names[:place]
     ]
     whole: list[tuple[int, tuple[str, ...]]] = []
-    for line, cells in body:
-        fault = row_fault(cells, names)
-        if fault is not None or cells is None:
-            faults += [] if fault is None else [SheetFault(line, fault.column, fault.sentence)]
+    for line, row in body:
+        cells = checked(row, names)
+        if isinstance(cells, RowFault):
+            faults.append(SheetFault(line, cells.column, cells.sentence))
         elif len(cells) < width:
             faults.append(SheetFault(line, None, _other_width(cells, width)))
         else:
@@ -180,10 +183,6 @@ def read_sheet(file: SheetFile, give: str = "a header that names the columns, an
     lines, cells_of_rows = tuple(line for line, _ in whole), tuple(cells for _, cells in whole)
     sign = delimiter.decode()
     return Sheet(file, tuple(names), cells_of_rows, lines, header_line, sign, encoding, tuple(faults), cut)
-
-
-Row = tuple[int, list[str] | None]
-"""The number of a line and its cells, None where a quote is out of place."""
 
 
 class RowFault(NamedTuple):
@@ -194,18 +193,20 @@ class RowFault(NamedTuple):
     column: str | None = None
 
 
-_QUOTES = "a quote is not closed, or out of place: correct the quotes."
+Row = tuple[int, list[str] | RowFault]
+"""The number of a line and its cells, or that a quote is out of place."""
+_QUOTES = RowFault("quote_unbalanced", "a quote is not closed, or out of place: correct the quotes.")
 
 
-def row_fault(cells: Sequence[str] | None, names: Sequence[str]) -> RowFault | None:
-    """Return what is wrong with a row, be it shorter than the header or not; None where each cell has a column."""
-    if cells is None:
-        return RowFault("quote_unbalanced", _QUOTES)
-    if any(cells[len(names) :]):
-        return RowFault("ragged_row", _other_width(cells, len(names)))
-    damaged = next((name for cell, name in zip(cells, names, strict=False) if "\0" in cell), None)
+def checked(row: list[str] | RowFault, names: Sequence[str]) -> list[str] | RowFault:
+    """Return the cells of a row, which may be shorter than the header, or what is wrong with it."""
+    if isinstance(row, RowFault):
+        return row
+    if any(row[len(names) :]):
+        return RowFault("ragged_row", _other_width(row, len(names)))
+    damaged = next((name for cell, name in zip(row, names, strict=False) if "\0" in cell), None)
     if damaged is None:
-        return None
+        return row
     return RowFault("nul_bytes", "the cell holds NUL bytes, as a damaged copy has: copy the file again.", damaged)
 
 
@@ -215,31 +216,30 @@ def is_ended(source: TextSource) -> bool:
 
 
 def text_rows(source: TextSource, delimiter: bytes, between: bytes = b"\n") -> Iterator[Row]:
-    """Yield the rows of a text that have any cell; one in quotes may hold some lines, with `between` for their ends."""
-    is_open = partial(_goes_on, delimiter=delimiter)
-    for number, content in numbered_lines(source.data, source.start, between, is_open):
+    """Yield the rows of a text that have any cell, but a first line as `sep=;`.
+
+    A cell in quotes may hold some lines, with `between` for their ends.
+    """
+    for number, _, content, _ in numbered_lines(source.data, source.start, delimiter, between, _MOST_QUOTED_LINES):
+        if number == 1 and SEPARATOR_LINE.fullmatch(content):
+            continue
         cells = split_cells(content.rstrip(b"\x1a"), delimiter) if content.strip() else []
-        if cells is None or any(cells):
-            yield number, None if cells is None else [source.decode(cell).strip(_BLANKS) for cell in cells]
+        if cells is None:
+            yield number, _QUOTES
+        elif any(cells):
+            yield number, [source.decode(cell).strip(_BLANKS) for cell in cells]
 
 
-_QUOTED = re.compile(rb'"(?:[^"]|"")*"(?!")')
+def head_rows(
+    source: TextSource, most: int, delimiters: Iterable[bytes] = BETWEEN_CELLS, between: bytes = b"\n"
+) -> Iterator[tuple[int, bytes, list[str] | RowFault]]:
+    """Yield the first rows under each delimiter, `most` of each, as `text_rows` does, in the order of their lines."""
 
+    def rows(delimiter: bytes) -> Iterator[tuple[int, bytes, list[str] | RowFault]]:
+        for number, row in itertools.islice(text_rows(source.head, delimiter, between), most):
+            yield number, delimiter, row
 
-def _goes_on(line: bytes, delimiter: bytes) -> bool:
-    """Whether a cell of a line that begins with a quote is not closed in it; within a cell it is a mark of inches."""
-    position = 0
-    while position >= 0:
-        while line[position : position + 1] in (b" ", b"\t") and line[position : position + 1] != delimiter:
-            position += 1
-        if line[position : position + 1] == b'"':
-            cell = _QUOTED.match(line, position)
-            if cell is None:
-                return True
-            position = cell.end()
-        position = line.find(delimiter, position)
-        position += len(delimiter) if position >= 0 else 0
-    return False
+    return merge(*map(rows, delimiters), key=itemgetter(0))
 
 
 _BLANKS = " \t\r\n\u00a0\u202f"
@@ -251,7 +251,7 @@ def _source(file: SheetFile) -> TextSource:
     if not is_wide(page) and not is_text(file.data):
         raise InputRefused(f"{file.name} is neither text nor a workbook: save it as CSV in UTF-8, or as .xlsx.")
     source = open_text(file.data, page, FindingCollector())
-    content = bytes(source.data[source.start :])
+    content = source.data[source.start :]
     try:
         content.decode(source.encoding)
     except UnicodeDecodeError as error:
@@ -281,19 +281,22 @@ def _rows_of_text(source: TextSource) -> tuple[bytes, list[Row]]:
     """
     first = next(iter(source.head_lines(1)), None)
     named = None if first is None else SEPARATOR_LINE.fullmatch(first.content)
-    read = {sign: list(text_rows(source, sign)) for sign in (BETWEEN_CELLS if named is None else (named[1],))}
-    if named is not None:
-        read = {sign: rows[1:] if rows[0][0] == 1 else rows for sign, rows in read.items()}
-    if not all(read.values()):
-        return b",", []  # nothing but delimiters
+    widths = {}
+    for sign in BETWEEN_CELLS if named is None else (named[1],):
+        header = next(text_rows(source, sign), None)
+        if header is None:
+            return b",", []  # nothing but delimiters
+        widths[sign] = 0 if isinstance(header[1], RowFault) else len(header[1])
+    widest, *others = sorted(widths, key=lambda sign: -widths[sign])
+    rows = list(text_rows(source, widest))
+    for sign in others if not _all_fit(rows, widths[widest]) else ():
+        if widths[sign] > 1 and _all_fit(found := list(text_rows(source, sign)), widths[sign]):
+            return sign, found
+    return widest, rows
 
-    def fit(sign: bytes) -> tuple[bool, int]:
-        width = len(read[sign][0][1] or ())
-        whole = (cells is not None and len(cells) >= width and not any(cells[width:]) for _, cells in read[sign])
-        return width > 1 and all(whole), width
 
-    best = max(read, key=fit)
-    return best, read[best]
+def _all_fit(rows: Iterable[Row], width: int) -> bool:
+    return all(isinstance(cells, list) and len(cells) >= width and not any(cells[width:]) for _, cells in rows)
 
 
 def _other_width(cells: Sequence[str], width: int) -> str:

@@ -11,12 +11,12 @@ import functools
 import operator
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.text.source import Line, TextSource
+from ingest.text.source import SEPARATORS, Line, TextSource
 
 EXPONENT = rb"(?:[eE][+-]?\d+|[dD][+-]\d+)?"
 """D is that of double precision in Fortran, which writes a sign behind it."""
@@ -174,7 +174,7 @@ def split_cells(line: bytes, delimiter: bytes) -> list[bytes] | None:
 
 
 # A single space stands for any run of blanks; last, because blanks also pad other separators.
-BETWEEN_CELLS = (b"\t", b";", b",", b"|")
+BETWEEN_CELLS = tuple(bytes([sign]) for sign in SEPARATORS)
 CANDIDATES = (*BETWEEN_CELLS, b" ")
 ONE_COLUMN = b"\x1f"
 """Stands for no delimiter: a character that no line holds."""
@@ -183,16 +183,6 @@ ONE_COLUMN = b"\x1f"
 def texts_of(source: TextSource, line: Line, delimiter: bytes) -> list[str]:
     """Return the cells of a line as text; none where a quote is out of place."""
     return [source.decode(cell) for cell in split_cells(line.content, delimiter) or []]
-
-
-def possible_cells(
-    source: TextSource, lines: Iterable[Line], delimiters: Sequence[bytes] = BETWEEN_CELLS
-) -> Iterator[tuple[Line, bytes, list[str]]]:
-    """Yield each line under every one of the delimiters that it holds, with its cells as text."""
-    for line in lines:
-        for delimiter in delimiters:
-            if delimiter in line.content and (cells := texts_of(source, line, delimiter)):
-                yield line, delimiter, cells
 
 
 _CLOCK_COMMA = re.compile(rb"(?m)(?<=\d:[0-5]\d:[0-5]\d),(?=(?:\d{3}|\d{6})(?:,|\s*$))")

@@ -7,9 +7,10 @@ from __future__ import annotations
 
 import codecs
 import dataclasses
+import functools
 import re
 import unicodedata
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -25,7 +26,9 @@ DEFAULT_PAGE = "cp1252"
 HEAD_BYTES = 65_536
 HEAD_LINES = 400
 MOST_QUOTED_LINES = 5
-"""Lines that one quoted cell may span; more means that a quote was forgotten."""
+"""Lines that the quoted cells of a row may span; more means that a quote was forgotten."""
+SEPARATORS = b"\t;,|"
+"""What may stand between cells, a byte each, where it is not known yet."""
 
 _MARKS = (
     (codecs.BOM_UTF8, "utf-8"),
@@ -42,7 +45,7 @@ _CONTROL = bytes(set(range(32)) - {0x00, 0x09, 0x0A, 0x0C, 0x0D, 0x1A, 0x1B})
 
 
 class Line(NamedTuple):  # of which a file has hundreds: a tuple is made in a quarter of a dataclass's time
-    """One physical line without its end: 1-based number, where it starts, its bytes, whether it has an end."""
+    """A line without its end, or lines joined: 1-based number, where it starts, its bytes, whether it has an end."""
 
     number: int
     start: int
@@ -70,15 +73,28 @@ class TextSource:
         return unicodedata.normalize("NFC", content.decode(self.encoding, errors="replace"))
 
     def head_lines(self, limit: int = HEAD_LINES) -> list[Line]:
-        """Return the first whole lines, at most `limit`, within the longest line allowed."""
-        if limit == HEAD_LINES:
-            return list(self._head)
-        return _join_quoted(self._lines(self.start, self.first_line, limit))
+        """Return the first whole lines, at most `limit`, within the longest line allowed; those that a quoted cell
+        spans are one.
+        """
+        return self._joined[:limit]
 
     @cached_property
-    def _head(self) -> list[Line]:
+    def head(self) -> TextSource:
+        """The text of the first whole lines."""
+        if not self._physical:
+            return self.section(self.start)
+        return self.section(physical_line(self.data, self._physical[-1].start, len(self.data)).end)
+
+    @cached_property
+    def _physical(self) -> list[Line]:
+        return self._lines(self.start, self.first_line, HEAD_LINES)
+
+    @cached_property
+    def _joined(self) -> list[Line]:
         """The lines that many look at: each format, and what finds the layout."""
-        return _join_quoted(self._lines(self.start, self.first_line, HEAD_LINES))
+        if not any(b'"' in line.content for line in self._physical):
+            return self._physical
+        return list(numbered_lines(self.head.data, self.start, SEPARATORS, number=self.first_line))
 
     def sample_lines(self, fraction: float, limit: int = 20) -> list[Line]:
         """Return whole lines from the given fraction of the file on; their numbers mean nothing."""
@@ -104,27 +120,6 @@ class TextSource:
         if start < stop == len(self.data):
             lines.append(Line(number, start, self.data[start:], False))
         return lines
-
-
-def _join_quoted(lines: list[Line]) -> list[Line]:
-    """Join lines that a quoted cell spans; a quote that the next few lines do not close stays as it is."""
-    if not any(b'"' in line.content for line in lines):
-        return lines
-    joined: list[Line] = []
-    position = 0
-    while position < len(lines):
-        first = lines[position]
-        for spanned in range(1, MOST_QUOTED_LINES + 1):
-            members = lines[position : position + spanned]
-            content = b" ".join(line.content for line in members)
-            if content.count(b'"') % 2 == 0:
-                joined.append(Line(first.number, first.start, content, members[-1].ended))
-                break
-        else:
-            spanned = 1
-            joined.append(first)
-        position += spanned
-    return joined
 
 
 def is_text(data: bytes) -> bool:
@@ -317,49 +312,86 @@ _LINE = re.compile(rb"([^\r\n]*)(?:\r\n|\n|\r|\Z)")
 
 
 class LogicalLine(NamedTuple):
-    """Content without line end, offset of the next line, number of physical lines."""
+    """Content without line end, offset of the next line, number of physical lines.
+
+    The lines that start before `tried` were looked through in vain for the end of an open quote.
+    """
 
     content: bytes
     end: int
     spanned: int
+    tried: int = 0
 
 
-def has_open_quote(line: bytes) -> bool:
-    """Whether a quote of a line, wherever it stands, is not closed."""
-    return line.count(b'"') % 2 == 1
+@functools.cache
+def _quoted_row(separators: bytes) -> re.Pattern[bytes]:
+    """Return what matches a line whose quotes are in place, with a group where the last one is open.
+
+    As in Python's csv module a quote opens a cell only where the cell begins, but for spaces; else it is a mark of
+    inches. What closes one stands before a separator, or ends the line.
+    """
+    between = re.escape(separators.replace(b" ", b" \t"))
+    inside = rb'"(?:[^"]|"")*+'
+    cell = rb" *+(?:" + inside + rb'"(?=[' + between + rb']|\Z)|(?!")[^' + between + rb"]*+)"
+    after = rb"[" + between + rb"]"
+    return re.compile(rb"(?:" + cell + rb"(?:" + after + cell + rb")*+)?+(" + after + rb"? *+" + inside + rb")?")
+
+
+def _ends_open(line: bytes, separators: bytes) -> bool | None:
+    """Whether a quoted cell goes on in the next line; None where a quote is out of place."""
+    if b'"' not in line:
+        return False
+    found = _quoted_row(separators).fullmatch(line)
+    return None if found is None else found[1] is not None
 
 
 def logical_line(
     data: bytes,
     position: int,
     stop: int,
+    separators: bytes,
     between: bytes = b" ",
-    is_open: Callable[[bytes], bool] = has_open_quote,
+    most: int = MOST_QUOTED_LINES,
 ) -> LogicalLine:
-    """Return the line at `position`, with those that an open quote takes in; a quote never closed takes none.
+    """Return the line at `position`, with those that its quoted cells take in; a quote that the next lines do not
+    close, `most` with the first, takes none.
 
-    `between` stands for the ends of the lines joined; `is_open` tells whether a line goes on in the next one.
+    `separators` are what stands between cells, `between` stands for the ends of the lines joined.
     """
-    first = physical_line(data, position, stop)
-    joined, joined_end = first.content, first.end
-    for spanned in range(1, MOST_QUOTED_LINES + 1):
-        if not is_open(joined):
-            return LogicalLine(joined, joined_end, spanned)
-        if joined_end >= stop:
-            break
-        following = physical_line(data, joined_end, stop)
-        joined, joined_end = joined + between + following.content, following.end
-    return first
+    first = line = physical_line(data, position, stop)
+    is_open = _ends_open(first.content, separators)
+    if not is_open:
+        return first
+    lines = [first.content]
+    while is_open and line.end < stop and len(lines) < most:
+        position, line = line.end, physical_line(data, line.end, stop)
+        lines.append(line.content)
+        is_open = _ends_open(b'"' + line.content, separators)
+    if is_open is False:
+        return LogicalLine(between.join(lines), line.end, len(lines))
+    return first._replace(tried=position)
 
 
 def numbered_lines(
-    data: bytes, start: int, between: bytes = b" ", is_open: Callable[[bytes], bool] = has_open_quote
-) -> Iterator[tuple[int, bytes]]:
-    """Yield the number (from 1, counted from `start`) and the content of every line, as `logical_line` joins them."""
-    position, number = start, 1
+    data: bytes,
+    start: int,
+    separators: bytes = b"",
+    between: bytes = b" ",
+    most: int = MOST_QUOTED_LINES,
+    number: int = 1,
+) -> Iterator[Line]:
+    """Yield every line from `start` on, the first of which has the given number; with `separators`, as `logical_line`
+    joins them.
+    """
+    position, tried = start, 0
+    ended = data[-1:] in (b"\n", b"\r")
     while position < len(data):
-        line = logical_line(data, position, len(data), between, is_open)
-        yield number, line.content
+        if separators and position >= tried:
+            line = logical_line(data, position, len(data), separators, between, most)
+            tried = line.tried
+        else:
+            line = physical_line(data, position, len(data))
+        yield Line(number, position, line.content, ended or line.end < len(data))
         position, number = line.end, number + line.spanned
 
 

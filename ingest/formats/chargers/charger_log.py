@@ -58,7 +58,7 @@ def _read_records(
     or has a wrong checksum.
     """
     data, start = (head.data, 0) if head.source is None else (head.source.data, head.source.start)
-    for number, content in numbered_lines(data, start):
+    for number, _, content, _ in numbered_lines(data, start):
         line = content.strip(b"\0\x1a \t")
         if not line:
             continue

@@ -140,13 +140,13 @@ _OLDER = LogLayout(
 )
 FORMAT = charger_format(
     "icharger_log",
-    4,
+    5,
     "Junsi iCharger DUO and X logs from the memory card: one line a second, `$ch;mode;ms;...;checksum`.",
     _DUO,
 )
 SERIAL = charger_format(
     "icharger_serial",
-    2,
+    3,
     "Older Junsi iCharger models (106B+, 208B and their kin) on the serial port: "
     "`$ch;mode;;Vin;Vbat;I;cells;T;T;mAh;sum`.",
     _OLDER,

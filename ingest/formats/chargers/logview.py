@@ -95,4 +95,4 @@ def joined(readings: Sequence[Reading], rejected: int, findings: FindingCollecto
     )
 
 
-FORMAT = Format("logview_openformat", 3, _recognise, _read, clues=(b"$",), score=NAMES)
+FORMAT = Format("logview_openformat", 4, _recognise, _read, clues=(b"$",), score=NAMES)

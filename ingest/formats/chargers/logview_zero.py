@@ -58,9 +58,8 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     source = head.text
     recordings: list[_Recording] = []
     rejected = 0
-    unended = source.data[-1:] not in (b"\r", b"\n")
-    lines = [(number, line) for number, line in numbered_lines(source.data, source.start) if line.strip()]
-    for position, (number, content) in enumerate(lines):
+    lines = [line for line in numbered_lines(source.data, source.start) if line.content.strip()]
+    for number, _, content, is_ended in lines:
         text = source.decode(content).strip("\0\x1a \t")
         header = _HEADER.fullmatch(text)
         if header is not None:
@@ -68,7 +67,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
                 recordings.append(recordings[-1].next_recording() if recordings else _Recording())
             _take_header(recordings[-1], header, number, findings)
         elif text and recordings:
-            if unended and position == len(lines) - 1:
+            if not is_ended:
                 message = "The last line has no line end and may be cut: the row is left out."
                 findings.add(ROW, "last_line_cut", message, lines=[number], value=text[:60])
                 rejected += 1
@@ -179,4 +178,4 @@ def _zero_signals(
     return read_signals(table, declared, findings, instrument)
 
 
-FORMAT = Format("logview_zero", 3, _recognise, _read, clues=(b"$",))
+FORMAT = Format("logview_zero", 4, _recognise, _read, clues=(b"$",))

@@ -7,8 +7,10 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import groupby
+from operator import itemgetter
 
 from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.channels.names import is_unit, normal_unit, parse_header, refuse_other_unit, squash, strip_comment
@@ -17,7 +19,7 @@ from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.format import NAMES, Format, Head
 from ingest.model import ChargeRow, ColumnDeclaration, ColumnUse, Declarations, Reading, TableUse, TextShape
 from ingest.tables.layout import too_wide
-from ingest.tables.sheet import is_ended, row_fault, text_rows
+from ingest.tables.sheet import RowFault, checked, head_rows, is_ended, text_rows
 from ingest.text.cells import (
     BETWEEN_CELLS,
     COMMENT_STARTS,
@@ -25,9 +27,8 @@ from ingest.text.cells import (
     decimal_sign_of,
     may_group,
     parse_cell,
-    possible_cells,
 )
-from ingest.text.source import Line, TextSource
+from ingest.text.source import HEAD_LINES, TextSource
 from ingest.timebase.clock import to_utc
 from ingest.timebase.clock_formats import Unclear, date_order, day_of, iso_text, parse_stamp
 
@@ -164,8 +165,8 @@ def _is_last_row_cut(
     return False
 
 
-def _shown(cells: Sequence[str] | None, header: SheetHeader) -> str | None:
-    return None if cells is None else header.delimiter.decode().join(cells)
+def _shown(row: list[str] | RowFault, header: SheetHeader) -> str | None:
+    return header.delimiter.decode().join(row) if isinstance(row, list) else None
 
 
 def _rows(
@@ -175,17 +176,18 @@ def _rows(
     width = fewest = len(header.names)
     below = [row for row in text_rows(source, header.delimiter, b" ") if row[0] > header.line]
     above: list[str] = []
-    for place, (line, cells) in enumerate(below, start=1):
-        is_unended = place == len(below) and not is_ended(source)
-        if cells and is_unended and _is_last_row_cut(cells, fewest, above, line, header, declared.complete, findings):
-            yield line, None
-            continue
-        above += [] if cells is None or len(cells) != fewest else [cells[-1]]
-        fewest = fewest if cells is None else min(fewest, len(cells))
-        fault = row_fault(cells, header.names)
-        if fault is not None or cells is None:
-            rule, sentence, _ = fault or ("", "", "")
-            findings.add(ROW, rule, f"The row is left out: {sentence}", lines=[line], value=_shown(cells, header))
+    for place, (line, row) in enumerate(below, start=1):
+        if isinstance(row, list):
+            is_unended = place == len(below) and not is_ended(source)
+            if is_unended and _is_last_row_cut(row, fewest, above, line, header, declared.complete, findings):
+                yield line, None
+                continue
+            above += [row[-1]] if len(row) == fewest else []
+            fewest = min(fewest, len(row))
+        cells = checked(row, header.names)
+        if isinstance(cells, RowFault):
+            message = f"The row is left out: {cells.sentence}"
+            findings.add(ROW, cells.rule, message, lines=[line], value=_shown(row, header))
             yield line, None
             continue
         while not cells[-1]:
@@ -528,8 +530,8 @@ _UNIT_OF_NAME = {name: unit for unit, names in _NAMES_OF_UNITS.items() for name 
 _TITLE_LINES = 30
 _IN_UNIT = re.compile(r"(?:^|[\s_(\[/])(m?Ah|[mk]?Wh|k?J|joules?)[)\]]?$")
 """The unit at the end of a heading of charges or energies."""
-_NUMBERS = re.compile(rb"[\d\s.,;:|+-]*")
-"""A line without a word: no header, unless columns are declared by their places."""
+_NUMBER = re.compile(r"[\d\s.,;:|+-]*")
+"""A row of such cells is no header, unless columns are declared by their places."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -581,13 +583,8 @@ def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader
     Where the header row, or that there is none, is declared, only that line counts; a sheet declared as such needs no
     run and no pack.
     """
-    row = (declared.first_row or 1) if declared.header_row == 0 else declared.header_row
-    lines = source.head_lines(_TITLE_LINES) if row is None else source.head_lines()
-    by_name = row is None and not declared.columns and not declared.profile_columns
-    for line in lines:
-        if (row is not None and line.number != row) or (by_name and _NUMBERS.fullmatch(line.content)):
-            continue
-        fitting = [header for header in _headers(source, [line], declared) if _is_sheet(header, declared)]
+    for headers in _headers(source, declared):
+        fitting = [header for header in headers if _is_sheet(header, declared)]
         if fitting:
             return max(fitting, key=lambda header: len(header.columns))
     return None
@@ -598,8 +595,7 @@ def advice_on_sheet(source: TextSource, declared: Declarations, *, charges: bool
 
     It names a run or a pack, and energies for charges; or, where `charges` are looked for, these in unknown words.
     """
-    for line in source.head_lines(_TITLE_LINES):
-        found = list(_headers(source, [line], declared))
+    for found in _headers(source, declared):
         for header in found if len(found) == 1 and not _is_sheet(found[0], declared) else ():
             named = {at: unit[1] for at, text in enumerate(header.names) if (unit := _IN_UNIT.search(text)) is not None}
             charged = [at for at, unit in named.items() if unit in AMOUNTS["charge"].factors]
@@ -632,11 +628,19 @@ def _is_sheet(header: SheetHeader, declared: Declarations) -> bool:
     )
 
 
-def _headers(source: TextSource, lines: Iterable[Line], declared: Declarations) -> Iterator[SheetHeader]:
-    """Yield what lines are as headers, under each delimiter that they hold."""
+def _headers(source: TextSource, declared: Declarations) -> Iterator[list[SheetHeader]]:
+    """Yield what each of the first lines, or the one declared, is as a header, under the delimiters that part it."""
+    only = (declared.first_row or 1) if declared.header_row == 0 else declared.header_row
+    by_name = only is None and not declared.columns and not declared.profile_columns
     delimiters = BETWEEN_CELLS if declared.delimiter is None else (declared.delimiter.encode("latin-1"),)
-    for line, delimiter, cells in possible_cells(source, lines, delimiters):
-        yield _header(line.number, cells, delimiter, declared)
+    rows = head_rows(source, _TITLE_LINES if only is None else HEAD_LINES, delimiters, b" ")
+    for number, under in groupby(rows, key=itemgetter(0)):
+        yield [
+            _header(number, cells, delimiter, declared)
+            for _, delimiter, cells in under
+            if isinstance(cells, list) and len(cells) > 1 and number == (only or number)
+            if not by_name or not all(map(_NUMBER.fullmatch, cells))
+        ]
 
 
 def _header(number: int, cells: Sequence[str], delimiter: bytes, declared: Declarations) -> SheetHeader:
@@ -678,4 +682,4 @@ def _column(position: int, text: str, declaration: ColumnDeclaration | None) -> 
     return role if role in ROLES else None, SheetColumn(position, text, unit, header_unit, rank)
 
 
-FORMAT = Format("charger_sheet", 5, _recognise, _read, score=NAMES)
+FORMAT = Format("charger_sheet", 6, _recognise, _read, score=NAMES)

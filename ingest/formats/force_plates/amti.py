@@ -11,7 +11,7 @@ import re
 
 from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, plate_channel, positive, read_fixed, refuse_layout
-from ingest.formats.format import HEAD_LINES, Format, Head
+from ingest.formats.format import Format, Head
 from ingest.instruments import INSTRUMENTS
 from ingest.model import Reading
 from ingest.tables.table import Preamble
@@ -52,7 +52,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     first = _first_row(head)
     if first is None:
         return refuse_layout("NetForce", "six numbers for each plate, with commas between them", findings)
-    line = head.text.head_lines(HEAD_LINES)[first]  # fewer would join the lines of a quoted cell otherwise
+    line = head.text.head_lines()[first]
     width = len(split_cells(line.content, b",") or [])
     channels = [
         plate_channel(*component, plate)
@@ -65,4 +65,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_fixed(head, header, findings, INSTRUMENTS[INSTRUMENT])
 
 
-FORMAT = Format("amti_text", 4, _recognise, _read)
+FORMAT = Format("amti_text", 5, _recognise, _read)

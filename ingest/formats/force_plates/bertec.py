@@ -80,4 +80,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return Reading() if table is None else read_signals(table, head.declared, findings, instrument)
 
 
-FORMAT = Format("bertec_text", 8, _recognise, _read, clues=(b"fz",), score=LAYOUT)
+FORMAT = Format("bertec_text", 9, _recognise, _read, clues=(b"fz",), score=LAYOUT)

@@ -41,7 +41,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     turns = _Turns(names, units, findings)
     unended = source.data[-1:] not in (b"\n", b"\r")
     last = 0
-    for number, content in numbered_lines(source.data, source.start):
+    for number, _, content, _ in numbered_lines(source.data, source.start):
         if content.strip(b" \t\0\x1a"):
             turns.take(number, content)
             last = number
@@ -135,4 +135,4 @@ class _Turns:
             self.found.drop_last()
 
 
-FORMAT = Format("debug_lines", 5, _recognise, _read, clues=(b":", b"="), score=LAYOUT)
+FORMAT = Format("debug_lines", 6, _recognise, _read, clues=(b":", b"="), score=LAYOUT)

@@ -84,4 +84,4 @@ def _read_sections(
     return read_several(named, declared, findings)
 
 
-FORMAT = Format("delimited_log", 10, _recognise, _read, score=ANY_TEXT)
+FORMAT = Format("delimited_log", 11, _recognise, _read, score=ANY_TEXT)

@@ -94,6 +94,14 @@ def test_a_value_in_another_unit_breaks_its_turn() -> None:
     assert result.parts[0].channels[0].values.max() == pytest.approx(0.699)
 
 
+def test_quotes_join_no_lines() -> None:
+    lines = pairs()
+    for place in (100, 104):
+        lines[place] = lines[place].replace(": -", ': "')
+    result = read(lines)
+    assert (result.rows_kept, result.rows_rejected) == (N - 2, 2)
+
+
 def test_names_can_be_declared() -> None:
     columns = {"motor1": ColumnDeclaration("leg_length", "mm"), "motor2": ColumnDeclaration("left", "1")}
     result = read([f"motor{1 + k % 2}: {150 + k % 7}" for k in range(200)], Declarations(rate_hz=50.0, columns=columns))

@@ -7,10 +7,17 @@ import pytest
 from ingest.model import ColumnDeclaration, Declarations, Profile
 from ingest.read import read_file
 from tests.ingest.formats.synthetic_chargers import bare_rows, lines, with_checksum
-from tests.ingest.reading import rules, values
+from tests.ingest.reading import finding, rules, values
 
 COLUMNS = {"value_1": ColumnDeclaration("battery_voltage", "mV"), "value_2": ColumnDeclaration("current", "mA")}
 NAMED = Declarations(time_unit="ms", columns=COLUMNS)
+
+
+ZERO = ["$N$;My Data", "$C$;Temp 1 [°C,T];Battery voltage [V,U];Current [A]"]
+
+
+def zero_rows(n: int = 100) -> list[str]:
+    return [f"${20 + k / 10:.1f};{15.6 + k / 1000:.3f};-0,25" for k in range(n)]
 
 
 def test_a_bare_recording_asks_for_names_and_the_unit_of_time() -> None:
@@ -54,6 +61,15 @@ def test_a_wrong_checksum_and_a_thousands_separator_cost_their_lines() -> None:
     assert {"checksum_wrong", "record_malformed"} <= rules(result)
 
 
+@pytest.mark.parametrize(("head", "rows"), [([], bare_rows(300)), ([*ZERO, "$I$;500"], zero_rows(300))])
+def test_quotes_join_no_lines(head: list[str], rows: list[str]) -> None:
+    for place in (100, 104):
+        rows[place] = rows[place].replace(";", ';"', 1)
+    result = read_file(lines([*head, *rows]), NAMED if not head else Declarations())
+    assert (result.rows_kept, result.rows_rejected) == (298, 2)
+    assert finding(result, "record_malformed" if head else "checksum_wrong").more_lines == (104 + 1 + len(head),)
+
+
 @pytest.mark.parametrize(("sign", "mode"), [(1, "charge"), (-1, "discharge")])
 def test_counter_and_current_that_are_declared_make_a_charge(sign: int, mode: str) -> None:
     rows = [with_checksum(f"$1;1;{n * 1000};{15600 + sign * n};{sign * 3600};{sign * n};") for n in range(200)]
@@ -63,13 +79,6 @@ def test_counter_and_current_that_are_declared_make_a_charge(sign: int, mode: st
     assert [(charge.charge_mah, charge.mode) for charge in result.charges] == [(199.0, mode)]
     wrong = {**columns, "value_3": ColumnDeclaration("charge", "Ah")}
     assert "charge_contradicts_current" in rules(read_file(lines(rows), Declarations(time_unit="ms", columns=wrong)))
-
-
-ZERO = ["$N$;My Data", "$C$;Temp 1 [°C,T];Battery voltage [V,U];Current [A]"]
-
-
-def zero_rows(n: int = 100) -> list[str]:
-    return [f"${20 + k / 10:.1f};{15.6 + k / 1000:.3f};-0,25" for k in range(n)]
 
 
 def test_openformat_zero_names_its_columns_and_asks_for_the_time() -> None:

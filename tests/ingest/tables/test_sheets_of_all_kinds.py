@@ -18,6 +18,7 @@ from ingest.formats.study_sheets import read_flasks
 from ingest.model import Declarations
 from ingest.read import read_file
 from ingest.tables.sheet import Sheet, SheetFile, SheetRefused, decimal_sign, numbers_of, read_sheet
+from ingest.text import source
 from labbook.actions.stats.asked import Values
 from labbook.actions.stats.data import observe
 from labbook.plan.drawing import PlanFactor
@@ -186,6 +187,7 @@ def test_all_that_is_wrong_is_said_at_once() -> None:
         (b"a,b\n" + b"x" * 200_000, ["line 2"]),
         (bytes(range(256)) * 4, ["neither text nor a workbook"]),
         ("a,b\n1,ü\x9d\n".encode("latin-1"), ["neither UTF-8 nor cp1252", "line 2", "--encoding"]),
+        (codecs.BOM_UTF8 + b"a,b\n1,2\n1,\xfc\n", ["neither UTF-8 nor cp1252", "line 3", "--encoding"]),
         (workbook({"One": [["a", "b"], [1, 2]], "Two": [["a", "b"], [1, 2]]}), ["2 sheets", "One, Two"]),
         (workbook({"One": [["a", "b"], [1, 2]]})[:300], ["workbook"]),
     ],
@@ -267,6 +269,63 @@ def test_a_quote_within_a_cell_is_a_mark_of_inches() -> None:
     sheet = read_sheet(SheetFile("a.csv", b'run,note\nr1,foot 2" wide\nr2,"two\nlines"\nr3,rail at 3"\n'))
     assert sheet.rows == (("r1", 'foot 2" wide'), ("r2", "two\nlines"), ("r3", 'rail at 3"'))
     assert sheet.lines == (2, 3, 5)
+
+
+@pytest.mark.parametrize("kind", ["recharges", "flasks", "values"])
+def test_a_mark_of_inches_in_the_header_costs_no_column(kind: str) -> None:
+    """A column of charger sheets was lost: quotes were counted wherever they stood in a header."""
+    names, *rows = KINDS[kind].rows
+    marked = [[names[0], 'foot 2" size', *names[1:]], *([row[0], '3" wide', *row[1:]] for row in rows)]
+    assert KINDS[kind].read(text(marked, ",", ".")) == KINDS[kind].content
+
+
+def test_a_mark_of_inches_in_the_header_of_a_log_costs_no_column() -> None:
+    rows = [["time [s]", 'foot 2"', "body height [m]", "note"], *([n / 100, 2, 0.3, '3" wide'] for n in range(30))]
+    found = read_file(text(rows, ",", "."), Declarations())
+    assert (found.refused, found.rows_kept) == (False, 30)
+    assert "body_height" in [channel.name for channel in found.parts[0].channels]
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+def test_a_note_of_a_sheet_may_have_as_many_lines_as_in_a_spreadsheet(end: str) -> None:
+    note = end.join(f"line {n}" for n in range(254))
+    data = f'run,mAh,pack,note{end}r1,461,A,"{note}"{end}r2,470,B,{end}'.encode()
+    assert [row[:2] for row in recharges(data)] == [("r1", "A"), ("r2", "B")]
+    sheet = read_sheet(SheetFile("a.csv", data))
+    sheet.refuse()
+    assert (sheet.rows[0][3].count("\n"), sheet.lines) == (253, (2, 256))
+
+
+def test_a_quote_that_is_not_closed_in_place_costs_its_own_row() -> None:
+    for closing in ("", 'r7,"b",', 'r7,b"c,'):
+        rows = [f"r{n},a,b" for n in range(9)]
+        rows[2:3] = ['r2,"a,b']
+        rows[7:8] = [f"{closing}b" if closing else "r7,a,b"]
+        sheet = read_sheet(SheetFile("a.csv", ("run,x,y\n" + "\n".join(rows) + "\n").encode()))
+        assert [fault.line for fault in sheet.faults] == [4]
+        assert len(sheet.rows) == 8
+
+
+def test_every_line_of_a_sheet_is_looked_at_a_few_times_whatever_its_quotes(monkeypatch: pytest.MonkeyPatch) -> None:
+    looked = 0
+    line_at = source.physical_line
+
+    def counted(data: bytes, position: int, stop: int) -> source.LogicalLine:
+        nonlocal looked
+        looked += 1
+        return line_at(data, position, stop)
+
+    monkeypatch.setattr(source, "physical_line", counted)
+    for line in ('x","', '1,"2', "1,2", '"1","2"'):
+        looked = 0
+        with contextlib.suppress(InputRefused):
+            read_sheet(SheetFile("a.csv", f'a,b\n1,"2\n{f"{line}{chr(10)}" * 3000}'.encode()))
+        assert looked < 4 * 3000
+
+
+def test_the_separator_is_the_one_that_fits_all_rows() -> None:
+    sheet = read_sheet(SheetFile("a.csv", b"run;mass, with leg, kg;note\nr1;1.5;a\nr2;1.25;b\n"))
+    assert (sheet.delimiter, sheet.names, len(sheet.rows)) == (";", ("run", "mass, with leg, kg", "note"), 2)
 
 
 def test_a_last_line_that_may_be_cut_is_a_fault_unless_it_is_said_to_be_whole() -> None:
