@@ -251,6 +251,8 @@ def _source(file: SheetFile) -> TextSource:
     if not is_wide(page) and not is_text(file.data):
         raise InputRefused(f"{file.name} is neither text nor a workbook: save it as CSV in UTF-8, or as .xlsx.")
     source = open_text(file.data, page, FindingCollector())
+    if source.encoding == "utf-8" and source.start == 0:
+        return source  # has been decoded to find that out
     content = source.data[source.start :]
     try:
         content.decode(source.encoding)
