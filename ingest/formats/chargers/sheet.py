@@ -22,7 +22,6 @@ from ingest.tables.layout import too_wide
 from ingest.tables.sheet import RowFault, checked, head_rows, is_ended, text_rows
 from ingest.text.cells import (
     BETWEEN_CELLS,
-    COMMENT_STARTS,
     CellFault,
     decimal_sign_of,
     may_group,
@@ -206,7 +205,7 @@ def _is_no_row(
 ) -> bool:
     """Whether a line is a comment, the header again, a total, or the row of a run not recharged yet; noted."""
     charge = header.columns["charge"].position
-    if cells[0].encode().startswith(COMMENT_STARTS):
+    if cells[0].startswith("#"):
         rule, message = "comment_line", "Comment lines are skipped."
     elif is_header:
         rule, message = "header_repeated", "The header stands again; it is skipped."

@@ -176,6 +176,12 @@ def test_totals_comments_and_rows_not_filled_in_are_no_recharges() -> None:
     assert {"summary_row", "row_not_filled", "comment_line"} <= rules(result)
 
 
+def test_only_a_hash_begins_a_comment() -> None:
+    result = read("run,mAh,pack\n#r1,461,A\n%r2,462,A\n//r3,463,A\n")
+    assert [(charge.stated_run, charge.charge_mah) for charge in result.charges] == [("%r2", 462.0), ("//r3", 463.0)]
+    assert rules(result) == {"comment_line"}
+
+
 def test_a_header_in_two_lines_that_stands_again_is_skipped() -> None:
     header = 'run,"charged\n(mAh)",pack\n'
     result = read(f'{header}r1,461,A\n{header}r2,470,"B\nold"\n')
