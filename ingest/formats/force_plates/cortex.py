@@ -95,4 +95,4 @@ def _frame(block: Block, plates: int, findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = signed("cortex_forces", 4, "[Force Data]", _read)
+FORMAT = signed("cortex_forces", 5, "[Force Data]", _read)

@@ -46,4 +46,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_fixed(head, header, findings, _FORCEDECKS)
 
 
-FORMAT = signed("forcedecks", 4, "ForceDecks Raw Data Export", _read)
+FORMAT = signed("forcedecks", 5, "ForceDecks Raw Data Export", _read)

@@ -163,5 +163,5 @@ def _read_channels(head: Head, findings: FindingCollector) -> Reading:
     return read_signals(table, head.declared, findings, Instrument())
 
 
-FORMAT = signed("bioware", 5, "BioWare", _read)
-CHANNELS_FORMAT = Format("kistler_channels", 4, _recognise_channels, _read_channels, clues=(b"channel",), score=NAMES)
+FORMAT = signed("bioware", 6, "BioWare", _read)
+CHANNELS_FORMAT = Format("kistler_channels", 5, _recognise_channels, _read_channels, clues=(b"channel",), score=NAMES)

@@ -72,4 +72,4 @@ def _channels(names: list[str]) -> list[str | None]:
     return channels
 
 
-FORMAT = Format("opensim", 4, _recognise, _read, clues=(b"endheader",))
+FORMAT = Format("opensim", 5, _recognise, _read, clues=(b"endheader",))

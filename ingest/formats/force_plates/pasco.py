@@ -98,4 +98,4 @@ def _run_table(table: Table, block: Block, columns: Sequence[int], first: Sequen
     )
 
 
-FORMAT = Format("pasco", 4, _recognise, _read, clues=(b"run #",))
+FORMAT = Format("pasco", 5, _recognise, _read, clues=(b"run #",))

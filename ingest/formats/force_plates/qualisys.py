@@ -96,4 +96,4 @@ def _frame(entries: Mapping[str, str], findings: FindingCollector) -> str:
     return "z up"
 
 
-FORMAT = Format("qualisys_tsv", 4, _recognise, _read, clues=(b"no_of_samples",))
+FORMAT = Format("qualisys_tsv", 5, _recognise, _read, clues=(b"no_of_samples",))

@@ -189,4 +189,4 @@ def _compare(spans: Sequence[_Span], findings: FindingCollector) -> None:
 
 
 _SECTIONS = (b"devices", b"joints", b"trajectories", b"model outputs", b"segments", b"events")
-FORMAT = Format("vicon_csv", 4, _recognise, _read, clues=_SECTIONS)
+FORMAT = Format("vicon_csv", 5, _recognise, _read, clues=_SECTIONS)

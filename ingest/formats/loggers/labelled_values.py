@@ -274,4 +274,4 @@ def _whole(rows: Sequence[Sequence[_Pair]], source: TextSource, declared: Declar
     return dataclasses.replace(declared, complete=True) if ends else declared
 
 
-FORMAT = Format("labelled_values", 2, _recognise, _read, clues=(b":", b"="), score=LAYOUT)
+FORMAT = Format("labelled_values", 3, _recognise, _read, clues=(b":", b"="), score=LAYOUT)

@@ -88,4 +88,4 @@ def _declared(declared: Declarations, facts: Mapping[str, list[str]]) -> Declara
     return dataclasses.replace(declared, decimal_sign=sign)
 
 
-FORMAT = signed("labview", 1, "LabVIEW Measurement", _read)
+FORMAT = signed("labview", 2, "LabVIEW Measurement", _read)
