@@ -9,16 +9,21 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
+import numpy as np
+
 from data_schema.errors import UsageError
 from reports.content import EMPTY, Condition, Outcome, ReportContent, Summary
 from reports.figures.style import BLACK, GREY, lay_out, new_figure, publication_style
 
 if TYPE_CHECKING:
+    from matplotlib.artist import Artist
     from matplotlib.figure import Figure
 
 FORMS = (".png", ".svg", ".pdf")
 """Endings of files that a figure is written to, in either case."""
 _PNG_DOTS_PER_IN = 300
+_MANY_POINTS = 2000
+"""Of so many points a figure has a picture at that resolution: a browser takes seconds for each as a shape."""
 _HEIGHT_IN = 0.9
 _SIZE_PT, _LETTER_PT = 8.0, 4.8
 """Size of the words, and the width of a letter."""
@@ -149,4 +154,15 @@ def write_figure(figure: Figure, path: Path) -> None:
 def _write(figure: Figure, stream: IO[Any], suffix: str, metadata: dict[str, str | None]) -> None:
     with publication_style():
         lay_out(figure)
-        figure.savefig(stream, format=suffix, metadata=metadata)
+        for points in figure.findobj(_has_many_points):
+            points.set_rasterized(True)
+        figure.savefig(stream, format=suffix, metadata=metadata, dpi=_PNG_DOTS_PER_IN)
+
+
+def _has_many_points(artist: Artist) -> bool:
+    from matplotlib.collections import PathCollection
+    from matplotlib.lines import Line2D
+
+    if isinstance(artist, Line2D):
+        return artist.get_linestyle() == "None" and np.shape(artist.get_xydata())[0] > _MANY_POINTS
+    return isinstance(artist, PathCollection) and np.shape(artist.get_offsets())[0] > _MANY_POINTS

@@ -94,7 +94,8 @@ def exchanged(
     `with_charge_of` returns a run's value with the charge of another. Of several partners of a run only the first
     counts.
     """
-    limits, outside = limits_of(runs, values), runs_outside(runs, values)
+    limits = limits_of(runs, values)
+    outside = _outside(runs, values, limits)
     high = [run for run in outside if values[run.uid] > limits[run.uid].mean]
     found: dict[str, tuple[RunRow, RunRow]] = {}
     for one, other in product(high, [run for run in outside if run not in high]):
@@ -108,5 +109,8 @@ def exchanged(
 
 def runs_outside(runs: Sequence[RunRow], values: Mapping[str, float]) -> list[RunRow]:
     """Return the runs whose value is out of its limits."""
-    limits = limits_of(runs, values)
+    return _outside(runs, values, limits_of(runs, values))
+
+
+def _outside(runs: Sequence[RunRow], values: Mapping[str, float], limits: Mapping[str, ControlLimits]) -> list[RunRow]:
     return [run for run in runs if run.uid in limits and limits[run.uid].outside(values[run.uid])]

@@ -12,7 +12,6 @@ from data_schema.reasons import Reason
 from data_schema.rounding import level_text
 from data_schema.vocabulary import FileRole, Rule, Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.outcomes.conditions import run_numbers
 from labbook.analysis.outcomes.control_limits import exchanged, runs_outside
 from labbook.analysis.outcomes.run_energy import (
     above_capacity,
@@ -334,8 +333,7 @@ def exchanged_charges(analysis: StudyAnalysis) -> tuple[tuple[str, str], ...]:
 
 
 def _joules(analysis: StudyAnalysis) -> dict[str, float]:
-    items = run_numbers(analysis.evidence.runs, analysis.results[Outcome.JOULES].results, Outcome.JOULES)
-    return {item.run.uid: item.value for item in items}
+    return {item.run.uid: item.value for each in analysis.conditions[Outcome.JOULES] for item in each.runs}
 
 
 def _lost_fits(analysis: StudyAnalysis) -> list[str]:

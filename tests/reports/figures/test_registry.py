@@ -193,3 +193,14 @@ def test_the_caption_says_where_bars_hold_the_error_of_the_drain(content, shared
     whole = dataclasses.replace(content, conditions=tuple(conditions))
     captions = [FIGURES[name].caption(whole) for name in ("joules_by_level", "apex_by_level")]
     assert ["drain error included" in caption for caption in captions] == [said, False]
+
+
+@pytest.mark.parametrize(("count", "pictured"), [(500, False), (20_000, True)])
+def test_so_many_points_that_a_browser_would_be_slow_are_a_picture(content, count, pictured):
+    point = content.order.points[0]
+    many = tuple(dataclasses.replace(point, joules=1000.0 + number % 97) for number in range(count))
+    crowded = dataclasses.replace(content, order=dataclasses.replace(content.order, points=many))
+    figure = draw_figure(FIGURES["day_order"], crowded, TWO_COLUMNS_IN)
+    svg = svg_bytes(figure)
+    assert (b"<image" in svg) is pictured
+    assert len(svg) < 500_000
