@@ -173,6 +173,7 @@ def _rows(
 ) -> Iterator[tuple[int, Texts | None]]:
     """Yield line number and texts of every row below the header; None for a row that is left out."""
     width = fewest = len(header.names)
+    charge = header.columns["charge"].position
     below = [row for row in text_rows(source, header.delimiter, b" ") if row[0] > header.line]
     above: list[str] = []
     for place, (line, row) in enumerate(below, start=1):
@@ -192,7 +193,8 @@ def _rows(
         while not cells[-1]:
             cells.pop()
         is_header = tuple(cells) == header.cells[: len(cells)]
-        if not is_header and is_sheet_header(cells, header.delimiter, declared):
+        is_filled = any(map(_NUMBER.fullmatch, cells[charge : charge + 1]))
+        if not is_header and not is_filled and is_sheet_header(cells, header.delimiter, declared):
             message = "Another header stands among the rows, with other columns: keep one header a sheet."
             findings.add(FILE, "second_header", message, lines=[line], value=_shown(cells, header))
         elif not _is_no_row(cells, is_header, line, header, findings):
