@@ -231,7 +231,7 @@ def observations_of_book(
         control=control,
         rows=rows,
         notes=(*left_out(evidence, numbers, missing, asked.quantity), *pooled_over(numbers, by, configuration)),
-        plan=planned_analysis(connection, configuration, [run.uid for run in evidence.selected]),
+        plan=planned_analysis(connection, configuration, frozenset(run.uid for run in evidence.selected)),
         measured=asked.quantity,
         configuration=configuration,
     )

@@ -98,7 +98,9 @@ def analyse(
 
     `level` is that of the comparisons' intervals, and alpha of their tests follows; without it they are as planned.
     """
-    planned = planned_analysis(detections.connection, evidence.configuration, [run.uid for run in evidence.selected])
+    planned = planned_analysis(
+        detections.connection, evidence.configuration, frozenset(run.uid for run in evidence.selected)
+    )
     settings = planned.settings
     if level is not None and not math.isclose(level, 1.0 - settings.outside):
         settings = replace(settings, alpha=settings.alpha * (1.0 - level) / settings.outside)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import sqlalchemy as sa
 
@@ -21,7 +21,7 @@ def look_of(
     connection: sa.Connection,
     first_seq: int,
     settings: AnalysisSettings,
-    selected: Collection[str] | None,
+    selected: frozenset[str] | None,
     states: tuple[BookState, Mapping[int, BookState]] | None = None,
 ) -> Look | None:
     """Return which look a report of the selected runs (their uids, None for all) is; None where none was before.
@@ -57,7 +57,7 @@ def look_of(
     )
 
 
-def _tested(state: BookState, selected: Collection[str] | None) -> bool:
+def _tested(state: BookState, selected: frozenset[str] | None) -> bool:
     """Whether a report tested anything: what idle runs correct has no number before these make a line."""
     for outcome in Outcome:
         idle = [run for uid, run in state.runs.items() if run.kind is RunKind.IDLE and outcome in state.given(uid)]
@@ -67,7 +67,7 @@ def _tested(state: BookState, selected: Collection[str] | None) -> bool:
     return False
 
 
-def _compared(state: BookState, outcome: Outcome, selected: Collection[str] | None) -> frozenset[str]:
+def _compared(state: BookState, outcome: Outcome, selected: frozenset[str] | None) -> frozenset[str]:
     """Return the runs that gave an outcome, none where there was no control, or nothing beside it."""
     runs = [
         run

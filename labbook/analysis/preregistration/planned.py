@@ -185,7 +185,7 @@ class Planned:
 
 
 def planned_analysis(
-    connection: sa.Connection, configuration: Configuration, selected: Collection[str] | None = None
+    connection: sa.Connection, configuration: Configuration, selected: frozenset[str] | None = None
 ) -> Planned:
     """Find what rules the analysis of a book whose labbook.toml is `configuration`; the journal alone decides.
 
@@ -231,7 +231,7 @@ def _at_look(
     connection: sa.Connection,
     planned: Planned,
     first_seq: int,
-    selected: Collection[str] | None,
+    selected: frozenset[str] | None,
     states: tuple[BookState, Mapping[int, BookState]] | None = None,
 ) -> Planned:
     """Add which look this is; a report or a comparison keeps to the level of its look."""
