@@ -163,9 +163,9 @@ def _entries(connection: sa.Connection, wanted: sa.ColumnElement[bool], most: in
     ]
 
 
-def void_reasons(connection: sa.Connection) -> dict[str, str]:
-    """Return why runs were declared void, by their uid, the last time that each was."""
-    void = _entries(connection, sa.and_(journal.c.entity_kind == "run", journal.c.action == Action.VOID))
+def void_reasons(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, str]:
+    """Return why these runs were declared void, by their uid, the last time that each was."""
+    void = _entries(connection, sa.and_(journal.c.entity_uid.in_(run_uids), journal.c.action == Action.VOID))
     return {entry.uid: entry.reason or "" for entry in void}
 
 

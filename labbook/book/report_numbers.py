@@ -338,10 +338,13 @@ def _defined(value: float | Undefined | None) -> float | None:
     return float(value)
 
 
+_COMPARED = [one.name for one in fields(ReportedNumber) if one.name not in ("id", "result")]
+
+
 def _result(result: Result) -> ReportedResult:
     origin = result.origin
     numbers = [reported_number(name, number, result) for name, number in numbers_of(result)]
-    values = [[getattr(one, each.name) for each in fields(one) if each.name not in ("id", "result")] for one in numbers]
+    values = [[getattr(one, name) for name in _COMPARED] for one in numbers]
     own = {number.name for number in numbers}
     others = [getattr(result, one.name) for one in fields(result) if one.name not in ("origin", *own)]
     content = hashlib.sha256(repr((values, [one for one in others if not _has_numbers(one)])).encode()).hexdigest()

@@ -13,7 +13,7 @@ from html import escape
 
 from data_schema.outcomes import Outcome
 from reports import fields
-from reports.content import Condition, ReportContent, RunPoint, RunValue
+from reports.content import ReportContent, RunPoint, RunValue
 from reports.display import DASH, decimal_text, general_text, shown_unit
 from reports.figures.series import series_of
 from reports.tables.conditions import by_group, factor_cells, factor_columns
@@ -22,11 +22,11 @@ from reports.tables.table import Cell, Column, Columns, Table, TableKind, in_uni
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """An analysed run: its condition, its value by outcome, and its place in the day."""
+    """An analysed run: the cells of its condition, its value by outcome, and its place in the day."""
 
     name: str
     block: str
-    condition: Condition
+    factors: tuple[Cell, ...]
     values: Mapping[Outcome, RunValue]
     point: RunPoint | None
 
@@ -45,7 +45,8 @@ def _each(content: ReportContent) -> list[_Run]:
         for outcome, summary in condition.summaries.items():
             for run in summary.runs:
                 values.setdefault(run.run, {})[outcome] = run
-        found += [_Run(name, block, condition, of_run, points.get(name)) for name, of_run in values.items()]
+        factors = factor_cells(content, condition)
+        found += [_Run(name, block, factors, of_run, points.get(name)) for name, of_run in values.items()]
     return found
 
 
@@ -68,7 +69,7 @@ def each_run(content: ReportContent) -> Table:
                 "", (None,) * 3 if run.point is None else (run.point.position, run.point.pack, run.point.deviation_j)
             ),
         ),
-        (factor_columns(content), lambda run: factor_cells(content, run.condition)),
+        (factor_columns(content), lambda run: run.factors),
         (
             outcomes,
             lambda run: tuple(_value(run.values.get(one), one, shown=bool(anchors)) for one in content.outcomes),

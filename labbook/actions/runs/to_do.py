@@ -73,7 +73,7 @@ def to_do(detections: Detections, configuration: Configuration, day: str | None)
     runs = [run for run in of_day if run.state is not RunState.VOID]
     jumped = [run for run in runs if run.kind is RunKind.JUMPS]
     idle = [run for run in runs if run.kind is RunKind.IDLE]
-    why_void = void_reasons(connection) if len(runs) < len(of_day) else {}
+    why_void = void_reasons(connection, [run.uid for run in of_day if run.state is RunState.VOID])
     charged = charges_of_runs(connection, [run.uid for run in runs])
     logged = {log.run_uid for log in signals_of_runs(connection, FileRole.LOG, [run.uid for run in runs])}
     made = {check.kind for check in checks_by_day(connection).get(date, ())}

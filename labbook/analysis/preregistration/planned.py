@@ -52,7 +52,8 @@ def _unselected(now: BookState, configuration: Configuration, selected: Collecti
     given = {run.uid: now.given(run.uid) for run in now.runs.values() if run.kind is RunKind.JUMPS}
     runs = [run for run in now.runs.values() if given.get(run.uid)]
     groups: dict[tuple[tuple[str, str], ...], dict[str, list[RunRow]]] = {}
-    for run in sorted(runs, key=lambda run: place_configured(configuration, run.levels)):
+    places = {run.condition_key: place_configured(configuration, run.levels) for run in runs}
+    for run in sorted(runs, key=lambda run: places[run.condition_key]):
         group = tuple(sorted((name, label) for name, label in run.levels.items() if name != swept))
         groups.setdefault(group, {}).setdefault(run.condition_key, []).append(run)
     found: list[Departure] = []

@@ -11,6 +11,7 @@ import sqlalchemy as sa
 from data_schema.outcomes import Outcome
 from data_schema.queries.history import void_reasons
 from data_schema.queries.study import checks_by_day, people, planned_runs, withdrawn_names
+from data_schema.vocabulary import RunState
 from ingest.store import Store
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.detection import Detections
@@ -94,6 +95,7 @@ def make_report(
     detections = Detections(connection, store, progress)
     analysis = analyse(computed, detections, evidence, progress, level)
     detector = evidence.configuration.protocol.detector
+    void = [run for run in evidence.selected if run.state is RunState.VOID]
     compared = comparisons.comparisons(analysis)
     bare = ReportContent(
         title=f"Report on {evidence.study.name}",
@@ -130,7 +132,7 @@ def make_report(
         run_before=analysis.planned.run_before or "",
         departures=preregistration.departures(analysis),
         departed=len(analysis.planned.departures),
-        void=preregistration.void_sentence(analysis, void_reasons(connection)),
+        void=preregistration.void_sentence(void, void_reasons(connection, [run.uid for run in void])),
         look=analysis.planned.look,
         without_charges=comparisons.groups_without_charges(analysis),
         favoured=comparisons.favoured(analysis),

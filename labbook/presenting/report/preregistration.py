@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
-from data_schema.vocabulary import ReasonCode, RunState
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import ReasonCode
 from labbook.analysis.preregistration.departures import first_named
 from labbook.analysis.preregistration.planned import (
     AS_A_WHOLE,
@@ -110,12 +111,11 @@ def departures(analysis: StudyAnalysis) -> tuple[str, ...]:
     return (*(found if planned.stated else _departures(planned)), *as_a_whole)
 
 
-def void_sentence(analysis: StudyAnalysis, reasons: Mapping[str, str]) -> str:
-    """Name the selected runs that are void by the `reasons` (by uid); "" without one."""
+def void_sentence(void: Sequence[RunRow], reasons: Mapping[str, str]) -> str:
+    """Name runs that are void by the `reasons` (by uid); "" without one."""
     names: dict[str, list[str]] = {}
-    for run in analysis.evidence.selected:
-        if run.state is RunState.VOID:
-            names.setdefault(reasons.get(run.uid, ""), []).append(run.name)
+    for run in void:
+        names.setdefault(reasons.get(run.uid, ""), []).append(run.name)
     listed = [f"{first_named(several)} ({reason})" for reason, several in names.items()]
     return f"Void: {'; '.join(listed)}." if listed else ""
 
