@@ -6,7 +6,7 @@ from data_schema.rounding import interval_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.planning.power import Needed, StudyPower
 from labbook.actions.planning.power_tests import Assumed
-from labbook.analysis.outcomes.conditions import LEVEL
+from labbook.analysis.outcomes.conditions import SPREAD_LEVEL
 from labbook.analysis.preregistration.planned import FAMILY_OF
 from reports.display import shown_unit
 
@@ -98,7 +98,7 @@ def _scatter(assumed: Assumed, unit: str) -> str:
         return f"{sd}, as stated"
     return (
         f"{sd} between runs of a condition "
-        f"({interval_text((factor * spread.sd_low, factor * spread.sd_high), LEVEL, shown)}, "
+        f"({interval_text((factor * spread.sd_low, factor * spread.sd_high), SPREAD_LEVEL, shown)}, "
         f"{spread.df} degrees of freedom, from {spread.n} so far)"
     )
 

@@ -228,7 +228,7 @@ def _summary(items: Sequence[RunNumber], quantity: Outcome) -> ConditionSummary:
     )
 
 
-LEVEL = 0.95
+SPREAD_LEVEL = 0.95
 """Level of the standard deviation's interval."""
 
 
@@ -264,7 +264,7 @@ def run_spread(computed: Results, detections: Detections, evidence: StudyData, q
     sd = math.sqrt(sum(_squares(several) for several in values.values()) / df)
     if sd == 0.0:
         return Undefined(Reason.ALL_CONDITIONS_CONSTANT, quantity=str(quantity))
-    tail = (1.0 - LEVEL) / 2.0
+    tail = (1.0 - SPREAD_LEVEL) / 2.0
     low, high = (sd * math.sqrt(df / float(special.chdtri(df, p))) for p in (tail, 1.0 - tail))
     mean = describe(controls).mean if controls else None
     return Spread(
