@@ -30,6 +30,8 @@ from reports.page.writing import refuse_foreign, report_files, write_report
 _ATTEMPTS = 5
 REPORTS = "reports"
 """The folder of the book that has a folder for each report made without `--out`."""
+_OWN_NAME = re.compile(r"\d{8}T\d{6}Z")
+"""How these are named, by the time."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,9 +211,9 @@ def _refuse_store(out: Path) -> None:
 
 
 def _refuse_replacing(book: Book, out: Path) -> None:
-    """Raise `UsageError` for the folder that the book made for another report."""
-    if out.resolve().parent == book.folder.resolve() / REPORTS and (out / NUMBERS).exists():
-        raise UsageError(f"{str(out)!r} is the folder of another report: name one outside {REPORTS}/, with --out.")
+    """Raise `UsageError` for a folder that labbook named for another report; one that a person named is made anew."""
+    if out.resolve().parent == book.folder.resolve() / REPORTS and _OWN_NAME.match(out.resolve().name):
+        raise UsageError(f"{str(out)!r} is the folder of another report: name one of your own, with --out.")
 
 
 def _check_writable(folder: Path) -> None:
