@@ -17,49 +17,15 @@ from reports.evidence import (
     Comparison,
     DrainFit,
     Favoured,
-    IdlePoint,
     Look,
     MeansContrast,
     Order,
     OverallEquivalence,
     OverallSavings,
-    PackMean,
-    RunPoint,
     Sensitivity,
-    Variant,
 )
-from reports.numbers import Number, SignificanceTest, Value
+from reports.numbers import Number
 from reports.predicted import Hypothesis, Predictions
-
-__all__ = [
-    "Anova",
-    "Assumed",
-    "BudgetItem",
-    "Claim",
-    "CoarseCharger",
-    "Comparison",
-    "Condition",
-    "Day",
-    "DrainFit",
-    "Factor",
-    "Flow",
-    "IdlePoint",
-    "Level",
-    "Number",
-    "Order",
-    "Outcome",
-    "PackMean",
-    "Predictions",
-    "Provenance",
-    "ReportContent",
-    "RunPoint",
-    "RunValue",
-    "Sensitivity",
-    "SignificanceTest",
-    "Summary",
-    "Value",
-    "Variant",
-]
 
 
 @dataclass(frozen=True, slots=True)

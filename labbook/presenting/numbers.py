@@ -8,8 +8,8 @@ from typing import Any
 
 from data_schema.vocabulary import Undefined
 from labbook.analysis.results import Results, numbers_of
-from reports.content import Number, Provenance, Value
-from reports.numbers import Result
+from reports.content import Provenance
+from reports.numbers import Number, Result, Value
 from reports.predicted import Prediction
 
 _PLAIN = (str, int, float, type(None))

@@ -6,8 +6,9 @@ import statistics
 from typing import TYPE_CHECKING
 
 from data_schema.outcomes import Outcome
-from reports.content import Comparison, ReportContent
+from reports.content import ReportContent
 from reports.display import as_shown, common_places, interval_text, level_text, value_text, with_unit
+from reports.evidence import Comparison
 from reports.figures.estimation import Estimation, EstimationGroup, axis_values, draw_estimations
 from reports.figures.kind import absence_text, figures_of_outcomes
 from reports.naming import levels_name, swept_factor, swept_words, treated_levels, treatment_label, treatment_name

@@ -12,7 +12,8 @@ from typing import IO, TYPE_CHECKING, Any
 import numpy as np
 
 from data_schema.errors import UsageError
-from reports.content import EMPTY, Condition, Outcome, ReportContent, Summary
+from data_schema.outcomes import Outcome
+from reports.content import EMPTY, Condition, ReportContent, Summary
 from reports.figures.style import BLACK, GREY, lay_out, new_figure, publication_style
 
 if TYPE_CHECKING:

@@ -15,7 +15,8 @@ import jinja2
 
 from data_schema.disk import replace_together
 from data_schema.errors import UsageError
-from reports.content import Outcome, ReportContent
+from data_schema.outcomes import Outcome
+from reports.content import ReportContent
 from reports.display import count_text, list_text
 from reports.figures.by_level import file_name
 from reports.figures.figure_cache import DRAWN, Wanted, cached_figures

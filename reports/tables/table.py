@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import TypeAlias, TypeVar
 
 from data_schema.notebook import table_html
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports import fields
-from reports.content import Outcome, ReportContent
+from reports.content import ReportContent
 from reports.display import DASH, decimal_text, degrees_text, interval_text, level_text, p_text, shown_unit, value_text
 from reports.numbers import Number, SignificanceTest, Value
 

@@ -13,7 +13,8 @@ from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
 from labbook.book.opening import opened
 from labbook.presenting.report.content import make_report
-from reports.content import Comparison, ReportContent
+from reports.content import ReportContent
+from reports.evidence import Comparison
 from reports.numbers import Number
 from tests.cli.shell import good, labbook, refused, unchanged
 from tests.helpers.books import SmallBook, ingest_all, small_book

@@ -16,31 +16,33 @@ from labbook.analysis.comparison.thesis_route import thesis_route
 from labbook.config.model import Bounds
 from reports.claims import group_claim
 from reports.content import (
-    Anova,
     Assumed,
-    BudgetItem,
     Claim,
-    Comparison,
     Condition,
     Day,
-    DrainFit,
     Factor,
     Flow,
-    IdlePoint,
     Level,
-    Number,
-    Order,
-    PackMean,
     Provenance,
     ReportContent,
-    RunPoint,
     RunValue,
-    Sensitivity,
     Summary,
-    Variant,
 )
 from reports.drawn import LogGap, LogJump, RunLog
-from reports.evidence import MeansContrast
+from reports.evidence import (
+    Anova,
+    BudgetItem,
+    Comparison,
+    DrainFit,
+    IdlePoint,
+    MeansContrast,
+    Order,
+    PackMean,
+    RunPoint,
+    Sensitivity,
+    Variant,
+)
+from reports.numbers import Number
 from reports.page.writing import report_files, write_report
 from reports.predicted import (
     AssumedInput,

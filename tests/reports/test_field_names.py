@@ -3,7 +3,7 @@
 import dataclasses
 from pathlib import Path
 
-from reports.content import Number
+from reports.numbers import Number
 from reports.tables.formats.as_macros import macros_of
 from reports.tables.registry import TABLES
 from tests.reports.made import overall_equivalence, overall_savings

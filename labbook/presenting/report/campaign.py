@@ -17,20 +17,9 @@ from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.study import StudyAnalysis
 from labbook.config.parsing import Configuration
-from reports.content import (
-    Condition,
-    Day,
-    Factor,
-    Flow,
-    Level,
-    Order,
-    PackMean,
-    ReportContent,
-    RunPoint,
-    RunValue,
-    Summary,
-)
+from reports.content import Condition, Day, Factor, Flow, Level, ReportContent, RunValue, Summary
 from reports.display import in_sentence, list_text
+from reports.evidence import Order, PackMean, RunPoint
 from reports.naming import levels_name
 
 

@@ -16,8 +16,8 @@ from labbook.analysis.comparison.order import ADJUSTED, OVER_GROUPS
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.run_energy import recharge_of
 from labbook.analysis.study import StudyAnalysis
-from reports.content import Comparison, ReportContent, Sensitivity, Variant
-from reports.evidence import Decision, Favoured, OverallEquivalence, OverallSavings
+from reports.content import ReportContent
+from reports.evidence import Comparison, Decision, Favoured, OverallEquivalence, OverallSavings, Sensitivity, Variant
 from reports.naming import levels_name
 from reports.numbers import Number
 from stats.days.order import PositionsCompared

@@ -22,7 +22,8 @@ from labbook.config.parsing import Configuration
 from labbook.presenting.numbers import numbers_in, provenance
 from labbook.presenting.report import campaign, comparisons, drain, methods, predicted, preregistration
 from reports.claims import family_claim, group_claim, overall_claims
-from reports.content import Claim, Comparison, ReportContent
+from reports.content import Claim, ReportContent
+from reports.evidence import Comparison
 from reports.tables.contrasts import contrast_claims
 from stats.apexes.detectors import DETECTORS
 

@@ -10,7 +10,8 @@ from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
 from labbook.analysis.outcomes.conditions import coarse_scatter
 from labbook.analysis.outcomes.run_energy import MAH_MIN, RunEnergy, idle_charges
 from labbook.analysis.study import StudyAnalysis
-from reports.content import BudgetItem, CoarseCharger, DrainFit, IdlePoint, ReportContent
+from reports.content import CoarseCharger, ReportContent
+from reports.evidence import BudgetItem, DrainFit, IdlePoint
 from reports.naming import levels_name
 
 _LINE_POINTS = 61

@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from reports.content import Comparison, ReportContent
+from reports.content import ReportContent
 from reports.display import as_shown, interval_text, p_text, places_of, value_text, with_unit
-from reports.evidence import Decision, OverallEquivalence, OverallSavings
+from reports.evidence import Comparison, Decision, OverallEquivalence, OverallSavings
 from reports.fields import MacroWords
 from reports.naming import swept_factor
 from reports.numbers import Number, Value

@@ -7,7 +7,7 @@ import subprocess
 
 import pytest
 
-from reports.content import Number
+from reports.numbers import Number
 from reports.tables.formats.as_macros import macro_name, macros_bytes, macros_of
 from tests.reports.made import overall_savings
 

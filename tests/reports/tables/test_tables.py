@@ -8,8 +8,8 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.content import Number
 from reports.fields import unit_slug
+from reports.numbers import Number
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.pages import with_summary
