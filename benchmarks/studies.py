@@ -9,7 +9,7 @@ from pathlib import Path
 from benchmarks.processes import LABBOOK, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
 from labbook.cli.views import NOT_MET
-from labbook.demo.studies.registry import STUDIES
+from labbook.config.studies import STUDIES
 
 MOST_S = 90.0
 OF_RUNS = ("force-plate", "emulator", "bed")

@@ -35,7 +35,8 @@ from ingest.tables.sheet import (
 from ingest.text.source import TextSource
 
 _SPELLINGS = {"m3": "m^3", "cm3": "cm^3", "mm3": "mm^3", "wh": "Wh", "kwh": "kWh", "mah": "mAh", "ah": "Ah"}
-"""Units as people write them in a header, in any case."""
+_SPELLINGS |= {"a": "A", "v": "V", "w": "W", "j": "J", "n": "N"}
+"""Units as people write them in a header, in any case; `energy_j` is no year and `voltage_v` no volume."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from labbook.cli.common import AsOption, BookOption, opened
+from labbook.config.studies import STUDIES
 from labbook.terminal import Shown, for_program, progress, say
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ def demo(
         str | None,
         typer.Option(
             metavar="NAME",
-            help="A study: force-plate, characterisation, emulator, bed (as without it), compaction, field.",
+            help=f"The campaign of a study: {', '.join(STUDIES)}; usual: that of the bed.",
         ),
     ] = None,
 ) -> Shown:
@@ -87,7 +88,7 @@ def demo(
 
 def _study_demo(folder: Path, study: str, seed: int, full: bool, report: Callable[[str], None]) -> Shown:
     from data_schema.errors import UsageError, unknown_name
-    from labbook.demo.studies.registry import STUDIES, make_study
+    from labbook.demo.studies.registry import make_study
 
     if study not in STUDIES:
         raise unknown_name("study with a demonstration", study, STUDIES)

@@ -218,7 +218,8 @@ def all_studies(
 
     Example: labbook study all --pages studies/
     """
-    from labbook.studies.registry import STUDIES, studies_of_book
+    from labbook.config.studies import STUDIES
+    from labbook.studies.registry import studies_of_book
 
     if pages is not None and pages.exists() and not pages.is_dir():
         raise UsageError(f"--pages {pages} is a file: name a folder; it is made where there is none.")

@@ -11,7 +11,6 @@ from typing import Any
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.vocabulary import ContrastKind, FactorKind
 from labbook.config.model import (
-    STUDY_KEYS,
     ClaimKind,
     Configuration,
     ContrastSettings,
@@ -25,6 +24,7 @@ from labbook.config.model import (
 from labbook.config.profiles import check_unit, declared_channel
 from labbook.config.reading import Faults, below
 from labbook.config.run_names import scheme_fault
+from labbook.config.studies import STUDIES
 
 RESERVED_NAMES = frozenset(
     {
@@ -65,11 +65,11 @@ def check(configuration: Configuration, given: Mapping[str, Any], faults: Faults
         if _has_its_keys(path, given["hypotheses"][name], needed, allowed, _CLAIM_KEYS, faults):
             _check_hypothesis(hypothesis, configuration.factors, path, faults)
     for study in configuration.studies:
-        if study not in STUDY_KEYS:
-            faults.append(f"{below('studies', study)}: {unknown_name('study', study, STUDY_KEYS)}")
+        if study not in STUDIES:
+            faults.append(f"{below('studies', study)}: {unknown_name('study', study, STUDIES)}")
             continue
-        for key in given["studies"][study].keys() - set(STUDY_KEYS[study]):
-            faults.append(f"{below('studies', study)}.{key}: {unknown_name('key', key, STUDY_KEYS[study])}")
+        for key in given["studies"][study].keys() - set(STUDIES[study].keys):
+            faults.append(f"{below('studies', study)}.{key}: {unknown_name('key', key, STUDIES[study].keys)}")
 
 
 def _check_study(configuration: Configuration, faults: Faults) -> None:

@@ -487,18 +487,6 @@ class StudyProtocol:
     level: Part | None = None
 
 
-_SHEET, _BOOK = ("sheet", "decimal", "level"), ("where", "level")
-STUDY_KEYS: Mapping[str, tuple[str, ...]] = {
-    "force-plate": ("window", *_BOOK),
-    "characterisation": _SHEET,
-    "emulator": ("constant", "ratio", "same_percent", *_BOOK),
-    "bed": _BOOK,
-    "compaction": ("grain_mm", *_SHEET),
-    "field": _SHEET,
-}
-"""The keys of each study (thesis 3.2.2, 4.2.6, 4.3, 5.2, 5.1.2, 2.2.3)."""
-
-
 @dataclass(frozen=True, slots=True)
 class DatabaseSettings:
     """`[database]`: where the tables of a shared book are."""

@@ -1,16 +1,14 @@
-"""The studies by name; a new one is a file of this folder, a line here and its keys in `labbook/config/model.py`."""
+"""Asking a study by its name, and which studies a book has."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING
 
 from data_schema.queries.readings import readings_in_force
 from data_schema.queries.runs import has_runs
-from data_schema.vocabulary import StudyKind
 from labbook.analysis.comparison.pairing import swept_factor
+from labbook.config.studies import STUDIES
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -18,26 +16,6 @@ if TYPE_CHECKING:
     from labbook.config.model import Configuration
     from labbook.studies.study import Asked, Found
     from reports.page.study import Study
-
-
-@dataclass(frozen=True, slots=True)
-class StudyEntry:
-    """What a study is made of: a sheet of a format, with such a header, or the runs of a book of some kind."""
-
-    sheet: str = ""
-    header: str = ""
-    runs: StudyKind | None = None
-
-
-STUDIES: Mapping[str, StudyEntry] = {
-    "force-plate": StudyEntry(runs=StudyKind.FORCE_PLATE),
-    "characterisation": StudyEntry("trial_sheet", "file,gain,damping_gain,mass_kg"),
-    "emulator": StudyEntry(runs=StudyKind.EMULATOR),
-    "bed": StudyEntry(runs=StudyKind.BED),
-    "compaction": StudyEntry("flask_sheet", "radius_mm,state,water_ml"),
-    "field": StudyEntry("walk_sheet", "walk,robot,mass_kg,distance_m,energy_Wh"),
-}
-"""In the order of the thesis (3.2.2, 4.2.6, 4.3, 5.2, 5.1.2, 2.2.3)."""
 
 
 def ask(name: str, asked: Asked) -> Found[Study]:

@@ -21,7 +21,7 @@ from ingest.tables.sheet import SheetFile
 from labbook.actions.files.named_files import file_named, own_name, read_bytes, readable
 from labbook.book.opening import opened
 from labbook.config.model import StudyProtocol
-from labbook.studies.registry import STUDIES
+from labbook.config.studies import STUDIES
 from labbook.studies.study import Asked, book_sources
 
 _Contents = tuple[bytes, str | None, str | None]

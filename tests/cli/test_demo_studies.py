@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from labbook.demo.studies.registry import STUDIES
+from labbook.config.studies import STUDIES
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.study_pages import prints_page_one_on_a_sheet
 

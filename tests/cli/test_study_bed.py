@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from labbook.book.opening import opened
-from labbook.demo.studies.registry import STUDIES
+from labbook.config.studies import STUDIES
 from labbook.presenting.report.content import make_report
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused

@@ -53,8 +53,8 @@ def logged(tmp_path: Path, log: str, head: str = "time_s,power_W\n") -> Path:
 
 def test_energies_are_integrals_of_logged_power(tmp_path: Path) -> None:
     """Power that rises by straight pieces is integrated exactly: (0 + 10) / 2 times 4 s and 10 times 6 s."""
-    current = "time_s,current_mA,voltage_V\n"
-    for head, rows in (("time_s,power_W\n", "0,0\n4,10\n10,10\n"), (current, "0,0,20\n4,500,20\n10,500,20\n")):
+    current = "time_s,current_mA,voltage_v\n"
+    for head, rows in (("time_s,power_w\n", "0,0\n4,10\n10,10\n"), (current, "0,0,20\n4,500,20\n10,500,20\n")):
         at = logged(tmp_path, rows, head)
         found = good(labbook("study", "field", "walks.csv", "--json", at=at)).json
         assert found["ratio"]["geometric_mean"] == pytest.approx(1000.0 / 80.0, rel=1e-12)

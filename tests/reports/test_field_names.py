@@ -1,6 +1,7 @@
 """The names that programs and papers rely on are those of `field_names.txt`, whatever the titles on the page are."""
 
 import dataclasses
+import os
 from pathlib import Path
 
 from reports.numbers import Number
@@ -27,4 +28,6 @@ def test_fields_of_tables_and_names_of_macros_are_those_on_record(plated):
         *(" ".join((f"{name}:", *(field for column in of for field in column.fields))) for name, of in tables.items()),
         *(f"numbers.tex: {macro.name}" for macro in macros_of(content)),
     ]
+    if os.environ.get("LABBOOK_FROZEN") == "write":
+        NAMES.write_text("".join(f"{line}\n" for line in found), encoding="utf-8")
     assert found == NAMES.read_text(encoding="utf-8").splitlines()

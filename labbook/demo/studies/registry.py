@@ -11,7 +11,7 @@ from labbook.demo.campaign import make_campaign
 from labbook.demo.files import campaign_files
 from labbook.demo.running import make_campaign_book, run_demo
 
-STUDIES = {
+_DRAWN_BY = {
     "force-plate": ("force_plate", "demonstration"),
     "characterisation": ("sheets", "oscillation_campaign"),
     "emulator": ("emulator", "demonstration"),
@@ -26,7 +26,7 @@ files of a campaign from a seed. That of the bed is the demonstration itself.
 
 def make_study(study: str, folder: Path, seed: int, step: Callable[[str], None], say: Callable[[str], None]) -> str:
     """Make the book of a study's campaign; returns the command to go on with."""
-    place = STUDIES[study]
+    place = _DRAWN_BY[study]
     step("drawing the campaign")
     if place is None:
         book = run_demo(folder, campaign_files(make_campaign(seed)), step, say).book
