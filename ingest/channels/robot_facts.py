@@ -132,9 +132,12 @@ def _check_height(
         return
     low, high = np.percentile(finite, (1.0, 99.0))
     reach = max(robot.reach_m for robot in robots)
+    too_little = high - low < LEAST_MOTION_M or 0 < low < high < LEAST_HEIGHT_LEGS * reach
+    too_much = high < 0 or max(-low, high) > MOST_HEIGHT_LEGS * reach
+    if not (too_little or too_much):
+        return
     hops = _hops(finite) is not None
-    too_little = hops and (high - low < LEAST_MOTION_M or 0 < low < high < LEAST_HEIGHT_LEGS * reach)
-    if not (too_little or high < 0 or max(-low, high) > MOST_HEIGHT_LEGS * reach):
+    if not (hops or too_much):
         return
     if not hops and high - low < LEAST_MOTION_M:
         advice = "it does not move: did the sensor come loose? Leave the file out"
