@@ -30,7 +30,7 @@ from reports.page.writing import refuse_foreign, report_files, write_report
 _ATTEMPTS = 5
 REPORTS = "reports"
 """The folder of the book that has a folder for each report made without `--out`."""
-_OWN_NAME = re.compile(r"\d{8}T\d{6}Z")
+_OWN_NAME = re.compile(r"\d{8}T\d{6}Z(-\d+)?")
 """How these are named, by the time."""
 
 
@@ -212,7 +212,9 @@ def _refuse_store(out: Path) -> None:
 
 def _refuse_replacing(book: Book, out: Path) -> None:
     """Raise `UsageError` for a folder that labbook named for another report; one that a person named is made anew."""
-    if out.resolve().parent == book.folder.resolve() / REPORTS and _OWN_NAME.match(out.resolve().name):
+    place = out.resolve()
+    is_own = place.parent == book.folder.resolve() / REPORTS and _OWN_NAME.fullmatch(place.name)
+    if is_own and (place / NUMBERS).exists():
         raise UsageError(f"{str(out)!r} is the folder of another report: name one of your own, with --out.")
 
 

@@ -759,6 +759,8 @@ def test_the_columns_of_a_second_header_of_a_sheet_were_those_of_the_first() -> 
     second = [f"r{100 + k},12,461" for k in range(100)]
     result = sheet("run,mAh,minutes", *first, "run,minutes,mAh", *second)
     assert finding(result, "second_header").line == 102
+    left_blank = sheet("run,mAh,minutes", *first, "run,,mAh", *(f"r{100 + k},,461" for k in range(100)))
+    assert finding(left_blank, "second_header").line == 102
     assert not sheet("run,mAh,minutes", *first, "run,mAh,minutes", *first).refused
 
 

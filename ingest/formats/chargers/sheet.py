@@ -193,7 +193,7 @@ def _rows(
         while not cells[-1]:
             cells.pop()
         is_header = tuple(cells) == header.cells[: len(cells)]
-        is_filled = any(map(_NUMBER.fullmatch, cells[charge : charge + 1]))
+        is_filled = any(cell and _NUMBER.fullmatch(cell) for cell in cells[charge : charge + 1])
         if not is_header and not is_filled and is_sheet_header(cells, header.delimiter, declared):
             message = "Another header stands among the rows, with other columns: keep one header a sheet."
             findings.add(FILE, "second_header", message, lines=[line], value=_shown(cells, header))

@@ -75,7 +75,7 @@ class Recomputed:
 def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str], None]) -> list[Recomputed]:
     """Compute numbers anew, each as of the newest report that shows it; the journal is replayed once."""
     shown_in = {one.shown_in[-1].seq: one.shown_in[-1] for one in asked}
-    made: dict[int, MadeReport] = {}
+    made: dict[int, tuple[Mapping[str, ReportedNumber], Mapping[str, int]]] = {}
     with (
         book.reading() as connection,
         replayed(book.store, book.mirror, 0, step, use_cache=False) as (engine, replay),
@@ -84,21 +84,23 @@ def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str],
         for seq, report in sorted(shown_in.items()):
             replay.apply_to(engine, seq - 1)
             with reading(engine) as fresh, without_caches():
-                made[seq] = _made_again(fresh, replay.store, report)
+                again = _made_again(fresh, replay.store, report)
+            made[seq] = numbers_of_report(again).numbers, again.versions
         replay.apply_to(engine, until)
         with reading(engine) as fresh:
             readers = differences(fresh, journal.stored(fresh), replay.without_rows).other_versions
-            numbers = {seq: numbers_of_report(one).numbers for seq, one in made.items()}
             return [
                 Recomputed(
-                    report=(report := one.shown_in[-1]),
+                    report=report,
                     printed=one.number,
-                    anew=(anew := _found(numbers[report.seq], one.number)),
+                    anew=(anew := _found(numbers, one.number)),
                     differs=_differing(one.number, anew),
                     altered=tuple(_altered(connection, fresh, one)),
-                    other_versions=readers or made[report.seq].versions != report.versions,
+                    other_versions=readers or versions != report.versions,
                 )
                 for one in asked
+                for report in one.shown_in[-1:]
+                for numbers, versions in [made[report.seq]]
             ]
 
 

@@ -45,9 +45,9 @@ from reports.display import list_text
 from reports.evidence import Look
 
 
-def _unselected(now: BookState, configuration: Configuration, selected: Collection[str]) -> list[Departure]:
+def _unselected(now: BookState, configuration: Configuration, selected: frozenset[str]) -> list[Departure]:
     """List what a selection (uids of runs) leaves out: of conditions, of groups, and of the planned family."""
-    uids, swept = set(selected), pairing.swept_factor(configuration)
+    swept = pairing.swept_factor(configuration)
     control = None if swept is None else configuration.factors[swept].control
     given = {run.uid: now.given(run.uid) for run in now.runs.values() if run.kind is RunKind.JUMPS}
     runs = [run for run in now.runs.values() if given.get(run.uid)]
@@ -59,14 +59,14 @@ def _unselected(now: BookState, configuration: Configuration, selected: Collecti
     found: list[Departure] = []
     whole: list[str] = []
     for key, of_condition in (item for conditions in groups.values() for item in conditions.items()):
-        taken = {outcome for run in of_condition if run.uid in uids for outcome in given[run.uid]}
-        others = {run.name: given[run.uid] & taken for run in of_condition if run.uid not in uids}
+        taken = {outcome for run in of_condition if run.uid in selected for outcome in given[run.uid]}
+        others = {run.name: given[run.uid] & taken for run in of_condition if run.uid not in selected}
         if names := [name for name, outcomes in others.items() if outcomes]:
             parameters = {"runs": f"{'run' if len(names) == 1 else 'runs'} {', '.join(names)}", "condition": key}
             quantities = in_order(frozenset().union(*others.values()))
             found.append(Departure(DepartureKind.RUNS_UNSELECTED, parameters, quantities, (key,)))
     for conditions in groups.values():
-        left = [key for key, some in conditions.items() if not any(run.uid in uids for run in some)]
+        left = [key for key, some in conditions.items() if not any(run.uid in selected for run in some)]
         treated = {key for key, some in conditions.items() if some[0].levels.get(str(swept)) != control}
         if swept is not None and treated & set(left) and treated - set(left):
             quantities = in_order(frozenset().union(*(given[run.uid] for key in left for run in conditions[key])))
