@@ -37,8 +37,8 @@ if TYPE_CHECKING:
 IDENTITY = "sweep"
 """Attribute of the file with what identifies the sweep, as JSON."""
 PLAN, LOCK = "sweep.json", "lock"
-_MOST_NUMBERS = 2**22
-"""Numbers of the outputs that are in memory at once: 32 MB."""
+_MOST_NUMBERS = 2**20
+"""Numbers of the outputs that are in memory at once: 8 MB."""
 _ZARR_BLOCK = 65_536
 """Most numbers in a block of a Zarr folder along its first dimension."""
 
