@@ -24,6 +24,7 @@ ROUNDING = "rounding"
 """What errors of rounding are called in a `SharedError`, where drain lines have names of their own."""
 ENOUGH_SCATTER = 0.5
 """Steps of scatter from which on rounding errs independently from run to run."""
+_NO_ERROR = SharedError()
 _CHANCE = 0.01
 """Of a coarser step, where a finer one would make all charges its multiples so rarely."""
 
@@ -109,6 +110,8 @@ def with_rounding_of(error: SharedError, other: SharedError) -> SharedError:
 
 def rounding_in(error: SharedError, *, without: bool = False) -> SharedError:
     """Return what of an error in common is rounding, or what is not."""
+    if ROUNDING not in error.df:
+        return error if without else _NO_ERROR
     return SharedError(
         {term: size for term, size in error.terms.items() if (term[0] == ROUNDING) is not without},
         {fit: df for fit, df in error.df.items() if (fit == ROUNDING) is not without},
@@ -116,4 +119,4 @@ def rounding_in(error: SharedError, *, without: bool = False) -> SharedError:
 
 
 def _joined(one: SharedError, other: SharedError) -> SharedError:
-    return SharedError({**one.terms, **other.terms}, {**one.df, **other.df})
+    return one if other is _NO_ERROR else SharedError({**one.terms, **other.terms}, {**one.df, **other.df})

@@ -13,6 +13,7 @@ from bisect import bisect
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from functools import cache
 from math import inf
 from typing import Any, TypeVar
 
@@ -248,8 +249,7 @@ class BookState:
         few = {of: list(self.contents(run_uid, of))[: None if surplus else self.most(run_uid, of)] for of in SOURCES}
         charges = [self.charges[uid] for uid in few[FileRole.CHARGE]]
         if run.kind is RunKind.IDLE:
-            usable = not isinstance(recharge_of(run, charges), Undefined)
-            return frozenset(outcome for outcome in Outcome if outcome.shares_error and usable)
+            return frozenset() if isinstance(recharge_of(run, charges), Undefined) else _sharing_errors()
         signals = {
             source: [
                 self.logs[part]
@@ -263,7 +263,17 @@ class BookState:
             FileRole.LOG: usable_logs(run, signals[FileRole.LOG]),
             FileRole.FORCE: usable_force(signals[FileRole.FORCE]),
         }
-        return frozenset(outcome for outcome in Outcome if not isinstance(found[outcome.source], Undefined))
+        return _outcomes_of(*(source for source, usable in found.items() if not isinstance(usable, Undefined)))
+
+
+@cache  # a set that many runs share
+def _outcomes_of(*sources: FileRole) -> frozenset[Outcome]:
+    return frozenset(outcome for outcome in Outcome if outcome.source in sources)
+
+
+@cache
+def _sharing_errors() -> frozenset[Outcome]:
+    return frozenset(outcome for outcome in Outcome if outcome.shares_error)
 
 
 _COLUMNS: Mapping[ChangeKind, Sequence[str]] = {

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import cache
 from typing import Any
 
 from data_schema.outcomes import SOURCES, Outcome
@@ -96,6 +97,11 @@ def in_order(outcomes: Collection[Outcome]) -> tuple[Outcome, ...]:
     return tuple(outcome for outcome in Outcome if outcome in outcomes)
 
 
+@cache  # asked for each run, of few different sets
+def _of_source(outcomes: frozenset[Outcome], source: FileRole) -> tuple[Outcome, ...]:
+    return tuple(outcome for outcome in in_order(outcomes) if outcome.source is source)
+
+
 _LOST_BY: Mapping[str, Collection[FileRole]] = {
     "kind": SOURCES,
     "starts": (FileRole.LOG,),
@@ -163,7 +169,7 @@ class _States:
 
     def outcomes(self, run_uid: str, source: FileRole) -> tuple[Outcome, ...]:
         """Return what has a number from a run by a source."""
-        return tuple(outcome for outcome in in_order(self.given[run_uid]) if outcome.source is source)
+        return _of_source(self.given[run_uid], source)
 
     def role_of(self, file_uid: str) -> FileRole:
         """Return whether a file holds logs of heights or of forces."""

@@ -52,7 +52,8 @@ def _unselected(now: BookState, configuration: Configuration, selected: frozense
     given = {run.uid: now.given(run.uid) for run in now.runs.values() if run.kind is RunKind.JUMPS}
     runs = [run for run in now.runs.values() if given.get(run.uid)]
     groups: dict[tuple[tuple[str, str], ...], dict[str, list[RunRow]]] = {}
-    places = {run.condition_key: place_configured(configuration, run.levels) for run in runs}
+    levels = {run.condition_key: run.levels for run in runs}
+    places = {key: place_configured(configuration, of) for key, of in levels.items()}
     for run in sorted(runs, key=lambda run: places[run.condition_key]):
         group = tuple(sorted((name, label) for name, label in run.levels.items() if name != swept))
         groups.setdefault(group, {}).setdefault(run.condition_key, []).append(run)
