@@ -1,4 +1,4 @@
-"""`labbook sim sweep`: what is printed and written, and what is refused before anything runs."""
+"""`labbook sim sweep`: what is printed and written."""
 
 from __future__ import annotations
 
@@ -50,17 +50,13 @@ def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
 
 def test_with_error_bars_a_scene_has_what_a_single_run_shows(tmp_path: Path) -> None:
     words = ("--over", "foot_radius=0.02,0.038", "--accuracy", "1e-5")
-    found = swept(tmp_path, *words, "--error-bars")
-    assert found["error_bars"] is True
+    assert swept(tmp_path, *words, "--error-bars", out="bars.nc")["error_bars"] is True
     alone = ("sim", "run", "--scene", "sim2", "--set", "foot_radius=0.02", *words[2:], "--json")
     one = good(labbook(*alone, at=tmp_path)).json
-    with xarray.open_dataset(tmp_path / found["out"]) as dataset:
+    with xarray.open_dataset(tmp_path / "bars.nc") as dataset:
         there = dataset.sel(foot_radius=0.02)
-        for name in ("cost_J", "apex_height_m", "liftoff_time_s", "max_depth_m", "ill_conditioned"):
-            assert there[name].item() == one[name], name
-        for name in ("cost_J", "apex_height_m", "leg_work_J"):
-            assert there[f"{name}_error"].item() == one["errors"][name], name
-        assert found["variables"] == len(dataset.data_vars)
+        assert (there["cost_J"].item(), there["cost_J_error"].item()) == (one["cost_J"], one["errors"]["cost_J"])
+        assert there["ill_conditioned"].item() == one["ill_conditioned"]
 
 
 def test_a_sample_to_zarr_and_the_same_command_again(tmp_path: Path) -> None:
@@ -89,44 +85,14 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
     says(again, "nothing was left")
 
 
-@pytest.mark.parametrize(
-    ("words", "said"),
-    [
-        (["--over", "b_ad=0:300:3"], "--out"),
-        (["--out", "a.nc"], "--over"),
-        (["--over", "b_ad=0:300:3", "--out", "a.csv"], "end it in .nc or .zarr"),
-        (["--over", "bad=0:300:3", "--out", "a.nc"], "did you mean 'b_ad'?"),
-        (["--over", "b_ad=-5:300:3", "--out", "a.nc"], "b_ad = -5 kg/m is outside what can be simulated"),
-        (["--over", "kg_scale=0.01,0.011", "--out", "a.nc"], "K < m_a g"),
-        (["--over", "ad_share=0.1,0.2", "--out", "a.nc"], "ad_share would change nothing"),
-        (["--over", "drag_area=0:1:3", "--out", "a.nc"], "drag_area would change nothing"),
-        (["--over", "rail_friction_force=0:1:3", "--out", "a.nc"], "rail_friction_force would change nothing"),
-        (["--over", "b_ad=0,1", "--set", "b_ad=3", "--out", "a.nc"], "b_ad is both set and swept"),
-        (["--over", "k_extension=100,200", "--set", "gain=3", "--out", "a.nc"], "k_extension is both set and swept"),
-        (["--over", "b_ad=0,1", "--seed", "3", "--out", "a.nc"], "add --sobol"),
-        (["--over", "b_ad=0,1", "--sobol", "8", "--out", "a.nc"], "is no range"),
-        (["--over", "b_ad=0:1", "--sobol", "0", "--out", "a.nc"], "draw 1 to"),
-        (["--over", "b_ad=0,1", "--accuracy", "0", "--out", "a.nc"], "accuracy"),
-        (["--over", "b_ad=0,1", "--out", "none/a.nc"], "there is no folder none"),
-        (["--over", "b_ad=0,1", "--error-bars", "--accuracy", "1e-13", "--out", "a.nc"], "for no error bars"),
-    ],
-)
-def test_refused_with_a_sentence(words: list[str], said: str, tmp_path: Path) -> None:
-    refused(labbook("sim", "sweep", "--scene", "sim2", *words, at=tmp_path), 2, said)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_corner_that_cannot_be_is_told_of_and_left_out(tmp_path: Path) -> None:
     words = ("--over", "kg_scale=0.01,1", "--over", "b_ad=0,100")
     found = swept(tmp_path, *words)
     assert found["outcomes"] == {"refused": 2, "touchdown": 2}
     assert (found["jumps"], found["dims"]) == (2, {"kg_scale": 2, "b_ad": 2})
     assert found["refused"]["scenes"] == 2
-    says(found["refused"]["why"], "m_a")
-    assert swept(tmp_path, *words)["refused"] == found["refused"]
     shown = good(labbook("sim", "sweep", "--scene", "sim2", *words, "--out", "sweep.nc", at=tmp_path)).out.splitlines()
     assert shown[1] == f"note: {found['refused']['why']}"
-    assert swept(tmp_path, "--over", "b_ad=0,100", out="all.nc")["refused"] == {"scenes": 0, "why": None}
 
 
 @pytest.mark.parametrize("over", ["air_drag:drag_area=0,0.5", "rail_friction:rail_friction_force=1,3"])
@@ -137,9 +103,6 @@ def test_a_parameter_that_the_scene_lacks_can_be_swept(over: str, tmp_path: Path
     assert found["outcomes"] == {"touchdown": 2}
     with xarray.open_dataset(tmp_path / "sweep.nc") as dataset:
         assert dataset["apex_height_m"].values[0] > dataset["apex_height_m"].values[-1]
-    name, value = words.split("=")[0], words.rsplit(",", 1)[1]
-    both = ("--effects", f"+{effect}", "--over", words, "--set", f"{name}={value}", "--out", "both.nc")
-    refused(labbook("sim", "sweep", "--scene", "sim2", *both, at=tmp_path), 2, f"{name} is both set and swept")
 
 
 @pytest.mark.soak
@@ -151,8 +114,8 @@ def test_in_a_process_of_its_own(tmp_path: Path) -> None:
     assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "here.nc").read_bytes()
 
 
-@pytest.mark.parametrize("address", [pytest.param("foo", marks=pytest.mark.soak), "http://127.0.0.1:8786"])
-def test_no_address_of_a_scheduler_is_refused_to_the_last_line(address: str, tmp_path: Path) -> None:
+def test_no_address_of_a_scheduler_is_refused_to_the_last_line(tmp_path: Path) -> None:
     """In a process of its own: what a client leaves behind is told as Python ends."""
+    address = "http://127.0.0.1:8786"
     words = ("--scene", "sim2", "--over", "b_ad=0,1", "--out", "a.nc", "--scheduler", address)
     refused(process("sim", "sweep", *words, at=tmp_path), 2, f"no Dask scheduler answers at {address}")
