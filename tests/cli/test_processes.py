@@ -16,17 +16,7 @@ from pathlib import Path
 import pytest
 
 from data_schema import engine as engines
-from tests.cli.shell import (
-    LABBOOK,
-    contents,
-    environment,
-    good,
-    labbook,
-    process,
-    refused,
-    rows,
-    unchanged,
-)
+from tests.cli.shell import LABBOOK, contents, environment, good, labbook, process, refused, rows, unchanged
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.statements import note
 
@@ -165,8 +155,7 @@ def test_book_that_may_only_be_read_is_said_to_be_so(open_to_all: Path) -> None:
     secret = open_to_all / "secret.csv"
     secret.write_text("t,h\n")
     secret.chmod(0o000)
-    for words in (["note", "r001", "x"], ["ingest", book.log("r001")]):
-        good(labbook(*words, at=book.folder))  # as its owner
+    good(labbook("ingest", book.log("r001"), at=book.folder))  # as its owner
     questions = ("runs list", "show r001", "today", "runs inbox", "jumps list r001", "db status", "db check")
     for words in (*questions, "rebuild"):
         good(labbook(*words.split(), at=book.folder))  # who has no rights may not be let to the interpreter's modules

@@ -8,6 +8,7 @@ import pytest
 
 from tests.cli.shell import at_a_terminal, good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
+from tests.helpers.tomls import without
 
 HEAD = "run;date;position;kind;foot;k_gain;b_ad_gain;battery;robot;started;duration_s;jumps_made;starts;note\n"
 NOTE = "Füße geölt, 5 °C"
@@ -21,9 +22,7 @@ def sheet(folder: Path, *, date: str = "14.6.2021", started: str = "9:05", page:
 
 def berlin(book: SmallBook) -> None:
     """Keep the book where clocks change in March and October."""
-    text = book.toml.read_text()
-    line = next(line for line in text.splitlines() if line.startswith("time_zone"))
-    book.toml.write_text(text.replace(line, 'time_zone = "Europe/Berlin"'))
+    without(book.folder, r"(?<=time_zone = )[^\n]*", '"Europe/Berlin"')
 
 
 @pytest.mark.parametrize(("page", "said"), [("utf-8", False), ("utf-16", False), ("cp1252", True), ("mac-roman", True)])
@@ -33,10 +32,8 @@ def test_a_german_sheet_is_read_and_its_page_is_said(fresh: SmallBook, tmp_path:
     done = good(labbook("runs", "import", sheet(tmp_path, page=page), *options, at=fresh.folder))
     assert done.out.startswith("1 runs stated")
     assert (f"read as {page}" in done.out) is said
-    assert rows(fresh.folder, "SELECT name, duration_s, date_local FROM run JOIN day ON run.day = day.id") == [
-        ("r1", 722.5, "2021-06-14")
-    ]
-    assert rows(fresh.folder, "SELECT text FROM note") == [(NOTE,)]
+    found = rows(fresh.folder, "SELECT name, duration_s, date_local, text FROM run JOIN day ON run.day = day.id, note")
+    assert found == [("r1", 722.5, "2021-06-14", NOTE)]
 
 
 def test_a_time_that_came_twice_is_refused_with_the_flag_and_asked_about_at_a_terminal(
