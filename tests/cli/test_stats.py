@@ -31,12 +31,8 @@ def written(folder: Path, lines: Sequence[str], name: str = "data.csv") -> Path:
 
 
 def table(folder: Path, groups: Mapping[str, Sequence[str]], sep: str = ",", days: Sequence[str] = DAYS) -> Path:
-    rows = [
-        sep.join((name, value, day))
-        for name, values in groups.items()
-        for value, day in zip(values, days, strict=False)
-    ]
-    return written(folder, [sep.join(("controller", "energy_J", "date")), *rows])
+    cells = [(name, *pair) for name, values in groups.items() for pair in zip(values, days, strict=False)]
+    return written(folder, [sep.join(row) for row in (("controller", "energy_J", "date"), *cells)])
 
 
 def floats(values: Sequence[str]) -> list[float]:
@@ -74,24 +70,16 @@ def test_json_holds_the_results_of_stats_unrounded(data: Path) -> None:
     contrast = contrast_by_day(ad, ce)
     (saved,) = run(data, "savings", *BY)["decisions"]
     savings = contrast.savings(0.95)
-    assert (saved["savings_percent"], saved["savings_percent_ci"], saved["p"]) == (
-        savings.value,
-        pytest.approx(savings.ci, rel=0),
-        savings.p,
-    )
+    assert (saved["savings_percent"], saved["p"]) == (savings.value, savings.p)
+    assert saved["savings_percent_ci"] == pytest.approx(savings.ci, rel=0)
     for bounds, low, high, percent in (
         (("--low", "-3", "--high", "2.5"), -3.0, 2.5, False),
         (("--low", "-20", "--percent"), -20.0, None, True),
     ):
         (equal,) = run(data, "equivalence", *BY, *bounds)["decisions"]
         bounded = contrast.equivalence(low, high, percent=percent)
-        assert (equal["low"], equal["high"], equal["estimate"], equal["p"], equal["equivalent"]) == (
-            low,
-            high,
-            bounded.value,
-            bounded.p,
-            bounded.equivalent,
-        )
+        expected = (low, high, bounded.value, bounded.p, bounded.equivalent)
+        assert tuple(equal[key] for key in ("low", "high", "estimate", "p", "equivalent")) == expected
         says(str(equal["t_high"]), "reason" if high is None else str(bounded.t_high))
 
 
@@ -186,15 +174,7 @@ def test_several_groups_are_a_family_and_can_be_one(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("ending", "words"),
-    [
-        ("png", ("compare",)),
-        pytest.param("pdf", ("compare",), marks=pytest.mark.soak),
-        ("svg", ("anova",)),
-        pytest.param("svg", ("savings",), marks=pytest.mark.soak),
-        pytest.param("svg", ("equivalence", "--low", "-3"), marks=pytest.mark.soak),
-        ("svg", ("compare", "--day", "date")),
-    ],
+    ("ending", "words"), [("png", ("compare",)), ("svg", ("anova",)), ("pdf", ("compare", "--day", "date"))]
 )
 def test_figures_are_written_in_every_form(ending: str, words: tuple[str, ...], data: Path) -> None:
     begins = {"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[ending]
@@ -207,20 +187,25 @@ def test_figures_are_written_in_every_form(ending: str, words: tuple[str, ...], 
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["--value", "energyJ", "--by", "controller"], "did you mean 'energy_J'?"),
-        (["--value", "energy_J", "--by", "contoller"], "did you mean 'controller'?"),
-        (["--value", "energy_J", "--by", "controller", "--control", "CF"], "did you mean 'CE'?"),
-        (["--value", "energy_J"], "data.csv has 'controller', 'energy_J', 'date'"),
-        (["--value", "controller", "--by", "date"], ", controller: 'CE'"),
-        ([*BY, "--quantity", "apex"], "--quantity is about a book"),
-        ([*BY, "--alpha", "5"], "--alpha is 5.0: give a number between 0 and 1"),
-        ([*BY, "--where", "controller=CE"], "all values belong to one group (CE)"),
-        ([*BY, "--where", "controller=XX"], "there is no value to group by controller"),
-        ([*BY, "--qq", "a"], "--qq a does not say which form"),
+        ("compare --value energyJ --by controller", "did you mean 'energy_J'?"),
+        ("compare --value energy_J --by contoller", "did you mean 'controller'?"),
+        ("compare --value energy_J --by controller --control CF", "did you mean 'CE'?"),
+        ("compare --value energy_J", "data.csv has 'controller', 'energy_J', 'date'"),
+        ("compare --value controller --by date", ", controller: 'CE'"),
+        (f"compare {' '.join(BY)} --quantity apex", "--quantity is about a book"),
+        (f"compare {' '.join(BY)} --alpha 5", "--alpha is 5.0: give a number between 0 and 1"),
+        (f"compare {' '.join(BY)} --where controller=CE", "all values belong to one group (CE)"),
+        (f"compare {' '.join(BY)} --where controller=XX", "there is no value to group by controller"),
+        (f"compare {' '.join(BY)} --qq a", "--qq a does not say which form"),
+        (f"compare {' '.join(BY)} --day dat", "did you mean 'date'?"),
+        (f"anova {' '.join(BY)} --variances equl", "did you mean 'equal'?"),
+        (f"equivalence {' '.join(BY)}", "add --low and --high"),
+        (f"equivalence {' '.join(BY)} --low 3 --high 1", "give the lower one first"),
     ],
 )
-def test_refused_with_a_sentence(words: list[str], said: str, data: Path) -> None:
-    refused(labbook("stats", "compare", data, *words, at=data.parent), 2, said)
+def test_refused_with_a_sentence(words: str, said: str, data: Path) -> None:
+    command, *options = words.split()
+    refused(labbook("stats", command, data, *options, at=data.parent), 2, said)
 
 
 @pytest.mark.parametrize(
@@ -238,17 +223,6 @@ def test_tables_that_cannot_be_read_are_refused_with_the_line(
 ) -> None:
     written(tmp_path, lines, "bad.csv")
     refused(labbook("stats", "compare", "bad.csv", "--value", "x", "--by", "g", at=tmp_path), 2, *said)
-
-
-def test_more_that_is_refused(data: Path) -> None:
-    for words, said in (
-        (["compare", data, *BY, "--day", "dat"], "did you mean 'date'?"),
-        (["anova", data, *BY, "--variances", "equl"], "did you mean 'equal'?"),
-        (["equivalence", data, *BY], "add --low and --high"),
-        (["equivalence", data, *BY, "--low", "3", "--high", "1"], "give the lower one first"),
-        (["compare", "nowhere.csv", *BY], "nowhere.csv does not exist"),
-    ):
-        refused(labbook("stats", *words, at=data.parent), 2, said)
 
 
 @pytest.mark.parametrize("words", [("compare",), ("savings",), ("equivalence", "--low=-9", "--high=9")])
@@ -308,26 +282,17 @@ def test_conditions_read_numbers_as_the_table_writes_them(tmp_path: Path) -> Non
 def test_what_spreadsheets_add_is_no_hindrance(tmp_path: Path) -> None:
     rows = ["g;x;;", "a;1,5;;", "a;1,7;;", "b;2;;", "b;2,5;;"]
     plain = run(written(tmp_path, rows), "compare", "--value", "x", "--by", "g")
-    assert run(written(tmp_path, ["sep=;", *rows]), "compare", "--value", "x", "--by", "g") == plain
-    lines = ["\ufeffsep=;", *rows[:2], "a;oops;;"]
+    assert run(written(tmp_path, ["\ufeffsep=;", *rows]), "compare", "--value", "x", "--by", "g") == plain
+    path = written(tmp_path, ["sep=;", *rows[:2], "a;oops;;"])
     told = "line 4 of data.csv, x: 'oops'"
-    refused(labbook("stats", "compare", written(tmp_path, lines), "--value=x", "--by=g", at=tmp_path), 2, told)
+    refused(labbook("stats", "compare", path, "--value=x", "--by=g", at=tmp_path), 2, told)
 
 
 def test_labels_that_are_no_finite_numbers_are_words(tmp_path: Path) -> None:
-    path = written(
-        tmp_path, ["g,x", *(f"{name},{value}" for name in ("nan", "inf", "0", "0.0") for value in (1, 2, 4))]
-    )
-    found = run(path, "compare", "--value", "x", "--by", "g")
+    rows = [f"{name},{value}" for name in ("nan", "inf", "0", "0.0") for value in (1, 2, 4)]
+    found = run(written(tmp_path, ["g,x", *rows]), "compare", "--value", "x", "--by", "g")
     assert list(found["groups"]) == ["g 0", "g 0.0", "inf", "nan"]
     says(found["notes"], "several ways count", "'0'", "'0.0'")
-
-
-def test_reasons_name_the_groups_of_the_table(tmp_path: Path) -> None:
-    path = written(tmp_path, ["g,x", "b,1", "a,2", "a,3", "a,4"])
-    for command, more in (("compare", ()), ("equivalence", ("--low=-1", "--high=1")), ("savings", ())):
-        said = good(labbook("stats", command, path, "--value=x", "--by=g", *more, at=tmp_path)).out
-        assert re.search("group b has (1|a single) (value|run)|no day has two values of the treatment", said), command
 
 
 WORKED = {
@@ -347,12 +312,8 @@ WORKED = {
 def test_where_days_are_known_the_answer_is_by_shared_days(
     where: str, rule: str, p: float | None, tmp_path: Path
 ) -> None:
-    rows = [
-        f"{name},{value},{day}"
-        for name, days in WORKED.items()
-        for day, values in days.items()
-        for value in values.split()
-    ]
+    days_of = [(name, day, values.split()) for name, days in WORKED.items() for day, values in days.items()]
+    rows = [f"{name},{value},{day}" for name, day, values in days_of for value in values]
     path = written(tmp_path, ["controller,energy_J,date", *rows])
     words = ("compare", *BY, "--day", "date", "--where", where)
     answer = run(path, *words)
