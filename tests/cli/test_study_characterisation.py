@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -64,14 +65,14 @@ def correlated(chance: np.random.Generator, correlation: float) -> list[Trial]:
         white = chance.normal(0.0, 1.0, n + 100)
         return np.asarray(scipy.signal.lfilter([(1.0 - correlation**2) ** 0.5], [1.0, -correlation], white)[100:])
 
+    drawn = [one for one in oscillations(chance, 0.0, 0.0) if one.condition.gain == 200.0]
     return [
         replace(
             one,
             displacement_m=one.displacement_m + POSITION_SD_M * errors(one.time_s.size),
             velocity_m_s=one.velocity_m_s + VELOCITY_SD_M_S * errors(one.time_s.size),
         )
-        for one in oscillations(chance, 0.0, 0.0)
-        if one.condition.gain == 200.0
+        for one in drawn
     ]
 
 
@@ -132,7 +133,6 @@ def test_a_mass_that_tells_nothing_alone_is_named(tmp_path: Path) -> None:
         ("time_ms,position_mm,velocity (m/s)\n0,1,2\n0,x,2\n", ("'x'", "line 3")),
         ("time_ms,position_mm,velocity (m/s)\n0,1,2\n1,1,2\n1,1,2\n", ("a.csv", "not rise", "line 4")),
     ],
-    ids=["no velocity", "no rate", "no number", "a sample twice"],
 )
 def test_logs_that_say_too_little_are_refused(log: str, said: tuple[str, ...], tmp_path: Path) -> None:
     (tmp_path / "trials.csv").write_text(HEAD + "a.csv,60,0,1,20\n", encoding="utf-8")
@@ -154,41 +154,36 @@ def test_positions_that_count_against_velocities_are_refused() -> None:
         characterisation(drawn)
 
 
-def in_mm_s(at: Path, name: str, unit: str = "mm/s") -> None:
-    """Claim another unit for the velocity of a log."""
-    log = at / name
-    log.write_text(log.read_text(encoding="utf-8").replace("(m/s)", f"({unit})", 1), encoding="utf-8")
-
-
-@pytest.mark.parametrize(
-    ("unit", "said"), [("mm/s", "times smaller"), ("cm/s", "times smaller"), ("km/s", "times larger")]
-)
+@pytest.mark.parametrize(("unit", "said"), [("mm/s", "times smaller"), ("km/s", "times larger")])
 def test_a_velocity_of_another_unit_is_refused(unit: str, said: str, tmp_path: Path) -> None:
     """Least squares ended in a traceback, or took the log as it was."""
     written(tmp_path, oscillations(np.random.default_rng(10)))
-    in_mm_s(tmp_path, "g200_1.5kg.csv", unit)
-    refused(labbook("study", "characterisation", "trials.csv", at=tmp_path), 2, "g200_1.5kg.csv", said, "unit")
+    log = tmp_path / "g200_1.5kg.csv"
+    log.write_text(log.read_text(encoding="utf-8").replace("(m/s)", f"({unit})", 1), encoding="utf-8")
+    refused(labbook("study", "characterisation", "trials.csv", at=tmp_path), 2, log.name, said, "unit")
 
 
-@pytest.mark.parametrize("kind", ["noise", "rest", "disorder", "heavy", "light"])
-def test_motions_of_no_spring_are_told_or_refused(kind: str) -> None:
+def test_motions_of_no_spring_are_told_or_refused() -> None:
     """No error of linear algebra, and no warning, whatever the logs hold."""
-    chance, told = np.random.default_rng(11), []
-    for one in oscillations(chance)[:3]:
-        n = one.time_s.size
-        told.append(
-            {
-                "noise": replace(
-                    one, displacement_m=chance.normal(0.0, 1e-4, n), velocity_m_s=chance.normal(0.0, 5e-3, n)
-                ),
-                "rest": replace(one, displacement_m=np.full(n, 0.07), velocity_m_s=np.zeros(n)),
-                "disorder": replace(one, velocity_m_s=chance.permutation(one.velocity_m_s) / 1e3),
-                "heavy": replace(one, mass_kg=1e9),
-                "light": replace(one, mass_kg=1e-9),
-            }[kind]
-        )
-    with suppress(InputRefused):
-        characterisation(told)
+    chance = np.random.default_rng(11)
+
+    def noise(one: Trial, sd: float) -> NDArray[np.float64]:
+        return chance.normal(0.0, sd, one.time_s.size)
+
+    changes: tuple[Callable[[Trial], dict[str, Any]], ...] = (
+        lambda one: {"displacement_m": noise(one, 1e-4), "velocity_m_s": noise(one, 5e-3)},
+        lambda one: {"displacement_m": noise(one, 0.0) + 0.07, "velocity_m_s": noise(one, 0.0)},
+        lambda one: {"velocity_m_s": chance.permutation(one.velocity_m_s) / 1e3},
+        lambda one: {"mass_kg": 1e9},
+        lambda one: {"mass_kg": 1e-9},
+    )
+    drawn = oscillations(chance)[:3]
+    for change in changes:
+        try:
+            found = characterisation([replace(one, **change(one)) for one in drawn])
+        except InputRefused:
+            continue
+        assert found.sentences()
 
 
 def test_noise_lost_packets_and_few_samples_are_no_other_unit() -> None:
