@@ -39,24 +39,13 @@ def study(book: Path, *words: str) -> Any:
     return good(labbook("study", "bed", "--json", *words, at=book)).json
 
 
-@pytest.fixture(scope="module")
-def found(book: Path) -> Any:
-    """What the study says of the whole demonstration."""
-    return study(book)
-
-
-@pytest.fixture(scope="module")
-def told(book: Path) -> str:
-    """The same in words."""
-    return good(labbook("study", "bed", at=book)).out
-
-
 def configure(book: Path, text: str) -> None:
     toml = book / "labbook.toml"
     toml.write_text(f"{toml.read_text(encoding='utf-8')}\n{text}", encoding="utf-8")
 
 
-def test_it_is_the_report_and_what_is_published_stands_beside(book: Path, found: Any, tmp_path: Path) -> None:
+def test_it_is_the_report_and_what_is_published_stands_beside(book: Path, tmp_path: Path) -> None:
+    found = study(book)
     with opened(book) as of_book, of_book.reading() as connection:
         made = make_report(connection, of_book.store, of_book.configuration, where=None, made_at="2021-07-01T12:00:00Z")
     assert found["claims"] == [claim.text for claim in made.content.claims]
@@ -94,15 +83,14 @@ def test_a_book_without_scene_and_bounds_says_so(small: SmallBook) -> None:
     told = good(labbook("study", "bed", at=small.folder)).out
     says(told, "Not simulated", "[simulation]")
     says(told, "apex_bounds_percent = [-3, 3]")
-    says(told, "saved", "small foot")
     configure(small.folder, '[studies.bed]\nwhere = "foot=small"\n')
     assert {one["foot"] for one in study(small.folder)["tables"]["joules_by_condition"]} == {"small"}
 
 
 def test_a_book_that_lacks_what_it_takes_is_refused_with_the_line_to_write(small: SmallBook) -> None:
     refused(labbook("study", "bed", "--where", "b_ad_gain=0", at=small.folder), 2, "joules", "b_ad_gain")
-    good(labbook("files", "withdraw", "2021-06-14.csv", "--why", "other robot", at=small.folder))
-    good(labbook("files", "withdraw", "2021-06-16.csv", "--why", "other robot", at=small.folder))
+    for sheet in ("2021-06-14.csv", "2021-06-16.csv"):
+        good(labbook("files", "withdraw", sheet, "--why", "other robot", at=small.folder))
     refused(labbook("study", "bed", at=small.folder), 2, "12 runs", "charge")
     assert "bed" in labbook("study", "all", "--json", at=small.folder).json
     without(small.folder, r"\ncontrol = 0\n", "\n")
@@ -128,13 +116,11 @@ def test_the_page_s_commands_work(book: Path, tmp_path: Path) -> None:
 
 
 def test_numbers_that_a_scene_takes_as_they_stand_are_said(small: SmallBook) -> None:
-    scene = 'scene = "bed"\nfactors = { foot = "foot_radius", b_ad_gain = "b_ad" }\n'
-    configure(small.folder, f"[simulation]\n{scene}")
+    factors = '{ foot = "foot_radius", b_ad_gain = "b_ad" }'
+    configure(small.folder, f'[simulation]\nscene = "bed"\nfactors = {factors}\n')
     without(small.folder, r"\[gains.b_ad_gain\].*?\n\n", "")
     says(good(labbook("study", "bed", at=small.folder)).out, "b_ad_gain as b_ad in kg/m", "[gains.b_ad_gain]")
-    told = labbook("compare", at=small.folder).out
-    says(told, "b_ad_gain as b_ad in kg/m", "[gains.b_ad_gain]")
-    says(told, "Not simulated")
+    says(labbook("compare", at=small.folder).out, "b_ad_gain as b_ad in kg/m", "[gains.b_ad_gain]")
 
 
 def test_jumps_without_logs_lack_apexes_with_the_reason(small: SmallBook) -> None:

@@ -98,7 +98,6 @@ def test_a_sheet_belongs_to_no_run(stated: SmallBook) -> None:
 @pytest.mark.parametrize(
     ("more", "said"),
     [("15,loose", "line 12"), ("15,loose\n15,loose,6.2,1\n", "line 12 of flasks.csv: 2 cells")],
-    ids=["cut", "ragged"],
 )
 def test_a_sheet_that_is_damaged_is_not_taken_in(book: Path, more: str, said: str) -> None:
     path = book.parent / "flasks.csv"
@@ -115,13 +114,9 @@ WALK, TRIAL = "walk,robot,mass_kg,distance_m,energy_Wh\n", "file,gain,damping_ga
     ("study", "text"),
     [
         ("compaction", "radius_mm,state,water_ml\n15,loose,6.3\n15,hard,5,9\n"),
-        ("compaction", "radius_mm,state,water_ml\n" + "15,loose,6.3\n15,compacted,5.9\n" * 2 + "20,compactd,13\n"),
         ("compaction", "radius_mm,state,water_kg\n15,loose,6.3\n"),
-        ("field", WALK + "dune,thin,8.1,430,12.4\ndune,wide,8.3,4x0,10.9\n"),
         ("field", WALK + "dune,thin,8.1,430,12\ndune,wide,8,430,11\nmoor,thin,8.1,430,12\nmoor,wade,8,430,12\n"),
-        ("field", WALK.replace("energy", "power") + "dune,thin,8.1,430,12.4\n"),
         ("characterisation", TRIAL + "a.csv,60,0,1\n" * 2),
-        ("characterisation", TRIAL.replace("kg", "mm") + "a.csv,60,0,1\n"),
     ],
 )
 def test_ingest_refuses_what_the_study_would_in_the_same_words(book: Path, study: str, text: str) -> None:
@@ -152,8 +147,6 @@ def test_mass_and_distance_that_may_be_swapped_are_named(book: Path) -> None:
     ("log", "said"),
     [
         ("time_ms,position_mm,velocity (m/s)\n0,1,2\n0,x,2\n", "line 3"),
-        ("time_ms,position_mm\n0,1\n", "rate of compression"),
-        ("time_s,power_W\n0,1\n1,1\n2,\n", "line 4"),
         ("time_s,power_W\n0,1\n0,1\n", "does not rise"),
     ],
 )
@@ -165,12 +158,10 @@ def test_ingest_refuses_logs_that_a_study_would(book: Path, log: str, said: str)
 
 def test_a_decimal_sign_that_the_study_may_be_told_later_is_a_note(book: Path) -> None:
     """`decimal` of labbook.toml, or `--decimal`, settles it: the sheet is taken in, and the question is asked."""
-    rows = [("15", "a", "6.430"), ("15", "b", "6.130"), ("20", "a", "14.230")]
-    text = "radius_mm;state;water_ml\n" + "".join(f"{';'.join(row)}\n" for row in rows)
-    (book / "flasks.csv").write_text(text, encoding="utf-8")
+    (book / "flasks.csv").write_text("radius_mm;state;water_ml\n15;a;6.430\n15;b;6.130\n20;a;14.230\n")
     said = good(labbook("ingest", "flasks.csv", at=book)).out
-    assert "3 rows" in said
-    assert "add --decimal , or --decimal ." in said
+    says(said, "3 rows")
+    says(said, "add --decimal , or --decimal .")
 
 
 def test_a_last_line_that_may_be_cut_is_refused_of_a_file_too(book: Path) -> None:
@@ -183,14 +174,6 @@ def test_a_last_line_that_may_be_cut_is_refused_of_a_file_too(book: Path) -> Non
         (book / name).write_text(text if name == "trials.csv" else text.rstrip("\n"), encoding="utf-8")
     refused(labbook("study", "characterisation", "trials.csv", at=book), 2, "15cm_60_1kg_1.csv", "no line end")
     good(labbook("study", "characterisation", "trials.csv", "--complete", at=book))
-
-
-def test_the_decimal_sign_is_the_one_declared_with_the_sheet(book: Path) -> None:
-    text = (book.parent / "flasks.csv").read_text(encoding="utf-8")
-    (book.parent / "comma.csv").write_text(text.replace(",", ";").replace(".", ","), encoding="utf-8")
-    good(labbook("ingest", "../comma.csv", "--decimal", ",", at=book))
-    found = asked(book, "compaction", "--grain", "3.4")
-    assert found == asked(book, "compaction", "../flasks.csv", "--grain", "3.4")
 
 
 def test_trials_find_their_logs_in_the_book(book: Path) -> None:
@@ -230,15 +213,10 @@ def test_a_log_that_two_names_mean_is_refused(book: Path) -> None:
     logs = [f"../day1/{name}" for name in trials_of_a_length() if name != "trials.csv"]
     good(labbook("ingest", *logs, "--format", "study_log", at=book))
     good(labbook("ingest", "../trials.csv", at=book))
-    refused(
-        labbook("study", "characterisation", at=book),
-        2,
-        "day1/15cm_60_1kg_1.csv",
-        "day2/15cm_60_1kg_1.csv",
-        "count twice",
-    )
+    both = [f"{day}/15cm_60_1kg_1.csv" for day in ("day1", "day2")]
+    refused(labbook("study", "characterisation", at=book), 2, *both, "count twice")
     shutil.copytree(book.parent / "day1", book.parent / "day2")
-    refused(labbook("study", "characterisation", "../trials.csv", at=book), 2, "day2/15cm_60_1kg_1.csv", "same bytes")
+    refused(labbook("study", "characterisation", "../trials.csv", at=book), 2, both[1], "same bytes")
 
 
 @pytest.mark.parametrize(
@@ -267,9 +245,7 @@ def test_all_studies_of_a_book_are_shown_and_one_that_cannot_be_made_is_named(bo
     assert "grain_mm" in without_grain.json["compaction"]["refused"]
     configure(book, GRAIN)
     found = good(labbook("study", "all", "--pages", "pages", "--json", at=book)).json
-    assert {name: one["page"] for name, one in found.items()} == {
-        name: f"pages/{name}.html" for name in ("compaction", "field")
-    }
+    assert [one["page"] for one in found.values()] == [f"pages/{name}.html" for name in ("compaction", "field")]
     assert asked(book, "field") == {key: value for key, value in found["field"].items() if key != "page"}
     assert "SHA-256" in (book / "pages" / "compaction.html").read_text(encoding="utf-8")
     assert good(labbook("study", "all", at=book)).out.index("compaction:") == 0
@@ -290,11 +266,8 @@ def test_the_page_works_as_it_says(book: Path) -> None:
     configure(book, table)
     answers = [good(labbook(*words, at=book)).out for words in asks]
     assert answers[0].split("\n")[0] in answers[1]
-    assert {path.name for path in (book / "studies").iterdir()} == {
-        "compaction.html",
-        "characterisation.html",
-        "field.html",
-    }
+    pages = {f"{study}.html" for study in ("compaction", "characterisation", "field")}
+    assert {path.name for path in (book / "studies").iterdir()} == pages
 
 
 def test_a_withdrawn_file_leaves_its_name_to_the_one_in_use(book: Path) -> None:
