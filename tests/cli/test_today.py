@@ -1,4 +1,4 @@
-"""`labbook today` names every run without joules or apexes and why; it said "nothing is missing" of a log unread."""
+"""What is missing, waits or is void is told where a person would miss it: by `today`, `show` and reports."""
 
 from __future__ import annotations
 
@@ -75,3 +75,22 @@ def test_a_run_without_log_or_charge_shows_what_it_lacks_and_how_to_add_it(state
     assert "  no " not in good(labbook("show", "r001", at=stated.folder)).out
     good(labbook("void", "r002", "--why", "the string was off", at=stated.folder))
     assert "  no " not in good(labbook("show", "r002", at=stated.folder)).out
+
+
+def test_a_report_of_files_without_runs_says_that_they_wait(fresh: SmallBook) -> None:
+    assert "look again" not in good(labbook("report", at=fresh.folder)).out
+    good(labbook("ingest", fresh.instruments / "logs", at=fresh.folder))
+    told = good(labbook("report", at=fresh.folder)).out
+    says(told, "r001.csv", "11 more")
+    assert "labbook runs inbox" in told
+
+
+def test_importing_runs_says_which_files_and_charges_waited_for_them(fresh: SmallBook) -> None:
+    good(labbook("ingest", fresh.instruments / "logs", fresh.instruments / "charger", at=fresh.folder))
+    told = good(labbook("runs", "import", fresh.instruments / "runs.csv", "--dry-run", at=fresh.folder)).out
+    assert "r001.csv" in told
+    done = good(labbook("runs", "import", fresh.instruments / "runs.csv", "--json", at=fresh.folder)).json
+    assert done["taken_in"].keys() == {f"r{n:03}" for n in range(1, 17)}
+    assert done["taken_in"]["r001"] == ["r001.csv", "2021-06-14.csv#1"]
+    again = good(labbook("runs", "import", fresh.instruments / "runs.csv", "--json", at=fresh.folder)).json
+    assert again["taken_in"] == {}

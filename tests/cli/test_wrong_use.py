@@ -15,38 +15,27 @@ from tests.helpers.wording import refuses, says
 WRONG_WORDS = {
     "no such command": ("inget x.csv", "no such command 'inget'", "'ingest'", "`labbook --help`"),
     "no such command of a group": ("runs lst", "no such command 'lst'", "'list'", "`labbook runs --help`"),
-    "no such option": (
-        "runs list --were foot=small",
-        "no such option: --were",
-        "--where",
-        "`labbook runs list --help`",
-    ),
+    "no such option": ("runs list --were x", "no such option: --were", "--where", "`labbook runs list --help`"),
     "argument missing": ("show", "missing argument 'run'", "`labbook show --help`"),
     "option missing": ("void r001", "missing option '--reason'", "`labbook void --help`"),
     "option without value": ("note r001 x --as", "'--as' requires an argument", "--help"),
     "several numbers": ("power --test welch --difference 2 --sd 4,1 --n 8", "--sd 4 --sd 1", "one by one"),
-    "no number": ("power --test welch --difference 2 --sd x --n 8", "'--sd'", "'x' is no number"),
     "decimal comma": ("study compaction --grain 3,4", "'--grain'", "write 3.4."),
+    "no number": ("power --test welch --difference 2 --sd x --n 8", "'--sd'", "'x' is no number"),
     "number expected": ("check rail_angle --value steep", "invalid value for '--value'", "'steep' is no number"),
     "jump number expected": ("jumps reject r001 first --reason misfire", "'first' names no jump", "3-5"),
-    "group without command": ("db status extra", "unexpected extra argument", "`labbook db status --help`"),
 }
 
 UNKNOWN_NAMES = {
     "person": ("note r001 x --as Ida", "'Ida' is not a known person", "'Ada Nwosu'", "[people]"),
     "run": ("show r0001", "'r0001' is not a known run", "'r001'", "`labbook runs list`"),
-    "run to correct": ("correct r99 foot=large --why x", "'r99' is not a known run"),
     "run for a file": ("ingest ../instruments/logs --run r99", "'r99' is not a known run", "`labbook runs import`"),
-    "factor in --where": ("runs list --where feet=small", "'feet' is not a known", "character 1", "'foot'"),
     "level in --where": ("runs list --where foot=smal", "'smal' is not a known level of foot", "'small'"),
-    "state in --where": ("runs list --where state=viod", "'viod'", "'void'"),
     "factor as option": ("report --fot small", "'--fot' is not a known option", "'--foot'"),
     "option of the command": ("report --sumary", "'--sumary' is not a known option", "'--summary'"),
     "factor to correct": ("correct r001 fot=large --why x", "'fot' is not a known field of a run", "'foot'"),
-    "field to correct": ("correct r001 duration=720 --why x", "'duration'", "'duration_s'"),
     "level to correct": ("correct r001 foot=huge --why x", "'huge'", "'large', 'small'", "[factors.foot]"),
     "pack to correct": ("correct r001 battery=Z --why x", "'Z' is not a known battery", "'A', 'B', 'C'"),
-    "kind to correct": ("correct r001 kind=jump --why x", "'jump'", "'jumps'"),
     "zone to correct": ("correct study time_zone=America/NewYork --why x", "did you mean 'America/New_York'"),
     "robot": ("correct robot:hoper body_mass_kg=2 --why x", "there is no robot 'hoper'"),
     "check": ("check rail", "'rail' is not a known check", "'rail_angle'"),
@@ -60,24 +49,15 @@ BAD_VALUES = {
     "day": ("today --day tomorrow", "--day 'tomorrow' is not a date", "2021-06-01"),
     "day that never was": ("check rail_angle --day 2021-02-30", "'2021-02-30' is not a date"),
     "start": ("plan --seed 1 --start 1/6/2021", "--start '1/6/2021' is not a date", "2021-06-01"),
-    "--where without end": ('runs list --where "foot="', "character 6", "kind=jumps"),
-    "--where with SQL": ('runs list --where "run=1; DROP TABLE run"', "character 6"),
-    "--where empty brackets": ("runs list --where ()", "character 2"),
-    "--where order of a label": ("runs list --where foot>small", "has no order"),
     "option without level": ("report --foot", "'--foot' is not understood", "--foot small"),
     "correction without value": ("correct r001 foot --why x", "'foot' is not a correction", "FIELD=VALUE"),
     "number": ("correct r001 duration_s=long --why x", "duration_s=long is not a number"),
     "finite number": ("correct r001 duration_s=inf --why x", "finite number"),
     "impossible jumps": ("correct r001 jumps_made=-3 --why x", "jumps_made=-3", "jumps_made must be 0 or more"),
-    "impossible duration": ("correct r001 duration_s=0 --why x", "duration_s must be more than 0"),
     "impossible mass": ("correct robot:hopper body_mass_kg=-1 --why x", "body_mass_kg must be more than 0"),
     "number beyond all": (f"correct r001 jumps_made={'9' * 20} --why x", f"jumps_made={'9' * 20} cannot be stored"),
     "name of another": ("correct r001 name=r002 --why x", "there is a run r002 already"),
-    "place of another": (
-        "correct r001 position_in_day=2 --why x",
-        "run r002 has position_in_day=2 of 2021-06-14 already",
-        "position_in_day=9",
-    ),
+    "place of another": ("correct r001 position_in_day=2 --why x", "run r002 has position_in_day=2 of 2021-06-14"),
     "empty name": ("correct r001 name= --why x", "name= is empty"),
     "instant": ("correct r001 started_utc=noon --why x", "started_utc=noon", "2021-06-01T14:30:00Z"),
     "no reason": ('correct r001 foot=large --why " "', "--why is empty"),
@@ -87,9 +67,6 @@ BAD_VALUES = {
     "form of a plot": ("plot r001 --out r001.jpeg", ".png, .svg, .pdf"),
     "folder as a plot": ("plot r001 --out ../instruments", "is a folder: name a file in it", "figure.png"),
     "report without a folder": ('report --out ""', "--out names no folder", "--out paper"),
-    "plan of nothing": ("plan --seed 1 --n 0", "0 runs per condition"),
-    "days too short": ("plan --seed 1 --per-day 1", "1"),
-    "sheet that is there": ("plan --seed 1 --out ../instruments/runs.csv", "runs.csv exists", "--out"),
     "second charge": ("charge r001 120", "has a charge already", "labbook correct charge:"),
     "charge in no time": ("charge r001 120 --minutes 0", "--minutes 0", "above 0"),
     "charge no pack takes": ("charge r001 90000", "90000 mAh is more than pack"),
@@ -102,10 +79,8 @@ BAD_VALUES = {
     "range of jumps that runs backwards": ("jumps reject r001 3-1 --reason misfire", "'3-1' runs backwards", "1-3"),
     "plan without seed": ("plan", "a plan needs a seed", "--seed 7"),
     "withdrawing without why": ("plan --withdraw", "needs a reason", "--why"),
-    "withdrawing nothing": ("plan --withdraw --why x", "no planned run is left", "draw a plan first"),
     "withdrawing and drawing": ("plan --withdraw --n 5 --no-idle --why x", "no use for --n and --idle/--no-idle"),
     "why without withdrawing": ("plan --seed 1 --why x", "--why belongs to --withdraw"),
-    "file moved without why": ("assign r001.csv r002", "belongs to run r001", "add --why"),
     "rate": ("ingest new.csv --rate -300", "--rate", "-300", "> 0"),
     "unit without column": ("ingest new.csv --unit ms", "--unit 'ms'", "COLUMN=UNIT"),
     "decimal sign": ("ingest new.csv --decimal ;", "--decimal", "';'"),
@@ -117,11 +92,8 @@ FILES = {
     "folder without files": ("ingest ../empty", "there is no file in ../empty"),
     "no run sheet": ("runs import nope.csv", "nope.csv"),
     "folder as run sheet": ("runs import ../instruments", "is a folder", "name the file in it"),
-    "run sheet in no page": ("runs import ../latin.csv", "neither UTF-8 nor cp1252 text", "--encoding"),
     "no order of dates": ("runs import ../latin.csv --dates y/m/d", "--dates", "d/m/y"),
-    "run sheet empty": ("runs import ../nothing.csv", "is empty", "labbook plan"),
     "log as run sheet": ("runs import ../instruments/logs/r001.csv", "is no run sheet", "run, date", "labbook plan"),
-    "run sheet without runs": ("runs import ../header.csv", "has a header and no"),
     "spreadsheet as run sheet": ("runs import ../sheet.xlsx", "sheet.xlsx", "save it as CSV in UTF-8"),
     "pipe as file": ("ingest ../pipe", "is not a regular file"),
 }
@@ -135,10 +107,6 @@ def book(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
     made = small_book(above)
     (above / "empty").mkdir()
     (above / "latin.csv").write_bytes(b"run\x81\n")
-    (above / "nothing.csv").touch()
-    sheet = (made.instruments / "runs.csv").read_text()
-    (above / "header.csv").write_text(sheet.splitlines()[0] + "\n")
-    (above / "utf16le.csv").write_text(sheet, encoding="utf-16-le")
     (above / "sheet.xlsx").write_bytes(b"PK\x03\x04" + bytes(60))
     (made.folder / "new.csv").write_text("t,h\n1,2\n2,3\n")
     os.mkfifo(above / "pipe")
@@ -171,18 +139,7 @@ def test_debug_shows_where_an_error_arose(book: SmallBook) -> None:
     good(labbook("show", "r001", "--debug", at=book.folder))
 
 
-@pytest.mark.parametrize(
-    "words",
-    [
-        "note r001 x",
-        "check rail_angle",
-        "ingest new.csv",
-        "plan --seed 1",
-        "report",
-        "charge r001 3",
-        "void r1 --reason x",
-    ],
-)
+@pytest.mark.parametrize("words", ["note r001 x", "ingest new.csv", "plan --seed 1", "report", "void r1 --reason x"])
 def test_statement_without_a_person_is_refused_where_several_may_speak(words: str, tmp_path: Path) -> None:
     made = small_book(tmp_path, ingested=False, two_people=True)
     (made.folder / "new.csv").write_text("t,h\n1,2\n")

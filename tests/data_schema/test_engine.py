@@ -6,7 +6,7 @@ import sqlite3
 import threading
 import time
 from collections.abc import Iterator
-from contextlib import closing
+from contextlib import AbstractContextManager, closing
 from pathlib import Path
 
 import pytest
@@ -53,20 +53,12 @@ def people(connection: sa.Connection) -> int:
 
 
 def test_every_connection_has_the_settings(sqlite_path: Path) -> None:
+    names = ("journal_mode", "synchronous", "foreign_keys", "recursive_triggers", "busy_timeout")
     engine = sqlite_engine(sqlite_path)
     with engine.connect() as first, engine.connect() as second:
         for connection in (first, second):
-            found = {
-                name: connection.exec_driver_sql(f"PRAGMA {name}").scalar_one()
-                for name in ("journal_mode", "synchronous", "foreign_keys", "recursive_triggers", "busy_timeout")
-            }
-            assert found == {
-                "journal_mode": "wal",
-                "synchronous": 2,
-                "foreign_keys": 1,
-                "recursive_triggers": 1,
-                "busy_timeout": 10_000,
-            }
+            found = [connection.exec_driver_sql(f"PRAGMA {name}").scalar_one() for name in names]
+            assert found == ["wal", 2, 1, 1, 10_000]
     engine.dispose()
 
 
@@ -115,15 +107,17 @@ def test_a_server_that_does_not_answer_is_a_sentence(tmp_path: Path) -> None:
     engine.dispose()
 
 
-def test_tables_made_in_a_failed_transaction_do_not_stay(empty_engine: sa.Engine) -> None:
-    def half() -> None:
-        with empty_engine.begin() as connection:
-            connection.exec_driver_sql("CREATE TABLE half (a INTEGER)")
-            connection.exec_driver_sql("INSERT INTO half VALUES (1)")
-            raise ZeroDivisionError
+def fail(transaction: AbstractContextManager[sa.Connection], *statements: str) -> None:
+    """Have an error of Python after these statements."""
+    with transaction as connection:
+        for statement in statements:
+            connection.exec_driver_sql(statement)
+        raise ZeroDivisionError
 
+
+def test_tables_made_in_a_failed_transaction_do_not_stay(empty_engine: sa.Engine) -> None:
     with pytest.raises(ZeroDivisionError):
-        half()
+        fail(empty_engine.begin(), "CREATE TABLE half (a INTEGER)", "INSERT INTO half VALUES (1)")
     with reading(empty_engine) as connection:
         assert sa.inspect(connection).get_table_names() == []
 
@@ -166,10 +160,7 @@ def test_a_writer_that_waits_too_long_gets_a_sentence(impatient: tuple[sa.Engine
     first, second = impatient
     with writing(first) as connection:
         connection.exec_driver_sql(PERSON.format("first"))
-        with (
-            refuses(BookBusy, "program is writing") as caught,
-            writing(second),
-        ):
+        with refuses(BookBusy, "program is writing") as caught, writing(second):
             pass
         assert caught.value.exit_code == 3
         with reading(second) as reader:  # a reader never waits
@@ -189,12 +180,7 @@ def test_a_reader_sees_one_state_to_its_end(engine: sa.Engine) -> None:
 
 
 def test_a_failed_writer_leaves_nothing(engine: sa.Engine) -> None:
-    def fail() -> None:
-        with writing(engine) as connection:
-            connection.exec_driver_sql(PERSON.format("nobody"))
-            raise ZeroDivisionError
-
     with pytest.raises(ZeroDivisionError):
-        fail()
+        fail(writing(engine), PERSON.format("nobody"))
     with reading(engine) as connection:
         assert people(connection) == 0

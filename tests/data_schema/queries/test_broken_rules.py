@@ -47,13 +47,7 @@ def test_what_is_there_already_is_named(engine: sa.Engine) -> None:
     with writing(engine) as connection:
         insert_fact(connection, "battery", "u1", PACK)
         insert_fact(connection, "battery", "u2", {**PACK, "name": "B"})
-    with (
-        engine.connect() as connection,
-        refuses(InputRefused, "battery A already"),
-    ):
+    with engine.connect() as connection, refuses(InputRefused, "battery A already"):
         update_fact(connection, "battery", "u2", {"name": "A"})
-    with (
-        engine.connect() as connection,
-        refuses(InputRefused, "same uid already"),
-    ):
+    with engine.connect() as connection, refuses(InputRefused, "same uid already"):
         insert_fact(connection, "battery", "u1", {**PACK, "name": "C"})
