@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from labbook.demo.writers import PlateRecord, bertec_text
-from tests.cli.shell import good, labbook, refused, rows
+from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.wording import says
 
 ROBOT = "#[robots.hopper]"
@@ -23,10 +24,14 @@ def person_hopping(seconds: float = 6.0, rate_hz: float = 1000.0) -> bytes:
     return bertec_text(PlateRecord(1000 * time_s, force_n, np.zeros_like(force_n), np.zeros((time_s.size, 2))))
 
 
-def test_a_person_on_a_plate_and_a_pack_of_17_ah_are_taken_in_until_a_robot_is_declared(tmp_path: Path) -> None:
-    """It was refused as 785 N for a robot of 2 kg, and as more than a pack of 6600 mAh can take."""
+@pytest.fixture
+def book(tmp_path: Path) -> Path:
     good(labbook("init", "book", "--as", "Ada Nwosu", at=tmp_path))
-    book = tmp_path / "book"
+    return tmp_path / "book"
+
+
+def test_a_person_on_a_plate_and_a_pack_of_17_ah_are_taken_in_until_a_robot_is_declared(book: Path) -> None:
+    """It was refused as 785 N for a robot of 2 kg, and as more than a pack of 6600 mAh can take."""
     (book / "r001.txt").write_bytes(person_hopping())
     (book / "charges.csv").write_text("run,mAh,pack\nr001,17000,A\nr002,16800,A\n")
     good(labbook("ingest", "charges.csv", "r001.txt", "--dry-run", at=book))
@@ -45,17 +50,18 @@ def test_a_person_on_a_plate_and_a_pack_of_17_ah_are_taken_in_until_a_robot_is_d
     assert rows(book, "SELECT charge_mah FROM charge ORDER BY id") == [(17000.0,), (16800.0,)]
 
 
-def test_a_run_needs_the_robot_and_pack_that_it_was_made_with(tmp_path: Path) -> None:
-    good(labbook("init", "book", "--as", "Ada Nwosu", at=tmp_path))
-    book = tmp_path / "book"
+def test_a_run_needs_the_robot_and_pack_that_it_was_made_with(book: Path) -> None:
     (book / "runs.csv").write_text("run,date,position,kind,duration_s\nr001,2024-03-04,1,idle,1200\n")
     refused(labbook("runs", "import", "runs.csv", at=book), 2, "r001", "no robot", "declare one in labbook.toml")
 
 
-def test_labbook_toml_is_checked_and_its_keys_exported(tmp_path: Path) -> None:
-    good(labbook("init", "book", "--as", "Ada Nwosu", at=tmp_path))
-    book = tmp_path / "book"
+def test_labbook_toml_is_checked_and_its_keys_exported(book: Path) -> None:
     good(labbook("config", at=book))
     (book / "labbook.toml").write_text((book / "labbook.toml").read_text().replace("jumps_nominal", "jumps_nominl"))
     refused(labbook("config", at=book), 2, "study.jumps_nominl", "'jumps_nominal'")
-    assert "jumps_nominal" in good(labbook("config", "--schema", at=tmp_path)).out
+    assert "jumps_nominal" in good(labbook("config", "--schema", at=book)).out
+
+
+def test_study_without_factors_cannot_be_planned(book: Path) -> None:
+    with unchanged(book):
+        refused(labbook("plan", "--seed", "1", at=book), 2, "no factors", "[factors]")

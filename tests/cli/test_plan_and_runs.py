@@ -72,12 +72,6 @@ def test_dry_run_writes_the_sheet_and_states_nothing(fresh: SmallBook) -> None:
     assert rows(fresh.folder, "SELECT count(*) FROM journal") > before
 
 
-def test_study_without_factors_cannot_be_planned(tmp_path: Path) -> None:
-    good(labbook("init", "book", "--as", "Ada", at=tmp_path))
-    with unchanged(tmp_path / "book"):
-        refused(labbook("plan", "--seed", "1", at=tmp_path / "book"), 2, "no factors", "[factors]")
-
-
 def test_plan_is_filled_in_row_by_row(fresh: SmallBook) -> None:
     good(labbook(*PLAN, at=fresh.folder))
     sheet = fresh.folder / "runs.csv"
@@ -174,30 +168,29 @@ def test_runs_are_listed_by_what_is_asked(whole: SmallBook) -> None:
     assert "r002" not in listed("foot=small and not state=void")
 
 
-def made_one(book: SmallBook) -> tuple[str, list[dict[str, str]]]:
-    """Draw a plan of 14 runs and make the first jump run of it."""
-    good(labbook(*PLAN, at=book.folder))
-    lines = table(book.folder / "runs.csv")
+def test_withdrawn_plan_leaves_what_was_made_and_makes_room_for_another(fresh: SmallBook) -> None:
+    good(labbook(*PLAN, at=fresh.folder))
+    lines = table(fresh.folder / "runs.csv")
     first = next(line for line in lines if line["kind"] == "jumps")
     first.update(started="09:30", battery="A", jumps_made="25", duration_s="720")
-    write(book.folder / "runs.csv", lines)
-    good(labbook("runs", "import", "runs.csv", at=book.folder))
-    return first["run"], lines
-
-
-def test_withdrawn_plan_leaves_what_was_made_and_makes_room_for_another(fresh: SmallBook) -> None:
-    made, lines = made_one(fresh)
+    good(labbook("runs", "import", write(fresh.folder / "runs.csv", lines), at=fresh.folder))
     with unchanged(fresh.folder):
         tried = good(labbook("plan", "--withdraw", "--why", "new foot", "--dry-run", at=fresh.folder))
         assert "nothing stored" in tried.out
         refused(labbook("plan", "--withdraw", "--seed", "8", "--why", "x", at=fresh.folder), 2, "plans with seed 7")
     done = good(labbook("plan", "--withdraw", "--why", "new foot", "--json", at=fresh.folder)).json
-    assert (len(done["withdrawn"]), done["made"]) == (13, [made])
+    assert (len(done["withdrawn"]), done["made"]) == (13, [first["run"]])
     assert "planned, not done" not in good(labbook("today", at=fresh.folder)).out
     with unchanged(fresh.folder):
         again = good(labbook("runs", "import", "runs.csv", "--json", at=fresh.folder)).json
         assert (again["not_made"], len(again["withdrawn"])) == ([], 13)
         refused(labbook("plan", "--withdraw", "--why", "x", at=fresh.folder), 2, "no planned run is left")
+    later = next(line for line in lines if line["kind"] == "jumps" and not line["started"])
+    later.update(started="10:30", battery="B", jumps_made="25", duration_s="720")
+    write(fresh.folder / "runs.csv", lines)  # a withdrawn run can be made all the same
+    assert good(labbook("runs", "import", "runs.csv", "--json", at=fresh.folder)).json["stated"] == [later["run"]]
+    planned = rows(fresh.folder, "SELECT name, planned_run IS NOT NULL FROM run ORDER BY id")
+    assert planned[-1] == (later["run"], 0)
     before = contents(fresh.folder).rows
     good(labbook("rebuild", at=fresh.folder))
     assert contents(fresh.folder).rows == before
@@ -206,17 +199,6 @@ def test_withdrawn_plan_leaves_what_was_made_and_makes_room_for_another(fresh: S
     drawn = {line["run"] for line in table(fresh.folder / "next.csv")}
     assert not drawn & {line["run"] for line in lines}  # a sheet of the withdrawn plan may still be around
     says(good(labbook("today", at=fresh.folder)).out, "plans and days", "14")
-
-
-def test_run_of_a_withdrawn_plan_can_be_made_all_the_same(fresh: SmallBook) -> None:
-    _made, lines = made_one(fresh)
-    good(labbook("plan", "--withdraw", "--seed", "7", "--why", "new foot", at=fresh.folder))
-    later = next(line for line in lines if line["kind"] == "jumps" and not line["started"])
-    later.update(started="10:30", battery="B", jumps_made="25", duration_s="720")
-    write(fresh.folder / "runs.csv", lines)
-    assert good(labbook("runs", "import", "runs.csv", "--json", at=fresh.folder)).json["stated"] == [later["run"]]
-    planned = rows(fresh.folder, "SELECT name, planned_run IS NOT NULL FROM run ORDER BY id")
-    assert planned[-1] == (later["run"], 0)
 
 
 def test_what_is_odd_is_told_after_the_summary_and_refuses_nothing(fresh: SmallBook) -> None:

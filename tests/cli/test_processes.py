@@ -76,7 +76,7 @@ def test_ctrl_c_keeps_whole_files_and_the_same_command_goes_on(stated: SmallBook
     for number, log in enumerate(logs * 4):  # twelve logs alone can be read before the signal arrives
         lines = log.read_text().splitlines(keepends=True)
         (spare / f"spare_{chr(97 + number // 26)}{chr(97 + number % 26)}.csv").write_text("".join(lines[: -1 - number]))
-    total = len(logs) + 4 * len(logs)
+    total = 5 * len(logs)
     running = subprocess.Popen(
         [LABBOOK, "ingest", str(stated.instruments / "logs"), str(spare), "--json"],
         cwd=stated.folder,
@@ -96,8 +96,8 @@ def test_ctrl_c_keeps_whole_files_and_the_same_command_goes_on(stated: SmallBook
     assert out == ""
     assert err.startswith("labbook: interrupted")
     assert 1 <= kept < total
-    assert rows(stated.folder, "SELECT count(*) FROM ingest") == [(kept,)]
-    assert rows(stated.folder, "SELECT count(DISTINCT file) FROM signal") == [(kept,)]
+    for count in ("count(*) FROM ingest", "count(DISTINCT file) FROM signal"):
+        assert rows(stated.folder, f"SELECT {count}") == [(kept,)]
     assert rows(stated.folder, "PRAGMA integrity_check") == [("ok",)]
     assert {path.name for path in stated.folder.rglob(".*")} <= {".whole.journal.jsonl"}
     again = good(labbook("ingest", stated.instruments / "logs", spare, "--json", at=stated.folder)).json
@@ -148,6 +148,12 @@ def without_rights() -> Iterator[None]:
         os.setegid(0)
 
 
+def lock(book: SmallBook) -> None:
+    """Let nobody write to a book's files."""
+    for path in (book.folder, *book.folder.rglob("*")):
+        path.chmod(0o555 if path.is_dir() else 0o444)
+
+
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody without rights")
 def test_book_that_may_only_be_read_is_said_to_be_so(open_to_all: Path) -> None:
     book = small_book(open_to_all, ingested=False)
@@ -159,8 +165,7 @@ def test_book_that_may_only_be_read_is_said_to_be_so(open_to_all: Path) -> None:
     questions = ("runs list", "show r001", "today", "runs inbox", "jumps list r001", "db status", "db check")
     for words in (*questions, "rebuild"):
         good(labbook(*words.split(), at=book.folder))  # who has no rights may not be let to the interpreter's modules
-    for path in (book.folder, *book.folder.rglob("*")):
-        path.chmod(0o555 if path.is_dir() else 0o444)
+    lock(book)
     with unchanged(book.folder), without_rights():
         for question in questions:
             assert good(labbook(*question.split(), at=book.folder)).out
@@ -181,8 +186,8 @@ def test_book_that_may_only_be_read_is_said_to_be_so(open_to_all: Path) -> None:
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody without rights")
 def test_who_may_only_read_sees_what_its_owner_is_just_writing(open_to_all: Path) -> None:
     book = small_book(open_to_all, ingested=False)
-    for path in (open_to_all, book.folder, *book.folder.rglob("*")):
-        path.chmod(0o555 if path.is_dir() else 0o444)
+    open_to_all.chmod(0o555)
+    lock(book)
     with book.open() as own:
         with own.session(None) as session:
             note(session, "squeaks since noon")
@@ -192,6 +197,26 @@ def test_who_may_only_read_sees_what_its_owner_is_just_writing(open_to_all: Path
             refused(labbook("note", "r001", "x", at=book.folder), 3, "cannot be written")
     with without_rights():
         assert "squeaks since noon" in good(labbook("show", "r001", at=book.folder)).out
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can become somebody without rights")
+def test_who_may_only_read_makes_the_same_report_elsewhere(open_to_all: Path) -> None:
+    book, stored, mine = small_book(open_to_all, ingested=False), open_to_all / "stored", open_to_all / "mine"
+    good(labbook("report", "--out", stored, at=book.folder))
+    open_to_all.chmod(0o777)
+    lock(book)
+    with unchanged(book.folder), without_rights():
+        refused(labbook("report", "--unsaved", at=book.folder), 2, "add --out DIR")
+        told = labbook("report", "--out", open_to_all / "x", at=book.folder)
+        refused(told, 3, "cannot be written", "--unsaved --out DIR")
+        said = good(labbook("report", "--unsaved", "--out", mine, at=book.folder)).out
+    assert "nothing was stored" in said
+    assert "<dd>no: " in (mine / "report.html").read_text()
+    assert "<dd>no: " not in (stored / "report.html").read_text()
+    tables = sorted(path.name for path in (mine / "tables").iterdir())
+    assert tables
+    for name in tables:
+        assert (mine / "tables" / name).read_bytes() == (stored / "tables" / name).read_bytes()
 
 
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can make a small disk")

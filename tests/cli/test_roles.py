@@ -1,9 +1,7 @@
-"""Who may only read a book: a PostgreSQL role with SELECT and nothing else, and a folder that others own."""
+"""Who may only read a book on PostgreSQL: a role with SELECT and nothing else; of SQLite, see `test_processes.py`."""
 
 from __future__ import annotations
 
-import os
-import subprocess
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -13,7 +11,7 @@ import sqlalchemy as sa
 
 from labbook.actions.report_command import state_report
 from labbook.book.opening import open_book
-from tests.cli.shell import LABBOOK, Answer, environment, good, labbook, refused, unchanged
+from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.databases import all_rows
 from tests.helpers.postgres import Cluster
@@ -59,36 +57,3 @@ def test_a_role_that_may_only_read_asks_everything_and_states_nothing(guest: Sma
     assert all_rows(engine) == before
     assert guest.journal.read_bytes() == journal
     engine.dispose()
-
-
-def test_who_may_only_read_a_sqlite_book_makes_the_same_report_elsewhere(stated: SmallBook, tmp_path: Path) -> None:
-    mine, stored = tmp_path / "mine", tmp_path / "stored"
-    paths = (stated.folder, *stated.folder.rglob("*"))
-    rights = [path.stat().st_mode for path in paths]
-    for path in paths:
-        path.chmod(0o555 if path.is_dir() else 0o444)
-    with unchanged(stated.folder):
-        refused(labbook("report", "--unsaved", at=stated.folder), 2, "add --out DIR")
-        bound = _bound_by_rights("report", "--out", tmp_path / "x", at=stated.folder)
-        refused(bound, 3, "cannot be written", "--unsaved --out DIR")
-        said = good(_bound_by_rights("report", "--unsaved", "--out", mine, at=stated.folder)).out
-    for path, mode in zip(paths, rights, strict=True):
-        path.chmod(mode)
-    good(labbook("report", "--out", stored, at=stated.folder))
-    assert "nothing was stored" in said
-    assert "<dd>no: " in (mine / "report.html").read_text()
-    assert "<dd>no: " not in (stored / "report.html").read_text()
-    tables = sorted(path.name for path in (mine / "tables").iterdir())
-    assert tables
-    for name in tables:
-        assert (mine / "tables" / name).read_bytes() == (stored / "tables" / name).read_bytes()
-
-
-def _bound_by_rights(*words: str | Path, at: Path) -> Answer:
-    """Give a command in a process that what files permit holds for, also where root gives it."""
-    less = "-dac_override,-dac_read_search"
-    bound = ["setpriv", f"--bounding-set={less}", f"--inh-caps={less}"] if os.geteuid() == 0 else []
-    done = subprocess.run(
-        [*bound, LABBOOK, *words], cwd=at, env=environment(), capture_output=True, text=True, timeout=120, check=False
-    )
-    return Answer(done.returncode, done.stdout, done.stderr)

@@ -56,22 +56,18 @@ def report(book: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_show_has_heights_peak_and_contact_with_their_errors(book: Path) -> None:
     for name in ("r001", "r002"):
         true, found = jump_of(name), good(labbook("show", name, "--json", at=book)).json["from_plate"]
-        for key, value in (
-            ("impulse_height", true.height_m),
-            ("flight_height", true.height_m),
-            ("peak_force", true.peak_n),
-            ("contact_time", true.push_off_s),
-        ):
+        truth = {"impulse_height": true.height_m, "flight_height": true.height_m, "peak_force": true.peak_n}
+        for key, value in {**truth, "contact_time": true.push_off_s}.items():
             assert abs(found[key]["value"] - value) <= 2.0 * found[key]["se"]
             assert found[key]["n"] == 1
     said = good(labbook("show", "r001", at=book)).out
     assert re.search(r"jump height from impulse 3\d\d\.?\d? ± \d+(\.\d)? mm", said), said
 
 
-@pytest.mark.parametrize("outcome", HEIGHTS)
-def test_heights_are_compared(outcome: Outcome, book: Path) -> None:
-    said = good(labbook("stats", "compare", "--quantity", outcome.key, "--where", "foot=small", at=book)).out
-    assert re.search(r"[\d.]+ mm .*n = \d", said), said
+def test_heights_are_compared(book: Path) -> None:
+    for outcome in HEIGHTS:
+        said = good(labbook("stats", "compare", "--quantity", outcome.key, "--where", "foot=small", at=book)).out
+        assert re.search(r"[\d.]+ mm .*n = \d", said), said
 
 
 def test_the_report_compares_by_every_rule_and_says_whether_the_verdict_holds(report: Path) -> None:
@@ -79,7 +75,6 @@ def test_the_report_compares_by_every_rule_and_says_whether_the_verdict_holds(re
     headline = "difference of jump height from impulse, small foot"
     of_one = {row["variant"]: row for row in rows if row["block"].startswith(headline)}
     assert {str(rules) for rules in ALL_RULES} == {name for name in of_one if name.startswith("onset ")}
-    assert len(ALL_RULES) == 12
     reported = float(of_one["as reported"]["value"])
     assert float(of_one["onset 5sd_back_30ms, take-off flight_5sd"]["value"]) == reported
     assert float(of_one["onset 10_percent, take-off 10n"]["value"]) > reported
