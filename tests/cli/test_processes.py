@@ -13,11 +13,17 @@ import time
 from collections.abc import Iterator
 from pathlib import Path
 
+import psycopg
 import pytest
+import sqlalchemy as sa
 
 from data_schema import engine as engines
+from labbook.actions.report_command import state_report
+from labbook.book.opening import open_book
 from tests.cli.shell import LABBOOK, contents, environment, good, labbook, process, refused, rows, unchanged
-from tests.helpers.books import SmallBook, small_book
+from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.databases import all_rows
+from tests.helpers.postgres import Cluster
 from tests.helpers.statements import note
 
 NOBODY = 65534
@@ -174,6 +180,11 @@ def test_book_that_may_only_be_read_is_said_to_be_so(open_to_all: Path) -> None:
             refused(labbook(*statement.split(), at=book.folder), 3, "cannot be written", "permissions of the book's")
         refused(labbook("ingest", book.log("r002"), at=book.folder), 2, "Permission denied", "check the path")
         refused(labbook("rebuild", at=book.folder), 2, "Permission denied", "check the path")
+        plan = labbook(*["plan", "--seed", "3", "--n", "2", "--dry-run", "--out", "../plan.csv"], at=book.folder)
+        new = labbook("init", "..", "--as", "Ada Nwosu", at=book.folder)
+        for told, name in ((plan, "plan.csv"), (new, "labbook.toml")):  # and not that of a part, ".plan.csv.part"
+            refused(told, told.code, name, "Permission denied")
+            assert "/." not in told.err
     for path in (book.folder, *book.folder.rglob("*")):
         path.chmod(0o777 if path.is_dir() else 0o666)
     with without_rights():
@@ -240,3 +251,46 @@ def test_full_disk_leaves_the_book_as_it_was(open_to_all: Path) -> None:
         good(labbook("ingest", book.log("r001"), at=book.folder))
     finally:
         subprocess.run(["umount", disk], check=True)
+
+
+QUESTIONS = ("runs list", "files list", "show r001", "today", "jumps list r001", "stats compare", "db check")
+STATEMENTS = ("note r001 x", "void r001 --reason x", "correct r001 foot=large --why x", "assign r001.csv none --why x")
+
+
+@pytest.fixture
+def guest(tmp_path: Path, postgres_url: str, cluster: Cluster) -> Iterator[SmallBook]:
+    """A book on PostgreSQL, with a report, as seen by a role that has SELECT only."""
+    book = small_book(tmp_path, database_url=postgres_url)
+    with book.open() as opened_book:
+        state_report(opened_book, None, ADA, lambda _step: None)
+    name = sa.make_url(postgres_url).database
+    with psycopg.connect(host=str(cluster.socket_folder), user="labbook", dbname=name, autocommit=True) as owner:
+        owner.execute("DROP ROLE IF EXISTS guest")
+        owner.execute("CREATE ROLE guest LOGIN")
+        owner.execute("GRANT USAGE ON SCHEMA labbook TO guest")
+        owner.execute("GRANT SELECT ON ALL TABLES IN SCHEMA labbook TO guest")
+        book.toml.write_text(book.toml.read_text().replace("://labbook@", "://guest@"))
+        yield book
+        owner.execute("DROP OWNED BY guest")
+        owner.execute("DROP ROLE guest")
+
+
+def test_a_role_that_may_only_read_asks_everything_and_states_nothing(guest: SmallBook, tmp_path: Path) -> None:
+    engine = open_book(guest.folder).engine
+    before = all_rows(engine)
+    journal = guest.journal.read_bytes()
+    for question in QUESTIONS:
+        assert good(labbook(*question.split(), at=guest.folder)).out
+    uid = good(labbook("reports", "show", "last", "--json", at=guest.folder)).json["numbers"][0]["id"]
+    assert uid in good(labbook("why", uid, at=guest.folder)).out
+    another = guest.instruments / "another.csv"
+    another.write_bytes(b"".join(guest.log("r001").read_bytes().splitlines(keepends=True)[:70]))
+    for statement in (*STATEMENTS, f"ingest {another}", "init . --as AN", "rebuild --journal"):
+        answer = labbook(*statement.split(), at=guest.folder)
+        refused(answer, 3, "permission denied for table journal", "a role that has it")
+    refused(labbook("report", at=guest.folder), 3, "permission denied", "--unsaved --out DIR")
+    good(labbook("report", "--unsaved", "--out", tmp_path / "mine", at=guest.folder))
+    assert (tmp_path / "mine" / "report.html").stat().st_size > 0
+    assert all_rows(engine) == before
+    assert guest.journal.read_bytes() == journal
+    engine.dispose()
