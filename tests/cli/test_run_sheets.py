@@ -51,11 +51,3 @@ def test_a_time_that_came_twice_is_refused_with_the_flag_and_asked_about_at_a_te
     with unchanged(fresh.folder):  # the book knows which was meant
         again = good(labbook("runs", "import", path, at=fresh.folder))
     assert "1 there already" in again.out
-
-
-def test_a_time_that_never_was_is_refused_and_may_state_its_offset(fresh: SmallBook, tmp_path: Path) -> None:
-    berlin(fresh)
-    path = sheet(tmp_path, date="28.3.2021", started="02:30")
-    refused(labbook("runs", "import", path, at=fresh.folder), 2, "skip", "02:30+01:00")
-    good(labbook("runs", "import", sheet(tmp_path, date="28.3.2021", started="02:30+01:00"), at=fresh.folder))
-    assert rows(fresh.folder, "SELECT started_utc FROM run") == [("2021-03-28T01:30:00Z",)]

@@ -128,9 +128,8 @@ def test_what_is_published_as_data(tmp_path: Path, monkeypatch: pytest.MonkeyPat
         assert all(item == {"value": scene[key], "why": item["why"]} for key, item in shown["assumed"].items())
     tables = steady_tables()
     assert_as(found["emulator"]["rows"], tables.emulator.rows, "gain scaled_saving constant_loss")
-    for side, name in (("ce", "apex_height_m"), ("yielding", "switch_depth_m")):
-        sides = [getattr(row, side) for row in tables.emulator.rows]
-        assert_as([row[side] for row in found["emulator"]["rows"]], sides, name)
+    apexes_m = [row.ce.apex_height_m for row in tables.emulator.rows]
+    assert [row["ce"]["apex_height_m"] for row in found["emulator"]["rows"]] == apexes_m
     assert_as(found["force_plate"]["rows"], tables.force_plate.rows, "battery_j")
     assert_as(found["bed"]["rows"], tables.bed.rows, "foot damping_gain cost_j saving apex_height_m apex_gain_m")
     numbers = {item["id"]: item for item in found["published"]}

@@ -7,7 +7,6 @@ from typing import Any
 
 import pytest
 
-from simulator.kernel.build import kernel_for
 from simulator.scene_file import load_scene, write_scene
 from tests.cli.shell import good, labbook, process
 from tests.helpers.wording import says
@@ -38,14 +37,6 @@ def test_a_published_stance(tmp_path: Path) -> None:
     assert [found[key] for key in STANCE] == pytest.approx(expected, rel=1e-7)
     assert found["cost_J"] == pytest.approx(found["stance_heat_J"] + found["stance_mechanical_J"], rel=1e-12)
     assert abs(found["energy_residual_J"]) < 1e-9 * found["cost_J"]
-
-
-def test_what_a_person_sees(tmp_path: Path) -> None:
-    kernel_for(load_scene("bed").effects)
-    shown = good(labbook("sim", "run", "--scene", "bed", at=tmp_path)).out
-    says(shown, "down again (touchdown")
-    says(shown, "kg_scale = 1.4", "0.02 m")
-    assert "of compiling." in shown
 
 
 def test_a_scene_of_one_s_own(tmp_path: Path) -> None:

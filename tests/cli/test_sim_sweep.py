@@ -75,14 +75,12 @@ def test_a_sample_to_zarr_and_the_same_command_again(tmp_path: Path) -> None:
 
 def test_what_a_person_sees(tmp_path: Path) -> None:
     words = ("sim", "sweep", "--scene", "bed", "--over", "gain=300,400", "--out", "bed.nc")
-    shown = good(labbook(*words, at=tmp_path)).out.splitlines()
-    says(shown[0], "2 jumps")
-    says(shown[1], "2", "ill-conditioned")
-    assert any(line.startswith("kg_scale is assumed: ") for line in shown)
-    assert not any(line.startswith("set by you") for line in shown)
-    says(shown[-1], "50 variables", "xarray.open_dataset", "'bed.nc'")
-    again = good(labbook(*words, at=tmp_path)).out.splitlines()
-    says(again, "nothing was left")
+    shown = good(labbook(*words, at=tmp_path)).out
+    says(shown, "2 jumps")
+    says(shown, "kg_scale is assumed: ")
+    assert "set by you" not in shown
+    says(shown, "50 variables", "xarray.open_dataset", "'bed.nc'")
+    says(good(labbook(*words, at=tmp_path)).out, "nothing was left")
 
 
 def test_a_corner_that_cannot_be_is_told_of_and_left_out(tmp_path: Path) -> None:

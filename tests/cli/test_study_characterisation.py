@@ -119,7 +119,6 @@ def test_a_mass_that_tells_nothing_alone_is_named(tmp_path: Path) -> None:
     written(tmp_path, [replace(first, **columns), *others])
     shown = good(labbook("study", "characterisation", "trials.csv", at=tmp_path)).out
     says(shown, "No coefficients of 1 kg alone, gain 60, damping gain 0 at 20 cm", "the leg does not move")
-    assert "differ most in stiffness for gain" in shown
     condition, *_ = good(labbook("study", "characterisation", "trials.csv", "--json", at=tmp_path)).json["conditions"]
     assert list(condition["masses_left_out"]) == ["1.0"]
     assert condition["masses_kg"] == [1.0, *(one["mass_kg"] for one in condition["masses"])]
