@@ -147,7 +147,8 @@ def test_a_report_is_written_where_it_cannot_be_printed(fresh: SmallBook, monkey
 
 def test_nothing_of_an_earlier_report_stays_beside_the_page(fresh: SmallBook) -> None:
     paper = fresh.folder / "paper"
-    good(labbook("report", "--summary", "--out", "paper", at=fresh.folder))
+    good(labbook("report", "--summary", "--figures", "--out", "paper", at=fresh.folder))
+    assert (paper / "figures" / "joules_by_b_ad_gain.pdf").read_bytes().startswith(b"%PDF")
     (paper / "summary.pdf").write_bytes(b"%PDF of the earlier report")
     (paper / "figures" / "joules_by_earlier_factor.svg").write_text("of the earlier report", encoding="utf-8")
     (paper / "notes.txt").write_text("mine", encoding="utf-8")
@@ -155,7 +156,7 @@ def test_nothing_of_an_earlier_report_stays_beside_the_page(fresh: SmallBook) ->
     good(labbook("report", "--out", "paper", at=fresh.folder))
     left = {path.name for path in paper.iterdir() if path.is_file()}
     assert left == {".labbook-report", "report.html", "numbers.json", "numbers.tex", "references.bib", "notes.txt"}
-    assert not [path for path in (paper / "figures").iterdir() if "earlier" in path.name]
+    assert not [path for path in (paper / "figures").iterdir() if path.suffix == ".pdf" or "earlier" in path.name]
 
 
 @pytest.mark.parametrize("name", ["figures/savings.pdf", "report.html"])

@@ -20,11 +20,6 @@ def sheet(folder: Path, *, date: str = "14.6.2021", started: str = "9:05", page:
     return path
 
 
-def berlin(book: SmallBook) -> None:
-    """Keep the book where clocks change in March and October."""
-    without(book.folder, r"(?<=time_zone = )[^\n]*", '"Europe/Berlin"')
-
-
 @pytest.mark.parametrize(("page", "said"), [("utf-8", False), ("utf-16", False), ("cp1252", True), ("mac-roman", True)])
 def test_a_german_sheet_is_read_and_its_page_is_said(fresh: SmallBook, tmp_path: Path, page: str, said: bool) -> None:
     """A sheet in Windows-1252 and a date as 14.6.2021 were refused."""
@@ -40,7 +35,7 @@ def test_a_time_that_came_twice_is_refused_with_the_flag_and_asked_about_at_a_te
     fresh: SmallBook, tmp_path: Path
 ) -> None:
     """The first of the two was stored without a word."""
-    berlin(fresh)
+    without(fresh.folder, r"(?<=time_zone = )[^\n]*", '"Europe/Berlin"')
     path = sheet(tmp_path, date="31.10.2021", started="02:30")
     with unchanged(fresh.folder):
         refused(labbook("runs", "import", path, at=fresh.folder), 2, "run r1 (line 2)", "show twice", "`--fold second`")
