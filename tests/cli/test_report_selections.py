@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-from labbook.book.opening import opened
-from labbook.presenting.report.content import make_report
 from reports.content import ReportContent
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
@@ -21,7 +19,7 @@ from reports.tables.registry import TABLES
 from reports.trust import flow_sentence
 from tests.cli.shell import good, labbook, refused, rows
 from tests.helpers.books import SmallBook, small_book
-from tests.helpers.pages import quick_page
+from tests.helpers.pages import content_of, quick_page
 
 NO_LOG = "12 runs (r001, r002, r003, r004, r005, r006, r009, r010, ...) have no apex heights: no log"
 BOTH = ("logs", "charger")
@@ -55,14 +53,6 @@ def book_with(folder: Path, left_out: str | None, files: tuple[str, ...]) -> Sma
     return book
 
 
-def content_of(book: SmallBook, where: str | None) -> ReportContent:
-    with opened(book.folder) as opened_book, opened_book.reading() as connection:
-        made = make_report(
-            connection, opened_book.store, opened_book.configuration, where=where, made_at="2021-07-01T12:00:00Z"
-        )
-    return made.content
-
-
 def page_of(content: ReportContent, width_in: float) -> str:
     drawings = {}
     for name, kind in FIGURES.items():
@@ -85,7 +75,7 @@ LIKE_ANOTHER = ("one condition", "no control", "no logs", "no charges", "no idle
 def test_report_of_too_little_is_a_page_with_sentences(case: str, whole: SmallBook, tmp_path: Path) -> None:
     said, where, left_out, files = CASES[case]
     book = whole if where is not None else book_with(tmp_path, left_out, files)
-    content = content_of(book, where)
+    content = content_of(book.folder, where)
     page = page_of(content, ONE_COLUMN_IN if len(case) % 2 else TWO_COLUMNS_IN)
     text = re.sub(r"<style.*?</style>|<svg.*?</svg>", "", page, flags=re.DOTALL)
     text = re.sub(r"<[^>]+>", " ", text)
@@ -100,7 +90,7 @@ def test_void_runs_are_counted_and_left_out(tmp_path: Path) -> None:
     book = small_book(tmp_path)
     for (name,) in rows(book.folder, "SELECT name FROM run WHERE kind = 'jumps'"):
         good(labbook("void", name, "--reason", "the rail was bent", at=book.folder))
-    content = content_of(book, None)
+    content = content_of(book.folder)
     assert set(content.flow.runs_with.values()) == {0}
     assert "12" in quick_page(content)
 
@@ -108,10 +98,10 @@ def test_void_runs_are_counted_and_left_out(tmp_path: Path) -> None:
 def test_flow_says_where_an_exclusion_changed_the_test(tmp_path: Path) -> None:
     """Controls of one day and treated runs of the other are void: no day has both sides of the small foot any more."""
     book = small_book(tmp_path)
-    assert {each.rule_of_all_runs for each in content_of(book, None).sensitivity} == {""}
+    assert {each.rule_of_all_runs for each in content_of(book.folder).sensitivity} == {""}
     for name in ("r001", "r006", "r010", "r012"):
         good(labbook("void", name, "--reason", "the rail was bent", at=book.folder))
-    content = content_of(book, None)
+    content = content_of(book.folder)
     changed = {each.headline: each.rule_of_all_runs for each in content.sensitivity}
     assert {rule for headline, rule in changed.items() if "small foot" in headline} == {"within days"}
     assert {rule for headline, rule in changed.items() if "large foot" in headline} == {""}

@@ -103,15 +103,6 @@ def test_a_parameter_that_the_scene_lacks_can_be_swept(over: str, tmp_path: Path
         assert dataset["apex_height_m"].values[0] > dataset["apex_height_m"].values[-1]
 
 
-@pytest.mark.soak
-def test_in_a_process_of_its_own(tmp_path: Path) -> None:
-    words = ("--over", "b_ad=0,100", "--accuracy", "1e-3")
-    here = swept(tmp_path, *words, out="here.nc")
-    answer = process("sim", "sweep", "--scene", "sim2", *words, "--out", "one.nc", "--json", at=tmp_path)
-    assert good(answer).json["outcomes"] == here["outcomes"]
-    assert (tmp_path / "one.nc").read_bytes() == (tmp_path / "here.nc").read_bytes()
-
-
 def test_no_address_of_a_scheduler_is_refused_to_the_last_line(tmp_path: Path) -> None:
     """In a process of its own: what a client leaves behind is told as Python ends."""
     address = "http://127.0.0.1:8786"

@@ -11,13 +11,12 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
-from labbook.book.opening import opened
-from labbook.presenting.report.content import make_report
 from reports.content import ReportContent
 from reports.evidence import Comparison
 from reports.numbers import Number
 from tests.cli.shell import good, labbook, refused, unchanged
 from tests.helpers.books import SmallBook, ingest_all, small_book
+from tests.helpers.pages import content_of
 from tests.helpers.wording import says
 
 SMALL = ("--where", "foot=small")
@@ -39,20 +38,12 @@ class Reported:
             return good(labbook("stats", *words, *SMALL, "--json", at=self.book.folder)).json
 
 
-def content_of(book: SmallBook) -> ReportContent:
-    """The report of the small foot."""
-    with opened(book.folder) as opened_book, opened_book.reading() as connection:
-        return make_report(
-            connection, opened_book.store, opened_book.configuration, where=SMALL[1], made_at="2021-07-01T12:00:00Z"
-        ).content
-
-
 @pytest.fixture(scope="module")
 def reported(tmp_path_factory: pytest.TempPathFactory) -> Reported:
     book = small_book(tmp_path_factory.mktemp("stats"))
     for run, seconds in (("r002", 1000), ("r004", 900), ("r010", 600)):
         good(labbook("correct", run, f"duration_s={seconds}", "--why", "timed by hand", at=book.folder))
-    return Reported(book, content_of(book))
+    return Reported(book, content_of(book.folder, SMALL[1]))
 
 
 def ends(number: Number | None) -> list[Any]:
@@ -102,7 +93,9 @@ def test_equivalence_is_the_deciding_test_of_the_report_by_the_bounds_of_the_boo
     book.toml.write_text(bounded, encoding="utf-8")
     words = (*asked, "--pooled", *SMALL)
     (mine,) = good(labbook(*words, "--json", at=book.folder)).json["decisions"]
-    comparison = next(item for item in content_of(book).comparisons if item.decision and item.decision.equivalence)
+    comparison = next(
+        item for item in content_of(book.folder, SMALL[1]).comparisons if item.decision and item.decision.equivalence
+    )
     decision = comparison.decision
     assert decision is not None
     theirs = decision.equivalence

@@ -11,13 +11,12 @@ from typing import Any
 
 import pytest
 
-from labbook.book.opening import opened
 from labbook.config.studies import STUDIES
-from labbook.presenting.report.content import make_report
 from simulator.steady.published_results import published_numbers
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.demos import made_demo
+from tests.helpers.pages import content_of
 from tests.helpers.study_pages import DOCS, prints_page_one_on_a_sheet
 from tests.helpers.tomls import without
 from tests.helpers.wording import says
@@ -46,9 +45,7 @@ def configure(book: Path, text: str) -> None:
 
 def test_it_is_the_report_and_what_is_published_stands_beside(book: Path, tmp_path: Path) -> None:
     found = study(book)
-    with opened(book) as of_book, of_book.reading() as connection:
-        made = make_report(connection, of_book.store, of_book.configuration, where=None, made_at="2021-07-01T12:00:00Z")
-    assert found["claims"] == [claim.text for claim in made.content.claims]
+    assert found["claims"] == [claim.text for claim in content_of(book).claims]
     assert len(found["tables"]["joules_by_condition"]) == 24 == len(found["tables"]["apex_by_condition"])
     assert len(found["tables"]["headlines"]) == 5
     published = {one["quantity"]: one["published"] for one in found["beside"]}
@@ -121,11 +118,3 @@ def test_numbers_that_a_scene_takes_as_they_stand_are_said(small: SmallBook) -> 
     without(small.folder, r"\[gains.b_ad_gain\].*?\n\n", "")
     says(good(labbook("study", "bed", at=small.folder)).out, "b_ad_gain as b_ad in kg/m", "[gains.b_ad_gain]")
     says(labbook("compare", at=small.folder).out, "b_ad_gain as b_ad in kg/m", "[gains.b_ad_gain]")
-
-
-def test_jumps_without_logs_lack_apexes_with_the_reason(small: SmallBook) -> None:
-    for path in sorted((small.instruments / "logs").glob("*.csv")):
-        good(labbook("files", "withdraw", path.name, "--why", "no log", at=small.folder))
-    told = good(labbook("study", "bed", at=small.folder)).out
-    says(told, "There are no apex heights of these runs", "runs")
-    assert "Limitations" not in told

@@ -54,9 +54,8 @@ def test_sentences_break_between_words_on_a_narrow_terminal_and_nowhere_else(mon
     assert within_width(lines) == lines
     monkeypatch.setattr("sys.stdout.isatty", lambda: True)
     monkeypatch.setenv("COLUMNS", "30")
-    broken = within_width(lines)
-    assert broken[:3] == ["Energy was 3.93 J lower under", "AD than under CE.", ""]
-    assert broken[3:] == ["  word word word word word", "      word word word"]
+    sentence, indented = ["Energy was 3.93 J lower under", "AD than under CE."], ["  word word word word word"]
+    assert within_width(lines) == [*sentence, "", *indented, "      word word word"]
 
 
 class Terminal(io.StringIO):

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 
 from data_schema.outcomes import Outcome
+from labbook.book.opening import opened
+from labbook.presenting.report.content import make_report
 from reports.content import Condition, ReportContent, Summary
 from reports.figures.registry import FIGURES
 from reports.page.writing import render_page
@@ -30,3 +33,10 @@ def with_summary(condition: Condition, outcome: Outcome, summary: Summary | None
     """Return the condition with another summary of an outcome, or without one."""
     found = {**condition.summaries, outcome: summary}
     return dataclasses.replace(condition, summaries={which: item for which, item in found.items() if item is not None})
+
+
+def content_of(book: Path, where: str | None = None) -> ReportContent:
+    """What a report on a book's runs would hold; nothing is stored."""
+    with opened(book) as found, found.reading() as connection:
+        made = make_report(connection, found.store, found.configuration, where=where, made_at="2021-07-01T12:00:00Z")
+    return made.content
