@@ -9,32 +9,28 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.actions.files.assigning import assign
-from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.stored_files import restore, withdraw
-from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.book_state import (
-    NO_RUN,
     BookHistory,
     BookState,
-    ChangeKind,
     difference,
     read_history,
     state_at,
 )
-from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from labbook.book.write_session import WriteSession
 from tests.helpers.books import ADA, SmallBook
-from tests.helpers.decided import decided_book
+from tests.helpers.decided import decided_book, ingests, planned, reports
 from tests.helpers.statements import said_alike
 from tests.helpers.wording import says
 
-STATEMENTS: tuple[Callable[[Book, WriteSession], object], ...] = (
+Said = Callable[[Book, WriteSession], object]
+STATEMENTS: tuple[Said, ...] = (
     lambda book, session: correct(book, session, "r002", ["foot=large"], "w"),
     lambda book, session: correct(book, session, "r003", ["battery=C", "day=2021-06-16", "position_in_day=20"], "w"),
     lambda book, session: correct(book, session, "r001", ["jumps_made=2", "starts=2", "duration_s=700"], "w"),
@@ -61,6 +57,11 @@ def history_of(made: SmallBook) -> BookHistory:
         return read_history(connection)
 
 
+def states(made: SmallBook, said: Said) -> None:
+    with made.open() as book, book.session(ADA) as session:
+        said(book, session)
+
+
 def last_entry(made: SmallBook) -> int:
     with made.open() as book:
         return said_alike(book)[-1].seq
@@ -77,11 +78,9 @@ def test_a_state_is_what_the_book_held_then(honest: SmallBook) -> None:
     late.write_bytes(honest.log("r003").read_bytes()[:-1] + b"0\n")
     for said in STATEMENTS:
         held[last_entry(honest)] = state_at(history_of(honest))
-        with honest.open() as book, book.session(ADA) as session:
-            said(book, session)
+        states(honest, said)
     held[last_entry(honest)] = state_at(history_of(honest))
-    with honest.open() as book:
-        ingest_file(book, late, IngestRequest(person=ADA))
+    ingests(honest, late)
     history = history_of(honest)
     for seq, state in held.items():
         assert not difference(state, state_at(history, seq))
@@ -101,50 +100,19 @@ def test_what_came_later_is_not_there_before_and_is_as_first_stated(honest: Smal
 
 def test_runs_give_what_the_analysis_has_of_them(honest: SmallBook) -> None:
     for said in STATEMENTS:
-        with honest.open() as book, book.session(ADA) as session:
-            said(book, session)
-    with honest.open() as book:
-        analysis = state_report(book, None, ADA, lambda _step: None).analysis
+        states(honest, said)
+    analysis = reports(honest).analysis
     state = state_at(history_of(honest))
     for outcome, found in analysis.results.items():
         assert set(found.results) == {run.uid for run in analysis.evidence.runs if outcome in state.given(run.uid)}
 
 
-def test_a_difference_names_what_was_corrected_moved_and_left_out(honest: SmallBook) -> None:
-    before = state_at(history_of(honest))
-    with honest.open() as book, book.session(ADA) as session:
-        correct(book, session, "r001", ["jumps_made=2"], "w")
-        assign(session, "2021-06-14.csv#2", "none", "w")
-        assign(session, "r003.csv", "r004", "w")
-        decide(book, session, "r005", [1], "reject", "wrong_apex", None)
-        void(session, "r006", "foot came loose")
-    names = {run.uid: run.name for run in before.runs.values()} | {NO_RUN: "none"}
-    changes = difference(before, state_at(history_of(honest)))
-    assert [
-        (change.kind, change.column, change.was, change.now) for change in changes if change.column != "run_uid"
-    ] == [
-        (ChangeKind.RUN, "jumps_made", 3, 2),
-        (ChangeKind.EXCLUSION, "foot came loose", None, 0),
-        (ChangeKind.EXCLUSION, "wrong_apex", None, 1),
-    ]
-    moved = [change for change in changes if change.column == "run_uid"]
-    assert [(change.kind, names[change.was], names[change.now]) for change in moved] == [
-        (ChangeKind.CHARGE, "r002", "none"),
-        (ChangeKind.LOG, "r003", "r004"),
-    ]
-
-
 def test_a_withdrawn_sheet_takes_its_runs_out_until_its_numbers_are_back(honest: SmallBook) -> None:
-    with honest.open() as book, book.session(ADA) as session:
-        withdraw(session, "2021-06-14.csv", "looked odd")
-    with honest.open() as book, book.reading() as connection:
-        planned = planned_analysis(connection, book.configuration)
-    assert [said.split(" without ")[1] for said in planned.departures] == ["joules a jump"] * 8
-    says(str(planned.exploratory(Outcome.JOULES, POOLED)), "which leaves run", "r002")
-    sheet = honest.instruments / "charger" / "2021-06-14.csv"
+    states(honest, lambda _book, session: withdraw(session, "2021-06-14.csv", "looked odd"))
+    found = planned(honest)
+    assert [said.split(" without ")[1] for said in found.departures] == ["joules a jump"] * 8
+    says(str(found.exploratory(Outcome.JOULES, POOLED)), "which leaves run", "r002")
     again = honest.instruments / "again.csv"
-    again.write_bytes(sheet.read_bytes() + b"\n")
-    with honest.open() as book:
-        ingest_file(book, again, IngestRequest(person=ADA))
-    with honest.open() as book, book.reading() as connection:
-        assert planned_analysis(connection, book.configuration).departures == ()
+    again.write_bytes((honest.instruments / "charger" / "2021-06-14.csv").read_bytes() + b"\n")
+    ingests(honest, again)
+    assert planned(honest).departures == ()
