@@ -7,12 +7,12 @@ from pathlib import Path
 import pytest
 
 from data_schema.outcomes import Outcome
-from labbook.actions.report_command import state_report
 from labbook.analysis.preregistration.looks import look_at
 from reports.content import ReportContent
 from reports.trust import trust_sentences
 from tests.cli.shell import good, labbook
-from tests.helpers.books import ADA, DAYS, SmallBook, small_book
+from tests.helpers.books import DAYS, SmallBook, small_book
+from tests.helpers.decided import reports
 from tests.helpers.wording import says
 
 FIRST = [f"r{number:03}" for number in range(1, 9)]
@@ -34,8 +34,7 @@ def measure(book: SmallBook, day: int) -> None:
 
 
 def report(book: SmallBook, where: str | None = None) -> ReportContent:
-    with book.open() as standing:
-        return state_report(standing, where, ADA, lambda _step: None).content
+    return reports(book, where).content
 
 
 def levels(content: ReportContent) -> list[float]:

@@ -16,19 +16,16 @@ from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.analysis.comparison.pairing import EACH, POOLED
-from labbook.analysis.preregistration.planned import AS_A_WHOLE, NOTHING_DECIDED, Planned, _run_before, planned_analysis
-from labbook.book.opening import Book
+from labbook.analysis.preregistration.planned import AS_A_WHOLE, NOTHING_DECIDED, Planned, _run_before
 from labbook.config.model import AnalysisSettings, Bounds, Family
 from labbook.presenting.report.preregistration import planned_sentences
-from tests.helpers.books import ADA, BEN, SmallBook, import_sheet, ingest_all, small_book
+from tests.helpers.books import ADA, BEN, DAYS, SmallBook, small_book
+from tests.helpers.decided import decided_book, ingests, planned
 from tests.helpers.statements import note, said_alike
 from tests.helpers.wording import says
 
 DECIDED = '\n[analysis]\nalpha = 0.01\nexclusions = ["misfire", "sensor_fault"]\n'
-STOOD = AnalysisSettings(
-    alpha=0.01,
-    exclusions=(ReasonCode.MISFIRE, ReasonCode.SENSOR_FAULT),
-)
+STOOD = AnalysisSettings(alpha=0.01, exclusions=(ReasonCode.MISFIRE, ReasonCode.SENSOR_FAULT))
 
 
 def decides(made: SmallBook, analysis: str) -> None:
@@ -43,14 +40,8 @@ def speaks(made: SmallBook, person: str = ADA) -> None:
         note(session, "heard")
 
 
-def planned(made: SmallBook) -> Planned:
-    with made.open() as book:
-        return planned_in(book)
-
-
-def planned_in(book: Book) -> Planned:
-    with book.reading() as connection:
-        return planned_analysis(connection, book.configuration)
+def measured_by_one(made: SmallBook) -> None:
+    ingests(made, made.log("r001"))
 
 
 @pytest.fixture
@@ -63,12 +54,6 @@ def fresh(tmp_path: Path) -> SmallBook:
 def either(tmp_path: Path, database_url: str | None) -> SmallBook:
     """The same, on SQLite and on PostgreSQL."""
     return small_book(tmp_path, ingested=False, two_people=True, database_url=database_url)
-
-
-def measured(made: SmallBook) -> SmallBook:
-    with made.open() as book:
-        ingest_all(book, made.instruments)
-    return made
 
 
 def test_before_anything_is_measured_labbook_toml_speaks_for_itself(fresh: SmallBook) -> None:
@@ -101,34 +86,26 @@ def test_what_was_decided_stands_in_the_journal_before_the_first_file(either: Sm
 
 
 def test_a_charge_typed_in_is_a_measurement_and_a_run_sheet_is_none(tmp_path: Path) -> None:
-    made = small_book(tmp_path, runs=False, ingested=False)
-    with made.open() as book:
-        import_sheet(book, made.instruments / "runs.csv")
-        with book.reading() as connection:
-            assert first_measurement(connection) is None
+    made = small_book(tmp_path, ingested=False)
+    with made.open() as book, book.reading() as connection:
+        assert first_measurement(connection) is None
     decides(made, DECIDED)
     with made.open() as book, book.session(ADA) as session:
         state_charge(session, book.configuration, "r001", 120.0, None, None)
     assert planned(made).stated
     with made.open() as book:
-        said = [entry.entity_kind for entry in said_alike(book)]
-    assert said[-2:] == ["config", "charge"]
+        assert [entry.entity_kind for entry in said_alike(book)[-2:]] == ["config", "charge"]
 
 
 def test_a_refused_file_is_no_measurement(fresh: SmallBook) -> None:
     scan = fresh.instruments / "scan.pdf"
     scan.write_bytes(b"%PDF-1.7 not a log at all\n")
+    ingests(fresh, scan)
     with fresh.open() as book:
-        ingest_file(book, scan, IngestRequest(person=ADA))
         assert said_alike(book)[-1].action is Action.REFUSE
     decides(fresh, DECIDED)
-    assert planned(measured_by_one(fresh)).stated
-
-
-def measured_by_one(made: SmallBook) -> SmallBook:
-    with made.open() as book:
-        ingest_file(book, made.log("r001"), IngestRequest(person=ADA))
-    return made
+    measured_by_one(fresh)
+    assert planned(fresh).stated
 
 
 def test_where_nothing_was_decided_in_time_all_is_exploratory(fresh: SmallBook) -> None:
@@ -166,11 +143,9 @@ def test_runs_that_are_older_than_the_decision_are_told(fresh: SmallBook) -> Non
     decides(fresh, DECIDED)
     measured_by_one(fresh)
     found = planned(fresh)
-    with fresh.open() as book, book.reading() as connection:
-        first = list_runs(connection)[0]
-    assert found.run_before == first.day
-    said = planned_sentences(found)
-    says(said[1], "run is dated", first.day, "before the decision", "nothing shows that")
+    first = DAYS[0].isoformat()
+    assert found.run_before == first
+    says(planned_sentences(found)[1], "run is dated", first, "before the decision", "nothing shows that")
 
 
 def test_a_run_is_older_by_its_start_and_without_one_by_its_day(fresh: SmallBook) -> None:
@@ -184,22 +159,17 @@ def test_a_run_is_older_by_its_start_and_without_one_by_its_day(fresh: SmallBook
     assert _run_before([replace(earlier, state=RunState.OPEN)], at) is None
 
 
-def test_what_is_changed_back_is_no_departure(fresh: SmallBook) -> None:
-    decides(fresh, DECIDED)
-    measured_by_one(fresh)
-    for analysis in ("\n[analysis]\nalpha = 0.1\n", DECIDED):
-        decides(fresh, analysis)
-        speaks(fresh)
-    assert planned(fresh).departures == ()
-
-
-def test_what_is_taken_out_stands(fresh: SmallBook) -> None:
+def test_what_is_taken_out_stands_and_what_is_changed_back_is_no_departure(fresh: SmallBook) -> None:
     decides(fresh, DECIDED)
     measured_by_one(fresh)
     decides(fresh, "")
     found = planned(fresh)
     assert found.settings == STOOD
     says(found.departures[0], "labbook.toml", "[analysis]")
+    for analysis in ("\n[analysis]\nalpha = 0.1\n", DECIDED):
+        decides(fresh, analysis)
+        speaks(fresh)
+    assert planned(fresh).departures == ()
 
 
 def test_settings_have_stood_since_they_were_last_changed(fresh: SmallBook) -> None:
@@ -222,41 +192,33 @@ def test_bounds_that_come_late_are_used_and_exploratory(fresh: SmallBook) -> Non
     assert found.exploratory(Outcome.JOULES, POOLED) is None
 
 
-@pytest.mark.parametrize("outcome", Outcome)
-@pytest.mark.parametrize("family", Family)
-def test_one_outcome_in_one_family_is_planned(outcome: Outcome, family: Family) -> None:
-    plan = Planned(AnalysisSettings(primary_outcome=outcome, family=family), True, ())
-    planned_ones = [
-        (quantity, name) for quantity in Outcome for name in (EACH, POOLED) if not plan.exploratory(quantity, name)
-    ]
-    name = EACH if family is Family.EACH else POOLED
-    assert planned_ones == [(outcome, name)]
-    says(plan.exploratory(outcome, "another family"), "family decided on", name)
-    assert plan.exploratory_equivalence(name) is None
+@pytest.mark.parametrize(("family", "name"), [(Family.EACH, EACH), (Family.POOLED, POOLED)])
+def test_one_outcome_in_one_family_is_planned(family: Family, name: str) -> None:
+    for outcome in Outcome:
+        plan = Planned(AnalysisSettings(primary_outcome=outcome, family=family), True, ())
+        both = [(quantity, one) for quantity in Outcome for one in (EACH, POOLED)]
+        assert [one for one in both if not plan.exploratory(*one)] == [(outcome, name)]
+        says(plan.exploratory(outcome, "another family"), "family decided on", name)
+        assert plan.exploratory_equivalence(name) is None
 
 
 def test_what_was_left_out_for_other_reasons_is_told(tmp_path: Path) -> None:
-    made = small_book(tmp_path, ingested=False)
-    decides(made, DECIDED)
-    measured(made)
+    made = decided_book(tmp_path, DECIDED)
     with made.open() as book, book.session(ADA) as session:
         decide(book, session, "r002", [1, 2], "reject", "wrong_apex", None)
         decide(book, session, "r003", [1], "reject", "misfire", None)
-        decide(book, session, "r004", [1], "reject", "other", None)
-        decide(book, session, "r004", [1], "clear", "other", None)
-        decide(book, session, "r005", [2], "reject", "other", None)
-        decide(book, session, "r005", [2], "reject", "sensor_fault", "looked again")
+        for verdict, reason in (("reject", "other"), ("clear", "other"), ("reject", "sensor_fault")):
+            decide(book, session, "r004", [1], verdict, reason, None)
     found = planned(made)
     says(found.departures, "2 jumps", "r002", "wrong_apex", "not allowed")
     assert found.exploratory(Outcome.JOULES, POOLED) is None
-    says(str(found.exploratory_equivalence(POOLED)), "2 jumps", "r002")
+    says(found.exploratory_equivalence(POOLED), "2 jumps", "r002")
     with made.open() as book, book.session(ADA) as session:
         void(session, "r006", "Sensor fault: the string was off its drum")
         void(session, "r002", "misfired badly")
     found = planned(made)
     says(found.departures, "r002", "misfired badly", "not allowed")
-    says(str(found.exploratory(Outcome.JOULES, POOLED)), "r002", "is void")
-    assert str(found.exploratory(Outcome.JOULES, POOLED)).endswith(AS_A_WHOLE)
+    says(found.exploratory(Outcome.JOULES, POOLED), "r002", "is void", AS_A_WHOLE)
     with made.open() as book, book.session(ADA) as session:
         unvoid(session, "r002", "it was another")
         void(session, "r002", "misfire")
@@ -264,9 +226,7 @@ def test_what_was_left_out_for_other_reasons_is_told(tmp_path: Path) -> None:
 
 
 def test_whoever_allows_other_reasons_allows_all(tmp_path: Path) -> None:
-    made = small_book(tmp_path, ingested=False)
-    decides(made, "\n[analysis]\nalpha = 0.01\n")
-    measured(made)
+    made = decided_book(tmp_path, "\n[analysis]\nalpha = 0.01\n")
     with made.open() as book, book.session(ADA) as session:
         void(session, "r006", "foot came loose")
         decide(book, session, "r002", [1], "reject", "other", None)

@@ -6,12 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from labbook.actions.report_command import state_report
-from labbook.actions.runs.correcting import correct, void
+from labbook.actions.runs.correcting import void
 from labbook.actions.runs.jump_review import decide
 from labbook.analysis.preregistration.planned import AS_A_WHOLE
 from tests.helpers.books import ADA, SmallBook
-from tests.helpers.decided import decided_book
+from tests.helpers.decided import corrects, decided_book, reports
 from tests.helpers.wording import says
 
 
@@ -23,8 +22,7 @@ def honest(tmp_path: Path) -> SmallBook:
 
 def departures(made: SmallBook, where: str | None) -> tuple[str, ...]:
     """What a report lists, once it was looked at that each departure stands in one line."""
-    with made.open() as book:
-        report = state_report(book, where, ADA, lambda _step: None)
+    report = reports(made, where)
     said = report.content.departures
     for departure in report.analysis.planned.departures:
         assert [departure in line for line in said].count(True) == 1
@@ -49,29 +47,22 @@ def test_what_was_left_out_is_told_once_with_what_it_concerns(honest: SmallBook)
     says(run, "r006", "foot came loose")
     says(jumps, "was not allowed")
     assert whole[1:] == f"{AS_A_WHOLE}."[1:]
-    with honest.open() as book:
-        assert state_report(book, None, ADA, lambda _step: None).content.departed == 2
+    assert reports(honest).content.departed == 2
 
 
-@pytest.mark.soak
-def test_a_departure_that_makes_nothing_exploratory_is_told_alone(honest: SmallBook) -> None:
-    with honest.open() as book, book.session(ADA) as session:
-        correct(book, session, "r002", ["jumps_made=4"], "miscounted")
+def test_what_makes_nothing_exploratory_is_told_alone(honest: SmallBook) -> None:
+    said, *_others = departures(honest, "foot=small")
+    says(said, "2 conditions")
+    assert "Exploratory" not in said
+    corrects(honest, "r002", "jumps_made=4")
     said, *_others = departures(honest, None)
     assert said.startswith("Departure: ")
     assert "r002" in said
     assert "Exploratory" not in said
 
 
-def test_a_selection_of_a_part_of_the_family_is_told_and_counts_the_rest_of_it(honest: SmallBook) -> None:
-    said, *_others = departures(honest, "foot=small")
-    says(said, "2 conditions")
-    assert "Exploratory" not in said
-
-
 def test_that_runs_are_older_than_the_decision_is_told_once(honest: SmallBook) -> None:
-    with honest.open() as book:
-        content = state_report(book, None, ADA, lambda _step: None).content
+    content = reports(honest).content
     told = "nothing shows that the decision was made before the data were seen"
     assert [told in line for line in (*content.decided, *content.limitations)].count(True) == 1
     assert content.run_before == min(day.date for day in content.days)
