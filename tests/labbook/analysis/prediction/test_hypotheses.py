@@ -1,20 +1,26 @@
-"""Hypotheses of a book: what is compared, judged as intervals say, on measured and on simulated data, and traced."""
+"""Hypotheses of a book: what is compared, judged as intervals and the first page say, and traced."""
 
 from __future__ import annotations
 
 import csv
 import math
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
+import numpy as np
 import pytest
+from scipy import stats as scipy_stats
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.runs import RunRow
-from labbook.actions.report_command import state_report
+from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.comparison.deciding import decide_pair
+from labbook.analysis.comparison.pairing import POOLED, Pair
+from labbook.analysis.comparison.thesis_route import thesis_route
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
 from labbook.analysis.prediction.hypotheses import Comparison, _tested
+from labbook.config.model import Alternative, AnalysisSettings
+from reports.evidence import Comparison as Shown
+from reports.evidence import Decision
 from reports.numbers import Number, Result
 from reports.predicted import HypothesisPart, Verdict
 from reports.tables.formats.as_csv import csv_bytes
@@ -22,7 +28,8 @@ from reports.tables.registry import TABLES
 from stats.compare.shared_error import SharedError
 from stats.days.decision import contrast_by_day
 from tests.cli.shell import Answer, good, labbook
-from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.books import SmallBook, small_book
+from tests.helpers.decided import decided_book, reports
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 
@@ -164,18 +171,17 @@ def test_what_is_compared_are_means_and_savings_of_the_runs(book: SmallBook, com
             assert part[key]["value"] == pytest.approx(saved["small"] - saved["large"], rel=1e-7)
 
 
-@pytest.mark.soak
-def test_a_factor_of_one_level_tells_nothing_and_is_said(book: SmallBook, compared: dict[str, Any]) -> None:
-    assert compared["stiffness"]["comparisons"] == []
-    assert compared["stiffness"]["verdict"] == "cannot tell"
+def test_what_cannot_be_compared_is_told_with_the_reason(book: SmallBook, compared: dict[str, Any]) -> None:
+    """A factor of one level, feet without a day in common, and a level that was not selected."""
+    assert (compared["stiffness"]["comparisons"], compared["stiffness"]["verdict"]) == ([], "cannot tell")
+    (part,) = compared["foot_of_control"]["comparisons"]
+    assert part["verdict"] == "cannot tell"
+    assert "ci_low" not in part["measured_percent"]
     told = failing(labbook("compare", at=book.folder)).out
     says(told, "Stiffness does not matter")
     says(told, "either foot", "holds", "published")
+    says(told, "either foot", "cannot tell", "no day")
     assert told.index("A jump of CE") < told.index("Energy of a jump")
-
-
-@pytest.mark.soak
-def test_a_level_that_was_not_selected_is_not_told_and_a_selection_is_said(book: SmallBook) -> None:
     told = failing(labbook("compare", "--foot", "small", at=book.folder)).out
     says(told, "either foot", "cannot tell")
     says(told, "It costs no height", "selected runs")
@@ -187,17 +193,23 @@ def test_a_group_without_control_or_treated_runs_leaves_a_claim_about_all_untold
         says(told, text, "cannot tell", "missing")
 
 
-def conditions_of(*values: float) -> tuple[ConditionValues, ...]:
-    """One condition whose runs have these values."""
-    none = Number(0.0, "1")
-    runs = tuple(
-        RunNumber(cast(RunRow, SimpleNamespace(day="2021-06-14")), value, SharedError(), Result()) for value in values
-    )
-    return (ConditionValues("", False, {}, runs, ConditionSummary(none, none, ())),)
+NONE = Number(0.0, "1")
+ALPHA = 0.05
+
+
+class Run:
+    """A run of one day, which is all that a contrast asks of it."""
+
+    day = "2021-06-14"
+
+
+def side(values: Any) -> tuple[ConditionValues, ...]:
+    runs = tuple(RunNumber(Run(), float(value), SharedError(), Result()) for value in values)  # type: ignore[arg-type]
+    return (ConditionValues("", False, {}, runs, ConditionSummary(NONE, NONE, ())),)
 
 
 def test_one_of_several_comparisons_fails_only_beyond_the_interval_of_alpha_by_their_number() -> None:
-    sides = (conditions_of(100.0, 104.0, 97.0, 101.0), conditions_of(91.0, 95.0, 88.0, 94.0))
+    sides = (side([100.0, 104.0, 97.0, 101.0]), side([91.0, 95.0, 88.0, 94.0]))
 
     def judged(low: float, n_comparisons: int) -> HypothesisPart:
         return _tested(Comparison({}, {}, sides, low=low), {}, Outcome.JOULES, 0.1, n_comparisons)
@@ -215,26 +227,74 @@ def test_one_of_several_comparisons_fails_only_beyond_the_interval_of_alpha_by_t
     assert judged(upper_end(5) + 0.1, 5).verdict is Verdict.FAILS
 
 
-def test_a_hypothesis_that_fails_is_one_for_scripts_to_see(book: SmallBook, compared: dict[str, Any]) -> None:
-    failing(labbook("compare", at=book.folder))
-    assert compared["energy"]["verdict"] == "fails"
+def answers(control: Any, treated: Any, *, one_sided: bool) -> tuple[Decision, HypothesisPart]:
+    """The comparison as the first page has it, and what comes of the hypothesis that the treatment saves."""
+    pair = Pair(POOLED, "g", {}, "pooled", side(control), side(treated))
+    settings = AnalysisSettings(alternative=Alternative.ONE_SIDED if one_sided else Alternative.TWO_SIDED)
+    decision = decide_pair(pair, Outcome.JOULES, settings)
+    shown = Shown("g", Outcome.JOULES, {}, "pooled", POOLED, decision, thesis_route([], [], "J", ALPHA))
+    asked = Comparison({}, {}, (pair.a, pair.b), high=0.0)
+    return decision, _tested(asked, {}, Outcome.JOULES, settings.outside, 1, Compared(pair, shown, None))
 
 
-@pytest.mark.soak
-def test_feet_without_a_day_in_common_cannot_be_compared_and_the_reason_is_said(tmp_path: Path) -> None:
-    own = small_book(tmp_path)
-    text = own.toml.read_text(encoding="utf-8") + SIMULATION + HYPOTHESES
-    own.toml.write_text(text, encoding="utf-8")
-    found = {one["name"]: one for one in failing(labbook("compare", "--json", at=own.folder)).json["hypotheses"]}
-    (part,) = found["foot_of_control"]["comparisons"]
-    assert part["verdict"] == "cannot tell"
-    assert "ci_low" not in part["measured_percent"]
-    says(failing(labbook("compare", at=own.folder)).out, "either foot", "cannot tell", "no day")
+CONTROL, TREATED = [100.0, 104.0, 97.0, 101.0, 99.0], [96.2, 100.2, 93.7, 96.2, 94.9]
+
+
+def test_a_saving_that_is_not_significant_does_not_hold_and_one_side_has_half_the_p() -> None:
+    both, one = (answers(CONTROL, TREATED, one_sided=sided) for sided in (False, True))
+    p_both, p_one = (found[0].p.value for found in (both, one))
+    t = scipy_stats.ttest_ind(TREATED, CONTROL, equal_var=True).statistic  # n equal: t is Welch's, df the smaller
+    assert p_both == pytest.approx(2.0 * scipy_stats.t.sf(-t, 4), rel=1e-9)
+    assert p_one == pytest.approx(0.5 * p_both, rel=1e-9)
+    assert p_one < ALPHA < p_both
+    assert (both[1].verdict, one[1].verdict) == (Verdict.CANNOT_TELL, Verdict.HOLDS)
+    assert (both[1].measured.ci_level, one[1].measured.ci_level) == pytest.approx((0.95, 0.90))
+
+
+@pytest.mark.parametrize("one_sided", [False, True])
+def test_claim_interval_and_hypothesis_agree_whatever_was_measured(one_sided: bool) -> None:
+    rng, seen = np.random.default_rng(46), set()
+    for _ in range(300):
+        effect = rng.choice([-8.0, -3.0, 0.0, 3.0, 8.0])
+        found, verdict = answers(rng.normal(100.0, 3.0, 5), rng.normal(100.0 - effect, 3.0, 6), one_sided=one_sided)
+        saving = found.savings
+        assert saving is not None and isinstance(saving.value, float) and isinstance(saving.ci_low, float)  # noqa: PT018
+        assert isinstance(saving.ci_high, float)
+        seen.add(verdict.verdict)
+        holds = found.rejected and saving.value > 0.0
+        assert (verdict.verdict is Verdict.HOLDS) is holds
+        assert holds is (saving.ci_low > 0.0)
+        assert (verdict.verdict is Verdict.FAILS) is (saving.ci_high < 0.0)
+        assert (verdict.measured.ci_low, verdict.measured.ci_high) == (-saving.ci_high, -saving.ci_low)
+    assert seen == set(Verdict)
+
+
+PLAN = """
+[analysis]
+alternative = "one-sided"
+
+[hypotheses.saves]
+text = "Active damping saves"
+claim = "saves"
+"""
+
+
+def test_compare_judges_measured_hypotheses_without_a_scene_as_the_report_does(tmp_path: Path) -> None:
+    book = decided_book(tmp_path, PLAN)
+    compared = labbook("compare", "--json", at=book.folder)
+    assert compared.code in (0, 1)
+    (saves,) = compared.json["hypotheses"]
+    assert compared.json["predictions"] == []
+    assert [part["simulated_percent"]["value"] for part in saves["comparisons"]] == [None, None]
+    page = quick_page(reports(book).content)
+    says(page, "Active damping saves", saves["verdict"])
+    says(page, "one-sided p", "90 % CI")
+    says(labbook("compare", at=book.folder).out, "Active damping saves", saves["verdict"])
+    says(labbook("analysis", at=book.folder).out, "one-sided")
 
 
 def test_a_report_has_them_as_tables_whose_numbers_are_traced(book: SmallBook, compared: dict[str, Any]) -> None:
-    with book.open() as standing:
-        content = state_report(standing, None, ADA, lambda _step: None).content
+    content = reports(book).content
     page = quick_page(content)
     assert page.index("Hypotheses of the study") < page.index("Hypotheses, comparison by comparison")
     table = csv_bytes(TABLES["hypotheses_in_full"].make(content)).decode()
