@@ -118,21 +118,17 @@ def test_equal_readings_of_a_condition_have_one_error_of_rounding(coarse: MadeRe
     assert (term.shared, term.in_scatter) == (True, False)
 
 
-def test_a_fine_charger_changes_nothing(tmp_path: Path) -> None:
+def test_the_step_that_labbook_toml_states_holds_for_sheets_and_a_fine_one_changes_nothing(tmp_path: Path) -> None:
     """Found in the charges or stated, the step is 1 mAh and the numbers are the same."""
-    stated, found = (
-        made(changed(small_book(tmp_path / name), said)) for name, said in (("stated", STATED), ("found", ""))
+    stated, found, wide = (
+        made(changed(small_book(tmp_path / name), said)).content
+        for name, said in (("stated", STATED), ("found", ""), ("wide", "charger_resolution_mah = 20\n"))
     )
-    assert stated.content.coarse_charger is found.content.coarse_charger is None
-    assert [one.decision.savings for one in stated.content.comparisons] == [
-        one.decision.savings for one in found.content.comparisons
-    ]
-
-
-def test_the_step_that_labbook_toml_states_holds_for_sheets(tmp_path: Path) -> None:
-    report = made(changed(small_book(tmp_path), "charger_resolution_mah = 20\n"))
-    assert report.content.coarse_charger is not None
-    assert report.content.coarse_charger.step_mah == 20.0
+    assert stated.coarse_charger is found.coarse_charger is None
+    savings = [[each.decision.savings for each in content.comparisons] for content in (stated, found)]
+    assert savings[0] == savings[1]
+    assert wide.coarse_charger is not None
+    assert wide.coarse_charger.step_mah == 20.0
 
 
 def test_a_charge_typed_with_decimals_is_as_fine_as_it_was_typed(tmp_path: Path) -> None:

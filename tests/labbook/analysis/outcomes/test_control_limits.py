@@ -67,20 +67,24 @@ def test_of_runs_that_are_alike_27_in_10_000_lie_outside(n: int, run: RunRow) ->
     assert binomtest(outside, campaigns * 4, 0.0027).pvalue > 1e-4
 
 
-def test_a_slip_in_the_first_run_is_found_when_others_are_there(run: RunRow) -> None:
-    """Limits of earlier runs alone never looked at the first five of a condition, and were wide ever after."""
-    runs = [replace(run, uid=f"{n}", position_in_day=n) for n in range(5)]
-    values = dict(zip("01234", (1160.5, 40.5, 41.3, 42.4, 40.9), strict=True))
-    assert [each.uid for each in runs_outside(runs, values)] == ["0"]
-    assert [each.uid for each in runs_outside(runs, values | {"0": 61.2})] == ["0"]
-    assert [each.uid for each in runs_outside(runs, values | {"0": 1e300})] == ["0"]
+FIVE = [1160.5, 40.5, 41.3, 42.4, 40.9]
+TWO = [41.9, 40.5, 37.7, 396.0, 41.1, 38.5, 433.0, 39.4, 42.2, 40.3]
 
 
-def test_equal_runs_before_leave_no_scatter_and_none_of_their_rounding(run: RunRow) -> None:
-    runs = [replace(run, uid=f"{n}", position_in_day=n) for n in range(9)]
-    values = {each.uid: 0.1 for each in runs}
-    assert not runs_outside(runs, values)
-    assert [each.uid for each in runs_outside(runs, values | {"7": 0.2})] == ["7"]
+@pytest.mark.parametrize(
+    ("values", "outside"),
+    [
+        (FIVE, ["0"]),  # limits of earlier runs alone never looked at the first five
+        ([61.2, *FIVE[1:]], ["0"]),
+        ([1e300, *FIVE[1:]], ["0"]),
+        ([0.1] * 9, []),  # no scatter, and none of their rounding
+        ([0.1] * 7 + [0.2, 0.1], ["7"]),
+        (TWO, ["3", "6"]),  # do not hide each other
+    ],
+)
+def test_slips_are_found(values: list[float], outside: list[str], run: RunRow) -> None:
+    runs = [replace(run, uid=f"{n}", position_in_day=n) for n in range(len(values))]
+    assert [each.uid for each in runs_outside(runs, {f"{n}": value for n, value in enumerate(values)})] == outside
 
 
 def test_a_run_outside_is_named_at_the_rig_in_the_day_and_in_the_report(tmp_path: Path) -> None:
@@ -99,13 +103,6 @@ def test_a_run_outside_is_named_at_the_rig_in_the_day_and_in_the_report(tmp_path
     assert [day.outside_limits for day in days] == [(), ("r014",)]
     says(to_do_lines(days[1]), "control limits", "r014")
     says(list(notes), "1 run lies", "control limits", "r014")
-
-
-def test_two_slips_in_a_condition_do_not_hide_each_other(run: RunRow) -> None:
-    """Charges of two runs, ten times too large, put the upper limit above both."""
-    draws, runs = random.Random(2), [replace(run, uid=f"{n}") for n in range(10)]
-    values = {each.uid: draws.gauss(40.0, 2.0) * (10.0 if each.uid in "36" else 1.0) for each in runs}
-    assert [each.uid for each in runs_outside(runs, values)] == ["3", "6"]
 
 
 @pytest.mark.parametrize("exchanged", [True, False])
