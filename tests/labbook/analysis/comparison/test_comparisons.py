@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
@@ -15,10 +16,13 @@ from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results import Results
 from labbook.config.model import AnalysisSettings
 from labbook.presenting.report.content import MadeReport
-from reports.numbers import Number
+from reports.content import Source
+from reports.numbers import Number, Value
 from stats.compare.two_sample import compare_two
 from stats.days.decision import contrast_by_day
 from stats.groups.multiple import holm
+from tests.helpers.decided import decided_book
+from tests.helpers.decided import reports as report_of
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 from tests.labbook.conftest import CONFOUNDED, Reports
@@ -126,9 +130,11 @@ def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports,
 def test_without_bounds_no_equivalence_is_tested_and_the_page_says_how_to_ask_for_it(reports: Reports) -> None:
     made = reports()
     assert all(item.shown.decision.equivalence is None for item in made.analysis.compared)
+    assert all("" not in reasons for reasons in by_name(made).values())
     page = quick_page(made.content)
     says(page, "states no bounds", "apex_bounds_m = [-0.005,", "[analysis]")
     assert "TOST" not in page
+    says(page, "Nothing was decided")
 
 
 # --- what was planned
@@ -153,12 +159,6 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
     says(made.content.decided[1], "run is dated", "2021")
 
 
-def test_where_nothing_was_decided_all_is_exploratory_and_the_report_says_so(reports: Reports) -> None:
-    made = reports()
-    assert all("" not in reasons for reasons in by_name(made).values())
-    says(quick_page(made.content), "Nothing was decided")
-
-
 def test_a_family_of_one_test_is_left_as_it_is(reports: Reports) -> None:
     made = reports(where="foot == small")
     assert all(item.shown.decision.adjusted is None for item in made.analysis.compared)
@@ -171,3 +171,58 @@ def test_the_family_that_was_decided_on_comes_before_claims_of_another(reports: 
     says(first.text, EACH, "difference is shown")
     assert "pooled" not in first.text  # there is one treated level
     assert others
+
+
+NAMES = {
+    Source.FIELLER: "Fieller",
+    Source.HOLM: "Holm",
+    Source.PAIRED_ON_DAY_MEANS: "paired t on day means",
+    Source.TOST: "TOST",
+}
+
+
+@pytest.mark.parametrize(
+    ("analysis", "where"),
+    [("", None), ("apex_bounds_percent = [-3, 3]", None), pytest.param("", CONFOUNDED, marks=pytest.mark.soak)],
+)
+def test_what_the_methods_name_is_cited_and_nothing_else(reports: Reports, analysis: str, where: str | None) -> None:
+    content = reports(analysis, where).content
+    text = " ".join(content.methods)
+    of_thesis = (Source.THESIS, Source.WELCH)  # the tests that stand beside
+    assert [one for one in content.sources if one not in of_thesis] == [
+        one for one, name in NAMES.items() if name in text
+    ]
+    tested = any(isinstance(one.over_runs.t.value, float) for one in content.comparisons)
+    assert (Source.THESIS in content.sources) is tested
+
+
+# --- a selection
+
+
+def adjusted_p(made: MadeReport, quantity: Outcome, family: str) -> dict[str, tuple[Value, int | None]]:
+    """Holm's p of each comparison of a family, with the number of tests that it counts."""
+    found = {}
+    for item in made.analysis.compared:
+        adjusted = item.shown.decision.adjusted
+        if (item.shown.quantity, item.pair.family) == (quantity, family) and adjusted is not None:
+            found[item.pair.label] = adjusted.value, adjusted.n
+    return found
+
+
+@pytest.mark.parametrize(("family", "named"), [("pooled", POOLED), ("each", EACH)])
+def test_a_selection_has_the_adjusted_p_of_the_whole(tmp_path: Path, family: str, named: str) -> None:
+    made = decided_book(tmp_path, f'\n[analysis]\nfamily = "{family}"\n')
+    whole, part = report_of(made, None), report_of(made, "foot=small")
+    for quantity in (Outcome.JOULES, Outcome.APEX):
+        of_whole, of_part = adjusted_p(whole, quantity, named), adjusted_p(part, quantity, named)
+        assert len(of_whole) == 2
+        assert len(of_part) == 1
+        assert of_part.items() <= of_whole.items()
+    counted = [f"2 of {quantity}" for quantity in (Outcome.JOULES, Outcome.APEX)]
+    says(" ".join(whole.content.methods), *counted)
+    assert "not in this" not in " ".join(whole.content.methods)
+    says(" ".join(part.content.methods), *(f"{each} (1 not in this selection)" for each in counted))
+    assert all("large" not in item.pair.label for item in part.analysis.compared)
+
+    less = report_of(made, "foot=small or b_ad_gain=0").analysis.compared  # levels left out of a group count, too
+    assert {len(item.family.rejected) for item in less if item.family is not None} == {2}

@@ -8,49 +8,27 @@ from pathlib import Path
 import pytest
 
 from data_schema.outcomes import Outcome
-from ingest.tables.sheet import SheetFile
-from labbook.actions.report_command import state_report
-from labbook.actions.runs.charges import state_charge
-from labbook.actions.runs.runs_importing import import_runs
 from labbook.analysis.comparison.order import ADJUSTED
 from reports.content import ReportContent
 from reports.trust import trust_sentences
-from tests.helpers.books import ADA, small_book
+from tests.helpers.charged_book import Made, charged_book
+from tests.helpers.decided import reports
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 
-DRIFT_MAH, RUN_SD_MAH = 12.0, 4.0
-SHEET = "run,date,position,kind,foot,k_gain,b_ad_gain,battery,robot,started,duration_s,jumps_made,starts,note"
+DRIFT_J, RUN_SD_J = 24.0, 8.0
 
 
-def report_on(
-    folder: Path, order: str, feet: tuple[str, ...] = ("small",), analysis: str = "", days: int = 5
-) -> ReportContent:
+def report_on(folder: Path, order: str, feet: tuple[str, ...] = ("small",), days: int = 5) -> ReportContent:
     """Report on days of c(ontrol) and t(reated) runs with each foot, which differ by a drift over the day alone."""
     rng = random.Random(5)
-    rows, charges = [SHEET], {}
-    made = small_book(folder, runs=False, ingested=False)
-    if analysis:
-        made.toml.write_text(f"{made.toml.read_text()}\n[analysis]\n{analysis}\n")
-    for day in range(1, days + 1):
-        slots = [(foot, gain) for gain in order for foot in feet]
-        for place, (foot, gain) in enumerate([*slots, ("", "idle")], start=1):
-            name = f"r{len(rows):03d}"
-            cells = f"jumps,{foot},400,{0 if gain == 'c' else 100}" if gain != "idle" else "idle,,,"
-            minutes, jumps = (12, 3) if gain != "idle" else (10 * day, 0)
-            rows.append(
-                f"{name},2021-06-{day:02d},{place},{cells},A,hopper,{7 + place // 2:02d}:{30 * (place % 2):02d},"
-                f"{60 * minutes},{jumps},1,"
-            )
-            drift = DRIFT_MAH * place / len(slots) + rng.gauss(0.0, RUN_SD_MAH) if jumps else rng.gauss(0.0, 0.2)
-            charges[name] = round(2.0 * minutes + (200.0 if jumps else 0.0) + drift, 2)
-    with made.open() as book:
-        with book.session(ADA) as session:
-            import_runs(book, session, SheetFile("runs.csv", "\n".join([*rows, ""]).encode()))
-        for name, charge_mah in charges.items():
-            with book.session(ADA) as session:
-                state_charge(session, book.configuration, name, charge_mah, None, None)
-        return state_report(book, None, ADA, lambda _step: None).content
+    slots = [(foot, 0 if side == "c" else 100) for side in order for foot in feet]
+    runs = [
+        Made(day, foot, gain, 400.0 + DRIFT_J * place / len(slots) + rng.gauss(0.0, RUN_SD_J))
+        for day in range(days)
+        for place, (foot, gain) in enumerate(slots)
+    ]
+    return reports(charged_book(folder, runs)).content
 
 
 def test_controls_first_are_said_on_page_one_with_the_adjusted_saving(tmp_path: Path) -> None:
