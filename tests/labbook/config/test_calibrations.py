@@ -74,39 +74,30 @@ def test_what_is_no_calibration_is_refused(keys: str, fact: str) -> None:
         in_profile(keys)
 
 
-def test_a_calibration_needs_the_unit_of_its_value() -> None:
-    with refuses(InputRefused, "unit"):
-        parse_configuration(BASE + PROFILE.replace('unit = "cm", ', "") % "offset = 1", "labbook.toml")
-
-
 @pytest.mark.parametrize(
     ("text", "name", "calibration"),
     [
-        ("adc_h=body_height:mm,scale=0.29,offset=-4.7,source=ruler, page 12", "adc_h", None),
         ("adc_h=body_height:mm,scale=0.29,offset=-4.7,source=ruler", "adc_h", Calibration(0.29, -4.7, source="ruler")),
         ("h [cm]=body_height:cm,offset=-4.7", "h [cm]", Calibration(offset=-4.7)),
         ("a=b=body_height:cm,offset=-4.7", "a=b", Calibration(offset=-4.7)),
         ("h=own.pot:V,scale=2", "h", Calibration(2.0)),
         ("h=body_height:m,raw=812 3071,value=0.2 0.85,se=0.001", "h", line_through([812, 3071], [0.2, 0.85], 0.001)),
-        ("h=body_height:m", "h", ()),
+        ("h=body_height:m", "h", None),
     ],
 )
-def test_the_command_line_states_a_calibration(text: str, name: str, calibration: object) -> None:
-    if calibration is None:
-        with pytest.raises(UsageError):
+def test_the_command_line_states_a_calibration(text: str, name: str, calibration: Calibration | None) -> None:
+    declared = declarations(parse_configuration(BASE, "labbook.toml"), on_command_line(text))
+    assert declared.columns[name].calibrations == (() if calibration is None else (calibration,))
+
+
+def test_what_a_calibration_lacks_or_says_twice_is_refused() -> None:
+    with refuses(InputRefused, "unit"):
+        parse_configuration(BASE + PROFILE.replace('unit = "cm", ', "") % "offset = 1", "labbook.toml")
+    for text, facts in (
+        ("adc_h=body_height:counts", ["counts", "scale=SCALE", "raw="]),
+        ("adc_h=body_height,scale=2", ["unit"]),
+        ("adc_h=body_height:m,scale=2,scale=3", ["twice", "scale"]),
+        ("adc_h=body_height:mm,scale=0.29,offset=-4.7,source=ruler, page 12", ["page 12"]),
+    ):
+        with refuses(UsageError, *facts):
             on_command_line(text)
-        return
-    options = on_command_line(text)
-    declared = declarations(parse_configuration(BASE, "labbook.toml"), options)
-    assert declared.columns[name].calibrations == (calibration or ()) or declared.columns[name].calibrations == (
-        calibration,
-    )
-
-
-def test_counts_are_told_what_they_need() -> None:
-    with refuses(UsageError, "counts", "scale=SCALE", "raw="):
-        on_command_line("adc_h=body_height:counts")
-    with refuses(UsageError, "unit"):
-        on_command_line("adc_h=body_height,scale=2")
-    with refuses(UsageError, "twice", "scale"):
-        on_command_line("adc_h=body_height:m,scale=2,scale=3")

@@ -20,20 +20,22 @@ DAYS = [f"2026-03-{day:02d}" for day in range(1, 6)]
 SAVED = {"large": 5.0, "small": 9.0}
 
 
-def joules(foot: str, stiffness: str, gain: str) -> float:
-    """The small foot saves 4 points more, and each 100 of gain 2 more; controls differ by 3 J."""
-    saved = 0.0 if gain == "0" else SAVED[foot] + float(gain) / 50.0
-    return (43.0 if foot == "large" else 40.0) * (1.0 - saved / 100.0)
+RNG = np.random.default_rng(11)
+
+
+def made(levels: dict[str, str], saved_percent: float, control_j: float = 40.0, a_day: int = 1) -> ConditionValues:
+    """A condition whose runs, on five days, cost so much and hardly scatter."""
+    values = control_j * (1.0 - saved_percent / 100.0) + RNG.normal(0.0, 1e-6, a_day * len(DAYS))
+    return condition(levels, values.tolist(), DAYS * a_day, is_control=levels["b_ad_gain"] == "0")
 
 
 def conditions(without: tuple[tuple[str, str, str], ...] = ()) -> list[ConditionValues]:
-    rng = np.random.default_rng(11)
+    """The small foot saves 4 points more, and each 100 of gain 2 more; controls differ by 3 J."""
     return [
-        condition(
+        made(
             {"foot": foot, "k_gain": stiffness, "b_ad_gain": gain},
-            (joules(foot, stiffness, gain) + rng.normal(0.0, 1e-6, len(DAYS))).tolist(),
-            DAYS,
-            is_control=gain == "0",
+            0.0 if gain == "0" else SAVED[foot] + float(gain) / 50.0,
+            43.0 if foot == "large" else 40.0,
         )
         for foot, stiffness, gain in itertools.product(("large", "small"), ("300", "400"), GAINS)
         if (foot, stiffness, gain) not in without
@@ -84,14 +86,12 @@ def test_only_groups_that_hold_both_levels_enter_and_none_enters_where_none_does
 
 def test_an_interaction_is_that_of_the_levels_that_both_hold_however_many_runs_each_has() -> None:
     """Both feet save 4 % at 50 and 12 % at 200; of one foot three runs are at 50, of the other at 200."""
-    rng = np.random.default_rng(3)
-    found = []
-    for foot, runs in (("large", {"0": 1, "50": 3, "200": 1}), ("small", {"0": 1, "50": 1, "200": 3})):
-        for gain, times in runs.items():
-            saved = {"0": 0.0, "50": 4.0, "200": 12.0}[gain]
-            values = 40.0 * (1.0 - saved / 100.0) + rng.normal(0.0, 1e-6, 5 * times)
-            levels = {"foot": foot, "b_ad_gain": gain}
-            found.append(condition(levels, values.tolist(), DAYS * times, is_control=gain == "0"))
+    saved = {"0": 0.0, "50": 4.0, "200": 12.0}
+    found = [
+        made({"foot": foot, "b_ad_gain": gain}, saved[gain], a_day=times)
+        for foot, runs in (("large", (1, 3, 1)), ("small", (1, 1, 3)))
+        for gain, times in zip(saved, runs, strict=True)
+    ]
     interaction = ContrastSettings(ContrastKind.INTERACTION, Outcome.JOULES, "foot")
     (one,) = asked(interaction, found)
     assert contrast_result(one, "b_ad_gain", 0.05).estimate.value == pytest.approx(0.0, abs=1e-4)
@@ -102,21 +102,14 @@ def test_an_interaction_is_that_of_the_levels_that_both_hold_however_many_runs_e
 
 def test_a_saving_that_rises_straight_in_every_group_does_not_level_off() -> None:
     """Groups rise by 1 and by 5 points for each 100; one lacks the upper levels."""
-    rng = np.random.default_rng(4)
     gains = ("0", "100", "200", "300", "400")
-    values = {gain: float(gain) for gain in gains[1:]}
     found = [
-        condition(
-            {"foot": foot, "b_ad_gain": gain},
-            (40.0 * (1.0 - slope * float(gain) / 1e4) + rng.normal(0.0, 1e-6, 5)).tolist(),
-            DAYS,
-            is_control=gain == "0",
-        )
+        made({"foot": foot, "b_ad_gain": gain}, slope * float(gain) / 100.0)
         for foot, slope, own in (("large", 1.0, gains[:3]), ("small", 5.0, gains))
         for gain in own
     ]
     settings = ContrastSettings(ContrastKind.LEVELS_OFF, Outcome.JOULES, at=200.0)
-    off, flat = contrasts_of(settings, found, "b_ad_gain", values)
+    off, flat = contrasts_of(settings, found, "b_ad_gain", {gain: float(gain) for gain in gains[1:]})
     assert contrast_result(off, "b_ad_gain", 0.05).estimate.value == pytest.approx(0.0, abs=1e-3)
     assert contrast_result(flat, "b_ad_gain", 0.05).estimate.value == pytest.approx(5.0, abs=1e-3)
     assert flat.levels == ("200", "300", "400")

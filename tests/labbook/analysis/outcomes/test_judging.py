@@ -25,9 +25,10 @@ def detection(*jumps: JumpRow, algorithm: str = "robust", version: int = 1) -> D
     return DetectionRow("d", "key", algorithm, version, "s", "hash", "{}", jumps)
 
 
-def said(verdict: Verdict, anchor_s: float = 1.0, height_m: float | None = 0.2, uid: str = "v") -> DecisionRow:
+def said(verdict: Verdict, anchor_s: float = 1.0, height_m: float = 0.2, version: int = 1) -> DecisionRow:
+    reason, at_utc = ReasonCode.OTHER, f"2026-01-0{version}T00:00:00Z"
     return DecisionRow(
-        uid, "hash", anchor_s, verdict, ReasonCode.OTHER, None, height_m, "robust", 1, "ada", "2026-01-01T00:00:00Z"
+        f"v{version}", "hash", anchor_s, verdict, reason, None, height_m, "robust", version, "ada", at_utc
     )
 
 
@@ -70,22 +71,17 @@ def test_a_new_version_that_moves_the_apex_asks_again(height_m: float | None, se
 
 def test_a_later_verdict_settles_a_waiting_one() -> None:
     new = detection(jump(1, 1.05, 0.3), version=2)
-    later = DecisionRow(
-        "w", "hash", 1.05, Verdict.ACCEPT, ReasonCode.OTHER, None, 0.3, "robust", 2, "ada", "2026-01-02T00:00:00Z"
-    )
+    later = said(Verdict.ACCEPT, 1.05, 0.3, version=2)
     found = judge(new, [REJECT, later], RULES)
     assert found.waiting == ()
     assert found.jumps[0].decision == later
     assert found.in_force == (later,)
 
 
-def test_clear_removes_a_waiting_verdict_near_it_and_no_other() -> None:
+def test_clear_removes_a_waiting_verdict_near_it_and_of_two_the_later_waits() -> None:
     nothing_near = detection(jump(1, 5.0))
     assert judge(nothing_near, [REJECT, said(Verdict.CLEAR, 1.05)], RULES).waiting == ()
     assert judge(nothing_near, [REJECT, said(Verdict.CLEAR, 2.0)], RULES).waiting == (REJECT,)
-
-
-def test_of_two_waiting_verdicts_about_one_moment_the_later_waits() -> None:
     accept = said(Verdict.ACCEPT, 1.05)
     assert judge(detection(), [REJECT, accept], RULES).waiting == (accept,)
 
