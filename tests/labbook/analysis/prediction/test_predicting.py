@@ -19,7 +19,6 @@ from data_schema.queries.runs import list_runs
 from data_schema.queries.study import LevelRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
 from labbook.analysis.prediction import predicting
@@ -40,6 +39,7 @@ from simulator.scene_file import load_scene, parse_scene, write_scene
 from stats.tails import t_quantile
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, SmallBook, small_book, small_toml
+from tests.helpers.decided import reports
 from tests.helpers.wording import says
 
 SIMULATION = """
@@ -60,18 +60,10 @@ def predicted_of(made: MadeReport, quantity: PredictedQuantity, foot: str, level
     return found
 
 
-def report(book: SmallBook, where: str | None = None) -> MadeReport:
-    with book.open() as standing:
-        return state_report(standing, where, ADA, lambda _step: None)
-
-
 @dataclass(frozen=True)
 class Reported:
     book: SmallBook
     made: MadeReport
-
-    def prediction(self, quantity: PredictedQuantity, foot: str, level: str) -> Prediction:
-        return predicted_of(self.made, quantity, foot, level)
 
 
 def predicted_book(folder: Path, simulation: str = SIMULATION) -> SmallBook:
@@ -83,7 +75,7 @@ def predicted_book(folder: Path, simulation: str = SIMULATION) -> SmallBook:
 @pytest.fixture(scope="module")
 def reported(tmp_path_factory: pytest.TempPathFactory) -> Reported:
     book = predicted_book(tmp_path_factory.mktemp("predicted"))
-    return Reported(book, report(book))
+    return Reported(book, reports(book))
 
 
 def scene_of(foot: str, level: str, **more: float) -> Scene:
@@ -120,7 +112,7 @@ def test_each_condition_is_simulated_as_it_was_run(reported: Reported, foot: str
         for name, part in VARIED.items()
     ]
     for place, quantity in enumerate((PredictedQuantity.JOULES, PredictedQuantity.APEX)):
-        found = reported.prediction(quantity, foot, level)
+        found = predicted_of(reported.made, quantity, foot, level)
         assert found.check.predicted.value == nominal[place]
         pairs = [(low[place], high[place]) for low, high in around]
         assert found.check.predicted.se == pytest.approx(error_by_hand(nominal[place], pairs, 1e-6 * nominal[place]))
@@ -140,7 +132,7 @@ def test_savings_are_predicted_as_they_are_measured_and_shared_assumptions_cance
         for name, part in VARIED.items()
     ]
     for level in ("100", "pooled"):
-        found = reported.prediction(PredictedQuantity.SAVINGS, foot, level)
+        found = predicted_of(reported.made, PredictedQuantity.SAVINGS, foot, level)
         assert found.check.predicted.value == pytest.approx(percent())
         assert found.check.predicted.se == pytest.approx(
             error_by_hand(percent(), pairs, 1e-4 * math.sqrt(2.0)), rel=1e-3
@@ -151,7 +143,7 @@ def test_a_prediction_says_how_far_a_finer_simulation_moves_it(reported: Reporte
     for foot, level in itertools.product(RADIUS_M, B_AD):
         both = zip(*(simulated_to(accuracy, foot, level) for accuracy in (1e-6, 1e-8)), strict=True)
         for quantity, (value, finer) in zip((PredictedQuantity.JOULES, PredictedQuantity.APEX), both, strict=True):
-            found = reported.prediction(quantity, foot, level).check.numerical_error
+            found = predicted_of(reported.made, quantity, foot, level).check.numerical_error
             assert found == pytest.approx(abs(value - finer), abs=1e-14 * value)
     for item in reported.made.content.predictions.items:
         assert item.check.numerical_error is not None
@@ -224,7 +216,7 @@ def test_at_another_alpha_the_ratio_still_rests_on_95_percent(reported: Reported
     shutil.copytree(reported.book.folder, tmp_path / "book")
     book = SmallBook(tmp_path / "book", reported.book.instruments)
     book.toml.write_text(f"{book.toml.read_text(encoding='utf-8')}\n[analysis]\nalpha = 0.01\n", encoding="utf-8")
-    items = report(book).content.predictions.of(PredictedQuantity.SAVINGS)
+    items = reports(book).content.predictions.of(PredictedQuantity.SAVINGS)
     assert {item.measured.ci_level for item in items} == {0.99}
     assert (len(items), check_ratios(items)) == (4, 2)  # the large foot's days do not tell
 
@@ -232,14 +224,11 @@ def test_at_another_alpha_the_ratio_still_rests_on_95_percent(reported: Reported
 def test_what_is_assumed_is_listed_with_its_reason_and_what_it_changes(reported: Reported) -> None:
     about = reported.made.content.predictions
     assert {one.name: one.varied_by for one in about.assumed} == VARIED
+    checked = [item.check for item in reported.made.analysis.checked if item.quantity is PredictedQuantity.JOULES]
+    assert len(checked) == 4
     for one in about.assumed:
         assert one.why
-        parts = [
-            item.check.errors[one.name].value
-            for item in reported.made.analysis.checked
-            if item.quantity is PredictedQuantity.JOULES
-        ]
-        assert len(parts) == 4
+        parts = [check.errors[one.name].value for check in checked]
         assert one.changes[PredictedQuantity.JOULES] == max(value for value in parts if isinstance(value, float))
 
 
@@ -249,7 +238,7 @@ def traced(book: SmallBook, number: Number) -> str:
 
 
 def test_every_shown_number_is_traced_to_the_condition_the_robot_and_the_scene(reported: Reported) -> None:
-    item = reported.prediction(PredictedQuantity.SAVINGS, "small", "100")
+    item = predicted_of(reported.made, PredictedQuantity.SAVINGS, "small", "100")
     told = traced(reported.book, item.check.predicted)
     assert f"predicted = {item.check.predicted.value!r} %" in told
     for words in ("prediction_check", "scene bed", "robot hopper, body_mass_kg 1.8", "condition foot=small", "sha256"):
@@ -290,7 +279,7 @@ def test_a_second_report_simulates_nothing_and_predicts_the_same_after_a_rebuild
     monkeypatch.setattr(predicting, "simulate_means", simulated_again)
     done = good(labbook("rebuild", "--json", at=reported.book.folder)).json
     assert not any(done["differences"].values())
-    again = report(reported.book)
+    again = reports(reported.book)
     assert again.content.predictions == reported.made.content.predictions
     assert simulations(again) == simulations(reported.made)
 
@@ -353,12 +342,12 @@ def test_a_factor_that_is_not_simulated_is_said_before_any_table(reported: Repor
 
 def test_a_corrected_robot_is_simulated_anew_and_names_the_report(tmp_path: Path) -> None:
     book = predicted_book(tmp_path)
-    report(book, "foot=small")
+    reports(book, "foot=small")
     with book.open() as standing, standing.session(ADA) as session:
         correct(standing, session, "robot:hopper", ["foot_mass_kg=0.21"], "weighed again")
         (named,) = outdated_reports(session)
     says(named, "foot=small")
-    found = predicted_of(report(book, "foot=small"), PredictedQuantity.JOULES, "small", "0")
+    found = predicted_of(reports(book, "foot=small"), PredictedQuantity.JOULES, "small", "0")
     assert found.check.predicted.value == simulated("small", "0", foot_mass=0.21)[0]
 
 
@@ -379,7 +368,7 @@ def test_a_condition_that_two_robots_ran_is_predicted_as_the_mean_over_its_runs(
     book = predicted_book(tmp_path, SIMULATION + CRICKET)
     with book.open() as standing, standing.session(ADA) as session:
         correct(standing, session, "r001", ["robot=cricket"], "the other one hung there")
-    about = report(book, SMALL_CONTROL).content.predictions
+    about = reports(book, SMALL_CONTROL).content.predictions
     ((joules,), (apex,)) = about.of(PredictedQuantity.JOULES), about.of(PredictedQuantity.APEX)
     light = simulated("small", "0", body_mass=1.6)
     heavy = simulated("small", "0")
@@ -398,7 +387,7 @@ factors = { foot = "foot_radius", k_gain = "k_extension" }
 @pytest.mark.soak
 def test_where_rounding_grows_beyond_the_accuracy_the_error_is_what_it_grows_to(tmp_path: Path) -> None:
     book = predicted_book(tmp_path, CHATTERING)
-    about = report(book, "b_ad_gain=0").content.predictions
+    about = reports(book, "b_ad_gain=0").content.predictions
     masses = {"body_mass": 1.8, "foot_mass": 0.2}
     grown = 0
     for item in about.of(PredictedQuantity.JOULES):
@@ -416,7 +405,7 @@ def test_where_rounding_grows_beyond_the_accuracy_the_error_is_what_it_grows_to(
 def test_a_jump_that_ends_otherwise_is_no_number(tmp_path: Path) -> None:
     stiff = SIMULATION.replace('scene = "bed"', 'scene = "bed"\nparameters = { b_compression = 0.5 }')
     book = predicted_book(tmp_path, stiff)
-    items = report(book, "foot=small").content.predictions.items
+    items = reports(book, "foot=small").content.predictions.items
     assert len(items) == 6
     for item in items:
         assert isinstance(item.check.predicted.value, Undefined)
@@ -431,7 +420,7 @@ def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_th
     book = predicted_book(tmp_path, SIMULATION.replace('"bed"', '"own.toml"'))
     own = write_scene(load_scene("bed").changed({"b_compression": 20.0})) + "# the floor of the laboratory\n"
     (book.folder / "own.toml").write_text(own, encoding="utf-8")
-    about = report(book, SMALL_CONTROL).content.predictions
+    about = reports(book, SMALL_CONTROL).content.predictions
     (joules,) = about.of(PredictedQuantity.JOULES)
     assert joules.check.predicted.value == simulated("small", "0", b_compression=20.0)[0]
     assert about.scene == "own.toml"
@@ -444,7 +433,7 @@ def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_th
     done = good(labbook("rebuild", "--json", at=book.folder)).json
     assert not any(done["differences"].values())
     good(labbook("why", joules.check.predicted.provenance, "--check", at=book.folder))
-    (anew,) = report(book, SMALL_CONTROL).content.predictions.of(PredictedQuantity.JOULES)
+    (anew,) = reports(book, SMALL_CONTROL).content.predictions.of(PredictedQuantity.JOULES)
     assert anew.check.predicted.value == simulated("small", "0", b_compression=30.0)[0]
 
 
@@ -492,7 +481,7 @@ parameters = { foot_radius = 0.0073, kg_scale = %g }
 @pytest.mark.parametrize(("kg_scale", "conditions"), [(1.0, 1), (3.0, 0)])
 def test_a_body_that_gets_under_the_grains_is_told_of(tmp_path: Path, kg_scale: float, conditions: int) -> None:
     book = predicted_book(tmp_path, SUNK % kg_scale)
-    about = report(book, SMALL_CONTROL).content.predictions
+    about = reports(book, SMALL_CONTROL).content.predictions
     scene = load_scene("sim2").changed(
         {"foot_radius": 0.0073, "kg_scale": kg_scale, "body_mass": 1.8, "foot_mass": 0.2}
     )
