@@ -13,7 +13,6 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.study import PlannedRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import void
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, without_day
 from labbook.analysis.outcomes.budget import budget
@@ -27,6 +26,7 @@ from reports.evidence import Decision
 from reports.numbers import Number
 from stats.lines.passive_drain import PassiveDrain
 from tests.helpers.books import ADA, reported_book
+from tests.helpers.decided import reports
 from tests.helpers.wording import says
 
 Change = Callable[[StudyAnalysis], StudyAnalysis]
@@ -34,9 +34,7 @@ Change = Callable[[StudyAnalysis], StudyAnalysis]
 
 @pytest.fixture(scope="module")
 def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
-    folder: Path = tmp_path_factory.mktemp("study")
-    with reported_book(folder).open() as book:
-        return state_report(book, None, ADA, lambda _step: None)
+    return reports(reported_book(tmp_path_factory.mktemp("study")))
 
 
 @pytest.fixture
@@ -54,9 +52,10 @@ def test_each_robot_has_its_own_drain_line(analysis: StudyAnalysis) -> None:
     evidence = analysis.evidence
     assert [drain.robot for drain in analysis.drains.values()] == ["hopper"]
     others = tuple(replace(run, robot="other", robot_uid="other", uid=f"{run.uid}b") for run in evidence.idle)
-    charges = {f"{uid}b": [replace(item, charge_mah=2 * item.charge_mah) for item in charges]
-               for uid, charges in evidence.charges.items()}  # fmt: skip
-    both = replace(evidence, idle=(*evidence.idle, *others), charges={**evidence.charges, **charges})
+    charges = dict(evidence.charges)
+    for run in evidence.idle:
+        charges[f"{run.uid}b"] = [replace(item, charge_mah=2 * item.charge_mah) for item in charges[run.uid]]
+    both = replace(evidence, idle=(*evidence.idle, *others), charges=charges)
     (one,) = drain_lines(evidence).values()
     first, second = drain_lines(both).values()
     assert isinstance(first, PassiveDrain)
@@ -75,22 +74,19 @@ def test_a_run_of_a_robot_without_idle_runs_has_no_joules(analysis: StudyAnalysi
     assert set(found.results) == {run.uid for run in rest}
 
 
-def test_without_exclusions_void_runs_are_back(tmp_path: Path) -> None:
-    with reported_book(tmp_path).open() as book:
-        before = state_report(book, None, ADA, lambda _step: None).analysis
-        with book.session(ADA) as session:
-            void(session, "r002", "rail loose")
-        after = state_report(book, None, ADA, lambda _step: None).analysis
-    as_first = {(item.pair.label, item.shown.quantity): item.shown.decision for item in before.compared}
-    without = [item for item in after.variations.varied if item.variant == WITHOUT_EXCLUSIONS]
+def test_without_exclusions_void_runs_are_back(analysis: StudyAnalysis, tmp_path: Path) -> None:
+    made = reported_book(tmp_path)
+    with made.open() as book, book.session(ADA) as session:
+        void(session, "r002", "rail loose")
+    as_first = {(item.pair.label, item.shown.quantity): item.shown.decision for item in analysis.compared}
+    without = [item for item in reports(made).analysis.variations.varied if item.variant == WITHOUT_EXCLUSIONS]
     assert {item.quantity for item in without} == {Outcome.JOULES, Outcome.APEX}
     for item in without:
         first = as_first[item.headline, item.quantity]
         assert (item.result.n_control, item.result.n_treatment) == (first.n_control, first.n_treatment)
         if item.quantity is Outcome.JOULES:
             for number, before in zip(numbers_of(item.result), numbers_of(first), strict=True):
-                assert number.n == before.n
-                assert number.value == pytest.approx(before.value)
+                assert (number.n, number.value) == (before.n, pytest.approx(before.value))
 
 
 def numbers_of(result: Decision) -> list[Number]:
@@ -227,14 +223,11 @@ def test_planned_runs_are_those_of_the_selected_conditions(analysis: StudyAnalys
     evidence = replace(analysis.evidence, selection="foot=small", selected=runs, runs=runs)
     assert flow(replace(analysis, evidence=evidence), planned).runs_planned == 1
     assert flow(analysis, planned, {"p8", "p9"}).runs_withdrawn == 2
-
-
-@pytest.mark.parametrize("selection", ["day=2021-06-14", "foot=small and not (run in (r001, r002) or foot=large)"])
-def test_no_planned_count_stands_beside_a_selection_that_no_plan_knows(analysis: StudyAnalysis, selection: str) -> None:
-    """The plan has conditions, but neither the days nor the runs that were made."""
-    planned = [PlannedRow("p1", "p1", 1, "1", analysis.evidence.runs[0].condition_key, None)]
-    counted = flow(replace(analysis, evidence=replace(analysis.evidence, selection=selection)), planned, {"p9"})
-    assert (counted.runs_planned, counted.runs_withdrawn) == (None, 0)
+    # The plan has conditions, but neither the days nor the runs that were made.
+    for selection in ("day=2021-06-14", "foot=small and not (run in (r001, r002) or foot=large)"):
+        selected = replace(analysis, evidence=replace(analysis.evidence, selection=selection))
+        counted = flow(selected, planned, {"p9"})
+        assert (counted.runs_planned, counted.runs_withdrawn) == (None, 0)
 
 
 def test_a_day_that_the_drain_line_cannot_do_without_is_said(analysis: StudyAnalysis) -> None:

@@ -10,12 +10,12 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.actions.files.assigning import assign
-from labbook.actions.report_command import state_report
 from labbook.actions.runs.jump_review import decide
 from labbook.presenting.report.content import MadeReport
 from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, JUMPS, small_book
+from tests.helpers.decided import reports
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 
@@ -30,8 +30,7 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
         assign(session, "2021-06-14.csv#2", "none", "of another run")
         assign(session, "r003.csv", "none", "of another run")
         decide(opened, session, "r004", [1, 2, 3], "reject", "misfire", None)
-    with book.open() as opened:
-        return state_report(opened, None, ADA, lambda _step: None)
+    return reports(book)
 
 
 def test_runs_count_where_their_number_was_used_and_the_others_have_a_reason(made: MadeReport) -> None:

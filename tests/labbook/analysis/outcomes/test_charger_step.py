@@ -1,14 +1,12 @@
 """The charger's step is found in the charges, and its rounding widens intervals and is said on page one."""
 
-import csv
-import io
 import math
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from data_schema.outcomes import Outcome
-from labbook.actions.report_command import state_report
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.outcomes.charger_step import ROUNDING, display_step_mah, rounding_in, scatter_in_steps
@@ -16,7 +14,8 @@ from labbook.analysis.outcomes.run_energy import joules_per_mah
 from labbook.presenting.report.content import MadeReport
 from reports.trust import trust_sentences
 from tests.cli.shell import good, labbook
-from tests.helpers.books import ADA, JUMPS, SmallBook, ingest_all, small_book
+from tests.helpers.books import JUMPS, SmallBook, ingest_all, small_book
+from tests.helpers.decided import reports
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 
@@ -56,11 +55,6 @@ def test_scatter_is_pooled_within_conditions_and_few_days() -> None:
     assert scatter_in_steps(joules, steps, ["a", "b", "c", "d"], ["1"] * 4) is None
 
 
-def made(book: SmallBook) -> MadeReport:
-    with book.open() as opened:
-        return state_report(opened, None, ADA, lambda _step: None)
-
-
 def changed(book: SmallBook, protocol: str) -> SmallBook:
     text = book.toml.read_text(encoding="utf-8")
     assert STATED in text
@@ -73,18 +67,12 @@ def coarse(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
     """A report on sheets of a charger that shows tens, with nothing said of it in labbook.toml."""
     book = changed(small_book(tmp_path_factory.mktemp("coarse"), ingested=False), "")
     for sheet in (book.instruments / "charger").iterdir():
-        rows = list(csv.DictReader(io.StringIO(sheet.read_text(encoding="utf-8"))))
-        (charge,) = [name for name in rows[0] if "mah" in name.lower()]
-        for row in rows:
-            row[charge] = str(round(float(row[charge]) / 10.0) * 10)
-        text = io.StringIO()
-        writer = csv.DictWriter(text, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
-        sheet.write_text(text.getvalue(), encoding="utf-8")
+        charges = pd.read_csv(sheet)
+        charges["mAh"] = 10 * (charges["mAh"] / 10).round().astype(int)
+        charges.to_csv(sheet, index=False)
     with book.open() as opened:
         ingest_all(opened, book.instruments)
-    return made(book)
+    return reports(book)
 
 
 def test_page_one_says_that_the_interval_of_a_coarse_charger_cannot_be_trusted(coarse: MadeReport) -> None:
@@ -121,7 +109,7 @@ def test_equal_readings_of_a_condition_have_one_error_of_rounding(coarse: MadeRe
 def test_the_step_that_labbook_toml_states_holds_for_sheets_and_a_fine_one_changes_nothing(tmp_path: Path) -> None:
     """Found in the charges or stated, the step is 1 mAh and the numbers are the same."""
     stated, found, wide = (
-        made(changed(small_book(tmp_path / name), said)).content
+        reports(changed(small_book(tmp_path / name), said)).content
         for name, said in (("stated", STATED), ("found", ""), ("wide", "charger_resolution_mah = 20\n"))
     )
     assert stated.coarse_charger is found.coarse_charger is None

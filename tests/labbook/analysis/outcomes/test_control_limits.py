@@ -22,6 +22,7 @@ from labbook.analysis.outcomes.detection import Detections
 from reports.trust import trust_sentences
 from tests.helpers.books import ADA, small_book
 from tests.helpers.charged_book import Made, charged_book
+from tests.helpers.decided import reports
 from tests.helpers.wording import says
 
 
@@ -115,8 +116,7 @@ def test_two_rows_of_a_sheet_that_were_exchanged_are_suggested(tmp_path: Path, e
     if not exchanged:
         runs[5:7] = [replace(runs[5], joules=480.0), replace(runs[6], joules=250.0)]
     swapped = {"r006": "r007", "r007": "r006"} if exchanged else {}
-    with charged_book(tmp_path, runs, exchanged=swapped).open() as book:
-        content = state_report(book, None, ADA, lambda _step: None).content
+    content = reports(charged_book(tmp_path, runs, exchanged=swapped)).content
     assert content.outside_limits == ("r006", "r007")
     assert content.exchanged_charges == ((("r007", "r006"),) if exchanged else ())
     assert ("exchanged" in " ".join(trust_sentences(content))) is exchanged

@@ -8,43 +8,16 @@ from pathlib import Path
 import pytest
 
 from data_schema.cache_folder import CACHE_VARIABLE
-from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import GapKind
 from ingest.model import Gap
-from labbook.actions.report_command import state_report
-from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.jump_review import review
 from labbook.analysis.outcomes.detection import Detections, Log, detect, detection_row, gaps_for_detector
-from labbook.analysis.outcomes.run_apexes import RunApexes
-from tests.helpers.books import ADA, SmallBook, reported_book, small_book
+from tests.helpers.books import SmallBook, small_book
 
 
 @pytest.fixture
 def made(tmp_path: Path) -> SmallBook:
     return small_book(tmp_path)
-
-
-@pytest.mark.soak
-def test_a_corrected_rest_length_makes_other_apexes(tmp_path: Path) -> None:
-    made = reported_book(tmp_path)
-    with made.open() as book:
-        keys = {*state_report(book, None, ADA, lambda _step: None).computed.made}
-        with book.session(ADA) as session:
-            correct(book, session, "robot:hopper", ["rest_length_m=0.26"], "measured again")
-        with book.reading() as connection:
-            before = review(book, connection, "r001").detections[0].key
-    made.toml.write_text(made.toml.read_text().replace("rest_length_m = 0.27", "rest_length_m = 0.26"))
-    with made.open() as book:
-        anew = state_report(book, None, ADA, lambda _step: None).computed.made.values()
-        with book.reading() as connection:
-            runs = {run.name: run for run in list_runs(connection)}
-            assert review(book, connection, "r001").detections[0].key == before
-    apexes = [one.origin for one in anew if isinstance(one, RunApexes)]
-    assert {origin.scope["run"] for origin in apexes} == {name for name, run in runs.items() if run.condition_key}
-    assert not {origin.key for origin in apexes} & keys
-    for origin in apexes:
-        (robot,) = [item for item in origin.inputs if item.input_kind == "robot"]
-        assert robot.input_uid == runs["r001"].robot_uid
 
 
 def test_the_book_says_the_rest_length_whatever_labbook_toml_calls_its_robots(made: SmallBook) -> None:
