@@ -14,7 +14,7 @@ from simulator.scene_file import load_scene
 DRIVE = Drive(0.1, 0.2, 0.09549296586, 0.186, 0.09549296586)
 
 
-@pytest.mark.parametrize("gain", [300, 600])
+@pytest.mark.parametrize("gain", [300, pytest.param(600, marks=pytest.mark.soak)])
 def test_joules_of_a_stance_are_the_simulator_s(gain: int) -> None:
     scene = load_scene("force_plate").changed({"k_extension": stiffness_n_m(gain)}, jumps=4)
     result = simulate(scene, 1e-6, trajectory=True)

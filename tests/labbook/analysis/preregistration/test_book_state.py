@@ -26,11 +26,9 @@ from labbook.book.rebuilding import rebuild_database
 from labbook.book.write_session import WriteSession
 from tests.helpers.books import ADA, SmallBook
 from tests.helpers.decided import decided_book, ingests, planned, reports
-from tests.helpers.statements import said_alike
 from tests.helpers.wording import says
 
-Said = Callable[[Book, WriteSession], object]
-STATEMENTS: tuple[Said, ...] = (
+STATEMENTS: tuple[Callable[[Book, WriteSession], object], ...] = (
     lambda book, session: correct(book, session, "r002", ["foot=large"], "w"),
     lambda book, session: correct(book, session, "r003", ["battery=C", "day=2021-06-16", "position_in_day=20"], "w"),
     lambda book, session: correct(book, session, "r001", ["jumps_made=2", "starts=2", "duration_s=700"], "w"),
@@ -57,16 +55,6 @@ def history_of(made: SmallBook) -> BookHistory:
         return read_history(connection)
 
 
-def states(made: SmallBook, said: Said) -> None:
-    with made.open() as book, book.session(ADA) as session:
-        said(book, session)
-
-
-def last_entry(made: SmallBook) -> int:
-    with made.open() as book:
-        return said_alike(book)[-1].seq
-
-
 @pytest.fixture
 def honest(tmp_path: Path) -> SmallBook:
     return decided_book(tmp_path)
@@ -76,17 +64,27 @@ def test_a_state_is_what_the_book_held_then(honest: SmallBook) -> None:
     held: dict[int, BookState] = {}
     late = honest.instruments / "r002 again.csv"
     late.write_bytes(honest.log("r003").read_bytes()[:-1] + b"0\n")
-    for said in STATEMENTS:
-        held[last_entry(honest)] = state_at(history_of(honest))
-        states(honest, said)
-    held[last_entry(honest)] = state_at(history_of(honest))
+
+    def hold(book: Book) -> None:
+        with book.reading() as connection:
+            last = connection.exec_driver_sql("SELECT max(seq) FROM journal").scalar_one()
+            held[last] = state_at(read_history(connection))
+
+    with honest.open() as book:
+        for said in STATEMENTS:
+            hold(book)
+            with book.session(ADA) as session:
+                said(book, session)
+        hold(book)
+    assert len(held) == len(STATEMENTS) + 1
     ingests(honest, late)
     history = history_of(honest)
     for seq, state in held.items():
         assert not difference(state, state_at(history, seq))
         assert state == state_at(history, seq)
     rebuild_database(honest.folder, lambda _step: None)
-    assert [state_at(history_of(honest), seq) for seq in held] == list(held.values())
+    history = history_of(honest)
+    assert [state_at(history, seq) for seq in held] == list(held.values())
 
 
 def test_what_came_later_is_not_there_before_and_is_as_first_stated(honest: SmallBook) -> None:
@@ -99,8 +97,10 @@ def test_what_came_later_is_not_there_before_and_is_as_first_stated(honest: Smal
 
 
 def test_runs_give_what_the_analysis_has_of_them(honest: SmallBook) -> None:
-    for said in STATEMENTS:
-        states(honest, said)
+    with honest.open() as book:
+        for said in STATEMENTS:
+            with book.session(ADA) as session:
+                said(book, session)
     analysis = reports(honest).analysis
     state = state_at(history_of(honest))
     for outcome, found in analysis.results.items():
@@ -108,7 +108,8 @@ def test_runs_give_what_the_analysis_has_of_them(honest: SmallBook) -> None:
 
 
 def test_a_withdrawn_sheet_takes_its_runs_out_until_its_numbers_are_back(honest: SmallBook) -> None:
-    states(honest, lambda _book, session: withdraw(session, "2021-06-14.csv", "looked odd"))
+    with honest.open() as book, book.session(ADA) as session:
+        withdraw(session, "2021-06-14.csv", "looked odd")
     found = planned(honest)
     assert [said.split(" without ")[1] for said in found.departures] == ["joules a jump"] * 8
     says(str(found.exploratory(Outcome.JOULES, POOLED)), "which leaves run", "r002")
