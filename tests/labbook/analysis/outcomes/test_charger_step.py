@@ -17,6 +17,7 @@ from tests.cli.shell import good, labbook
 from tests.helpers.books import JUMPS, SmallBook, ingest_all, small_book
 from tests.helpers.decided import reports
 from tests.helpers.pages import quick_page
+from tests.helpers.tomls import without
 from tests.helpers.wording import says
 
 TENS = (20.0, 30.0, 40.0, 70.0)
@@ -56,9 +57,7 @@ def test_scatter_is_pooled_within_conditions_and_few_days() -> None:
 
 
 def changed(book: SmallBook, protocol: str) -> SmallBook:
-    text = book.toml.read_text(encoding="utf-8")
-    assert STATED in text
-    book.toml.write_text(text.replace(STATED, protocol), encoding="utf-8")
+    without(book.folder, STATED, protocol)
     return book
 
 

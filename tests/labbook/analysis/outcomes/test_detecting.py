@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import shutil
 from pathlib import Path
 
 import pytest
 
-from data_schema.cache_folder import CACHE_VARIABLE
 from data_schema.vocabulary import GapKind
 from ingest.model import Gap
 from labbook.actions.runs.jump_review import review
-from labbook.analysis.outcomes.detection import Detections, Log, detect, detection_row, gaps_for_detector
+from labbook.analysis.outcomes.detection import Log, detect, detection_row, gaps_for_detector
 from tests.helpers.books import SmallBook, small_book
 
 
@@ -26,20 +24,6 @@ def test_the_book_says_the_rest_length_whatever_labbook_toml_calls_its_robots(ma
     made.toml.write_text(made.toml.read_text().replace("[robots.hopper]", "[robots.other]"))
     with made.open() as book, book.reading() as connection:
         assert review(book, connection, "r001").detections == before
-
-
-def test_what_another_detector_finds_is_found_once(
-    made: SmallBook, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The second time the samples themselves are gone."""
-    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "cache"))
-    with made.open() as book, book.reading() as connection:
-        signals = {"r001": review(book, connection, "r001").signals}
-        first = Detections(connection, book.store).of(signals, "published", 0.27)
-        shutil.rmtree(book.store.root / "signals")
-        assert Detections(connection, book.store).of(signals, "published", 0.27) == first
-    (found,) = first["r001"]
-    assert (found.algorithm, len(found.jumps) > 0) == ("published", True)
 
 
 def test_a_jump_over_a_gap_of_any_kind_is_marked_and_has_its_own_key(made: SmallBook) -> None:

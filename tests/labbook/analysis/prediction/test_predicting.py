@@ -8,7 +8,7 @@ import itertools
 import math
 import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
@@ -492,26 +492,9 @@ def test_a_body_that_gets_under_the_grains_is_told_of(tmp_path: Path, kg_scale: 
 # --- ahead, in a second process
 
 
-def test_only_conditions_with_a_charge_or_a_log_are_simulated_ahead(
+def test_predictions_made_ahead_are_what_this_process_simulates(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Of others nothing is shown."""
-    monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "cache"))
-    monkeypatch.setattr(predicting, "has_core", lambda: True)
-    with predicted_book(tmp_path).open() as book, book.reading() as connection:
-        evidence = gather(connection, book.configuration, None)
-        planned = {run.uid for run in evidence.runs if "foot=large" in run.condition_key}
-        assert 0 < len(planned) < len(evidence.runs)
-        charges = {uid: found for uid, found in evidence.charges.items() if uid not in planned}
-        logs = {uid: found for uid, found in evidence.logs.items() if uid not in planned}
-        ahead = predictions_in_background(connection, replace(evidence, charges=charges, logs=logs))
-        assert {key for key, _robot in ahead.wanted} == {
-            run.condition_key for run in evidence.runs if run.uid not in planned
-        }
-        assert len(ahead.by_name()) == len(ahead.wanted)
-
-
-def test_they_are_what_this_process_simulates(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def predicted(*, second: bool) -> dict[tuple[str, str], PredictionResult]:
         monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / f"cache {second}"))
         monkeypatch.setattr(predicting, "has_core", lambda: second)

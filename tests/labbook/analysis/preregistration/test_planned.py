@@ -18,8 +18,7 @@ from labbook.actions.runs.jump_review import decide
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, NOTHING_DECIDED, Planned, _run_before
 from labbook.config.model import AnalysisSettings, Bounds, Family
-from labbook.presenting.report.preregistration import planned_sentences
-from tests.helpers.books import ADA, BEN, DAYS, SmallBook, small_book
+from tests.helpers.books import ADA, BEN, SmallBook, small_book
 from tests.helpers.decided import decided_book, ingests, planned
 from tests.helpers.statements import note, said_alike
 from tests.helpers.wording import says
@@ -85,27 +84,19 @@ def test_what_was_decided_stands_in_the_journal_before_the_first_file(either: Sm
     assert found.first_measured_utc == first.at_utc
 
 
-def test_a_charge_typed_in_is_a_measurement_and_a_run_sheet_is_none(tmp_path: Path) -> None:
-    made = small_book(tmp_path, ingested=False)
-    with made.open() as book, book.reading() as connection:
-        assert first_measurement(connection) is None
-    decides(made, DECIDED)
-    with made.open() as book, book.session(ADA) as session:
-        state_charge(session, book.configuration, "r001", 120.0, None, None)
-    assert planned(made).stated
-    with made.open() as book:
-        assert [entry.entity_kind for entry in said_alike(book)[-2:]] == ["config", "charge"]
-
-
-def test_a_refused_file_is_no_measurement(fresh: SmallBook) -> None:
+def test_a_charge_typed_in_is_a_measurement_and_a_run_sheet_and_a_refused_file_are_none(fresh: SmallBook) -> None:
     scan = fresh.instruments / "scan.pdf"
     scan.write_bytes(b"%PDF-1.7 not a log at all\n")
     ingests(fresh, scan)
-    with fresh.open() as book:
+    with fresh.open() as book, book.reading() as connection:
         assert said_alike(book)[-1].action is Action.REFUSE
+        assert first_measurement(connection) is None
     decides(fresh, DECIDED)
-    measured_by_one(fresh)
+    with fresh.open() as book, book.session(ADA) as session:
+        state_charge(session, book.configuration, "r001", 120.0, None, None)
     assert planned(fresh).stated
+    with fresh.open() as book:
+        assert [entry.entity_kind for entry in said_alike(book)[-2:]] == ["config", "charge"]
 
 
 def test_where_nothing_was_decided_in_time_all_is_exploratory(fresh: SmallBook) -> None:
@@ -137,15 +128,6 @@ def test_a_later_change_is_taken_over_and_told_and_rules_nothing(fresh: SmallBoo
     ]  # fmt: skip
     says(found.departures[0], "labbook.toml", "20", "stated before stands")
     assert found.exploratory(Outcome.JOULES, POOLED) is None
-
-
-def test_runs_that_are_older_than_the_decision_are_told(fresh: SmallBook) -> None:
-    decides(fresh, DECIDED)
-    measured_by_one(fresh)
-    found = planned(fresh)
-    first = DAYS[0].isoformat()
-    assert found.run_before == first
-    says(planned_sentences(found)[1], "run is dated", first, "before the decision", "nothing shows that")
 
 
 def test_a_run_is_older_by_its_start_and_without_one_by_its_day(fresh: SmallBook) -> None:
