@@ -115,3 +115,5 @@ def test_every_run_is_on_the_page_of_its_day() -> None:
             assert row[3:8] == [*levels, minutes, "", "hopper"]
             assert row[8:] == [""] * len(BLANKS)
     says(text, "sand &amp", "1")
+    assert "<small>" not in text
+    says(text, "&lt;small&gt;")
