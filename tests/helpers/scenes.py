@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import ParamSpec
 
 from data_schema.errors import UsageError
+from simulator.changes import changed_by_words
 from simulator.effects.registry import EFFECTS
 from simulator.scene import Scene
 
@@ -18,6 +19,11 @@ def scene_or_sentence(make: Callable[P, Scene], *values: P.args, **options: P.kw
         return make(*values, **options)
     except UsageError as refusal:
         return str(refusal)
+
+
+def with_set(scene: Scene, words: str) -> Scene:
+    """The scene with values as `--set` takes them, with spaces between."""
+    return changed_by_words(scene, words.split())
 
 
 def with_needs(effects: frozenset[str], ground: str) -> frozenset[str]:

@@ -1,3 +1,5 @@
+"""Words that change a scene: parameters, gains, effects, and what is refused."""
+
 from __future__ import annotations
 
 import pytest
@@ -5,17 +7,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import UsageError
-from simulator.changes import WORDS, changed_by_words
+from simulator.changes import changed_by_words
 from simulator.declared import all_parameters, parameters_read
 from simulator.scene_file import load_scene, shipped_scenes
 from tests.helpers.scenes import is_sentence, scene_or_sentence
-from tests.helpers.wording import says
+from tests.helpers.wording import refuses, says
 
 SIM2, EMULATOR, BED, PLATE = (load_scene(name) for name in ("sim2", "emulator", "bed", "force_plate"))
-
-
-def test_words_are_no_parameters() -> None:
-    assert not set(WORDS) & set(all_parameters())
 
 
 @given(st.sampled_from(sorted(parameters_read(SIM2.effects))), st.floats(0.0, 1.0))
@@ -32,7 +30,10 @@ def test_nothing_said_changes_nothing() -> None:
         assert changed_by_words(load_scene(name), [], "") == load_scene(name)
 
 
-def test_flight() -> None:
+def test_effects_by_their_signs_and_the_leg_in_flight() -> None:
+    changed = changed_by_words(SIM2, ["velocity_constant=0.1"], " +drag, -added_mass ,-inertial_drag")
+    assert changed.effects == (SIM2.effects | {"drag"}) - {"added_mass", "inertial_drag"}
+    assert changed["velocity_constant"] == 0.1
     held, massless = "held_gains_in_flight", "massless_leg_in_flight"
     assert held not in changed_by_words(SIM2, ["flight=soft"]).effects
     assert changed_by_words(SIM2, ["flight=held"]) == SIM2
@@ -40,7 +41,8 @@ def test_flight() -> None:
     assert changed_by_words(BED, ["flight=soft"]) == BED
 
 
-def test_gains_in_physical_units() -> None:
+def test_gains_and_drop_heights_in_physical_units() -> None:
+    assert changed_by_words(BED, ["drop_height=0.5", "rest_length=0.25"])["initial_height"] == pytest.approx(0.25)
     assert changed_by_words(BED, ["gain=300"])["k_extension"] == pytest.approx(835.36)
     assert changed_by_words(BED, ["damping_gain=150"])["b_ad"] == pytest.approx(3.32 * 150 + 19.67)
     assert changed_by_words(BED, ["damping_gain=0"])["b_ad"] == 0.0
@@ -48,16 +50,13 @@ def test_gains_in_physical_units() -> None:
     assert changed_by_words(PLATE, ["gain=600", "damping_gain=0"], "+active_damping")["b_ad"] == 0.0
 
 
-def test_drop_height_is_the_body_s_with_the_leg_at_its_rest_length() -> None:
-    assert changed_by_words(BED, ["drop_height=0.5"])["initial_height"] == pytest.approx(0.23)
-    assert changed_by_words(BED, ["drop_height=0.5", "rest_length=0.25"])["initial_height"] == pytest.approx(0.25)
-
-
 def test_the_title_tells_what_was_changed() -> None:
     changed = changed_by_words(BED, ["gain=300", " b_ad=517.67"], "+drag, -added_mass")
     says(changed.title, BED.title, "gain=300", "b_ad=517.67", "added_mass")
     assert changed_by_words(changed, ["mu=1"]).title == f"{changed.title}, mu=1"
-    says(changed_by_words(EMULATOR, ["jumps=3"]).title, EMULATOR.title, "jumps=3")
+    three = changed_by_words(EMULATOR, ["jumps=3"])
+    says(three.title, EMULATOR.title, "jumps=3")
+    assert three.jumps == 3
     assert changed_by_words(SIM2, [], "+motor_heat").title == SIM2.title
 
 
@@ -68,34 +67,18 @@ def test_what_is_set_has_no_source_and_is_not_assumed() -> None:
     assert not any(changed.values[name].source for name in changed.set_by_user)
 
 
-def test_jumps() -> None:
-    assert changed_by_words(EMULATOR, ["jumps=4"]).jumps == 4
-
-
-def test_effects() -> None:
-    changed = changed_by_words(SIM2, [], " +drag, -added_mass ,-inertial_drag")
-    assert changed.effects == (SIM2.effects | {"drag"}) - {"added_mass", "inertial_drag"}
-    assert changed_by_words(SIM2, ["velocity_constant=0.1"], "+drag")["velocity_constant"] == 0.1
-
-
 @pytest.mark.parametrize(
     ("sets", "effects", "said"),
     [
         (["foot_radius"], None, "'foot_radius' is not NAME=VALUE: write for example --set foot_radius=0.038."),
-        (["=3"], None, "is not NAME=VALUE"),
         (["foot_radius="], None, "is not NAME=VALUE"),
         (["foot_radus=0.03"], None, "'foot_radus' is not a known parameter: did you mean 'foot_radius'?"),
-        (["b_e=3"], None, "'b_e' is not a known parameter: did you mean 'b_extension'?"),
         (["gian=300"], None, "'gian' is not a known parameter: did you mean 'gain'?"),
         (["foot_radius=0.03m"], None, "foot_radius=0.03m is not a number: give a plain one in m, without its unit."),
-        (["mu=two"], None, "mu=two is not a number: give a plain one, without its unit."),
         (["foot_radius=nan"], None, "foot_radius = nan is not a finite number"),
         (["mu=2", "mu=3"], None, "mu=2 and mu=3 both set mu: leave one of them out."),
         (["gain=300", "k_extension=650"], None, "gain=300 and k_extension=650 both set k_extension"),
-        (["damping_gain=300", "b_ad=0"], None, "both set b_ad"),
-        (["initial_height=0.1", "drop_height=0.42"], None, "both set initial_height"),
         (["flight=held", "flight=soft"], None, "both set the leg in flight"),
-        (["jumps=1", "jumps=1"], None, "both set jumps"),
         (["flight=hard"], None, "'hard' is not a known leg in flight"),
         (["jumps=many"], None, "jumps=many is not a whole number"),
         (["jumps=3"], None, "levelled after every jump"),
@@ -108,7 +91,6 @@ def test_effects() -> None:
     ],
 )
 def test_refused_words(sets: list[str], effects: str | None, said: str) -> None:
-    with pytest.raises(UsageError) as refusal:
+    with refuses(UsageError, said) as refusal:
         changed_by_words(SIM2, sets, effects)
-    assert said in str(refusal.value)
     assert is_sentence(str(refusal.value))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import math
 import re
 from dataclasses import replace
 from typing import Any
@@ -11,9 +10,9 @@ from typing import Any
 import pytest
 
 from simulator.compiled import Function
-from simulator.declared import GROUNDS, all_parameters, readers
+from simulator.declared import GROUNDS, all_parameters
 from simulator.effects.effect import MODES, BodyForce, Effect, Energy
-from simulator.effects.registry import EFFECTS, ENERGIES
+from simulator.effects.registry import EFFECTS
 from simulator.kernel.composition import compose
 from simulator.parameter import BASICS
 from simulator.scene import Scene
@@ -21,58 +20,32 @@ from simulator.scene_file import PARTS, load_scene, shipped_scenes
 from tests.helpers.scenes import is_sentence, scene_or_sentence, with_needs
 
 ON_GROUND = {"hydrostatic_stiffness": "sim2", "rigid_ground": "force_plate", "emulated_ground": "emulator"}
-PAIRS = list(itertools.combinations(EFFECTS, 2))
 
 
-@pytest.mark.parametrize("name", EFFECTS)
-def test_an_effect_says_what_it_is_and_names_effects_that_exist(name: str) -> None:
-    effect = EFFECTS[name]
-    assert effect.name == name
-    assert re.fullmatch("[a-z]+(_[a-z]+)*", name)
-    assert effect.meaning
-    assert effect.source
-    named = {*effect.excludes, *itertools.chain.from_iterable(effect.needs)}
-    assert named <= set(EFFECTS) - {name}
-    assert all(alternatives for alternatives in effect.needs)
-    assert len(effect.parameters) == len({parameter.name for parameter in effect.parameters})
-    assert len(set(effect.outputs)) == len(effect.outputs)
-    assert not set(effect.derived) & set(all_parameters())
+def test_exclusions_and_needs_name_effects_and_exclude_each_other() -> None:
+    for name, effect in EFFECTS.items():
+        assert effect.name == name
+        assert {*effect.excludes, *itertools.chain.from_iterable(effect.needs)} <= set(EFFECTS) - {name}
+        for other, sentence in effect.excludes.items():
+            assert EFFECTS[other].excludes[name] == sentence
 
 
-@pytest.mark.parametrize("name", EFFECTS)
-def test_exclusions_are_mutual_in_one_sentence_that_says_what_to_leave_out(name: str) -> None:
-    for other, sentence in EFFECTS[name].excludes.items():
-        assert EFFECTS[other].excludes[name] == sentence
-        assert ": leave out " in sentence
-        assert not sentence.endswith(".")
-
-
-def test_a_parameter_is_declared_once() -> None:
-    declared = [*BASICS, *(parameter for effect in EFFECTS.values() for parameter in effect.parameters)]
-    for parameter in declared:
-        assert all_parameters()[parameter.name] is parameter
-    assert not {parameter.name for parameter in BASICS} & {name for name in all_parameters() if readers(name)}
-
-
-@pytest.mark.parametrize("name", all_parameters())
-def test_a_parameter_has_a_part_a_unit_a_meaning_and_a_box(name: str) -> None:
-    parameter = all_parameters()[name]
-    assert parameter.part in PARTS
-    assert parameter.unit
-    assert parameter.meaning
-    assert math.isfinite(parameter.low)
-    assert math.isfinite(parameter.high)
-    assert parameter.low < parameter.high
-    for scene in map(load_scene, shipped_scenes()):
-        value = scene.values[name].value if name in scene.values else parameter.assumed
-        assert value is not None
-        assert parameter.low <= value <= parameter.high
-    assert (parameter.assumed is None) != bool(parameter.why)
+def test_every_parameter_is_declared_once_with_a_box_that_holds_its_shipped_values() -> None:
+    for one in [*BASICS, *(parameter for effect in EFFECTS.values() for parameter in effect.parameters)]:
+        assert all_parameters()[one.name] is one
+        assert one.part in PARTS
+        assert one.unit
+        assert one.meaning
+        assert (one.assumed is None) != bool(one.why)
+        for scene in map(load_scene, shipped_scenes()):
+            value = scene.values[one.name].value if one.name in scene.values else one.assumed
+            assert value is not None
+            assert one.low <= value <= one.high
 
 
 def test_every_pair_of_effects_is_built_or_refused_with_a_sentence() -> None:
     grounds = {ground: load_scene(name) for ground, name in ON_GROUND.items()}
-    for first, second in PAIRS:
+    for first, second in itertools.combinations(EFFECTS, 2):
         pair = frozenset((first, second))
         results = []
         for ground, scene in grounds.items():
@@ -84,11 +57,6 @@ def test_every_pair_of_effects_is_built_or_refused_with_a_sentence() -> None:
         for sentence in results:
             if isinstance(sentence, str):
                 assert re.fullmatch(r"(\w+) and (\w+) cannot be on together, since .+: leave out .+\.", sentence)
-
-
-def test_an_energy_is_declared_once_and_named_for_people() -> None:
-    assert len({energy.name for energy in ENERGIES}) == len(ENERGIES)
-    assert all(energy.meaning and energy.label for energy in ENERGIES)
 
 
 LOSS = Energy("wind_loss", "energy lost to the wind", -1, "lost to the wind")

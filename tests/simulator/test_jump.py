@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from data_schema.errors import UsageError
 from simulator.accuracy.methods import KernelRun
-from simulator.jump import (
-    FINEST_ACCURACY,
-    ILL_CONDITIONED_BELOW,
-    parameter_row,
-    simulate,
-)
+from simulator.jump import FINEST_ACCURACY, ILL_CONDITIONED_BELOW, parameter_row, simulate
 from simulator.kernel.build import kernel_for
 from simulator.kernel.layout import OUTCOMES
 from simulator.kernel.limits import STOP_AFTER_LIFTOFF
@@ -22,7 +18,7 @@ from simulator.kernel.rows import COLUMN, COLUMNS
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene, shipped_scenes
 from tests.helpers.kernels import batch_rows, interpreted
-from tests.helpers.wording import refuses
+from tests.helpers.wording import refuses, says
 
 
 @pytest.mark.parametrize("accuracy", [0.0, -1e-6, 1e-14, 0.2, math.nan, math.inf])
@@ -45,16 +41,16 @@ def test_costs_and_times_of_a_result_belong_together(name: str) -> None:
         parts = [getattr(jump, f"{span}_{part}_J") for part in ("heat", "mechanical", "drag")]
         assert jump.cost_J == pytest.approx(sum(parts), rel=1e-14)
         assert 0.0 < jump.stance_heat_J <= jump.jump_heat_J
-        assert jump.liftoff_time_s is not None
-        assert jump.apex_time_s is not None
-        assert jump.next_touchdown_time_s is not None
-        assert 0.0 < jump.liftoff_time_s < jump.apex_time_s < jump.next_touchdown_time_s
+        lift_off_s, apex_s, next_s = (
+            time_s or 0.0 for time_s in (jump.liftoff_time_s, jump.apex_time_s, jump.next_touchdown_time_s)
+        )
+        assert 0.0 < lift_off_s < apex_s < next_s
         assert jump.min_leg_length_m < min(scene["rest_length"], jump.max_leg_length_m)
         assert jump.steps > 0
         assert jump.rhs_evaluations > jump.steps
         if place:
             assert jump.touchdown_time_s == pytest.approx(ends_s, rel=1e-12)
-        ends_s = jump.touchdown_time_s + jump.next_touchdown_time_s
+        ends_s = jump.touchdown_time_s + next_s
 
 
 def test_a_stance_alone_is_that_of_the_whole_jump() -> None:
@@ -68,14 +64,15 @@ def test_a_stance_alone_is_that_of_the_whole_jump() -> None:
         assert stance[name] == getattr(whole, name)
 
 
-def drawing(power_w: float) -> JumpResult:
-    return simulate(
-        load_scene("force_plate").changed({"passive_power": power_w}, ("passive_draw",), jumps=2), 1e-6
-    ).jump
+def test_a_notebook_shows_what_a_jump_came_to() -> None:
+    jump = simulate(load_scene("sim2")).jump
+    says(jump._repr_html_(), f"{jump.apex_height_m:.4g} m")
+    says(replace(jump, outcome="<sank>", apex_height_m=None)._repr_html_(), "&lt;sank&gt;", "no apex")
 
 
 def test_passive_draw_counts_over_the_time_of_a_jump() -> None:
-    none, some = interpreted(drawing, 0.0), interpreted(drawing, 6.0)
+    scene = load_scene("force_plate").changed(effects_on=("passive_draw",), jumps=2)
+    none, some = (interpreted(simulate, scene.changed({"passive_power": each})).jump for each in (0.0, 6.0))
     assert some.next_touchdown_time_s is not None
     assert some.passive_J == pytest.approx(6.0 * some.next_touchdown_time_s, rel=1e-12)
     assert some.cost_J - none.cost_J == pytest.approx(some.passive_J, rel=1e-12)
@@ -84,11 +81,7 @@ def test_passive_draw_counts_over_the_time_of_a_jump() -> None:
 
 @pytest.mark.parametrize(("halvings", "nearest"), [(8, ILL_CONDITIONED_BELOW), (38, 1e-7)])
 def test_where_one_decision_hangs_on_an_edge_both_branches_are_shown(halvings: int, nearest: float) -> None:
-    """Over a range of stiffness the tick at which the leg extends changes: on the edge between two, either may be.
-
-    Halved often enough, the state at the tick says nothing more than its rounding does: a decision turned round must
-    still be the other one.
-    """
+    """Halved often enough, the state at the tick at which the leg extends says nothing more than its rounding does."""
     scene, accuracy = load_scene("sim2"), 1e-6
     stiffness_n_m = np.linspace(250.0, 254.0, 4001)
     kernel = kernel_for(scene.effects)
@@ -101,30 +94,28 @@ def test_where_one_decision_hangs_on_an_edge_both_branches_are_shown(halvings: i
     sides_m = apexes_m[edge], apexes_m[edge + 1]
     assert abs(sides_m[1] - sides_m[0]) > 100.0 * np.median(np.abs(np.diff(apexes_m)))
 
-    def apex_m(value: float) -> float:
-        found = simulate(scene.changed({"k_compression": value}), accuracy).jump.apex_height_m
-        assert found is not None
-        return found
+    def jump_at(value: float) -> JumpResult:
+        return simulate(scene.changed({"k_compression": value}), accuracy).jump
 
     low, high = float(stiffness_n_m[edge]), float(stiffness_n_m[edge + 1])
     for _ in range(halvings):
         middle = 0.5 * (low + high)
-        if abs(apex_m(middle) - sides_m[0]) < abs(apex_m(middle) - sides_m[1]):
+        apex_m = jump_at(middle).apex_height_m or 0.0
+        if abs(apex_m - sides_m[0]) < abs(apex_m - sides_m[1]):
             low = middle
         else:
             high = middle
     margins = []
     for value, own_m, other_m in ((low, *sides_m), (high, *sides_m[::-1])):
-        jump = simulate(scene.changed({"k_compression": value}), accuracy).jump
+        jump = jump_at(value)
         assert jump.ill_conditioned
-        assert jump.decision_margin is not None
-        assert jump.decision_margin < ILL_CONDITIONED_BELOW
-        margins.append(jump.decision_margin)
+        margins.append(math.inf if jump.decision_margin is None else jump.decision_margin)
         assert jump.decision_tick is not None
         assert jump.other_branch is not None
         between_m = abs(sides_m[1] - sides_m[0])
         assert jump.apex_height_m == pytest.approx(own_m, abs=2e-3 * between_m)
         assert jump.other_branch.apex_height_m == pytest.approx(other_m, abs=2e-3 * between_m)
+    assert max(margins) < ILL_CONDITIONED_BELOW
     assert min(margins) < nearest
 
 
@@ -141,19 +132,6 @@ def test_a_body_that_gets_under_the_grains_is_marked() -> None:
     above = simulate(load_scene("sim2").changed({**SUNK, "kg_scale": 1.95})).jump
     assert not above.under_surface
     assert 0.0 < above.min_body_height_m < 0.02
-
-
-@pytest.mark.parametrize("name", shipped_scenes())
-def test_the_lowest_body_is_that_of_the_motion(name: str) -> None:
-    """The samples are half a millisecond apart: the body is then at most v^2 / 2a above where it turns."""
-    scene = load_scene(name)
-    result = simulate(scene.changed(jumps=min(scene.jumps, 2)), 1e-9, trajectory=True)
-    assert result.trajectory is not None
-    heights, numbers = (result.trajectory[name].to_numpy() for name in ("body_height", "jump"))
-    for number, jump in enumerate(result.jumps):
-        lowest_m = heights[numbers == number].min()
-        assert lowest_m - 5e-6 < jump.min_body_height_m <= lowest_m
-        assert not jump.under_surface
 
 
 def test_a_book_that_stays_open_is_marked() -> None:

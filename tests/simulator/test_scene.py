@@ -1,17 +1,21 @@
+"""Scenes: every legal value makes one, or is refused in a sentence that says what to give; rules between parameters."""
+
 from __future__ import annotations
 
 import math
 from dataclasses import replace
 
+import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import UnknownName, UsageError
-from simulator.declared import all_parameters, parameters_read
-from simulator.effects.registry import EFFECTS
+from simulator.declared import parameters_read
+from simulator.parameter import GRAVITY_M_S2
 from simulator.scene import Scene, Value
 from simulator.scene_file import load_scene, parse_scene, shipped_scenes, write_scene
+from simulator.scene_rules import DEEPEST_M, least_bearing_ratio
 from tests.helpers.scenes import is_sentence, scene_or_sentence
 from tests.helpers.wording import refuses
 
@@ -58,54 +62,34 @@ def test_every_legal_end_of_a_box_is_in_it_and_what_lies_beyond_is_not(name: str
 
 
 @pytest.mark.parametrize(
-    ("changes", "said"),
+    ("values", "on", "off", "said"),
     [
-        ({"foot_radius": 0.0}, "foot_radius = 0 m is outside what can be simulated: give 0.001 to 0.2 m."),
-        ({"foot_radius": 1e-9}, "foot_radius = 1e-09 m is outside"),
-        ({"foot_mass": -0.1}, "foot_mass = -0.1 kg is outside"),
-        ({"body_mass": math.nan}, "body_mass = nan is not a finite number: give one from"),
-        ({"k_sh": math.inf}, "k_sh = inf is not a finite number"),
-        ({"foot_radios": 0.03}, "'foot_radios' is not a known parameter: did you mean 'foot_radius'?"),
-        ({"rest_length": 0.3}, "rest_length = 0.3 m is out of the leg's reach, which is between 0.1 m (folded) and"),
-        ({"rest_length": 0.1}, "is out of the leg's reach"),
-        ({"upper_link": 0.2}, "upper_link = 0.2 m is not shorter than lower_link = 0.2 m"),
-        ({"kg_scale": 0.018}, "(K < m_a g): give at least kg_scale = 0.0182, or leave out added_mass."),
-        ({"platform_travel": 0.05}, "only emulated_ground reads it and is off: switch it on, or leave platform_travel"),
-        ({"velocity_constant": 0.1}, "velocity_constant would change nothing, because only drag reads it"),
+        ({"foot_radius": 0.0}, "", "", "foot_radius = 0 m is outside what can be simulated: give 0.001 to 0.2 m."),
+        ({"body_mass": math.nan}, "", "", "body_mass = nan is not a finite number: give one from"),
+        ({"k_sh": math.inf}, "", "", "k_sh = inf is not a finite number"),
+        ({"foot_radios": 0.03}, "", "", "'foot_radios' is not a known parameter: did you mean 'foot_radius'?"),
+        ({"rest_length": 0.3}, "", "", "rest_length = 0.3 m is out of the leg's reach, which is between 0.1 m"),
+        ({"upper_link": 0.2}, "", "", "upper_link = 0.2 m is not shorter than lower_link = 0.2 m"),
+        ({"kg_scale": 0.018}, "", "", "(K < m_a g): give at least kg_scale = 0.0182, or leave out added_mass."),
+        ({"platform_travel": 0.05}, "", "", "only emulated_ground reads it and is off: switch it on, or leave"),
+        ({}, "dragg", "", "'dragg' is not a known effect: did you mean 'drag'?"),
+        ({}, "drag", "drag", "drag is to be both on and off: name it once."),
+        ({}, "", "hydrostatic_stiffness inertial_drag added_mass", "a scene without a ground has nothing to jump"),
+        ({}, "torque_cap", "", "cannot be on together, since the leg's force has one cap: leave out"),
+        ({}, "rigid_ground", "", "cannot be on together, since a foot stands on one ground: leave out"),
+        ({}, "held_force", "sampled_control", "held_force needs sampled_control, which is off: switch that on too, or"),
     ],
 )
-def test_refused_values(changes: dict[str, float], said: str) -> None:
-    with pytest.raises(UsageError) as refusal:
-        SIM2.changed(changes)
-    assert said in str(refusal.value)
+def test_what_makes_no_scene_is_refused(values: dict[str, float], on: str, off: str, said: str) -> None:
+    with refuses(UsageError, said) as refusal:
+        SIM2.changed(values, on.split(), off.split())
     assert is_sentence(str(refusal.value))
 
 
-@pytest.mark.parametrize(
-    ("on", "off", "said"),
-    [
-        (("dragg",), (), "'dragg' is not a known effect: did you mean 'drag'?"),
-        (("drag",), ("drag",), "drag is to be both on and off: name it once."),
-        ((), ("hydrostatic_stiffness", "inertial_drag", "added_mass"), "a scene without a ground has nothing to jump"),
-        ((), ("hydrostatic_stiffness",), "a scene without a ground"),
-        (("torque_cap",), (), "cannot be on together, since the leg's force has one cap: leave out"),
-        (("rigid_ground",), (), "cannot be on together, since a foot stands on one ground: leave out"),
-        (
-            ("held_force",),
-            ("sampled_control",),
-            "held_force needs sampled_control, which is off: switch that on too, or",
-        ),
-    ],
-)
-def test_refused_effects(on: tuple[str, ...], off: tuple[str, ...], said: str) -> None:
-    with pytest.raises(UsageError) as refusal:
-        SIM2.changed(effects_on=on, effects_off=off)
-    assert said in str(refusal.value)
-    assert is_sentence(str(refusal.value))
-
-
-def test_an_effect_that_is_on_already_may_be_switched_on_again_and_off_twice() -> None:
-    assert SIM2.changed(effects_on=("motor_heat",), effects_off=("drag",)) == SIM2
+@pytest.mark.parametrize(("name", "jumps"), [("force_plate", 0), ("force_plate", 2_000_000), ("sim2", 2)])
+def test_refused_numbers_of_jumps(name: str, jumps: int) -> None:
+    with refuses(UsageError, f"jumps = {jumps}"):
+        SHIPPED[name].changed(jumps=jumps)
 
 
 def test_a_parameter_that_an_effect_reads_has_to_have_a_value() -> None:
@@ -117,10 +101,7 @@ def test_a_parameter_that_an_effect_reads_has_to_have_a_value() -> None:
         replace(SIM2, values={name: value for name, value in SIM2.values.items() if name != "body_mass"})
     with refuses(UnknownName, "parameter of this"):
         bare["velocity_constant"]
-
-
-def test_values_of_effects_that_are_off_are_checked_too() -> None:
-    with refuses(UsageError, "-1 m", "is outside"):
+    with refuses(UsageError, "-1 m", "is outside"):  # of an effect that is off, too
         replace(SIM2, values={**SIM2.values, "platform_travel": Value(-1.0, "x")})
 
 
@@ -140,18 +121,64 @@ def test_assumed_are_the_parameters_without_source_that_are_read(name: str) -> N
     assert {name for name in scene.values if scene.values[name].assumed} > set(scene.assumed)
 
 
-@pytest.mark.parametrize("jumps", [0, -1, 2_000_000])
-def test_refused_numbers_of_jumps(jumps: int) -> None:
-    with refuses(UsageError, "not a number", "1"):
-        SHIPPED["force_plate"].changed(jumps=jumps)
+SIM2 = load_scene("sim2")
+EMULATOR = load_scene("emulator")
+NOMINAL = {name: SIM2[name] for name in SIM2.read}
 
 
-def test_a_granular_bed_is_levelled_between_jumps() -> None:
-    with refuses(UsageError, "levelled after every", "1"):
-        SIM2.changed(jumps=2)
-    assert SHIPPED["emulator"].changed(jumps=4).jumps == 4
+def ratios(p: dict[str, float], n_depths: int = 4000) -> np.ndarray[tuple[int], np.dtype[np.float64]]:
+    """K / (m_a g) at many depths, as the functions stand in the thesis's code."""
+    radius, q = p["foot_radius"], p["mu"] / math.tan(p["cone_angle"])
+    z = np.concatenate(
+        [np.geomspace(1e-9, DEEPEST_M, n_depths), np.linspace(1e-6, min(radius / q, DEEPEST_M), n_depths)]
+    )
+    s = np.minimum(z, radius / q)
+    volume = math.pi * (radius**2 * s - q * radius * s**2 + q**2 * s**3 / 3)
+    area = math.pi * radius**2
+    k = p["kg_scale"] * (p["k_sh"] * volume / area + p["sigma"] * z * (area + volume) / math.cos(p["cone_angle"]))
+    added = p["phi"] * p["rho"] * p["mu"] * volume + p["added_mass_constant"] * z
+    found: np.ndarray[tuple[int], np.dtype[np.float64]] = k / (added * GRAVITY_M_S2)
+    return found
 
 
-def test_all_parameters_belong_to_every_scene_or_to_an_effect() -> None:
-    everything = parameters_read(EFFECTS)
-    assert everything == all_parameters()
+BOX = {
+    "foot_radius": st.floats(0.001, 0.2),
+    "cone_angle": st.floats(0.2, 1.4),
+    "mu": st.floats(0.05, 20.0),
+    "k_sh": st.floats(0.0, 1e5),
+    "sigma": st.floats(1.0, 1e7),
+    "rho": st.floats(10.0, 2e4),
+}
+
+
+@given(st.fixed_dictionaries(BOX), st.floats(0.0, 20.0))
+def test_the_least_bearing_ratio_is_that_of_all_depths(ground: dict[str, float], constant: float) -> None:
+    p = NOMINAL | ground | {"added_mass_constant": constant}
+    assert least_bearing_ratio(p) <= ratios(p).min() * (1 + 1e-9)
+    assert least_bearing_ratio(p) == pytest.approx(ratios(p).min(), rel=1e-3)
+
+
+def test_a_ground_that_cannot_carry_its_grains_is_refused_and_the_sentence_gives_the_scale_that_can() -> None:
+    limit = 1.0 / least_bearing_ratio(NOMINAL)
+    assert limit == pytest.approx(0.0182, abs=1e-4)  # "below about 0.018"
+    SIM2.changed({"kg_scale": 1.0001 * limit})
+    with refuses(UsageError, "m_a") as refusal:
+        SIM2.changed({"kg_scale": 0.5 * limit})
+    scale = float(str(refusal.value).split("kg_scale = ")[2].split(",")[0])
+    SIM2.changed({"kg_scale": scale})
+    SIM2.changed({"kg_scale": 0.5 * limit}, effects_off=("added_mass",))
+
+
+def test_a_soft_surface_over_firm_depth_is_judged_by_its_surface() -> None:
+    p = NOMINAL | {"k_sh": 0.0, "kg_scale": 0.05}
+    assert least_bearing_ratio(p) == pytest.approx(ratios(p).min(), rel=1e-6)
+    with refuses(UsageError, "m_a"):
+        SIM2.changed({"k_sh": 0.0, "kg_scale": 0.05})
+
+
+@pytest.mark.parametrize("name", ["release_tolerance", "switch_compression"])
+def test_release_and_switching_come_before_the_leg_turns_soft(name: str) -> None:
+    with refuses(UsageError, "rest_tolerance"):
+        EMULATOR.changed({name: 0.004})
+    equal = EMULATOR.changed({"release_tolerance": EMULATOR["rest_tolerance"]})  # the release goes first
+    assert equal["release_tolerance"] == equal["rest_tolerance"]

@@ -1,3 +1,5 @@
+"""Results as plain data: reasons beside what is undefined, parts within parts, the same columns in every row."""
+
 import json
 import math
 from dataclasses import dataclass
@@ -28,30 +30,17 @@ class Outer(Result):
 
     @property
     def doubled(self) -> float | Undefined:
-        return Undefined(Reason.AS_SAID, said="not asked") if isinstance(self.slope, Undefined) else 2.0 * self.slope
+        return undefined("not asked") if isinstance(self.slope, Undefined) else 2.0 * self.slope
 
 
-FULL = Outer(
-    "x",
-    RunKind.IDLE,
-    1.5,
-    (1.0, 2.0),
-    7.0,
-    Inner(0.1),
-    (1.0, Undefined(Reason.AS_SAID, said="gone")),
-    {"a": 1.0},
-    np.arange(2),
-)
+def undefined(said):
+    return Undefined(Reason.AS_SAID, said=said)
+
+
+PARTS, POINTS = (1.0, undefined("gone")), np.arange(2)
+FULL = Outer("x", RunKind.IDLE, 1.5, (1.0, 2.0), 7.0, Inner(0.1), PARTS, {"a": 1.0}, POINTS)
 BARE = Outer(
-    "y",
-    RunKind.IDLE,
-    Undefined(Reason.AS_SAID, said="flat"),
-    Undefined(Reason.AS_SAID, said="flat too"),
-    math.inf,
-    Inner(Undefined(Reason.AS_SAID, said="one")),
-    (),
-    {},
-    np.arange(2),
+    "y", RunKind.IDLE, undefined("flat"), undefined("flat too"), math.inf, Inner(undefined("one")), (), {}, POINTS
 )
 
 
@@ -63,10 +52,8 @@ def test_plain_data_carry_the_reasons():
     assert data["inner"] == {"se": None, "se_reason": "one"}
     assert data["doubled_reason"] == "not asked"
     full = FULL.to_dict()
-    assert full["doubled"] == 3.0
-    assert full["kind"] == "idle"
+    assert (full["doubled"], full["kind"], full["points"]) == (3.0, "idle", [0, 1])
     assert full["parts"] == [1.0, {"value": None, "reason": "gone"}]
-    assert full["points"] == [0, 1]
     assert "slope_reason" not in full
     assert json.loads(FULL.to_json()) == full
 
@@ -75,9 +62,7 @@ def test_frames_have_one_row_a_result_and_the_same_columns():
     frame = frame_of([FULL, BARE])
     assert len(frame) == 2
     assert list(FULL.to_frame().columns) == list(BARE.to_frame().columns)
-    assert frame["slope"].tolist()[0] == 1.5
-    assert math.isnan(frame["slope"].tolist()[1])
-    assert frame["slope_ci_high"].tolist()[0] == 2.0
-    assert frame["slope_ci_reason"].tolist()[1] == "flat too"
-    assert frame["inner_se_reason"].tolist()[1] == "one"
+    np.testing.assert_array_equal(frame["slope"], [1.5, math.nan])
     assert frame["slope"].dtype == np.float64
+    assert frame["slope_ci_high"][0] == 2.0
+    assert (frame["slope_ci_reason"][1], frame["inner_se_reason"][1]) == ("flat too", "one")

@@ -27,14 +27,13 @@ MOST_STEPS = 20_000
 """Interpreted, the usual limit would take minutes to reach."""
 ON_GROUND = {"hydrostatic_stiffness": "sim2", "rigid_ground": "force_plate", "emulated_ground": "emulator"}
 PAIRS = list(itertools.combinations(EFFECTS, 2))
-ACTIVE_DAMPING_KG_M = 60.0
-"""Shipped scenes have none or much; beside few other effects much of it makes a leg chatter."""
 PUBLISHED = {name for effect in EFFECTS.values() for name in effect.outputs}
 Found = dict[tuple[str, str], tuple[frozenset[str], tuple[JumpResult, ...]]]
 
 
-def damped(scene: Scene) -> Scene:
-    return scene.changed({"b_ad": ACTIVE_DAMPING_KG_M}) if "b_ad" in scene.read else scene
+def with_less_damping(scene: Scene) -> Scene:
+    """Shipped scenes have none or much; beside few other effects much of it makes a leg chatter."""
+    return scene.changed({"b_ad": 60.0}) if "b_ad" in scene.read else scene
 
 
 def alone(first: str, second: str) -> Scene | None:
@@ -43,7 +42,7 @@ def alone(first: str, second: str) -> Scene | None:
         on = with_needs(frozenset((first, second)), ground)
         found = scene_or_sentence(load_scene(name).changed, {}, on, set(EFFECTS) - on, jumps=1)
         if isinstance(found, Scene):
-            return damped(found)
+            return with_less_damping(found)
     return None
 
 
@@ -53,7 +52,7 @@ def in_shipped_scenes(first: str, second: str) -> Scene | None:
         shipped = load_scene(name)
         found = scene_or_sentence(shipped.changed, {}, (first, second), jumps=min(shipped.jumps, 2))
         if isinstance(found, Scene):
-            return damped(found)
+            return with_less_damping(found)
     return None
 
 
@@ -83,10 +82,6 @@ def faults(effects: frozenset[str], jump: JumpResult) -> list[str]:
 def assert_sound(found: Found) -> None:
     wrong = {pair: [faults(effects, jump) for jump in jumps] for pair, (effects, jumps) in found.items()}
     assert {pair: each for pair, each in wrong.items() if any(each)} == {}
-
-
-def test_what_effects_publish_is_in_a_result() -> None:
-    assert {field.name for field in fields(JumpResult)} >= PUBLISHED
 
 
 @pytest.mark.parametrize("every", [5, pytest.param(1, marks=pytest.mark.soak)])

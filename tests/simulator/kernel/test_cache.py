@@ -7,9 +7,8 @@ import os
 import shutil
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import pytest
@@ -20,7 +19,6 @@ from simulator.compiled import compiled
 from simulator.jump import simulate
 from simulator.kernel.build import kernel_for
 from simulator.kernel.cache import KIND, MOST_VERSIONS, fingerprint, keep_on_disk
-from simulator.result import JumpResult
 from simulator.scene_file import load_scene, shipped_scenes
 from tests.helpers.kernels import ROOT, python
 from tests.helpers.wording import refuses
@@ -63,32 +61,25 @@ for kernel, work in made:
     found.append([work[K1 + V_BODY], work[K4 + MECHANICAL + 1], sum(kernel.stats.cache_hits.values())])
 print(json.dumps(found))
 """
-"""One step alone as a kernel: compiled in seconds, kept as a whole one is, and with a function called so often that it
-stays one of its own, whose name another kernel's could share. All parameters are 1, the
-leg is half its rest length and lengthens by 2 m/s: the body's acceleration and the power of heat or drag tell which
-effects, and which version of them, it was computed with."""
+"""One step alone as a kernel: compiled in seconds, and with a function of its own, whose name another kernel's could
+share. The body's acceleration and the power of heat or drag tell which effects, and which version of them, made it."""
 
 DAMPED = "rigid_ground,touchdown_impact,leg_damping"
 HEATED, DRAGGED = f"{DAMPED},motor_heat", f"{DAMPED},drag"
 
 
-@dataclass(frozen=True, slots=True)
-class Found:
-    """What a small kernel gives, and whether it was found on disk."""
+class Found(NamedTuple):
+    """What a small kernel gives, and how often it was found on disk."""
 
     acceleration_m_s2: float
     power_w: float
-    loaded: bool
-
-    @property
-    def numbers(self) -> tuple[float, float]:
-        return self.acceleration_m_s2, self.power_w
+    loaded: int
 
 
 def small(cache: Path, *effects: str, folder: Path = ROOT) -> list[Found]:
     """Small kernels with these effects, made in one process in this order."""
     lines = json.loads(python(["-c", SMALL, *effects], folder=folder, LABBOOK_CACHE=str(cache)))
-    return [Found(acceleration, power, bool(hits)) for acceleration, power, hits in lines]
+    return [Found(*line) for line in lines]
 
 
 # a_b = -(k (r - l) + b v_r) / m_b - g
@@ -101,33 +92,27 @@ def stamps(cache: Path) -> dict[Path, tuple[int, int]]:
     return {path: (path.stat().st_ino, path.stat().st_mtime_ns) for path in cache.rglob("*.nb?")}
 
 
-@dataclass(frozen=True, slots=True)
-class Cached:
-    """A cache folder with two kernels, each compiled by a process of its own, and what they gave there."""
-
-    cache: Path
-    numbers: dict[str, tuple[float, float]]
-
-
 @pytest.fixture(scope="module")
-def cached(tmp_path_factory: pytest.TempPathFactory) -> Cached:
+def cached(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Found, Found]:
+    """A cache folder with two kernels, each compiled by a process of its own, and what they gave there."""
     cache = tmp_path_factory.mktemp("kernels")
     with ThreadPoolExecutor(2) as pool:
-        found = list(pool.map(lambda effects: small(cache, effects)[0], (HEATED, DRAGGED)))
-    assert not any(one.loaded for one in found)
-    return Cached(cache, dict(zip((HEATED, DRAGGED), (one.numbers for one in found), strict=True)))
+        heated, dragged = pool.map(lambda effects: small(cache, effects)[0], (HEATED, DRAGGED))
+    assert not heated.loaded
+    assert not dragged.loaded
+    return cache, heated, dragged
 
 
-def test_kernels_of_different_processes_are_not_mixed_up_in_a_third(cached: Cached) -> None:
+def test_kernels_of_different_processes_are_not_mixed_up_in_a_third(cached: tuple[Path, Found, Found]) -> None:
     """Symbols are counted from 1 in each process; two kernels must not share a name for different functions."""
-    heated, dragged = cached.numbers.values()
+    cache, heated, dragged = cached
     assert heated[0] == dragged[0] == pytest.approx(DAMPED_M_S2)
     assert heated[1] != pytest.approx(dragged[1], rel=0.1)
-    before = stamps(cached.cache)
-    found = small(cached.cache, DRAGGED, HEATED)
-    assert [one.numbers for one in found] == [dragged, heated]
+    before = stamps(cache)
+    found = small(cache, DRAGGED, HEATED)
+    assert [one[:2] for one in found] == [dragged[:2], heated[:2]]
     assert all(one.loaded for one in found)
-    assert stamps(cached.cache) == before
+    assert stamps(cache) == before
 
 
 def copied(folder: Path) -> Path:
@@ -137,18 +122,21 @@ def copied(folder: Path) -> Path:
     return folder
 
 
-def test_edited_physics_is_compiled_anew_and_the_old_kept_apart(cached: Cached, tmp_path: Path) -> None:
+def test_edited_physics_is_compiled_anew_and_the_old_kept_apart(
+    cached: tuple[Path, Found, Found], tmp_path: Path
+) -> None:
     """The edited file is not that of the kernel, where the compiler's own cache would look."""
     folder = copied(tmp_path / "edited")
     effect = folder / "simulator" / "effects" / "leg_damping.py"
     text = effect.read_text(encoding="utf-8")
     assert text.count("p[compression]") == 1
     effect.write_text(text.replace("p[compression]", "2.0 * p[compression]"), encoding="utf-8")
-    before = stamps(cached.cache)
-    (edited,) = small(cached.cache, HEATED, folder=folder)
+    cache = cached[0]
+    before = stamps(cache)
+    (edited,) = small(cache, HEATED, folder=folder)
     assert edited.acceleration_m_s2 == pytest.approx(TWICE_DAMPED_M_S2)
     assert not edited.loaded
-    after = stamps(cached.cache)
+    after = stamps(cache)
     assert {path: after[path] for path in before} == before
     assert fingerprint(folder / "simulator") != fingerprint()
 
@@ -261,9 +249,8 @@ from simulator.jump import simulate
 from simulator.kernel.build import kernel_for
 from simulator.scene_file import load_scene
 found, loaded = [], []
-for word in sys.argv[1:]:
-    scene, *off = word.split(",")
-    changed = load_scene(scene).changed(effects_off=off, jumps=1)
+for name in sys.argv[1:]:
+    changed = load_scene(name).changed(jumps=1)
     hits = kernel_for(changed.effects).batch.stats.cache_hits
     jump = simulate(changed, 1e-9).jump
     found.append([jump.apex_height_m, jump.cost_J])
@@ -272,26 +259,15 @@ print(json.dumps([found, loaded]))
 """
 
 
-def whole(cache: Path | None, *words: str) -> tuple[list[list[float]], list[bool]]:
-    """Apex and cost of first jumps, simulated in one process, and whether each kernel was found on disk.
-
-    `cache` None is the user's own.
-    """
-    command = ["-c", WHOLE, *words]
-    numbers, loaded = json.loads(python(command, LABBOOK_CACHE=str(cache)) if cache else python(command))
-    return numbers, loaded
-
-
 def test_a_second_process_loads_what_the_first_has_compiled() -> None:
     """And many kernels together: all shipped scenes in one process, the last compiled first."""
     scenes = shipped_scenes()
-    wanted = [[jump.apex_height_m, jump.cost_J] for jump in map(first_jump, scenes)][::-1]
-    numbers, loaded = whole(None, *reversed(scenes))
-    assert numbers == wanted
+    wanted = []
+    for name in scenes:
+        scene = load_scene(name).changed(jumps=1)
+        kernel_for(scene.effects)
+        jump = simulate(scene, 1e-9).jump
+        wanted.append([jump.apex_height_m, jump.cost_J])
+    numbers, loaded = json.loads(python(["-c", WHOLE, *reversed(scenes)]))
+    assert numbers == wanted[::-1]
     assert all(loaded)
-
-
-def first_jump(name: str) -> JumpResult:
-    scene = load_scene(name).changed(jumps=1)
-    kernel_for(scene.effects)
-    return simulate(scene, 1e-9).jump

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from simulator.compiled import Row
-from simulator.effects.registry import EFFECTS
 from simulator.jump import parameter_row
-from simulator.kernel.build import IN_LANES, composed, kernel_for, why_no_lanes
+from simulator.kernel.build import kernel_for, why_no_lanes
 from simulator.kernel.composition import compose
 from simulator.kernel.lanes.pool import LANES, make_batch_in_lanes
 from simulator.kernel.layout import OUTCOMES
@@ -97,15 +96,9 @@ def test_other_effects_have_the_bits_of_the_scalar_kernel(name: str) -> None:
 
 
 def test_effects_that_have_lanes_are_effects_and_the_others_are_named() -> None:
-    assert set(EFFECTS) > IN_LANES
     assert why_no_lanes(SCENE.effects) is None
     assert why_no_lanes(load_scene("bed").effects) == "latched_switching has no lanes"
     assert "sampled_control" in str(why_no_lanes(SCENE.effects - {"sampled_control"}))
-
-
-def test_a_kernel_in_lanes_has_its_own_place_on_disk() -> None:
-    kernel, in_lanes = (composed(SCENE.effects, lanes)[1] for lanes in (False, True))
-    assert kernel._cache._cache_file._index_path != in_lanes._cache._cache_file._index_path
 
 
 def test_a_large_sweep_is_in_lanes_and_a_small_one_says_why_it_is_not() -> None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import pytest
 
@@ -15,17 +13,8 @@ from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from tests.helpers.kernels import batch_rows, errors, reference, scene_of
 
-OUTPUTS = [
-    COLUMN[name]
-    for name in (
-        "max_depth_m",
-        "liftoff_time_s",
-        "liftoff_body_velocity_m_s",
-        "apex_height_m",
-        "jump_heat_J",
-        "leg_work_J",
-    )
-]
+NAMES = "max_depth_m", "liftoff_time_s", "liftoff_body_velocity_m_s", "apex_height_m", "jump_heat_J", "leg_work_J"
+OUTPUTS = [COLUMN[name] for name in NAMES]
 ORDER = 5
 FINEST = 1e-13
 EASY = {"foot_mass": 0.6, "platform_damping": 10.0, "platform_drag": 5.0}
@@ -34,28 +23,15 @@ LIGHT_GRAINS = {"bg_scale": 0.05, "rho": 100.0, "added_mass_constant": 0.1, "kg_
 """So do grains of little drag and mass under a heavy foot."""
 
 
-@dataclass(frozen=True, slots=True)
-class Case:
-    """A scene, the steps (s) over which its order shows, and how far over the method's it may lie."""
-
-    scene: str
-    values: dict[str, float]
-    longest_s: float
-    above: float
-
-
-CASES = {
-    "emulator, touchdown to touchdown": Case("emulator", EASY, 6e-3, 1.0),
-    "emulator, on the cap": Case("emulator", {**EASY, "k_extension": 1091.36}, 6e-3, 1.0),
-    "emulator, damped": Case("emulator", {**EASY, "b_ad": 20.0}, 6e-3, 1.2),
-    "grains, one jam": Case(
-        "sim2",
-        {**LIGHT_GRAINS, "foot_mass": 1.0, "bg_scale": 0.2, "rho": 50.0, "initial_velocity": -0.4},
-        4e-3,
-        0.3,
-    ),
-    "grains, dropped on them": Case("bed", {**LIGHT_GRAINS, "foot_mass": 0.6, "foot_radius": 0.03}, 4e-3, 0.3),
+ONE_JAM = {**LIGHT_GRAINS, "foot_mass": 1.0, "bg_scale": 0.2, "rho": 50.0, "initial_velocity": -0.4}
+CASES: dict[str, tuple[str, dict[str, float], float, float]] = {
+    "emulator, touchdown to touchdown": ("emulator", EASY, 6e-3, 1.0),
+    "emulator, on the cap": ("emulator", {**EASY, "k_extension": 1091.36}, 6e-3, 1.0),
+    "emulator, damped": ("emulator", {**EASY, "b_ad": 20.0}, 6e-3, 1.2),
+    "grains, one jam": ("sim2", ONE_JAM, 4e-3, 0.3),
+    "grains, dropped on them": ("bed", {**LIGHT_GRAINS, "foot_mass": 0.6, "foot_radius": 0.03}, 4e-3, 0.3),
 }
+"""A scene, its values, the longest step (s) over which its order shows, and how far over the method's it may lie."""
 
 
 def outputs(scene: Scene, step_s: float) -> Row:
@@ -72,19 +48,15 @@ def slope(across: Row, error: Row) -> float:
 
 @pytest.mark.parametrize("name", CASES)
 def test_through_events_the_error_shrinks_with_the_fifth_power_of_the_step(name: str) -> None:
-    """Steps are of order 5, and to an event a step is taken that ends on it: the quintic of a step's ends, whose speed
-    is of order 5 too, only says where to begin. So depth, lift-off and energies are of that order through a switch,
-    jams, a stop, a cap and a release; an event met less well than the steps would cost it. At steps that stay clear of
-    rounding, terms of the next order still show: on the emulator the order found lies above 5.
-    """
-    case = CASES[name]
-    scene = load_scene(case.scene).changed(case.values, jumps=1)
+    """An event met less well than the steps would cost it. Terms of the next order still show on the emulator."""
+    shipped, values, longest_s, above = CASES[name]
+    scene = load_scene(shipped).changed(values, jumps=1)
     assert len(simulate(scene, 1e-9).jump.mode_changes) >= 3
     wanted = outputs(scene, 0.0)
-    steps_s = np.geomspace(4e-4, case.longest_s, 16)
+    steps_s = np.geomspace(4e-4, longest_s, 16)
     found = np.array([np.abs(outputs(scene, step_s) / wanted - 1.0) for step_s in steps_s])
     mean = np.exp(np.log(np.maximum(found, 1e-17)).mean(axis=1))
-    assert ORDER - 0.3 < slope(steps_s, mean) < ORDER + case.above
+    assert ORDER - 0.3 < slope(steps_s, mean) < ORDER + above
     assert mean[0] < 3e-12
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-from collections import Counter
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -13,25 +12,17 @@ import pytest
 
 from simulator.steady.published_results import (
     CONTRADICTED,
-    NOT_TESTABLE,
     REPRODUCED,
-    JudgedResult,
     judge_results,
     published_results,
     result_of,
 )
-from simulator.steady.tables import ESTIMATED_OVER_MEASURED
 from simulator.thesis.claims import (
     OF_FIGURES,
-    OF_TABLES,
     Claim,
-    chapter_3_claims,
-    chapter_3_findings,
-    experiment_claims,
     experiment_findings,
     judge_claim,
 )
-from simulator.thesis.figures import ThesisFigures
 from tests.helpers.steady import results, steady_tables
 from tests.helpers.thesis import thesis_figures
 
@@ -40,11 +31,6 @@ RESULTS = SHARED / "reference" / "published_results.csv"
 RELATIONS = {"approx": "about", "equal": "", "qualitative": ""}
 UNITS = {"fraction": "1", "ratio": "1"}
 CLAIM = Claim("own", "3.2.3", ("3.8",), "a claim", "a number", "1", at_least=0.15, at_most=0.25)
-
-
-def the_one(name: str) -> JudgedResult:
-    """A published result, judged."""
-    return next(item for item in results() if item.result.id == name)
 
 
 @pytest.mark.skipif(not RESULTS.is_file(), reason="the collected results lie beside the project: ../shared/reference")
@@ -72,10 +58,10 @@ def test_other_jumps_give_other_verdicts() -> None:
         item.result.id: item
         for item in judge_results([*chapter_3, *experiment_findings(replace(tables, bed=bed))], bed)
     }
-    assert the_one("bed.saving_best").verdict == CONTRADICTED
-    assert changed["bed.saving_best"].verdict == REPRODUCED
+    before = {item.result.id: item for item in results()}
+    assert (before["bed.saving_best"].verdict, changed["bed.saving_best"].verdict) == (CONTRADICTED, REPRODUCED)
     assert changed["bed.p.l.stiff.3"].saving == pytest.approx(0.15)
-    assert changed["bed.apex_gain"].verdict == the_one("bed.apex_gain").verdict == CONTRADICTED
+    assert changed["bed.apex_gain"].verdict == before["bed.apex_gain"].verdict == CONTRADICTED
 
 
 def test_a_result_of_certain_conditions_is_found_by_their_foot_and_gains() -> None:
@@ -89,10 +75,9 @@ def test_a_result_of_certain_conditions_is_found_by_their_foot_and_gains() -> No
     assert found("large", 300.0, every) == "bed.pooled.l.soft"
     assert found("", 200.0, (33.0,)) == "emu.saving_scaled"
     assert found("", 400.0, (0.0,), of_apex=True) == "emu.apex_high"
-    for unknown in (("small", 400.0, every[:3]), ("", 200.0, (50.0,)), ("", 400.0, (150.0,)), ("flat", 400.0, every)):
+    for unknown in (("small", 400.0, every[:3]), ("", 200.0, (50.0,)), ("flat", 400.0, every), ("", 400.0, (0.0,))):
         assert found(*unknown) is None
     assert found("small", 400.0, (150.0,), of_apex=True) is None
-    assert found("", 400.0, (0.0,)) is None
 
 
 def test_beside_a_p_value_stands_the_saving_of_its_conditions() -> None:
@@ -101,37 +86,10 @@ def test_beside_a_p_value_stands_the_saving_of_its_conditions() -> None:
         result = item.result
         assert (item.saving is None) == (not result.foot)
         if result.foot:
-            costs_j = [
-                row.cost_j for row in bed.of(result.foot, result.gain) if row.damping_gain in result.damping_gains
-            ]
+            costs_j = [row.cost_j for row in bed.of(result.foot, result.gain, result.damping_gains)]
             assert len(costs_j) == len(result.damping_gains)
             (ce_j,) = [row.cost_j for row in bed.of(result.foot, result.gain, (0.0,))]
             assert item.saving == pytest.approx(1.0 - np.mean(costs_j) / ce_j)
-            assert result.unit == "p"
-
-
-def test_every_claim_is_measured_once_or_says_why_it_cannot_be() -> None:
-    assert [claim.id for claim in chapter_3_claims()] == list(OF_FIGURES)
-    assert [claim.id for claim in experiment_claims() if claim.measure] == list(OF_TABLES)
-    for claim in (*chapter_3_claims(), *experiment_claims()):
-        limited = claim.at_least is not None or claim.at_most is not None
-        assert limited == bool(claim.measure)
-        assert limited or claim.reason
-    by_id = {claim.id: claim for claim in experiment_claims()}
-    assert by_id["plate.slope"].published == ESTIMATED_OVER_MEASURED
-
-
-def test_what_does_not_agree_has_a_reason_and_nothing_else_has() -> None:
-    for finding in experiment_findings(steady_tables()):
-        assert finding.agrees == (not finding.claim.reason), finding.claim.id
-
-
-def test_the_verdicts() -> None:
-    assert Counter(item.verdict for item in results()) == {REPRODUCED: 7, CONTRADICTED: 8, NOT_TESTABLE: 32}
-    for item in results():
-        assert (item.finding is None) == bool(item.result.why) == (item.verdict == NOT_TESTABLE)
-        assert item.statement
-        assert item.remark or item.verdict != CONTRADICTED
 
 
 def test_a_claim_holds_where_every_value_lies_within_and_a_jump_without_an_apex_does_not() -> None:
@@ -161,10 +119,3 @@ def test_prediction_2_holds_only_where_small_and_stiff_saves_most_and_large_and_
         corners = saving[ground][:, [0, -1], coefficient]
         ranked = corners[1, 0] == corners.max() and corners[0, 1] == corners.min()
         assert (margins[place] >= 0.0) == ranked
-
-
-def test_findings_of_a_figure_need_no_other() -> None:
-    figures = ThesisFigures()
-    found = chapter_3_findings(figures, ["3.4"])
-    assert {item.claim.id for item in found} == {"sim1.same_until_switch", "sim1.push"}
-    assert "over_damping" not in vars(figures)

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
-import subprocess
-import sys
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -133,24 +130,14 @@ def test_error_bars_are_those_of_single_simulations_jump_by_jump() -> None:
     assert flagged == {False, True}
 
 
-INTERPRETED = """
-from simulator.jump import simulate
-from simulator.scene_file import load_scene
-from simulator.sweep.chunks import recipe_for, simulate_rows
-from simulator.sweep.design import grid
-from simulator.sweep.outputs import PLACE
-scene = load_scene("sim2").changed({}, effects_on=["passive_draw"])
-design = grid(["passive_power=5,10"], scene.effects)
-for row, power_w in zip(simulate_rows(recipe_for(scene, design, 1e-2), design.rows(0, 2))[:, 0], (5.0, 10.0)):
-    jump = simulate(scene.changed({"passive_power": power_w}), 1e-2).jump
-    assert jump.passive_J == power_w * row[PLACE["jump_time_s"]] > 0
-    assert (row[PLACE["passive_J"]], row[PLACE["cost_J"]]) == (jump.passive_J, jump.cost_J)
-"""
-
-
 def test_the_passive_draw_is_each_row_s_own_and_all_of_it_runs_uncompiled() -> None:
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1"}
-    subprocess.run([sys.executable, "-c", INTERPRETED], env=environment, check=True, timeout=60)
+    scene = load_scene("sim2").changed({}, effects_on=["passive_draw"])
+    sweep = grid_sweep("passive_power=5,10", scene=scene, accuracy=1e-2)
+    block = interpreted(simulate_rows, recipe_of(sweep), sweep.design.rows(0, 2))
+    for row, power_w in zip(block[:, 0], (5.0, 10.0), strict=True):
+        jump = interpreted(simulate, scene.changed({"passive_power": power_w}), 1e-2).jump
+        assert jump.passive_J == power_w * row[PLACE["jump_time_s"]] > 0
+        assert (row[PLACE["passive_J"]], row[PLACE["cost_J"]]) == (jump.passive_J, jump.cost_J)
 
 
 def test_a_row_does_not_depend_on_its_neighbours() -> None:
@@ -161,15 +148,6 @@ def test_a_row_does_not_depend_on_its_neighbours() -> None:
     backwards = simulate_rows(recipe, values[::-1].copy())[::-1]
     assert alone.tobytes() == together.tobytes()
     assert backwards.tobytes() == together.tobytes()
-
-
-def test_every_row_is_in_one_chunk() -> None:
-    for rows, jumps in ((1, 1), (127, 1), (1000, 1), (200_000, 1), (50, 100), (3, 5000)):
-        scene = load_scene("sim2" if jumps == 1 else "emulator").changed({}, jumps=jumps)
-        sweep = replace(sobol_sweep(rows, "b_ad=0:300"), scene=scene)
-        chunks = sweep.chunks
-        assert np.concatenate([np.arange(rows)[each] for each in chunks]).tolist() == list(range(rows))
-        assert all((each.stop - each.start) * jumps <= max(2048, jumps) for each in chunks)
 
 
 def test_another_simulator_s_recipe_is_refused() -> None:

@@ -10,7 +10,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import UsageError
-from simulator.changes import WORDS
 from simulator.gains import stiffness_n_m
 from simulator.scene_file import load_scene
 from simulator.sweep.design import Design, grid, sobol
@@ -31,9 +30,9 @@ def sample(rows: int = 64, seed: int = 7) -> Design:
 def test_a_grid_holds_every_combination_the_last_axis_fastest() -> None:
     design = three_axes()
     assert design.dims == {"b_ad": 4, "foot_radius": 3, "gain": 2}
-    assert design.row_count == 24
-    expected = list(itertools.product(*(axis.values for axis in design.axes)))
-    assert design.rows(0, 24).tolist() == [list(point) for point in expected]
+    assert design.rows(0, 24).tolist() == list(map(list, itertools.product(*(axis.values for axis in design.axes))))
+    words = (["b_ad=0,1"], ["b_ad=0,2"], ["b_ad=0,1,2"], ["mu=0.1,1"], ["b_ad=0,1", "mu=1,2"])
+    assert len({grid(word, SIM2).content_hash() for word in words}) == len(words)
 
 
 @given(cut=st.tuples(st.integers(0, 24), st.integers(0, 24)))
@@ -59,11 +58,6 @@ def test_a_sample_is_drawn_again_by_its_seed_and_begins_every_longer_one() -> No
     assert sample(100).rows(0, 64).tolist() == sample(64).rows(0, 64).tolist()
 
 
-def test_other_values_have_another_hash() -> None:
-    words = (["b_ad=0,1"], ["b_ad=0,2"], ["b_ad=0,1,2"], ["mu=0.1,1"], ["b_ad=0,1", "mu=1,2"])
-    assert len({grid(word, SIM2).content_hash() for word in words}) == len(words)
-
-
 def test_refused() -> None:
     with refuses(UsageError, "k_extension", "--over"):
         grid(["gain=100,200", "k_extension=300,400"], SIM2)
@@ -74,8 +68,12 @@ def test_refused() -> None:
     for rows in (0, -1, 10**12):
         with refuses(UsageError, "100000000"):
             sobol(["b_ad=0:1"], SIM2, rows, 0)
-    with pytest.raises(UsageError, match="negative"):
+    with refuses(UsageError, "negative"):
         sample(seed=-1)
+    for word in ("b_ad=0:300:4", "b_ad=0,300", "b_ad=0:300:4:log", "b_ad=5", "b_ad=5:5"):
+        with refuses(UsageError, "b_ad") as refusal:
+            sobol([word], SIM2, 8, 0)
+        assert is_sentence(str(refusal.value))
 
 
 def test_a_range_with_a_count_a_list_and_a_logarithmic_range() -> None:
@@ -105,20 +103,13 @@ def test_gains_stand_for_their_parameters() -> None:
     ("word", "said"),
     [
         ("b_ad", "does not name a parameter and its values"),
-        ("=1,2", "does not name a parameter and its values"),
-        ("b_ad=", "does not name a parameter and its values"),
         ("bad=0,1", "did you mean 'b_ad'?"),
-        ("flight=soft,held", "cannot be swept: give it with --set"),
-        ("flight=soft,held", "switches effects"),
-        ("flight=soft,held", "a sweep of its own for each of soft, held and massless"),
-        ("drop_height=0.4,0.5", "cannot be swept: give it with --set"),
-        ("drop_height=0.4,0.5", "or sweep initial_height"),
-        ("jumps=1,2", "cannot be swept: give it with --set"),
-        ("jumps=1,2", "the result holds all jumps"),
+        ("flight=soft,held", "cannot be swept: give it with --set, in a sweep of its own for each of soft, held and"),
+        ("drop_height=0.4,0.5", "cannot be swept: give it with --set, or sweep initial_height"),
+        ("jumps=1,2", "cannot be swept: give it with --set, and the result holds all jumps"),
         ("b_ad=0:300", "how many values there are"),
         ("b_ad=0:300:1", "2 or more"),
         ("b_ad=0:300:2.5", "how many values there are"),
-        ("b_ad=0:300:01", "how many values there are"),
         ("b_ad=0:1:1000000000000", "asks for 1000000000000 values: sweep at most 100000000 scenes."),
         (f"b_ad=0:1:{'9' * 5000}", "sweep at most 100000000 scenes."),
         ("b_ad=0:300:3:4", "how many values there are"),
@@ -126,24 +117,11 @@ def test_gains_stand_for_their_parameters() -> None:
         ("b_ad=0:300:4:log", "0, which has no logarithm"),
         ("b_ad=log:1:2", "'log' where a finite number belongs"),
         ("b_ad=0,x", "'x' where a finite number belongs"),
-        ("b_ad=0,nan", "'nan' where a finite number belongs"),
         ("b_ad=0:inf:3", "'inf' where a finite number belongs"),
         ("b_ad=0,1,0.0", "0 more than once"),
     ],
 )
 def test_words_of_a_grid_without_a_meaning(word: str, said: str) -> None:
-    with pytest.raises(UsageError) as refusal:
+    with refuses(UsageError, said) as refusal:
         grid([word], SIM2)
-    assert said in str(refusal.value)
     assert is_sentence(str(refusal.value))
-
-
-@pytest.mark.parametrize("word", ["b_ad=0:300:4", "b_ad=0,300", "b_ad=0:300:4:log", "b_ad=5", "b_ad=5:5"])
-def test_words_of_a_sample_without_a_meaning(word: str) -> None:
-    with pytest.raises(UsageError) as refusal:
-        sobol([word], SIM2, 8, 0)
-    assert is_sentence(str(refusal.value))
-
-
-def test_every_word_of_set_is_swept_or_refused_with_a_reason() -> None:
-    assert all(bool(word.swept) != bool(word.not_swept) for word in WORDS.values())

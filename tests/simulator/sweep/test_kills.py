@@ -1,17 +1,19 @@
-"""Sweeps killed by the system (SIGKILL) and given again: the file is that of an undisturbed one."""
+"""Sweeps killed by the system (SIGKILL) and given again are those of an undisturbed one; and ten million jumps."""
 
 from __future__ import annotations
 
-import contextlib
 import random
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import pytest
+import xarray
 
+from benchmarks.processes import run_process
 from tests.cli.shell import LABBOOK, environment, good, labbook
 from tests.helpers.sweeps import every_byte
 
@@ -27,30 +29,10 @@ def chunks_done(folder: Path) -> int:
     return len(list((folder / "killed.nc.part").glob("[0-9]*.npy")))
 
 
-@contextlib.contextmanager
-def at_work(rows: int, folder: Path) -> Iterator[subprocess.Popen[bytes]]:
-    quiet = subprocess.DEVNULL
-    with subprocess.Popen(
-        [LABBOOK, *words(rows, "killed.nc")], cwd=folder, env=environment(), stdin=quiet, stdout=quiet
-    ) as process:
-        yield process
-
-
-def more_chunks(folder: Path, count: int) -> Callable[[], bool]:
-    """The moment at which so many more chunks are done."""
-    wanted = chunks_done(folder) + count
-    return lambda: chunks_done(folder) >= wanted
-
-
-def later(seconds: float) -> Callable[[], bool]:
-    """The moment after so many seconds."""
-    end = time.monotonic() + seconds
-    return lambda: time.monotonic() >= end
-
-
 def killed(rows: int, folder: Path, moment: Callable[[], bool]) -> bool:
     """Start the sweep, or go on with it, and kill it at a moment; return whether it was not done by then."""
-    with at_work(rows, folder) as process:
+    command, quiet = [LABBOOK, *words(rows, "killed.nc")], subprocess.DEVNULL
+    with subprocess.Popen(command, cwd=folder, env=environment(), stdin=quiet, stdout=quiet) as process:
         while process.poll() is None and not moment():
             time.sleep(0.001)
         process.kill()
@@ -71,7 +53,8 @@ def test_killed_at_random_moments(tmp_path: Path) -> None:
     rows, chance = 8192, random.Random(11)
     good(labbook(*words(rows, "undisturbed.nc"), at=tmp_path))
     for _ in range(KILLS):
-        assert killed(rows, tmp_path, more_chunks(tmp_path, chance.randint(1, 12)))
+        wanted = chunks_done(tmp_path) + chance.randint(1, 12)
+        assert killed(rows, tmp_path, lambda wanted=wanted: chunks_done(tmp_path) >= wanted)  # type: ignore[misc]
     assert assert_undisturbed(rows, tmp_path) >= KILLS
 
 
@@ -80,8 +63,24 @@ def test_killed_at_twenty_random_moments(tmp_path: Path) -> None:
     rows, chance, kills = 2**18, random.Random(12), 0
     good(labbook(*words(rows, "undisturbed.nc"), at=tmp_path))
     while kills < SOAK_KILLS:
-        if killed(rows, tmp_path, later(chance.uniform(0.0, 4.0))):
+        end_s = time.monotonic() + chance.uniform(0.0, 4.0)
+        if killed(rows, tmp_path, lambda end_s=end_s: time.monotonic() >= end_s):  # type: ignore[misc]
             kills += 1
         else:  # it was done before the moment came: begin anew
             (tmp_path / "killed.nc").unlink()
     assert_undisturbed(rows, tmp_path)
+
+
+JUMPS = 10_000_000
+MOST_MB = 2000.0
+
+
+@pytest.mark.soak
+def test_ten_million_jumps_in_bounded_memory(tmp_path: Path) -> None:
+    over = ("--over", "b_ad=0:300", "--over", "foot_radius=0.02:0.04")
+    words = ("sim", "sweep", "--scene", "sim2", *over, "--sobol", f"{JUMPS}", "--accuracy", "1e-1")
+    done = run_process([LABBOOK, *words, "--out", tmp_path / "sweep.nc"])
+    assert done.peak_mb is None or done.peak_mb < MOST_MB
+    with xarray.open_dataset(tmp_path / "sweep.nc") as dataset:
+        assert dict(dataset.sizes) == {"sample": JUMPS}
+        assert np.isfinite(dataset["cost_J"].values).all()

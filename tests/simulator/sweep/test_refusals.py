@@ -97,12 +97,3 @@ def test_a_sweep_of_nothing_else_is_refused() -> None:
         with refuses(UsageError, "no scene of") as refusal:
             grid_sweep(*over)
         assert is_sentence(str(refusal.value))
-
-
-def test_a_rule_is_asked_about_combinations_and_not_about_each_axis() -> None:
-    whole = grid_sweep("upper_link=0.12,0.22", "lower_link=0.25,0.3", "rest_length=0.28,0.32")
-    assert not whole.refused.any()
-    assert (
-        "rest_length = 0.36"
-        in grid_sweep("upper_link=0.12,0.22", "lower_link=0.23,0.3", "rest_length=0.28,0.36").why_refused
-    )

@@ -61,11 +61,10 @@ def test_a_grid_as_xarray_reads_it(kind: str, tmp_path: Path) -> None:
     assert float(point["apex_height_m"]) == jump.apex_height_m
     assert int(point["steps"]) == jump.steps
 
-    flags = dict(
-        zip(found["outcome"].attrs["flag_values"], found["outcome"].attrs["flag_meanings"].split(), strict=True)
-    )
-    assert {flags[outcome] for outcome in np.unique(found["outcome"])} == set(done.summary.outcomes) == {"touchdown"}
-    assert done.summary.outcomes["touchdown"] == 24
+    outcome = found["outcome"]
+    flags = dict(zip(outcome.attrs["flag_values"], outcome.attrs["flag_meanings"].split(), strict=True))
+    assert {flags[one] for one in np.unique(outcome)} == {"touchdown"}
+    assert done.summary.outcomes == {"touchdown": 24}
     assert done.summary.flagged == {flag: int((found[flag] == 1).sum()) for flag in FLAGS}
     assert not part_folder(out).exists()
 
@@ -239,30 +238,18 @@ def refusal(sweep: Sweep, out: Path) -> str:
 @pytest.mark.parametrize("kind", FORMATS)
 def test_other_files_are_not_written_over(kind: str, tmp_path: Path) -> None:
     out = tmp_path / f"out.{kind}"
-    run(grid_sweep("b_ad=0,100"), out)
+    run(grid_sweep("b_ad=0,50,100"), out)
     before = every_byte(out)
-    says(refusal(grid_sweep("b_ad=0,100", accuracy=1e-4), out), "differs in accuracy", "0.001", "0.0001 now")
-    said = refusal(grid_sweep("b_ad=0,100,200"), out)
-    says(said, "b_ad", "2 values", "100", "3 values", "200 now")
+    says(refusal(grid_sweep("b_ad=0,50,100", accuracy=1e-4), out), "differs in accuracy", "0.001", "0.0001 now")
+    says(refusal(grid_sweep("b_ad=0,200"), out), "b_ad", "3 values", "100", "2 values", "200 now")
     says(refusal(sobol_sweep(2, "b_ad=0:100"), out), "differs in sampling")
     changed = load_scene("sim2").changed({"foot_radius": 0.04})
-    says(refusal(grid_sweep("b_ad=0,100", scene=changed), out), "foot_radius", "0.03", "0.04 now")
-    other = refusal(sobol_sweep(2, "b_ad=0:100", "mu=1:3", seed=2), out)
-    says(other, "2 values")
+    says(refusal(grid_sweep("b_ad=0,50,100", scene=changed), out), "foot_radius", "0.03", "0.04 now")
+    says(refusal(grid_sweep("b_ad=0,60,100"), out), "differs in swept")
     assert every_byte(out) == before
     assert [path.name for path in tmp_path.iterdir()] == [out.name]
-
-
-def test_samples_that_differ_in_their_seed_alone(tmp_path: Path) -> None:
-    out = tmp_path / "out.nc"
-    run(sobol_sweep(64, seed=1), out)
-    says(refusal(sobol_sweep(64, seed=2), out), "scrambled with seed", "1")
-
-
-def test_values_that_differ_and_look_alike(tmp_path: Path) -> None:
-    out = tmp_path / "out.nc"
-    run(grid_sweep("b_ad=0,50,100"), out)
-    says(refusal(grid_sweep("b_ad=0,60,100"), out), "differs in swept")
+    run(sobol_sweep(64, seed=1), sample := tmp_path / f"sample.{kind}")
+    says(refusal(sobol_sweep(64, seed=2), sample), "scrambled with seed", "1")
 
 
 @pytest.mark.parametrize("kind", FORMATS)

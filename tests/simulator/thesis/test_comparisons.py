@@ -5,13 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from data_schema.errors import UnknownName, UsageError
 from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from simulator.thesis.figures import Jumps, ThesisFigures, jumps_over
 from tests.helpers.thesis import thesis_figures
-from tests.helpers.wording import refuses
 
 
 def assert_is_jump(jumps: Jumps, place: tuple[int, ...], scene: Scene) -> None:
@@ -26,32 +24,21 @@ def assert_is_jump(jumps: Jumps, place: tuple[int, ...], scene: Scene) -> None:
     assert jumps.efficiency[place] == pytest.approx(jump.stance_mechanical_J / jump.cost_J)
 
 
-def test_every_jump_of_every_figure_reaches_an_apex() -> None:
+def test_over_velocity_and_ground_hold_single_jumps_of_either_controller() -> None:
     figures = thesis_figures()
-    for pair in (figures.over_velocity.jumps, figures.over_ground.jumps):
+    speeds, ground = figures.over_velocity, figures.over_ground
+    assert (ground.sigma_n_m3[8], ground.drag_scale[8]) == pytest.approx((1.2e5, 17.2), rel=1e-12)  # poppy seeds
+    of_ground = {"sigma": float(ground.sigma_n_m3[3]), "b_g": float(ground.drag_scale[15])}
+    for pair, place, values in (
+        (speeds.jumps, (20,), {"initial_velocity": -float(speeds.touchdown_speed_m_s[20])}),
+        (ground.jumps, (3, 15), of_ground),
+    ):
+        scene = figures.set_1.changed(values)
+        assert_is_jump(pair.ad, place, scene)
+        assert_is_jump(pair.ce, place, scene.changed({"b_ad": 0.0}))
         assert pair.ce.jumped.all()
         assert pair.ad.jumped.all()
     assert figures.over_damping.jumps.jumped.all()
-
-
-def test_over_velocity_holds_single_jumps() -> None:
-    figures = thesis_figures()
-    data = figures.over_velocity
-    assert data.jumps.ce.cost_j.shape == data.touchdown_speed_m_s.shape
-    scene = figures.set_1.changed({"initial_velocity": -float(data.touchdown_speed_m_s[20])})
-    assert_is_jump(data.jumps.ad, (20,), scene)
-    assert_is_jump(data.jumps.ce, (20,), scene.changed({"b_ad": 0.0}))
-
-
-def test_over_ground_has_the_stress_first_and_poppy_seeds_in_the_middle() -> None:
-    figures = thesis_figures()
-    data = figures.over_ground
-    assert data.jumps.ce.cost_j.shape == (data.sigma_n_m3.size, data.drag_scale.size)
-    assert (data.sigma_n_m3[8], data.drag_scale[8]) == pytest.approx((1.2e5, 17.2), rel=1e-12)
-    place = (3, 15)
-    scene = figures.set_1.changed({"sigma": float(data.sigma_n_m3[3]), "b_g": float(data.drag_scale[15])})
-    assert_is_jump(data.jumps.ad, place, scene)
-    assert_is_jump(data.jumps.ce, place, scene.changed({"b_ad": 0.0}))
 
 
 def test_over_damping_has_its_axes_in_the_stated_order() -> None:
@@ -89,13 +76,3 @@ def test_a_jump_that_reaches_no_apex_is_a_gap() -> None:
     assert found.jumped.tolist() == [True, False]  # at 2.5 m/s the leg folds
     for values in (found.cost_j, found.apex_height_m, found.efficiency):
         assert np.isfinite(values).tolist() == [True, False]
-
-
-def test_what_a_scene_cannot_have_is_refused() -> None:
-    scene = load_scene("sim1")
-    with refuses(UsageError, "force_cap"):
-        jumps_over(scene, {"force_cap": [70.0]}, 1e-6)
-    with refuses(UnknownName, "'foot_radius'"):
-        jumps_over(scene, {"foot_radus": [0.03]}, 1e-6)
-    with refuses(UsageError, "outside what can"):
-        jumps_over(scene, {"foot_radius": [0.03, -1.0]}, 1e-6)

@@ -1,3 +1,5 @@
+"""The ground's functions of figure 3.2: by hand, and what the simulated ground does."""
+
 from __future__ import annotations
 
 import math

@@ -1,3 +1,5 @@
+"""What of a height signal is no measurement: dropouts, spikes, rails, held values; and the clock's rate."""
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -26,34 +28,27 @@ def swing(rate_hz=300.0, seconds=4.0, noise_m=0.001, seed=0):
     return time_s, height_m + np.random.default_rng(seed).normal(0.0, noise_m, time_s.size)
 
 
-@given(hnp.arrays(np.float64, st.integers(5, 40), elements=st.floats(-10, 10)))
+@given(hnp.arrays(np.float64, st.integers(0, 40), elements=st.floats(-10, 10)))
 def test_the_running_median_is_the_median_of_five_neighbours(values):
-    expected = np.median(np.lib.stride_tricks.sliding_window_view(values, 5), axis=1)
-    assert np.array_equal(running_median_of_five(values)[2:-2], expected)
-
-
-@pytest.mark.parametrize("n", [0, 1, 4])
-def test_short_signals_have_no_running_median(n):
-    values = np.arange(float(n))
-    assert np.array_equal(running_median_of_five(values), values)
-
-
-def test_a_clean_signal_keeps_every_sample():
-    time_s, height_m = swing()
-    signal = cleaned(time_s, height_m)
-    assert np.array_equal(signal.height_m, height_m)
-    assert signal.noise_sd_m == pytest.approx(0.001, rel=0.1)
-    assert signal.interval_s == pytest.approx(1.0 / 300.0)
+    if values.size < 5:
+        assert np.array_equal(running_median_of_five(values), values)
+    else:
+        expected = np.median(np.lib.stride_tricks.sliding_window_view(values, 5), axis=1)
+        assert np.array_equal(running_median_of_five(values)[2:-2], expected)
 
 
 def test_dropouts_rails_and_missing_values_are_left_out():
     time_s, height_m = swing()
+    clean = cleaned(time_s, height_m, leg_m=time_s.copy())
+    assert np.array_equal(clean.height_m, height_m)
+    assert clean.noise_sd_m == pytest.approx(0.001, rel=0.1)
+    assert clean.interval_s == pytest.approx(1.0 / 300.0)
     bad = {10: 0.0, 50: np.nan, 90: 5.0, 130: np.inf, 170: -1.0}
     for at, value in bad.items():
         height_m[at] = value
-    signal = cleaned(time_s, height_m)
-    assert not np.isin(time_s[list(bad)], signal.time_s).any()
-    assert signal.time_s.size == time_s.size - len(bad)
+    signal = cleaned(time_s, height_m, leg_m=time_s.copy())
+    assert np.array_equal(signal.time_s, np.delete(time_s, list(bad)))
+    assert np.array_equal(signal.leg_m, signal.time_s)
 
 
 def test_spikes_are_left_out_and_little_else():
@@ -71,23 +66,13 @@ def test_a_dropout_to_a_plausible_height_is_enclosed_by_its_steps():
     time_s, height_m = swing()
     out = slice(300, 312)
     height_m[out] = 0.1
-    signal = cleaned(time_s, height_m)
-    assert not np.isin(time_s[out], signal.time_s).any()
-    assert signal.time_s.size == time_s.size - 12
+    assert np.array_equal(cleaned(time_s, height_m).time_s, np.delete(time_s, out))
 
 
 def test_a_held_value_inside_a_gap_is_no_measurement():
     time_s, height_m = swing()
     signal = cleaned(time_s, height_m, [[time_s[99], time_s[110] - time_s[99]]])
-    assert not np.isin(time_s[100:110], signal.time_s).any()
-    assert np.isin(time_s[[99, 110]], signal.time_s).all()
-
-
-def test_the_leg_length_keeps_step_with_the_height():
-    time_s, height_m = swing()
-    height_m[7] = 0.0
-    signal = cleaned(time_s, height_m, leg_m=time_s.copy())
-    assert np.array_equal(signal.leg_m, signal.time_s)
+    assert np.isin(time_s[99:111], signal.time_s).tolist() == [True, *[False] * 10, True]
 
 
 def test_a_clock_of_whole_milliseconds_still_has_its_rate():
@@ -95,8 +80,6 @@ def test_a_clock_of_whole_milliseconds_still_has_its_rate():
     assert sampling_interval(time_s) == pytest.approx(1.0 / 300.0, rel=1e-4)
     assert gaps_in_time(time_s).size == 0
     assert np.array_equal(gaps_in_time(np.delete(time_s, slice(100, 103))), [[0.33, pytest.approx(0.013)]])
-    assert sampling_interval(np.array([1.0])) == 0.0
-    assert gaps_in_time(np.array([1.0])).shape == (0, 2)
 
 
 @pytest.mark.parametrize(

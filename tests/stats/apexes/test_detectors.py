@@ -1,6 +1,9 @@
+"""Both apex detectors on whole logs of known jumps: numbers, heights, bias, gaps, hands, and whatever a log holds."""
+
 import json
 import math
 from dataclasses import asdict, replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -16,9 +19,8 @@ from tests.helpers.wording import refuses, says
 REST_LENGTH_M = 0.27
 
 
-def measured(log, sd_m=0.001, seed=0, step_m=0.0):
-    noisy = log.height_m + np.random.default_rng(seed).normal(0.0, sd_m, log.height_m.size)
-    return np.round(noisy / step_m) * step_m if step_m else noisy
+def measured(log, sd_m=0.001, seed=0):
+    return log.height_m + np.random.default_rng(seed).normal(0.0, sd_m, log.height_m.size)
 
 
 def jumps_of(log, height_m=None, *, leg=True, **options):
@@ -34,22 +36,20 @@ def height_errors(found, log):
 
 
 @pytest.mark.parametrize("leg", [True, False])
-@pytest.mark.parametrize("detector", ["published", "robust"])
+@pytest.mark.parametrize("detector", DETECTORS)
 def test_a_bed_log_has_exactly_its_jumps(bed_log, detector, leg):
     log = bed_log(misfires=(4, 15))
     found = jumps_of(log, detector=detector, leg=leg)
     assert len(found.jumps) == 25
-    assert [jump.number for jump in found.jumps] == list(range(1, 26))
     assert [jump.number for jump in found.jumps if jump.undefined_reason] == [4, 15]
     assert found.apex_times_s == pytest.approx(log.apex_s[~np.isnan(log.apex_s)], abs=0.02)
     for jump in found.jumps:
         assert set(jump.flags) <= set(FLAGS)
-        assert isinstance(jump.apex_height_m, Undefined) == isinstance(jump.apex_s, Undefined)
         assert (jump.samples_used == 0) == isinstance(jump.apex_height_m, Undefined)
         assert not jump.gap_touched
 
 
-@pytest.mark.parametrize("detector", ["published", "robust"])
+@pytest.mark.parametrize("detector", DETECTORS)
 def test_an_emulator_log_has_an_apex_for_every_jump(emulator_log, detector):
     log = emulator_log(100)
     found = jumps_of(log, detector=detector)
@@ -68,12 +68,9 @@ def test_robust_heights_of_whole_logs(bed_log, emulator_log, make, rate_hz, bias
     errors, scores = [], []
     for seed in range(4):
         rng = np.random.default_rng(100 + seed)
-        # A short reset of the ground: only the jumps matter here.
-        log = (
-            bed_log(50, rate_hz=rate_hz, seed=seed, rest_s=(0.3, 0.5))
-            if make == "bed"
-            else emulator_log(100, rate_hz=rate_hz, seed=seed)
-        )
+        short = {"rest_s": (0.3, 0.5)}  # only the jumps matter here
+        made = partial(bed_log, 50, **short) if make == "bed" else partial(emulator_log, 100)
+        log = made(rate_hz=rate_hz, seed=seed)
         height = measured(log, seed=seed)
         if spoilt:
             hit = rng.random(height.size) < 0.02
@@ -96,20 +93,8 @@ def test_published_heights_are_low_by_the_known_bias(emulator_log):
     assert found.smoothing_bias_m == pytest.approx(0.454e-3, rel=1e-3)
     assert height_errors(found, log).mean() == pytest.approx(-found.smoothing_bias_m, rel=0.03)
     assert jumps_of(log, detector="robust").smoothing_bias_m == 0.0
-
-
-@pytest.mark.parametrize(
-    ("rate_hz", "width", "bias_mm"), [(100.0, 5, 1.0219), (200.0, 51, 26.579), (1000.0, 51, 1.0632)]
-)
-def test_the_bias_formula_gives_the_tabulated_values(rate_hz, width, bias_mm):
-    assert 1000.0 * smoothing_bias_m(width, 1.0 / rate_hz, 9.81) == pytest.approx(bias_mm, rel=1e-3)
-
-
-def test_ten_bit_quantisation_changes_little(bed_log):
-    log = bed_log(25)
-    errors = height_errors(jumps_of(log, measured(log, sd_m=0.0003, step_m=1.0 / 1023.0)), log)
-    assert abs(errors.mean()) < 0.05e-3
-    assert np.sqrt(np.mean(errors**2)) < 0.2e-3
+    for rate_hz, width, bias_mm in ((100.0, 5, 1.0219), (200.0, 51, 26.579), (1000.0, 51, 1.0632)):
+        assert 1000.0 * smoothing_bias_m(width, 1.0 / rate_hz, 9.81) == pytest.approx(bias_mm, rel=1e-3)
 
 
 def test_touchdown_and_liftoff(bed_log):
@@ -136,15 +121,20 @@ def test_a_jump_whose_flight_touches_a_gap_is_marked_and_no_other(bed_log):
     for hole in holes:
         kept &= (log.time_s < hole) | (log.time_s > hole + 0.02)
     for detector in DETECTORS:
-        found = find_jumps(
-            log.time_s[kept], height[kept], rest_length_m=REST_LENGTH_M, leg_length_m=log.leg_m[kept], detector=detector
-        )
+        holed = replace(log, time_s=log.time_s[kept], leg_m=log.leg_m[kept])
+        found = jumps_of(holed, height[kept], detector=detector)
         assert [jump.gap_touched for jump in found.jumps] == [False, True, False, True, False, False]
         assert len(found.with_apex) == 6
         assert abs(height_errors(found, log)[2]) < 0.002
     stated = jumps_of(log, height, gaps=[[hole, 0.02] for hole in holes])
     assert [jump.gap_touched for jump in stated.jumps] == [False, True, False, True, False, False]
     assert not any(jump.gap_touched for jump in jumps_of(log, height, gaps=()).jumps)
+    over = np.abs(log.time_s - log.apex_s[1]) > 0.06
+    lost = jumps_of(replace(log, time_s=log.time_s[over], leg_m=log.leg_m[over]), height[over]).jumps[1]
+    assert lost.gap_touched
+    says(lost.undefined_reason, "samples are missing")
+    height[np.abs(log.time_s - log.apex_s[2]) < 0.01] = 0.0  # a dropout over the apex makes no peaks
+    assert abs(height_errors(jumps_of(log, height), log)[2]) < 0.001
 
 
 @pytest.mark.parametrize("leg", [True, False])
@@ -165,25 +155,7 @@ def test_gaps_from_shortly_before_liftoff_to_shortly_after_landing_count(emulato
     assert marked(following.touchdown_s + 0.05) == []
 
 
-def test_an_apex_inside_a_gap_is_undefined_and_says_why(bed_log):
-    log = bed_log(3)
-    kept = np.abs(log.time_s - log.apex_s[1]) > 0.06
-    found = find_jumps(log.time_s[kept], measured(log)[kept], rest_length_m=REST_LENGTH_M, leg_length_m=log.leg_m[kept])
-    assert [jump.undefined_reason is None for jump in found.jumps] == [True, False, True]
-    assert found.jumps[1].gap_touched
-    says(found.jumps[1].undefined_reason, "samples are missing")
-
-
-def test_a_dropout_over_the_apex_does_not_make_peaks(bed_log):
-    log = bed_log(5)
-    height = measured(log)
-    height[np.abs(log.time_s - log.apex_s[2]) < 0.01] = 0.0
-    found = jumps_of(log, height)
-    assert len(found.with_apex) == 5
-    assert abs(height_errors(found, log)[2]) < 0.001
-
-
-@pytest.mark.parametrize("detector", ["published", "robust"])
+@pytest.mark.parametrize("detector", DETECTORS)
 @pytest.mark.parametrize("leg", [True, False])
 @pytest.mark.parametrize(("rate_hz", "sd_m"), [(100.0, 0.003), (1000.0, 0.005)])
 def test_a_hop_of_any_height_is_a_flight(bed_log, emulator_log, detector, leg, rate_hz, sd_m):
@@ -203,21 +175,9 @@ def test_a_hand_that_lifts_high_and_lets_go_is_no_flight(bed_log, lift_s):
     since = log.time_s - log.touchdown_s[1] - 0.6
     share = np.clip(since / lift_s, 0.0, 1.0)
     lifted = np.where((since > 0.0) & (since < lift_s + 0.3), 0.2 + 0.6 * share**2 * (3.0 - 2.0 * share), log.height_m)
-    noisy = lifted + np.random.default_rng(0).normal(0.0, 0.001, lifted.size)
-    for detector in ("published", "robust"):
-        reason = jumps_of(log, noisy, leg=False, detector=detector).jumps[1].undefined_reason
-        says(reason, "not fall again")
-
-
-def test_a_hand_that_throws_is_not_gravity(bed_log):
-    """After a misfire the hand lifts, stops and lowers again: a maximum, but not a ballistic one."""
-    log = bed_log(3, misfires=(2,))
-    since = log.time_s - log.touchdown_s[1] - 0.6
-    tossed = np.where((since > 0.0) & (since < 0.5), 0.2 + 0.11 * np.sin(np.pi * since / 0.5), log.height_m)
-    noisy = tossed + np.random.default_rng(0).normal(0.0, 0.001, tossed.size)
-    robust, published = (jumps_of(log, noisy, leg=False, detector=name) for name in ("robust", "published"))
-    says(robust.jumps[1].undefined_reason, "is not gravity")
-    assert published.jumps[1].undefined_reason is None
+    for detector in DETECTORS:
+        found = jumps_of(log, measured(replace(log, height_m=lifted)), leg=False, detector=detector)
+        says(found.jumps[1].undefined_reason, "not fall again")
 
 
 def test_what_one_jump_says_does_not_depend_on_when_it_was(bed_log):
@@ -225,6 +185,17 @@ def test_what_one_jump_says_does_not_depend_on_when_it_was(bed_log):
     here, later = jumps_of(log), jumps_of(replace(log, time_s=log.time_s + 2.0**20))
     assert later.apex_heights_m == pytest.approx(here.apex_heights_m, abs=1e-9)
     assert later.apex_times_s - 2.0**20 == pytest.approx(here.apex_times_s, abs=1e-6)
+
+
+def test_a_hand_that_throws_is_not_gravity(bed_log):
+    """After a misfire the hand lifts, stops and lowers again: a maximum, but not a ballistic one."""
+    log = bed_log(3, misfires=(2,))
+    since = log.time_s - log.touchdown_s[1] - 0.6
+    tossed = np.where((since > 0.0) & (since < 0.5), 0.2 + 0.11 * np.sin(np.pi * since / 0.5), log.height_m)
+    noisy = measured(replace(log, height_m=tossed))
+    robust, published = (jumps_of(log, noisy, leg=False, detector=name) for name in ("robust", "published"))
+    says(robust.jumps[1].undefined_reason, "is not gravity")
+    assert published.jumps[1].undefined_reason is None
 
 
 def test_parameters_are_plain_numbers_and_belong_to_their_detector(bed_log):
@@ -240,16 +211,11 @@ def test_parameters_are_plain_numbers_and_belong_to_their_detector(bed_log):
         PublishedParameters(window_samples=0)
     with refuses(UnknownName, "'robust'"):
         jumps_of(log, detector="robost")
-
-
-def test_bad_arrays_are_refused():
-    with pytest.raises(InputRefused, match="does not increase"):
-        find_jumps([1.0, 0.0], [0.3, 0.3], rest_length_m=REST_LENGTH_M)
     with pytest.raises(InputRefused, match="rest length"):
         find_jumps([0.0, 1.0], [0.3, 0.3], rest_length_m=0.0)
 
 
-@pytest.mark.parametrize("detector", ["published", "robust"])
+@pytest.mark.parametrize("detector", DETECTORS)
 @pytest.mark.parametrize(
     "height_m", [[], [0.3], [0.3] * 50, [math.nan] * 50, [0.0] * 50, [0.3, 0.1] * 25, list(np.linspace(0.5, 0.1, 50))]
 )

@@ -1,3 +1,5 @@
+"""Stances and flights at a log's edges: legs that fly short, landings that are not seen, samples that are lost."""
+
 import io
 
 import numpy as np
@@ -5,85 +7,37 @@ import pytest
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.apexes.cleaning import CleaningParameters, clean_signal
 from stats.apexes.detectors import find_jumps
-from stats.apexes.jumps import Hop, StanceParameters, find_hops, landing, liftoff_from_leg, touches_gap
+from stats.apexes.jumps import Hop, StanceParameters, landing
 from tests.helpers.hopping_log import FLIGHT_S, REST_LENGTH_M, STANCE_S, apex_s, hopping_log, landing_s
 
 
-def signal_of(log, leg=True):
-    return clean_signal(log.time_s, log.height_m, log.leg_m if leg else None, np.empty((0, 2)), CleaningParameters())
+def found_in(log, leg_m=None):
+    return find_jumps(log.time_s, log.height_m, rest_length_m=REST_LENGTH_M, leg_length_m=leg_m).jumps
 
 
-def test_every_drop_is_a_stance_and_no_hand_motion_is(bed_log):
-    log = bed_log(12, misfires=(3, 7))
-    hops = find_hops(signal_of(log), 0.27, StanceParameters())
-    assert [hop.touchdown_s for hop in hops] == pytest.approx(list(log.touchdown_s), abs=0.001)
-    assert [number for number, hop in enumerate(hops, 1) if isinstance(hop.apex, Undefined)] == [3, 7]
-
-
-def test_touchdown_without_a_leg_length_is_the_body_at_rest_length(bed_log):
-    log = bed_log(6)
-    hops = find_hops(signal_of(log, leg=False), 0.27, StanceParameters())
-    assert [hop.touchdown_s for hop in hops] == pytest.approx(list(log.touchdown_s), abs=0.001)
-
-
-def test_liftoff_is_where_the_leg_has_its_flight_length_again(bed_log):
-    log = bed_log(8, misfires=(2,))
-    signal, parameters = signal_of(log), StanceParameters()
-    found = [liftoff_from_leg(signal, hop, 0.27, parameters) for hop in find_hops(signal, 0.27, parameters)]
-    assert isinstance(found.pop(1), Undefined)
-    assert found == pytest.approx(list(np.delete(log.liftoff_s, 1)), abs=0.004)
-
-
-def test_a_leg_that_flies_shorter_than_its_rest_length_still_lifts_off(bed_log):
+def test_a_leg_that_flies_shorter_than_its_rest_length_still_lifts_off_and_one_not_measured_is_done_without(bed_log):
     log = bed_log(4)
-    signal, parameters = signal_of(log), StanceParameters()
-    short = clean_signal(log.time_s, log.height_m, log.leg_m - 0.004, np.empty((0, 2)), CleaningParameters())
-    for hop, shifted in zip(find_hops(signal, 0.27, parameters), find_hops(short, 0.27, parameters), strict=True):
-        expected = liftoff_from_leg(signal, hop, 0.27, parameters)
-        assert liftoff_from_leg(short, shifted, 0.27, parameters) == pytest.approx(expected, abs=0.005)
-
-
-def test_a_leg_that_was_not_measured_has_no_liftoff(bed_log):
-    log = bed_log(2)
-    nothing = clean_signal(
-        log.time_s, log.height_m, np.full(log.time_s.size, np.nan), np.empty((0, 2)), CleaningParameters()
-    )
-    for hop in find_hops(nothing, 0.27, StanceParameters()):
-        assert isinstance(hop.touchdown_s, float)
-        assert isinstance(liftoff_from_leg(nothing, hop, 0.27, StanceParameters()), Undefined)
+    expected = [jump.liftoff_s for jump in found_in(log, log.leg_m)]
+    assert [jump.liftoff_s for jump in found_in(log, log.leg_m - 0.004)] == pytest.approx(expected, abs=0.005)
+    unmeasured = found_in(log, np.full(log.time_s.size, np.nan))
+    assert [jump.touchdown_s for jump in unmeasured] == pytest.approx(list(log.touchdown_s), abs=0.003)
 
 
 def test_a_log_that_ends_in_stance_says_so(bed_log):
     log = bed_log(2)
     n = int(np.searchsorted(log.time_s, log.touchdown_s[1] + 0.1))
-    cut = clean_signal(log.time_s[:n], log.height_m[:n], None, np.empty((0, 2)), CleaningParameters())
-    last = find_hops(cut, 0.27, StanceParameters())[-1]
-    assert last.apex == Undefined(Reason.LOG_ENDS_IN_STANCE)
-
-
-def test_a_landing_is_seen_or_read_off_the_parabola():
-    at_s, extrapolated = landing(1.0, 0.37, 9.8, None, 0.27, StanceParameters())
-    assert at_s == pytest.approx(1.0 + (0.2 / 9.8) ** 0.5)
-    assert extrapolated
-    assert isinstance(landing(1.0, 0.2, 9.8, None, 0.27, StanceParameters())[0], Undefined)
+    last = find_jumps(log.time_s[:n], log.height_m[:n], rest_length_m=REST_LENGTH_M).jumps[-1]
+    assert last.apex_s == Undefined(Reason.LOG_ENDS_IN_STANCE)
 
 
 @pytest.mark.parametrize(("after_s", "seen"), [(0.45, True), (0.9, False)])
-def test_a_high_hop_lands_later(after_s, seen):
+def test_a_landing_is_seen_or_read_off_the_parabola(after_s, seen):
     following = Hop(0, 1, 2, Undefined(Reason.AS_SAID, said="not looked for"), 2, 1.0 + after_s)
     at_s, extrapolated = landing(1.0, 1.27, 9.8, following, 0.27, StanceParameters())
     assert extrapolated != seen
     assert at_s == (1.0 + after_s if seen else pytest.approx(1.0 + (2.0 / 9.8) ** 0.5))
-
-
-def test_gaps_touch_what_they_overlap():
-    gaps = np.array([[1.0, 0.5]])
-    assert touches_gap(gaps, 1.4, 2.0)
-    assert touches_gap(gaps, 0.0, 1.1)
-    assert not touches_gap(gaps, 1.5, 2.0)
-    assert not touches_gap(np.empty((0, 2)), 0.0, 9.0)
+    assert isinstance(landing(1.0, 0.2, 9.8, None, 0.27, StanceParameters())[0], Undefined)
 
 
 @pytest.mark.parametrize("detector", ["published", "robust"])

@@ -1,3 +1,5 @@
+"""A sample in numbers: by hand, and what of it does not exist."""
+
 import pytest
 import scipy.stats
 
@@ -26,10 +28,6 @@ def test_what_does_not_exist_is_undefined_field_by_field():
     assert "undefined" in none.sentence()
     assert "CI undefined" in one.sentence()
 
-
-def test_a_constant_sample_has_no_scatter_and_no_interval():
-    """As the difference of two has none: an interval of no width would be certainty from values that show none."""
     found = describe([0.1] * 7)
     assert (found.mean, found.sd, found.se) == (0.1, 0.0, 0.0)
     assert found.ci_low == found.ci_high == Undefined(Reason.NO_SCATTER)
-    says(found.sentence(), "95 %", "CI undefined")

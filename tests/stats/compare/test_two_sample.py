@@ -21,11 +21,8 @@ def test_the_thesiss_route_takes_the_test_that_f_chooses(alpha: float, test: str
     found = compare_two(NARROW, WIDE, "f_then_t", alpha)
     assert found.f == pytest.approx(1.0 / 9.0)
     assert found.test == test
-
-
-def test_welchs_test_is_the_default_whatever_the_variances() -> None:
-    for found in (compare_two(A, B), compare_two(NARROW, WIDE)):
-        assert (found.route, found.test) == ("welch", "Welch")
+    for default in (compare_two(A, B), compare_two(NARROW, WIDE)):
+        assert (default.route, default.test) == ("welch", "Welch")
 
 
 def test_one_constant_group_still_has_a_welch_test() -> None:
@@ -63,10 +60,3 @@ def test_missing_values_are_refused_or_left_out_and_counted() -> None:
     assert found.missing == 2
     assert (found.t, found.p) == (compare_two(A, B).t, compare_two(A, B).p)
     says(found.sentence(), "2 missing")
-
-
-def test_the_sentence_has_everything_once() -> None:
-    text = compare_two(A, B, "f_then_t").sentence("CE", "AD", "J")
-    for part in ("n = 6", "n = 5", "J", "95 % CI", "Student's t(9)", "p "):
-        assert text.count(part) >= 1
-    assert text.count("t(") == 1

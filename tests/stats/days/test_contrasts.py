@@ -60,18 +60,12 @@ def test_one_effect_is_the_deciding_test(days: int) -> None:
     errors_c, errors_t = [drain] * (3 * days), [drain.times(0.9)] * (2 * days)
     conditions = {"c": condition(control, of_control, errors_c), "t": condition(treated, of_treated, errors_t)}
     found = linear_contrast(conditions, [Effect(1.0, "t", "c")], percent=False)
-    decided = contrast_by_day(
-        treated, control, days_treated=of_treated, days_control=of_control,
-        shared_treated=errors_t, shared_control=errors_c,
-    )  # fmt: skip
+    shared = {"shared_treated": errors_t, "shared_control": errors_c}
+    decided = contrast_by_day(treated, control, days_treated=of_treated, days_control=of_control, **shared)
     expected = decided.difference()
-    assert found.rule is decided.rule
-    assert found.n == 5 * days
-    one, other = (
-        (each.value, each.se, each.shared_se, each.t, each.df, each.p, each.ci) for each in (found.estimate, expected)
-    )
-    for a, b in zip(one, other, strict=True):
-        assert a == pytest.approx(b, rel=1e-10)
+    assert (found.rule, found.n) == (decided.rule, 5 * days)
+    for name in ("value", "se", "shared_se", "t", "df", "p", "ci"):
+        assert getattr(found.estimate, name) == pytest.approx(getattr(expected, name), rel=1e-10), name
 
 
 def test_a_shared_control_enters_within_days_once() -> None:
@@ -137,12 +131,6 @@ def test_effects_on_many_days_and_on_few_are_put_together() -> None:
     }
     found = linear_contrast(conditions, [Effect(0.5, "t", "c"), Effect(0.5, "u", "k")], percent=False)
     assert found.rule is Rule.WITHIN
-    one, other = (
-        linear_contrast(conditions, [Effect(0.5, *pair)], percent=False).estimate for pair in (("t", "c"), ("u", "k"))
-    )
-    assert isinstance(one.value, float)
-    assert isinstance(other.value, float)
-    assert found.estimate.value == pytest.approx(one.value + other.value)
-    assert isinstance(one.se, float)
-    assert isinstance(other.se, float)
-    assert found.estimate.se == pytest.approx(np.hypot(one.se, other.se))
+    parts = [linear_contrast(conditions, [Effect(0.5, *pair)], percent=False).estimate for pair in ("tc", "uk")]
+    assert found.estimate.value == pytest.approx(sum(part.value for part in parts))  # type: ignore[misc]
+    assert found.estimate.se == pytest.approx(np.hypot(*(part.se for part in parts)))  # type: ignore[arg-type]

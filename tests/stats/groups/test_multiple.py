@@ -1,3 +1,5 @@
+"""Holm's adjustment as the closed test, and families with tests that could not be made."""
+
 from itertools import combinations
 
 import pytest
@@ -10,8 +12,6 @@ from data_schema.vocabulary import Undefined
 from stats.groups.multiple import holm
 from tests.helpers.wording import refuses, says
 
-PS = st.lists(st.floats(1e-300, 1.0), min_size=1, max_size=12)
-
 
 @given(st.lists(st.floats(1e-300, 1.0), min_size=1, max_size=6))
 def test_holm_is_bonferroni_over_all_subsets(ps):
@@ -22,22 +22,8 @@ def test_holm_is_bonferroni_over_all_subsets(ps):
     closed = [max(min(1.0, len(s) * min(ps[k] for k in s)) for s in subsets if place in s) for place in places]
     assert found.adjusted_p == pytest.approx(closed, rel=1e-14)
     assert list(found.rejected) == [p <= 0.05 for p in found.adjusted_p]
-
-
-@given(PS, st.randoms())
-def test_the_order_does_not_matter(ps, random):
-    named = {str(k): p for k, p in enumerate(ps)}
-    shuffled = list(named.items())
-    random.shuffle(shuffled)
-    one, other = holm(named, "tests"), holm(dict(shuffled), "tests")
-    assert dict(zip(one.names, one.adjusted_p, strict=True)) == dict(zip(other.names, other.adjusted_p, strict=True))
-
-
-@given(PS)
-def test_holm_is_never_stricter_than_bonferroni(ps):
-    found = holm({str(k): p for k, p in enumerate(ps)}, "tests")
-    for p, adjusted in zip(ps, found.adjusted_p, strict=True):
-        assert p <= adjusted <= min(1.0, p * len(ps)) * (1.0 + 1e-15)
+    backwards = holm({str(k): p for k, p in reversed(list(enumerate(ps)))}, "tests")
+    assert backwards.adjusted_p == found.adjusted_p[::-1]
 
 
 def test_a_test_without_p_belongs_to_the_family_still():
@@ -45,20 +31,15 @@ def test_a_test_without_p_belongs_to_the_family_still():
     found = holm({"a": 0.02, "b": none}, "gains against control")
     assert found.adjusted_p == (0.04, none)
     assert found.rejected == (True, none)
-    text = found.sentence()
-    says(text, "2 tests", "1", "p = .040")
+    says(found.sentence(), "2 tests", "1", "p = .040")
     assert "none rejected" in holm({}, "no tests").sentence()
 
 
 def test_a_family_says_how_many_were_tested_and_why_others_were_not():
     why, other = Undefined(Reason.GROUPS_WITHOUT_SCATTER), Undefined(Reason.AS_SAID, said="group 'd' is empty")
-    complete = holm({"a": 0.2, "b": 0.5}, "gains")
-    says(complete.sentence(), "2 tests", "0.05")
     some = holm({"a": 0.2, "b": why, "c": why, "d": other}, "gains at 0.05: all").sentence()
     says(some, "0.05", "4 tests", "3", "1 tested", "'d'")
     says(holm({"a": why, "b": why}, "gains").sentence(), "0.05", "because neither group")
-    mixed = holm({"a": why, "d": other}, "gains").sentence()
-    says(mixed, "because neither group", "'d'")
     many = holm({"a": 0.01, **{f"b{place}": why for place in range(14)}}, "gains").sentence()
     says(many, "not tested", "b0", "b1", "b9", "4 more")
 

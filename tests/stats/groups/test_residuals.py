@@ -1,3 +1,5 @@
+"""Residuals of groups, their normal quantiles, and the band that normal residuals keep."""
+
 import math
 
 import numpy as np
@@ -10,7 +12,7 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.groups.anova import one_way_anova
-from stats.groups.residuals import normal_quantiles, residuals_of_groups
+from stats.groups.residuals import normal_quantiles, residuals_of_groups, rmse_over_iqr
 from tests.helpers.wording import refuses, says
 
 
@@ -22,13 +24,9 @@ def test_residuals_of_groups_are_values_less_their_mean_with_the_scatter_of_the_
     assert found.df == 3
     del groups["c"]
     assert found.sd == pytest.approx(one_way_anova(groups).residual_sd, rel=1e-15)
-
-
-def test_an_offset_costs_no_digit():
-    near = residuals_of_groups({"a": [0.0, 1.0, 5.0], "b": [2.0, 4.0]})
-    far = residuals_of_groups({"a": [1e15, 1e15 + 1, 1e15 + 5], "b": [1e15 + 2, 1e15 + 4]})
-    assert far.values == pytest.approx(near.values, rel=1e-14)
-    assert far.sd == pytest.approx(near.sd, rel=1e-14)
+    far = residuals_of_groups({name: [1e15 + value for value in values] for name, values in groups.items()})
+    assert far.values == pytest.approx(found.values, rel=1e-14)
+    assert far.sd == pytest.approx(found.sd, rel=1e-14)
 
 
 @given(st.integers(1, 60))
@@ -53,11 +51,27 @@ def test_the_band_holds_as_many_residuals_of_normal_values_as_it_says(sizes):
     assert np.mean(inside) == pytest.approx(0.9, abs=4 * np.std(inside) / math.sqrt(600) + 0.003)
 
 
-def test_single_values_have_no_scatter_and_no_band():
-    found = normal_quantiles(residuals_of_groups({"a": [1.0], "b": [3.0]}))
-    assert isinstance(found.low, Undefined)
-    assert isinstance(found.sd, Undefined)
-    says(found.sd.reason, "no group has")
+@pytest.mark.parametrize(
+    ("groups", "why", "told"),
+    [
+        ({"a": [1.0], "b": [3.0]}, None, "2 residuals"),
+        ({"a": [1.0, 1.0], "b": [2.0, 2.0]}, Reason.RESIDUALS_ZERO, "4 residuals"),
+        ({"a": [1.0, 2.5]}, Reason.ONE_SHAPE, "2 residuals"),
+        ({}, None, "0 residuals"),
+    ],
+)
+def test_what_has_no_band_says_why(groups: dict[str, list[float]], why: Reason | None, told: str) -> None:
+    found = normal_quantiles(residuals_of_groups(groups))
+    for number in (found.low, found.high, found.outside):
+        assert isinstance(number, Undefined)
+        assert why is None or number.code is why
+    says(found.sentence(), told)
+
+
+def test_what_is_no_residuals_is_refused() -> None:
+    assert residuals_of_groups({}).sd == Undefined(Reason.NO_VALUE)
+    with refuses(InputRefused, "residuals_of_groups"):
+        normal_quantiles([1.0, 2.0, 3.0])  # type: ignore[arg-type]
 
 
 def test_sentences_of_residuals_and_of_their_order():
@@ -76,36 +90,6 @@ def test_sentences_of_residuals_and_of_their_order():
     assert list(residuals.to_frame()["fitted"]) == [3.0, 3.0, 3.0, 5.0, 5.0, 5.0]
 
 
-def test_residuals_that_are_all_0_tell_nothing_of_their_distribution():
-    none = normal_quantiles(residuals_of_groups({"a": [1.0, 1.0], "b": [2.0, 2.0]}))
-    assert none.low == none.high == none.outside == Undefined(Reason.RESIDUALS_ZERO)
-    says(none.sentence(), "4 residuals", "0")
-
-
-def test_no_values_have_no_residuals_and_say_so():
-    empty = residuals_of_groups({})
-    assert empty.sd == Undefined(Reason.NO_VALUE)
-    says(empty.sentence(), "no residuals", "n = 0")
-    says(normal_quantiles(empty).sentence(), "0 residuals")
-    with refuses(InputRefused, "residuals_of_groups"):
-        normal_quantiles([1.0, 2.0, 3.0])
-
-
-def test_one_degree_of_freedom_leaves_residuals_one_shape():
-    """Their band would have no width, and rounding would decide what lies outside it."""
-    residuals = residuals_of_groups({"a": [1.0, 2.5]})
-    assert residuals.df == 1
-    assert normal_quantiles(residuals).outside == Undefined(Reason.ONE_SHAPE)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize(("n", "level"), [(25, 0.95), (10, 0.999), (200, 0.99)])
-def test_as_many_lie_outside_as_the_sentence_says_do_on_average(n, level):
-    rng = np.random.default_rng(n)
-    outside = [normal_quantiles(residuals_of_groups([rng.normal(size=n)]), level).outside for _ in range(200)]
-    assert np.mean(outside) == pytest.approx((1.0 - level) * n, abs=4.0 * np.std(outside) / math.sqrt(200) + 1e-3)
-
-
 def test_what_was_left_out_is_told_beside_the_band_too():
     residuals = residuals_of_groups({"a": [1.0, 2.0, math.nan, 5.0], "b": [1.0, 2.0]}, missing="drop")
     assert (residuals.missing, normal_quantiles(residuals).missing) == (1, 1)
@@ -116,3 +100,48 @@ def test_a_level_that_takes_too_many_draws_has_no_band():
     residuals = residuals_of_groups([np.arange(10_000.0)])
     assert isinstance(normal_quantiles(residuals, 1.0 - 1e-4).low, Undefined)
     assert not isinstance(normal_quantiles(residuals_of_groups([np.arange(25.0)]), 1.0 - 1e-4).low, Undefined)
+
+
+EIGHT = np.array([1.0, 2.5, 3.0, 4.5, 6.0, 7.25, 9.0, 12.0])
+
+
+def test_w25_whole_numbers_of_16_bits():
+    """Others: nan, from squares that overflow."""
+    measured, predicted = np.array([100, -200, 300, 32000], np.int16), np.array([250, -50, 130, -32000], np.int16)
+    exact = math.sqrt((150**2 + 150**2 + 170**2 + 64000**2) / 4)
+    assert rmse_over_iqr(measured, predicted).rmse == pytest.approx(exact, rel=1e-15)
+
+
+@pytest.mark.parametrize("size", [1e200, 1e300, 1.7e308, 1e-200, 2.0**-1060])
+def test_w25_numbers_whose_squares_leave_the_range_of_doubles(size):
+    """Others: inf (1.6e200 is the truth at 1e200), or 0 at the other end."""
+    measured, predicted = size * np.array([0.2, 0.4, 0.6, 1.0]), size * np.array([-0.2, 0.5, 1.0, -0.9])
+    found, unit = rmse_over_iqr(measured, predicted), rmse_over_iqr(measured / size, predicted / size)
+    tolerance = 1e-14 if size > 1e-300 else 1e-4
+    assert found.rmse / size == pytest.approx(unit.rmse, rel=tolerance)
+    assert found.ratio == pytest.approx(unit.ratio, rel=tolerance)
+
+
+def test_quartiles_are_numpys() -> None:
+    for values in (EIGHT, EIGHT[:2], EIGHT[:1], EIGHT[:5]):
+        found = rmse_over_iqr(values, values + 1.0)
+        assert (found.quartile_low, found.quartile_high) == pytest.approx(tuple(np.quantile(values, [0.25, 0.75])))
+
+
+def test_a_perfect_prediction_and_a_constant_measurement():
+    assert rmse_over_iqr(EIGHT, EIGHT).ratio == 0.0
+    constant = rmse_over_iqr([0.1] * 4, [0.1, 0.2, 0.1, 0.1])
+    assert isinstance(constant.ratio, Undefined)
+    assert constant.iqr == 0.0
+    assert constant.rmse == pytest.approx(0.05)
+    says(constant.sentence(), "because the measured")
+    says(rmse_over_iqr(EIGHT, EIGHT + 1.0).sentence("the cost", "J"), "of the cost", "1 J", "quartiles", "n = 8")
+
+
+def test_wrong_input_is_refused():
+    with refuses(InputRefused, "8 measured", "7 predicted"):
+        rmse_over_iqr(EIGHT, EIGHT[:7])
+    with pytest.raises(InputRefused, match="0 measured"):
+        rmse_over_iqr([], [])
+    with refuses(InputRefused, "predicted values holds", "1", "8"):
+        rmse_over_iqr(EIGHT, np.append(EIGHT[:7], np.nan))

