@@ -37,11 +37,6 @@ def test_each_effect_alone_and_those_that_are_enough() -> None:
     assert simulate(enough, found.accuracy).jumps == gone.result.jumps
 
 
-def test_a_scene_that_does_not_jump_is_refused() -> None:
-    with refuses(UsageError, "no_liftoff", "before an apex"):
-        ablation_of_effects(load_scene("sim2").changed({"k_extension": 100.0}), 0.01)
-
-
 @pytest.mark.parametrize(
     ("words", "accuracy", "said"),
     [

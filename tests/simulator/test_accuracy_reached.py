@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from simulator.compiled import Row
 from simulator.jump import ill_conditioned, parameter_row
-from simulator.kernel.build import Kernel, kernel_for
+from simulator.kernel.build import kernel_for
 from simulator.kernel.layout import OUTCOMES
 from simulator.kernel.rows import COLUMN
 from simulator.scene_file import load_scene
 from tests.helpers.kernels import batch_rows
 
-Flags = NDArray[np.bool_]
 JUDGED = 1000
 SCENES = 1900
 """As many as give `JUDGED` jumps with the flagged and those that end otherwise left out."""
@@ -45,58 +41,32 @@ RESIDUAL_FACTOR = 5.0
 """Most that the worst energy residual of some thousand unflagged jumps may be in units of the accuracy."""
 
 
-@dataclass(frozen=True, slots=True)
-class Drawn:
-    """Scenes of one set of effects, and what they give at the finest accuracy."""
-
-    kernel: Kernel
-    table: Row
-    reference: Row
-    simulated: dict[float, Row] = field(default_factory=dict)
-
-    def at(self, accuracy: float) -> tuple[Row, Flags]:
-        """The jumps at an accuracy, and which of them are flagged."""
-        if accuracy not in self.simulated:
-            self.simulated[accuracy] = batch_rows(self.kernel.batch, self.table, accuracy)[0][:, 0]
-        rows = self.simulated[accuracy]
-        flags = ill_conditioned(rows[:, COLUMN["decision_margin"]], rows[:, COLUMN["error_growth"]], accuracy)
-        return rows, np.asarray(flags)
-
-
 def _outputs(rows: Row) -> Row:
     cost = sum(rows[:, COLUMN[f"stance_{part}_J"]] for part in ("heat", "mechanical", "drag"))
     return np.stack([*(rows[:, COLUMN[name]] for name in OUTPUTS), cost])
 
 
-@pytest.fixture(
-    scope="module", params=["sim2", *(pytest.param(name, marks=pytest.mark.soak) for name in ("sim1", "bed"))]
-)
-def drawn(request: pytest.FixtureRequest) -> Drawn:
-    scene = load_scene(request.param)
+@pytest.mark.parametrize("accuracy", ACCURACIES)
+@pytest.mark.parametrize("name", ["sim2", *(pytest.param(name, marks=pytest.mark.soak) for name in ("sim1", "bed"))])
+def test_the_goal_is_kept_and_not_overdone_and_the_energy_book_closes_within_it(name: str, accuracy: float) -> None:
+    scene = load_scene(name)
     kernel = kernel_for(scene.effects)
     names = [parameter.name for parameter in kernel.composition.parameters]
     table = np.repeat(parameter_row(kernel, scene)[np.newaxis], SCENES, axis=0)
     random = np.random.default_rng(7)
-    for name, (low, high) in (STARTS[request.param] | RANGES).items():
-        table[:, names.index(name)] = random.uniform(low, high, SCENES)
-    return Drawn(kernel, table, batch_rows(kernel.batch, table, FINEST)[0][:, 0])
+    for parameter, (low, high) in (STARTS[name] | RANGES).items():
+        table[:, names.index(parameter)] = random.uniform(low, high, SCENES)
+    reference, rows = (batch_rows(kernel.batch, table, goal)[0][:, 0] for goal in (FINEST, accuracy))
 
-
-@pytest.mark.parametrize("accuracy", ACCURACIES)
-def test_the_goal_is_kept_and_not_overdone(drawn: Drawn, accuracy: float) -> None:
-    rows, flagged = drawn.at(accuracy)
-    judged = (drawn.reference[:, 0] == TOUCHDOWN) & ~flagged
+    flagged = np.asarray(ill_conditioned(rows[:, COLUMN["decision_margin"]], rows[:, COLUMN["error_growth"]], accuracy))
+    judged = (reference[:, 0] == TOUCHDOWN) & ~flagged
     assert judged.sum() >= JUDGED
-    share = np.max(np.abs(_outputs(rows[judged]) / _outputs(drawn.reference[judged]) - 1), axis=0) / accuracy
+    share = np.max(np.abs(_outputs(rows[judged]) / _outputs(reference[judged]) - 1), axis=0) / accuracy
     share[rows[judged, 0] != TOUCHDOWN] = np.inf
     assert np.mean(share <= 1) >= 0.99
     assert np.median(share) >= 0.01
-    assert np.mean(rows[~flagged, 0] == drawn.reference[~flagged, 0]) >= 0.998
+    assert np.mean(rows[~flagged, 0] == reference[~flagged, 0]) >= 0.998
 
-
-@pytest.mark.parametrize("accuracy", ACCURACIES)
-def test_the_energy_book_closes_within_the_goal(drawn: Drawn, accuracy: float) -> None:
-    rows, flagged = drawn.at(accuracy)
     turned_over = np.abs(rows[:, COLUMN["leg_work_J"]]) + np.abs(rows[:, COLUMN["ground_loss_J"]])
     residual = (np.abs(rows[:, COLUMN["energy_residual_J"]]) / turned_over)[~flagged] / accuracy
     assert np.max(residual) < RESIDUAL_FACTOR

@@ -9,12 +9,9 @@ import numpy as np
 import pytest
 
 from data_schema.errors import UsageError
-from simulator.accuracy.methods import KernelRun
 from simulator.jump import FINEST_ACCURACY, ILL_CONDITIONED_BELOW, parameter_row, simulate
 from simulator.kernel.build import kernel_for
-from simulator.kernel.layout import OUTCOMES
-from simulator.kernel.limits import STOP_AFTER_LIFTOFF
-from simulator.kernel.rows import COLUMN, COLUMNS
+from simulator.kernel.rows import COLUMN
 from simulator.result import JumpResult
 from simulator.scene_file import load_scene, shipped_scenes
 from tests.helpers.kernels import batch_rows, interpreted
@@ -51,17 +48,6 @@ def test_costs_and_times_of_a_result_belong_together(name: str) -> None:
         if place:
             assert jump.touchdown_time_s == pytest.approx(ends_s, rel=1e-12)
         ends_s = jump.touchdown_time_s + next_s
-
-
-def test_a_stance_alone_is_that_of_the_whole_jump() -> None:
-    scene = load_scene("sim2").changed({"b_ad": 80.0})
-    kernel, whole = KernelRun(scene, 1e-9, STOP_AFTER_LIFTOFF), simulate(scene, 1e-9).jump
-    kernel.run()
-    stance = dict(zip(COLUMNS, kernel.rows[-1], strict=True))
-    assert OUTCOMES[int(stance["outcome"])] == "liftoff"
-    assert math.isnan(stance["apex_height_m"])
-    for name in ("liftoff_time_s", "max_depth_m", "stance_heat_J", "stance_mechanical_J", "liftoff_body_height_m"):
-        assert stance[name] == getattr(whole, name)
 
 
 def test_a_notebook_shows_what_a_jump_came_to() -> None:

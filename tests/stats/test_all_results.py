@@ -1,4 +1,4 @@
-"""What every result of the package has: fields nobody can change, each documented, rows, JSON and a sentence."""
+"""What every result has: fields nobody can change, each documented, rows, JSON, a sentence; and names to call."""
 
 from __future__ import annotations
 
@@ -9,8 +9,10 @@ import json
 import math
 import pkgutil
 import re
+import subprocess
+import sys
 from collections.abc import Callable, Iterator
-from dataclasses import FrozenInstanceError, fields
+from dataclasses import FrozenInstanceError, dataclass, fields
 from typing import Any, get_args, get_type_hints
 
 import numpy as np
@@ -19,91 +21,71 @@ import pytest
 
 import stats
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
-from stats.compare.shared_error import SharedError, describe_shared
-from stats.compare.summary import autocorrelation, describe
-from stats.compare.two_sample import compare_two
-from stats.groups.anova import one_way_anova, welch_anova
-from stats.groups.multiple import holm
-from stats.groups.residuals import normal_quantiles, residuals_of_groups, rmse_over_iqr
-from stats.groups.tukey import compare_all_pairs
-from stats.groups.variances import bartlett, brown_forsythe, levene
-from stats.lines.passive_drain import fit_passive_drain
-from stats.lines.regression import fit_linear
-from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
-from stats.planning.power import (
-    power_anova,
-    power_by_day,
-    power_equivalence,
-    power_equivalence_by_day,
-    power_t,
-    power_welch,
-    sample_size,
-)
-from stats.results import Result
+from data_schema.vocabulary import RunKind, Undefined
+from stats.results import Result, frame_of
 
 A, B, C = [42.1, 39.8, 44.0, 41.2], [36.9, 38.2, 35.1, 37.7], [30.0, 33.3, 31.2, 36.8]
 FLAT = [0.1, 0.1, 0.1]
 RNG = np.random.default_rng(8)
 X, V = RNG.normal(size=300), RNG.normal(size=300)
-SHARED = SharedError({("idle", "level"): 0.3}, {"idle": 5.0})
+SHARED = stats.SharedError({("idle", "level"): 0.3}, {"idle": 5.0})
 
 DEFINED: dict[str, Callable[[], Any]] = {
-    "describe": lambda: describe(A),
-    "autocorrelation": lambda: autocorrelation(A),
-    "compare_two": lambda: compare_two(A, B),
-    "bartlett": lambda: bartlett({"a": A, "b": B}),
-    "levene": lambda: levene({"a": A, "b": B}),
-    "brown_forsythe": lambda: brown_forsythe({"a": A, "b": B}),
-    "one_way_anova": lambda: one_way_anova({"a": A, "b": B, "c": C}),
-    "welch_anova": lambda: welch_anova({"a": A, "b": B, "c": C}),
-    "compare_all_pairs": lambda: compare_all_pairs({"a": A, "b": B, "c": C}),
-    "holm": lambda: holm({"one": 0.01, "two": 0.2}, "of two"),
-    "describe_shared": lambda: describe_shared(A, SHARED),
-    "power_t": lambda: power_t(1.0, 1.0, 10, 10),
-    "power_welch": lambda: power_welch(1.0, 1.0, 2.0, 10, 10),
-    "power_by_day": lambda: power_by_day(1.0, 1.0, [(5, 8)] * 5),
-    "power_equivalence_by_day": lambda: power_equivalence_by_day(1.0, -1.0, 1.0, [(5, 8)] * 5),
-    "power_anova": lambda: power_anova([0.0, 0.5, 1.0], 1.0, 10),
-    "power_equivalence": lambda: power_equivalence(1.0, -1.0, 1.0, 20, 20),
-    "sample_size": lambda: sample_size(lambda n: power_t(1.0, 1.0, n, n)),
-    "fit_linear": lambda: fit_linear(A, {"b": B}),
-    "LinearFit.at": lambda: fit_linear(A, {"b": B}).at({"b": 36.0}),
-    "fit_passive_drain": lambda: fit_passive_drain([600.0, 1200.0, 1800.0, 2400.0], [70.0, 141.0, 211.5, 281.0]),
-    "PassiveDrain.at": lambda: fit_passive_drain([600.0, 1200.0, 1800.0], [70.0, 141.0, 211.5]).at(900.0),
-    "fit_stiffness": lambda: fit_stiffness(X, V, 600.0 * X + 20.0 * V + RNG.normal(size=300)),
-    "force_points": lambda: force_points([0.0, 0.1, 0.2], [0.0, 0.01, 0.03], [0.1, 0.2, 0.1], 2.0),
-    "fit_gain_line": lambda: fit_gain_line([100.0, 200.0, 300.0, 400.0], [320.0, 580.0, 836.0, 1090.0]),
-    "GainLine.at": lambda: fit_gain_line([100.0, 200.0, 300.0], [320.0, 580.0, 836.0]).at(250.0),
-    "rmse_over_iqr": lambda: rmse_over_iqr(A, B),
-    "residuals_of_groups": lambda: residuals_of_groups({"a": A, "b": B}),
-    "normal_quantiles": lambda: normal_quantiles(residuals_of_groups({"a": A, "b": B})),
+    "describe": lambda: stats.describe(A),
+    "autocorrelation": lambda: stats.autocorrelation(A),
+    "compare_two": lambda: stats.compare_two(A, B),
+    "bartlett": lambda: stats.bartlett({"a": A, "b": B}),
+    "levene": lambda: stats.levene({"a": A, "b": B}),
+    "brown_forsythe": lambda: stats.brown_forsythe({"a": A, "b": B}),
+    "one_way_anova": lambda: stats.one_way_anova({"a": A, "b": B, "c": C}),
+    "welch_anova": lambda: stats.welch_anova({"a": A, "b": B, "c": C}),
+    "compare_all_pairs": lambda: stats.compare_all_pairs({"a": A, "b": B, "c": C}),
+    "holm": lambda: stats.holm({"one": 0.01, "two": 0.2}, "of two"),
+    "describe_shared": lambda: stats.describe_shared(A, SHARED),
+    "power_t": lambda: stats.power_t(1.0, 1.0, 10, 10),
+    "power_welch": lambda: stats.power_welch(1.0, 1.0, 2.0, 10, 10),
+    "power_by_day": lambda: stats.power_by_day(1.0, 1.0, [(5, 8)] * 5),
+    "power_equivalence_by_day": lambda: stats.power_equivalence_by_day(1.0, -1.0, 1.0, [(5, 8)] * 5),
+    "power_anova": lambda: stats.power_anova([0.0, 0.5, 1.0], 1.0, 10),
+    "power_equivalence": lambda: stats.power_equivalence(1.0, -1.0, 1.0, 20, 20),
+    "sample_size": lambda: stats.sample_size(lambda n: stats.power_t(1.0, 1.0, n, n)),
+    "fit_linear": lambda: stats.fit_linear(A, {"b": B}),
+    "LinearFit.at": lambda: stats.fit_linear(A, {"b": B}).at({"b": 36.0}),
+    "fit_passive_drain": lambda: stats.fit_passive_drain([600.0, 1200.0, 1800.0, 2400.0], [70.0, 141.0, 211.5, 281.0]),
+    "PassiveDrain.at": lambda: stats.fit_passive_drain([600.0, 1200.0, 1800.0], [70.0, 141.0, 211.5]).at(900.0),
+    "fit_stiffness": lambda: stats.fit_stiffness(X, V, 600.0 * X + 20.0 * V + RNG.normal(size=300)),
+    "force_points": lambda: stats.force_points([0.0, 0.1, 0.2], [0.0, 0.01, 0.03], [0.1, 0.2, 0.1], 2.0),
+    "fit_gain_line": lambda: stats.fit_gain_line([100.0, 200.0, 300.0, 400.0], [320.0, 580.0, 836.0, 1090.0]),
+    "GainLine.at": lambda: stats.fit_gain_line([100.0, 200.0, 300.0], [320.0, 580.0, 836.0]).at(250.0),
+    "rmse_over_iqr": lambda: stats.rmse_over_iqr(A, B),
+    "residuals_of_groups": lambda: stats.residuals_of_groups({"a": A, "b": B}),
+    "normal_quantiles": lambda: stats.normal_quantiles(stats.residuals_of_groups({"a": A, "b": B})),
 }
 UNDEFINED: dict[str, Callable[[], Any]] = {
-    "describe": lambda: describe([]),
-    "autocorrelation": lambda: autocorrelation(FLAT),
-    "compare_two": lambda: compare_two(FLAT, FLAT),
-    "bartlett": lambda: bartlett({"a": FLAT, "b": FLAT}),
-    "levene": lambda: levene({"a": FLAT, "b": FLAT}),
-    "brown_forsythe": lambda: brown_forsythe({"a": FLAT, "b": FLAT}),
-    "one_way_anova": lambda: one_way_anova({"a": FLAT, "b": FLAT}),
-    "welch_anova": lambda: welch_anova({"a": FLAT, "b": FLAT}),
-    "compare_all_pairs": lambda: compare_all_pairs({"a": FLAT, "b": FLAT}),
-    "holm": lambda: holm({"one": 0.01, "two": Undefined(Reason.AS_SAID, said="nothing scatters")}, "of two"),
-    "describe_shared": lambda: describe_shared([1.0], SHARED),
-    "power_t": lambda: power_t(1.0, 1.0, 1, 1),
-    "power_welch": lambda: power_welch(1.0, 1.0, 2.0, 1, 1),
-    "power_by_day": lambda: power_by_day(1.0, 1.0, []),
-    "power_equivalence_by_day": lambda: power_equivalence_by_day(1.0, -1.0, 1.0, []),
-    "power_anova": lambda: power_anova([0.0, 0.5, 1.0], 1.0, 1),
-    "power_equivalence": lambda: power_equivalence(1.0, -1.0, 1.0, 1, 1),
-    "fit_linear": lambda: fit_linear([1.0, 2.0], {"x": [3.0, 4.0]}),
-    "LinearFit.at": lambda: fit_linear([1.0, 2.0], {"x": [3.0, 4.0]}).at({"x": 9.0}),
-    "fit_passive_drain": lambda: fit_passive_drain([600.0, 1200.0, 1800.0], [70.0, 70.0, 70.0]),
-    "sample_size": lambda: sample_size(lambda n: power_t(0.0, 1.0, n, n)),
-    "residuals_of_groups": lambda: residuals_of_groups({"a": [1.0], "b": [2.0]}),
-    "normal_quantiles": lambda: normal_quantiles(residuals_of_groups({"a": [1.0], "b": [2.0]})),
-    "rmse_over_iqr": lambda: rmse_over_iqr(FLAT, FLAT),
+    "describe": lambda: stats.describe([]),
+    "autocorrelation": lambda: stats.autocorrelation(FLAT),
+    "compare_two": lambda: stats.compare_two(FLAT, FLAT),
+    "bartlett": lambda: stats.bartlett({"a": FLAT, "b": FLAT}),
+    "levene": lambda: stats.levene({"a": FLAT, "b": FLAT}),
+    "brown_forsythe": lambda: stats.brown_forsythe({"a": FLAT, "b": FLAT}),
+    "one_way_anova": lambda: stats.one_way_anova({"a": FLAT, "b": FLAT}),
+    "welch_anova": lambda: stats.welch_anova({"a": FLAT, "b": FLAT}),
+    "compare_all_pairs": lambda: stats.compare_all_pairs({"a": FLAT, "b": FLAT}),
+    "holm": lambda: stats.holm({"one": 0.01, "two": Undefined(Reason.AS_SAID, said="nothing scatters")}, "of two"),
+    "describe_shared": lambda: stats.describe_shared([1.0], SHARED),
+    "power_t": lambda: stats.power_t(1.0, 1.0, 1, 1),
+    "power_welch": lambda: stats.power_welch(1.0, 1.0, 2.0, 1, 1),
+    "power_by_day": lambda: stats.power_by_day(1.0, 1.0, []),
+    "power_equivalence_by_day": lambda: stats.power_equivalence_by_day(1.0, -1.0, 1.0, []),
+    "power_anova": lambda: stats.power_anova([0.0, 0.5, 1.0], 1.0, 1),
+    "power_equivalence": lambda: stats.power_equivalence(1.0, -1.0, 1.0, 1, 1),
+    "fit_linear": lambda: stats.fit_linear([1.0, 2.0], {"x": [3.0, 4.0]}),
+    "LinearFit.at": lambda: stats.fit_linear([1.0, 2.0], {"x": [3.0, 4.0]}).at({"x": 9.0}),
+    "fit_passive_drain": lambda: stats.fit_passive_drain([600.0, 1200.0, 1800.0], [70.0, 70.0, 70.0]),
+    "sample_size": lambda: stats.sample_size(lambda n: stats.power_t(0.0, 1.0, n, n)),
+    "residuals_of_groups": lambda: stats.residuals_of_groups({"a": [1.0], "b": [2.0]}),
+    "normal_quantiles": lambda: stats.normal_quantiles(stats.residuals_of_groups({"a": [1.0], "b": [2.0]})),
+    "rmse_over_iqr": lambda: stats.rmse_over_iqr(FLAT, FLAT),
 }
 
 
@@ -190,11 +172,90 @@ def test_a_result_of_several_parts_has_a_row_of_each_and_no_lists_in_cells(name,
 
 def test_a_list_of_no_parts_has_their_columns_and_names_are_only_text_in_a_notebook():
     for name, none in (
-        ("residuals_of_groups", residuals_of_groups({"a": [], "b": []})),
-        ("normal_quantiles", normal_quantiles(residuals_of_groups({}))),
+        ("residuals_of_groups", stats.residuals_of_groups({"a": [], "b": []})),
+        ("normal_quantiles", stats.normal_quantiles(stats.residuals_of_groups({}))),
     ):
         assert len(none.to_frame()) == 0
         assert list(none.to_frame().columns) == list(DEFINED[name]().to_frame().columns)
-    shown = compare_two(A, B, names=("<script>x</script>", "b & c"))._repr_html_()
+    shown = stats.compare_two(A, B, names=("<script>x</script>", "b & c"))._repr_html_()
     assert "<script" not in shown
     assert "&lt;script&gt;x&lt;/script&gt;" in shown
+
+
+@dataclass(frozen=True, slots=True)
+class Inner:
+    se: float | Undefined
+
+
+@dataclass(frozen=True, slots=True)
+class Outer(Result):
+    name: str
+    kind: RunKind
+    slope: float | Undefined
+    slope_ci: tuple[float, float] | Undefined
+    df: float
+    inner: Inner
+    parts: tuple[float | Undefined, ...]
+    by_name: dict[str, float]
+    points: np.ndarray
+
+    @property
+    def doubled(self) -> float | Undefined:
+        return undefined("not asked") if isinstance(self.slope, Undefined) else 2.0 * self.slope
+
+
+def undefined(said):
+    return Undefined(Reason.AS_SAID, said=said)
+
+
+PARTS, POINTS = (1.0, undefined("gone")), np.arange(2)
+FULL = Outer("x", RunKind.IDLE, 1.5, (1.0, 2.0), 7.0, Inner(0.1), PARTS, {"a": 1.0}, POINTS)
+BARE = Outer(
+    "y", RunKind.IDLE, undefined("flat"), undefined("flat too"), math.inf, Inner(undefined("one")), (), {}, POINTS
+)
+
+
+def test_plain_data_carry_the_reasons():
+    data = json.loads(BARE.to_json())
+    assert (data["slope"], data["slope_reason"]) == (None, "flat")
+    assert (data["slope_ci"], data["slope_ci_reason"]) == (None, "flat too")
+    assert (data["df"], data["df_reason"]) == (None, "infinite")
+    assert data["inner"] == {"se": None, "se_reason": "one"}
+    assert data["doubled_reason"] == "not asked"
+    full = FULL.to_dict()
+    assert (full["doubled"], full["kind"], full["points"]) == (3.0, "idle", [0, 1])
+    assert full["parts"] == [1.0, {"value": None, "reason": "gone"}]
+    assert "slope_reason" not in full
+    assert json.loads(FULL.to_json()) == full
+
+
+def test_frames_have_one_row_a_result_and_the_same_columns():
+    frame = frame_of([FULL, BARE])
+    assert len(frame) == 2
+    assert list(FULL.to_frame().columns) == list(BARE.to_frame().columns)
+    np.testing.assert_array_equal(frame["slope"], [1.5, math.nan])
+    assert frame["slope"].dtype == np.float64
+    assert frame["slope_ci_high"][0] == 2.0
+    assert (frame["slope_ci_reason"][1], frame["inner_se_reason"][1]) == ("flat too", "one")
+
+
+def test_what_users_call_is_there_by_name() -> None:
+    """Whatever was imported before, also where a function is called as its module is."""
+    assert set(stats.__all__) == set(stats._MODULE_OF)
+    assert set(stats.__all__) <= set(dir(stats))
+    for name in stats.__all__:
+        module = importlib.import_module(f"stats.{stats._MODULE_OF[name]}")
+        assert getattr(stats, name) is getattr(module, name)
+        assert getattr(stats, name).__module__ == module.__name__
+    with pytest.raises(AttributeError, match="no attribute 'compare_tow'"):
+        _ = stats.compare_tow
+
+
+def test_a_notebook_needs_one_import() -> None:
+    """Loading the package loads nothing of weight."""
+    code = (
+        "import sys, stats; light = not {'numpy', 'scipy', 'pandas'} & set(sys.modules); a, b = [1, 2, 4], [2, 3, 3]; "
+        "print(light, stats.compare_two(a, b).n_a, stats.one_way_anova([a, b]).df_between)"
+    )
+    printed = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert printed.stdout.split()[:3] == ["True", "3", "1"]

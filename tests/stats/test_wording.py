@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import stats
 from data_schema.reasons import Reason
 from data_schema.rounding import (
     USUAL_ALPHAS,
@@ -20,10 +21,6 @@ from data_schema.rounding import (
     statistic_text,
 )
 from data_schema.vocabulary import Undefined
-from stats.compare.summary import describe
-from stats.compare.two_sample import compare_two
-from stats.groups.anova import welch_anova
-from stats.groups.tukey import compare_all_pairs
 from tests.helpers.wording import says
 
 
@@ -108,10 +105,10 @@ def test_intervals_name_their_level_and_unit():
 def test_what_a_sentence_states_can_be_read_from_it_at_any_offset():
     """Four digits of means at 1e6 gave "mean 1000000 minus mean 1000001 is -0.4643", and an interval of no width."""
     a, b = np.array([0.3, 1.1, -0.4, 0.6, 0.2]) + 1e6, np.array([0.9, 0.5, 1.4, 1.2, 0.1]) + 1e6
-    found = compare_two(a, b)
+    found = stats.compare_two(a, b)
     means = [float(mean) for mean in re.findall(r"\(mean ([\d.]+),", found.sentence())]
     assert means[0] - means[1] == pytest.approx(found.difference, abs=0.01)
-    told = describe(a).sentence()
+    told = stats.describe(a).sentence()
     mean, low, high = map(float, re.search(r"mean ([\d.]+) .* CI ([\d.]+) to ([\d.]+),", told).groups())
     assert (mean, low, high) == pytest.approx((1000000.36, 999999.68, 1000001.04), abs=0.011)
 
@@ -121,14 +118,18 @@ def test_degrees_of_freedom_read_the_same_in_every_sentence():
     assert [df_text(df) for df in numbers] == list(numbers.values())
     a, b, c = [1.0, 2.0, 4.0, 3.6], [2.0, 2.5, 3.0], [5.0, 9.0, 5.5, 6.0, 5.1]
     groups = {"a": a, "b": b, "c": c}
-    for found in (compare_two(a, c), welch_anova(groups), compare_all_pairs(groups, variances="unequal")):
+    for found in (
+        stats.compare_two(a, c),
+        stats.welch_anova(groups),
+        stats.compare_all_pairs(groups, variances="unequal"),
+    ):
         text = found.sentence()
         assert re.search(r"[tFq]\((\d, )?\d+\.\d\)", text), text
         assert not re.search(r"[tFq]\((\d, )?\d+\.\d\d+\)", text), text
-    assert "t(5)" in compare_two(a, b, route="student").sentence()
+    assert "t(5)" in stats.compare_two(a, b, route="student").sentence()
 
 
 def test_a_sentence_gives_the_reason_of_an_interval_or_a_test_that_is_undefined():
-    pairs = compare_all_pairs({"a": [1.0, 2.0], "b": [3.0], "c": [3.0, 5.0]}, variances="unequal").sentence()
+    pairs = stats.compare_all_pairs({"a": [1.0, 2.0], "b": [3.0], "c": [3.0, 5.0]}, variances="unequal").sentence()
     says(pairs, "'b'", "a single value")
-    assert "undefined" not in compare_all_pairs({"a": [1.0, 1.0], "b": [3.0, 3.0]}).sentence()
+    assert "undefined" not in stats.compare_all_pairs({"a": [1.0, 1.0], "b": [3.0, 3.0]}).sentence()

@@ -12,7 +12,6 @@ from scipy.integrate import solve_ivp
 
 from simulator.effects.registry import EFFECTS
 from simulator.jump import simulate
-from simulator.result import JumpResult
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from tests.helpers.kernels import interpreted
@@ -84,15 +83,9 @@ def wanted() -> dict[str, float]:
     }
 
 
-def jumps() -> tuple[JumpResult, JumpResult, JumpResult]:
-    """The jump with drag, in air without density, and without the effect."""
-    still = SCENE.changed({"air_density": 0.0}), SCENE.changed(effects_off=("air_drag",))
-    first, second, third = (simulate(scene, 1e-12).jump for scene in (SCENE, *still))
-    return first, second, third
-
-
 def test_a_jump_is_that_of_its_equations_and_the_book_closes() -> None:
-    jump, airless, without = interpreted(jumps)
+    still = SCENE.changed({"air_density": 0.0}), SCENE.changed(effects_off=("air_drag",))
+    jump, airless, without = (interpreted(simulate, scene, 1e-12).jump for scene in (SCENE, *still))
     for name, value in wanted().items():
         assert getattr(jump, name) == pytest.approx(value, rel=1e-11, abs=0.0), name
     assert jump.outcome == "touchdown"

@@ -95,12 +95,6 @@ def test_other_effects_have_the_bits_of_the_scalar_kernel(name: str) -> None:
     assert_same_bits(scene, table_of(scene, 1000, 8), 1e-4)
 
 
-def test_effects_that_have_lanes_are_effects_and_the_others_are_named() -> None:
-    assert why_no_lanes(SCENE.effects) is None
-    assert why_no_lanes(load_scene("bed").effects) == "latched_switching has no lanes"
-    assert "sampled_control" in str(why_no_lanes(SCENE.effects - {"sampled_control"}))
-
-
 def test_a_large_sweep_is_in_lanes_and_a_small_one_says_why_it_is_not() -> None:
     kernel_for(SCENE.effects, lanes=True)
     small, large = sobol_sweep(64), sobol_sweep(FEWEST_IN_LANES)

@@ -18,7 +18,6 @@ from simulator.gains import stiffness_n_m
 from simulator.jump import simulate
 from simulator.steady.tables import RECORDED_JUMPS, Yielding, steady_jump, yielding_of
 from tests.helpers.steady import steady_tables as tables
-from tests.helpers.wording import refuses
 
 Columns = tuple[Callable[[Any], float], ...]
 EMULATOR_COLUMNS: Columns = (
@@ -131,9 +130,3 @@ def test_a_condition_of_the_bed_is_a_drop_of_its_scene(
     assert row.apex_gain_m == pytest.approx((jump.apex_height_m or 0.0) - (ce.apex_height_m or 0.0))
     assert bed.saving(foot, gain, (damping_gain,)) == row.saving
     assert len(bed.rows) == len({(row.foot, row.gain, row.damping_gain) for row in bed.rows}) == 24
-
-
-def test_a_robot_that_stops_has_no_steady_jump() -> None:
-    stuck = tables().emulator.scene.changed({"k_extension": stiffness_n_m(100), "k_compression": 180.0})
-    with refuses(RuntimeError, "no_liftoff"):
-        steady_jump(stuck, 1e-6)

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 import xarray
 
-from data_schema.errors import UsageError
 from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
@@ -16,9 +15,8 @@ from simulator.sweep.computing import threads
 from simulator.sweep.outputs import OUTPUTS
 from simulator.sweep.run import run_sweep
 from simulator.sweep.sweep import Sweep
-from tests.helpers.scenes import is_sentence, scene_or_sentence
+from tests.helpers.scenes import scene_or_sentence
 from tests.helpers.sweeps import every_byte, grid_sweep, sobol_sweep
-from tests.helpers.wording import refuses
 
 CORNERS = ("upper_link=0.12,0.22", "b_ad=0,100", "lower_link=0.2,0.3", "rest_length=0.15,0.27,0.36")
 """Two rules are broken here, by some scenes both; the damping between them is read by none."""
@@ -90,10 +88,3 @@ def test_whole_chunks_of_them_and_interruptions_change_no_bit(tmp_path: Path) ->
         done = run_sweep(sweep, tmp_path / "stopped.nc", computing)
     assert 0 < done.chunks_before < len(sweep.chunks)
     assert every_byte(tmp_path / "stopped.nc") == every_byte(tmp_path / "whole.nc")
-
-
-def test_a_sweep_of_nothing_else_is_refused() -> None:
-    for over in (["kg_scale=0.01,0.011"], ["upper_link=0.2,0.25", "lower_link=0.15,0.2"]):
-        with refuses(UsageError, "no scene of") as refusal:
-            grid_sweep(*over)
-        assert is_sentence(str(refusal.value))

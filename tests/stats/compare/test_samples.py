@@ -1,13 +1,16 @@
-"""Two groups: which t-test is taken, what is undefined and why, and what the sentence says."""
+"""One sample and two: by hand, which t-test is taken, what is undefined and why, and what the sentence says."""
 
 from __future__ import annotations
 
 import math
 
 import pytest
+import scipy.stats
 
 from data_schema.errors import InputRefused, UnknownName
+from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
+from stats.compare.summary import describe
 from stats.compare.two_sample import compare_two
 from tests.helpers.wording import refuses, says
 
@@ -60,3 +63,27 @@ def test_missing_values_are_refused_or_left_out_and_counted() -> None:
     assert found.missing == 2
     assert (found.t, found.p) == (compare_two(A, B).t, compare_two(A, B).p)
     says(found.sentence(), "2 missing")
+
+
+def test_small_sample_by_hand():
+    found = describe([2.0, 4.0, 6.0])
+    assert (found.n, found.mean, found.sd) == (3, 4.0, 2.0)
+    assert found.se == pytest.approx(2.0 / 3.0**0.5, rel=1e-15)
+    low, high = scipy.stats.t.interval(0.95, 2, loc=4.0, scale=found.se)
+    assert (found.ci_low, found.ci_high) == pytest.approx((low, high), rel=1e-12)
+    says(found.sentence("joules", "J"), "joules", "4.0 J", "2", "95 %")
+
+
+def test_what_does_not_exist_is_undefined_field_by_field():
+    one, none = describe([5.0]), describe([])
+    assert one.mean == 5.0
+    assert isinstance(one.sd, Undefined)
+    assert isinstance(one.ci_low, Undefined)
+    assert isinstance(none.mean, Undefined)
+    assert none.n == 0
+    assert "undefined" in none.sentence()
+    assert "CI undefined" in one.sentence()
+
+    found = describe([0.1] * 7)
+    assert (found.mean, found.sd, found.se) == (0.1, 0.0, 0.0)
+    assert found.ci_low == found.ci_high == Undefined(Reason.NO_SCATTER)
