@@ -1,94 +1,136 @@
-"""Repeated jumps on rigid and on emulated ground (thesis 3.2.2, 4.2) under continuous control."""
+"""Repeated jumps on rigid and on emulated ground (thesis 3.2.2, 4.2) under continuous control.
 
-from collections.abc import Callable
+The start is at rest with the toe at 0 and the leg at rest length. The emulated ground is a massless platform that a
+ratchet lets sink, and a clock that lifts it again; its hold phase begins at the start.
+"""
+
+from collections.abc import Callable, Mapping
 from fractions import Fraction
+from typing import TypeVar
 
-from benchmarks.reference_simulator.leg import (
-    LEG_INTEGRALS,
-    Gains,
-    HoppingParameters,
-    Leg,
-    LegSeries,
-    Phase,
-    Platform,
-    saturation_guards,
-)
-from benchmarks.reference_simulator.power_series import FixedPoint, Series, SeriesTape, State, advance, setting
-from benchmarks.reference_simulator.result import JumpRecord, ReferenceResult
+from benchmarks.reference_simulator.leg import GRAVITY, Gains, Guards, LegSeries, Walk
+from benchmarks.reference_simulator.power_series import Series, Tape, advance, bits_for
+from benchmarks.reference_simulator.result import ReferenceResult
 
-GROUND_INTEGRALS = ("ground_work", "reset_work", "impact_loss")
 LONGEST_STEP_S = Fraction("0.008")
+LONGEST_JUMP_S = 2
+FOLDED_LEG_M = Fraction("0.101")
+STRAIGHT_LEG_M = Fraction("0.2999")
+
+V = TypeVar("V", Series, Fraction)
+Path = tuple[V, V, V]
+"""Position, velocity and acceleration."""
 
 
 def reference_jumps(
-    parameters: HoppingParameters, jumps: int, digits: int = 30, order: int = 30
+    effects: frozenset[str], parameters: Mapping[str, Fraction], jumps: int, digits: int = 30, order: int = 30
 ) -> tuple[ReferenceResult, ...]:
     """The first `jumps` jumps from rest to `digits` digits, by Taylor series of `order`.
 
     They are fewer where one does not end in a touchdown; the last one's outcome then says why.
     """
-    return _Hopping(parameters, FixedPoint.for_digits(digits), order).run(jumps, digits)
+    return _Hopping(effects, parameters, bits_for(digits), order).run(jumps, digits)
 
 
-class _Hopping:
+class _Platform:
+    """The platform at `position` (metres below 0 are negative) with the clock of its state machine.
+
+    Phases are hold, release, reset and engage; rigid ground is in `rigid` for ever.
+    """
+
+    def __init__(self, parameters: Mapping[str, Fraction], phase: str) -> None:
+        self.p, self.phase = parameters, phase
+        self.position = self.elapsed = self.reset_from = Fraction(0)
+
+    @property
+    def time_left(self) -> Fraction | None:
+        """Time to the end of the phase, or to the end of the shortest hold; None where no clock runs."""
+        if self.phase == "rigid" or self.may_release:
+            return None
+        name = "shortest_hold" if self.phase == "hold" else f"{self.phase}_time"
+        return self.p[name] - self.elapsed
+
+    @property
+    def may_release(self) -> bool:
+        """Whether the ratchet has held for as long as it must before a release."""
+        return self.phase == "hold" and self.elapsed >= self.p["shortest_hold"]
+
+    def enter(self, phase: str) -> None:
+        """Begin a phase; the reset starts from where the platform is."""
+        self.phase, self.elapsed = phase, Fraction(0)
+        if phase == "reset":
+            self.reset_from = self.position
+
+    def end_phase(self) -> None:
+        """What happens when the clock of the phase runs out."""
+        if self.phase == "hold":
+            self.elapsed = self.p["shortest_hold"]
+            return
+        if self.phase == "reset":
+            self.position = Fraction(0)
+        self.enter({"release": "reset", "reset": "engage", "engage": "hold"}[self.phase])
+
+    def path(self, share: V) -> Path[V]:
+        """The path of a platform that does not yield: it is reset, of which a share is over, or it rests."""
+        if self.phase != "reset":
+            return 0 * share + self.position, 0 * share, 0 * share
+        square, rest, start, rate = share * share, 1 - share, self.reset_from, 1 / self.p["reset_time"]
+        # 1 - 10 s^3 + 15 s^4 - 6 s^5 and its derivatives
+        position = start - start * (square * share * (10 - 15 * share + 6 * square))
+        velocity = -30 * start * rate * (square * (rest * rest))
+        return position, velocity, -60 * start * rate**2 * (share * rest * (1 - 2 * share))
+
+    def share(self) -> Fraction:
+        """The share of a reset that is over; 0 in other phases."""
+        return self.elapsed / self.p["reset_time"] if self.phase == "reset" else Fraction(0)
+
+
+class _Hopping(Walk):
     """The walk through the modes, jump after jump."""
 
-    def __init__(self, parameters: HoppingParameters, number: FixedPoint, order: int) -> None:
-        self.parameters, self.number, self.order = parameters, number, order
-        p, of = parameters, number.of
-        self.leg, self.platform = Leg(p, number), Platform(p.platform, number)
-        self.foot_mass = of(p.foot_mass_kg)
-        self.state: State = {"x_b": of(p.rest_length_m), "v_b": 0, "x_f": 0, "v_f": 0}
+    integrals = ("ground_work", "reset_work", "impact_loss")
+
+    def __init__(self, effects: frozenset[str], parameters: Mapping[str, Fraction], bits: int, order: int) -> None:
+        super().__init__(effects, parameters, bits, order)
+        self.platform = _Platform(parameters, "hold" if "emulated_ground" in effects else "rigid")
         self.contact = "held"
         self.stiff = self.compressed = self.rising = self.foot_falling = False
-        self.saturation = 0
-        self.jump = self._new_jump()
+        self.begin()
 
     def run(self, jumps: int, digits: int) -> tuple[ReferenceResult, ...]:
         """The jumps one after the other."""
         results: list[ReferenceResult] = []
-        limit, state = self.number.of(self.parameters.longest_jump_s), self.state
+        state = self.state
         while len(results) < jumps:
             self._step()
-            if self.jump.time > limit:
-                self.jump.outcome = "carried" if self.jump.liftoff else "no_liftoff" if self.stiff else "no_trigger"
-            if self.jump.outcome is not None:
+            jump = self.record
+            if jump.time > LONGEST_JUMP_S:
+                jump.outcome = "carried" if jump.liftoff else "no_liftoff" if self.stiff else "no_trigger"
+            if jump.outcome is not None:
                 work = state["leg_work"] - state["ground_work"] + state["reset_work"] - state["impact_loss"]
-                residual = self.leg.energy(state) - self.jump.energy - work
-                results.append(self.jump.result(state, residual, self.number, digits))
-                if self.jump.outcome != "touchdown":
+                results.append(jump.result(state, self.energy() - jump.energy - work, digits))
+                if jump.outcome != "touchdown":
                     break
-                self.jump = self._new_jump()
+                self.begin()
                 self._touch_down()
         return tuple(results)
 
-    def _new_jump(self) -> JumpRecord:
-        self.state |= dict.fromkeys((*LEG_INTEGRALS, *GROUND_INTEGRALS), 0)
-        return JumpRecord(self.leg.energy(self.state))
-
     def _step(self) -> None:
-        number, jump, platform = self.number, self.jump, self.platform
-        p, of, one = self.parameters, number.of, number.one
-        tape = SeriesTape(number.bits, self.order)
-        path = platform.path(tape)
-        carried = self.contact == "held" and platform.phase is Phase.RESET
-        leg = self.leg.write(
-            tape,
-            self.state,
-            self._gains(),
-            self.saturation,
-            fixed_foot=self.contact == "held",
-            foot=path[:2] if carried else None,
-        )
-        guards = saturation_guards(tape, leg, self.saturation)
+        jump, platform, tape = self.record, self.platform, Tape(self.bits, self.order)
+        share = tape.series(platform.share())
+        if platform.phase == "reset":
+            tape.follow(share, tape.series(1 / self.p["reset_time"]))
+        path = platform.path(share)
+        carried = self.contact == "held" and platform.phase == "reset"
+        leg = self.leg(tape, self._gains(), fixed_foot=self.contact == "held", foot=path[:2] if carried else None)
+        guards = self.saturation_guards(leg)
         guards |= {"free": self._free, "moving": self._moving, "held": self._held}[self.contact](tape, leg, path)
-        guards |= self._controller(tape, leg)
-        guards["straight"] = tape.combine([(one, leg.length)], -of(p.straight_leg_m))
-        guards["folded"] = tape.combine([(-one, leg.length)], of(p.folded_leg_m))
+        guards |= self._controller(leg)
+        guards |= {"straight": leg.length - STRAIGHT_LEG_M, "folded": FOLDED_LEG_M - leg.length}
         left = platform.time_left
-        longest = of(LONGEST_STEP_S)
-        timed = left is not None and left <= longest
-        result = advance(tape, self.state, leg.states, guards, left if left is not None and timed else longest)
+        timed = left is not None and left <= LONGEST_STEP_S
+        step = left if left is not None and timed else LONGEST_STEP_S
+        result = advance(tape, self.state, leg.states, guards, step)
         jump.time += result.elapsed
         platform.elapsed += result.elapsed
         if self.contact == "moving" or carried:
@@ -99,143 +141,123 @@ class _Hopping:
         elif result.complete and timed:
             platform.end_phase()
             if carried:
-                self.state["x_f"] = self.state["v_f"] = 0
+                self.state["x_f"] = self.state["v_f"] = Fraction(0)
 
     def _gains(self) -> Gains:
         """The gains of the leg's state; active damping acts while the foot falls."""
-        p, of = self.parameters, self.number.of
+        p = self.p
         if not self.stiff:
-            return Gains(of(p.compression_stiffness_n_m), of(p.compression_damping_kg_s))
+            return Gains(p["k_compression"], p["b_compression"])
         falling = self.contact == "moving" or (self.contact == "free" and self.foot_falling)
-        active = of(p.active_damping_kg_m) if falling else 0
-        return Gains(of(p.extension_stiffness_n_m), of(p.extension_damping_kg_s), active)
+        return Gains(p["k_extension"], p["b_extension"], p["b_ad"] if falling else Fraction(0))
 
-    def _free(self, tape: SeriesTape, leg: LegSeries, path: tuple[Series, Series, Series]) -> dict[str, Series]:
+    def _free(self, tape: Tape, leg: LegSeries, path: Path[Series]) -> Guards:
         """The foot in the air."""
-        one = self.number.one
-        tape.follow(leg.foot_velocity, tape.combine([(self.leg.inverse_foot_mass, leg.applied)], -self.leg.gravity))
-        turning = -one if not self.foot_falling else one
-        guards = {
-            "touchdown": tape.subtract(path[0], leg.foot_position),
-            "foot turns": tape.combine([(turning, leg.foot_velocity)]),
-        }
-        if self.jump.apex is None:
-            guards["apex"] = tape.combine([(-one, leg.body_velocity)])
+        self.free_foot(tape, leg)
+        turning = leg.foot_velocity if self.foot_falling else -leg.foot_velocity
+        guards = {"touchdown": path[0] - leg.foot_position, "foot turns": turning}
+        if self.record.apex is None:
+            guards["apex"] = -leg.body_velocity
         return guards
 
-    def _moving(self, tape: SeriesTape, leg: LegSeries, _path: object) -> dict[str, Series]:
+    def _moving(self, tape: Tape, leg: LegSeries, _path: object) -> Guards:
         """The platform yields downward under the foot."""
-        one, platform = self.number.one, self.platform
-        reaction = platform.reaction(tape, leg.foot_position, leg.foot_velocity)
-        push = tape.combine([(one, leg.applied), (one, reaction)])
-        tape.follow(leg.foot_velocity, tape.combine([(self.leg.inverse_foot_mass, push)], -self.leg.gravity))
-        speed = tape.combine([(-one, leg.foot_velocity)])
-        leg.states["ground_work"] = tape.integral(self.state["ground_work"], tape.multiply(reaction, speed))
-        return {
-            "bottom": tape.combine([(-one, leg.foot_position)], -platform.travel),
-            "stopped": tape.combine([(one, leg.foot_velocity)]),
-        }
+        p, position, velocity = self.p, leg.foot_position, leg.foot_velocity
+        reaction = p["platform_drag"] * (velocity * velocity) - p["platform_damping"] * velocity
+        reaction = reaction - p["platform_stiffness"] * position
+        tape.follow(velocity, 1 / p["foot_mass"] * (leg.applied + reaction) - GRAVITY)
+        leg.states["ground_work"] = tape.integral(self.state["ground_work"], -(reaction * velocity))
+        return {"bottom": -position - p["platform_travel"], "stopped": velocity}
 
-    def _held(self, tape: SeriesTape, leg: LegSeries, path: tuple[Series, Series, Series]) -> dict[str, Series]:
+    def _held(self, tape: Tape, leg: LegSeries, path: Path[Series]) -> Guards:
         """The foot stands on a platform that is locked, or is carried by one that is reset."""
-        one, platform = self.number.one, self.platform
+        p, platform = self.p, self.platform
         _, velocity, acceleration = path
         # What the platform must bring up to keep the foot on its path.
-        reaction = tape.combine([(self.foot_mass, acceleration), (-one, leg.applied)], self.leg.foot_weight)
-        leg.states["reset_work"] = tape.integral(self.state["reset_work"], tape.multiply(reaction, velocity))
-        guards = {"lift-off": tape.combine([(-one, reaction)])}
-        if platform.phase is Phase.HOLD and platform.position > -platform.travel:
-            lacking = self.number.multiply(platform.stiffness, platform.position) - platform.yield_margin
-            guards["yield"] = tape.combine([(one, reaction)], lacking)
+        reaction = p["foot_mass"] * (acceleration + GRAVITY) - leg.applied
+        leg.states["reset_work"] = tape.integral(self.state["reset_work"], reaction * velocity)
+        guards = {"lift-off": -reaction}
+        if platform.phase == "hold" and platform.position > -p["platform_travel"]:
+            guards["yield"] = reaction + p["platform_stiffness"] * platform.position
         return guards
 
-    def _controller(self, tape: SeriesTape, leg: LegSeries) -> dict[str, Series]:
+    def _controller(self, leg: LegSeries) -> Guards:
         """The leg's latched switching, and the release of the ratchet."""
-        p, of, one = self.parameters, self.number.of, self.number.one
+        p, length = self.p, leg.length
         if self.stiff:
             guards = {}
             if self.platform.may_release:
-                released = of(p.rest_length_m) - self.platform.release_length
-                guards["release"] = tape.combine([(one, leg.length)], -released)
-            guards["soften"] = tape.combine([(one, leg.length)], of(p.length_tolerance_m - p.rest_length_m))
+                guards["release"] = length - (p["rest_length"] - p["release_tolerance"])
+            guards["soften"] = length - (p["rest_length"] - p["rest_tolerance"])
             if self.contact != "free":
-                sign = -one if self.rising else one
-                guards["body turns"] = tape.combine([(sign, leg.body_velocity)])
+                guards["body turns"] = -leg.body_velocity if self.rising else leg.body_velocity
             return guards
-        threshold = of(p.rest_length_m - p.switch_compression_m)
-        guards = {"shortest": tape.combine([(-one, leg.length)], of(p.shortest_leg_m))}
+        threshold = p["rest_length"] - p["switch_compression"]
+        guards = {"shortest": p["guard_length"] - length}
         if self.compressed:
-            guards["stiffen"] = tape.combine([(one, leg.rate)], of(p.velocity_tolerance_m_s))
-            guards["longer"] = tape.combine([(one, leg.length)], -threshold)
-        else:
-            guards["compressed"] = tape.combine([(-one, leg.length)], threshold)
-        return guards
+            return guards | {"stiffen": leg.rate + p["switch_speed_tolerance"], "longer": length - threshold}
+        return guards | {"compressed": threshold - length}
 
     def _events(self) -> dict[str, Callable[[], None]]:
-        jump = self.jump
-        stiffen = setting(self, stiff=True, compressed=False, rising=False)
+        stiffen = self.sets(stiff=True, compressed=False, rising=False)
         return {
-            "over": setting(self, saturation=1),
-            "under": setting(self, saturation=-1),
-            "within": setting(self, saturation=0),
+            **self.saturation_events(),
             "bottom": self._stop,
             "stopped": self._stop,
             "yield": lambda: self._enter("moving"),
             "lift-off": self._lift_off,
             "touchdown": self._meet,
-            "foot turns": setting(self, foot_falling=not self.foot_falling),
+            "foot turns": self.sets(foot_falling=not self.foot_falling),
             "release": self._release,
-            "compressed": setting(self, compressed=True),
-            "longer": setting(self, compressed=False),
+            "compressed": self.sets(compressed=True),
+            "longer": self.sets(compressed=False),
             "stiffen": stiffen,
             "shortest": stiffen,
-            "body turns": setting(jump, outcome="no_liftoff") if self.rising else setting(self, rising=True),
-            "soften": setting(self, stiff=False),
-            "apex": lambda: setattr(jump, "apex", self.state["x_b"]),
-            "straight": setting(jump, outcome="leg_straight"),
-            "folded": setting(jump, outcome="leg_folded"),
+            "body turns": self.ends("no_liftoff") if self.rising else self.sets(rising=True),
+            "soften": self.sets(stiff=False),
+            "apex": lambda: setattr(self.record, "apex", self.state["x_b"]),
+            "straight": self.ends("leg_straight"),
+            "folded": self.ends("leg_folded"),
         }
 
     def _enter(self, contact: str) -> None:
         self.contact = contact
-        self.jump.enter(contact)
+        self.record.enter(contact)
 
     def _stop(self) -> None:
-        self._lose_speed(0)
+        self._lose_speed(Fraction(0))
         self._enter("held")
 
     def _lift_off(self) -> None:
-        self.jump.lift_off(self.state)
+        self.record.lift_off(self.state)
         self.foot_falling = False
         self._enter("free")
 
     def _meet(self) -> None:
         """A jump ends where the foot meets the ground with the body falling."""
-        if self.state["v_b"] < 0 and self.jump.liftoff is not None:
-            self.jump.outcome = "touchdown"
+        if self.state["v_b"] < 0 and self.record.liftoff is not None:
+            self.record.outcome = "touchdown"
         else:
             self._touch_down()
 
     def _release(self) -> None:
-        self.platform.enter(Phase.RELEASE)
+        self.platform.enter("release")
         if self.contact == "moving":
             self._stop()
 
     def _touch_down(self) -> None:
         """The foot meets the platform: one that yields costs nothing, any other gives the foot its own velocity."""
-        if self.platform.phase is Phase.HOLD and self.state["v_f"] < 0:
+        if self.platform.phase == "hold" and self.state["v_f"] < 0:
             self._enter("moving")
             return
-        tape = SeriesTape(self.number.bits, 0)
-        _, velocity, _ = self.platform.path(tape)
-        tape.run(0)
-        self._lose_speed(velocity[0])
+        _, velocity, _ = self.platform.path(self.platform.share())
+        self._lose_speed(velocity)
         self._enter("held")
 
-    def _lose_speed(self, velocity: int) -> None:
+    def _lose_speed(self, velocity: Fraction) -> None:
         """Set the foot's velocity at once, with the loss and the platform's work in the book."""
-        multiply, state = self.number.multiply, self.state
+        state, foot_kg = self.state, self.p["foot_mass"]
         change = state["v_f"] - velocity
-        state["impact_loss"] += multiply(self.foot_mass, multiply(change, change)) // 2
-        state["reset_work"] -= multiply(self.foot_mass, multiply(change, velocity))
+        state["impact_loss"] += foot_kg * change**2 / 2
+        state["reset_work"] -= foot_kg * change * velocity
         state["v_f"] = velocity

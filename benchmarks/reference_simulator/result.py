@@ -1,9 +1,10 @@
 """What a reference jump gives: decimal numbers with as many digits as were asked for."""
 
 from dataclasses import dataclass, field
-from decimal import Decimal
+from decimal import Context, Decimal
+from fractions import Fraction
 
-from benchmarks.reference_simulator.power_series import FixedPoint, State
+from benchmarks.reference_simulator.power_series import State
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,18 +39,18 @@ class ReferenceResult:
     mode_changes: tuple[ModeChange, ...]
 
 
-@dataclass(slots=True)
+@dataclass
 class JumpRecord:
-    """What one jump has shown so far, in fixed-point numbers; `energy` is that at its touchdown."""
+    """What one jump has shown so far; `energy` is that at its touchdown."""
 
-    energy: int
-    time: int = 0
-    liftoff_time: int | None = None
+    energy: Fraction
+    time: Fraction = Fraction(0)
+    liftoff_time: Fraction | None = None
     liftoff: State | None = None
-    apex: int | None = None
-    deepest: int = 0
+    apex: Fraction | None = None
+    deepest: Fraction = Fraction(0)
     outcome: str | None = None
-    changes: list[tuple[int, str]] = field(default_factory=list)
+    changes: list[tuple[Fraction, str]] = field(default_factory=list)
 
     def enter(self, mode: str) -> None:
         """Note a change of mode now."""
@@ -59,22 +60,19 @@ class JumpRecord:
         """Note a lift-off now; an apex seen before it does not count."""
         self.liftoff_time, self.liftoff, self.apex = self.time, dict(state), None
 
-    def result(self, spent: State, residual: int, number: FixedPoint, digits: int) -> ReferenceResult:
+    def result(self, spent: State, residual: Fraction, digits: int) -> ReferenceResult:
         """The jump in decimals, with the costs of `spent` and what the energy book lacks."""
 
-        def show(value: int) -> Decimal:
-            return number.decimal(value, digits)
-
-        def show_if(value: int | None) -> Decimal | None:
-            return None if value is None else show(value)
+        def show(value: Fraction) -> Decimal:
+            return Context(prec=digits).divide(Decimal(value.numerator), Decimal(value.denominator))
 
         return ReferenceResult(
             outcome=str(self.outcome),
             duration_s=show(self.time),
-            liftoff_time_s=show_if(self.liftoff_time),
+            liftoff_time_s=None if self.liftoff_time is None else show(self.liftoff_time),
             liftoff_body_velocity_m_s=None if self.liftoff is None else show(self.liftoff["v_b"]),
             max_depth_m=show(self.deepest),
-            apex_height_m=show_if(self.apex),
+            apex_height_m=None if self.apex is None else show(self.apex),
             heat_j=show(spent["heat"]),
             mechanical_j=show(spent["mechanical"]),
             drag_j=show(spent["drag"]),
