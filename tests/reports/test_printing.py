@@ -57,12 +57,6 @@ def is_one_sheet_of_a4(page, pdf):
     assert [round(float(width)) for width in re.findall(rb"/MediaBox \[0 0 ([\d.]+)", data)] == [595]
 
 
-@needs_browser
-@pytest.mark.soak
-def test_page_one_is_one_sheet_of_a4(summarised, tmp_path):
-    is_one_sheet_of_a4(summarised.with_name("summary.html"), tmp_path / "page.pdf")
-
-
 @pytest.fixture(scope="module")
 def with_every_warning(content):
     """The longest first page: all that may be said of a campaign's order, charger, looks, charges and contrasts."""

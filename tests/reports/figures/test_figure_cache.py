@@ -20,7 +20,7 @@ from tests.helpers.pages import FIGURE_NAMES
 PROJECT = Path(__file__).parents[3]
 FEW = ["savings", "passive_drain", "joules_by_level", "day_order"]
 OTHERS = [name for name in FIGURE_NAMES if name != FEW[0]]
-"""What is kept of a figure does not depend on what it shows; each is drawn twice in a soak of `test_registry`."""
+"""What is kept of a figure does not depend on what it shows."""
 
 
 @pytest.fixture
@@ -59,7 +59,7 @@ def all_drawn(content):
 
 @pytest.mark.parametrize("name", [FEW[0], *(pytest.param(name, marks=pytest.mark.soak) for name in OTHERS)])
 def test_a_kept_figure_is_byte_for_byte_what_is_drawn_anew(content, written, cache, name):
-    """The report's figure, which `test_the_same_content_gives_the_same_bytes` compares with one of all the content."""
+    """Nor is it another than the report wrote a while ago: nothing of the clock or of an earlier drawing is in it."""
     wanted = Wanted(FIGURES[name], TWO_COLUMNS_IN, ("svg", "pdf"))
     first, again = one_drawn(content, wanted), one_drawn(content, wanted)
     assert cache == [name]

@@ -8,24 +8,12 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.content import Factor, Level, Summary
 from reports.figures.by_level import file_name
-from reports.figures.kind import draw_figure, pdf_bytes, svg_bytes
+from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
 from tests.helpers.pages import FIGURE_NAMES, with_summary
 from tests.helpers.wording import says
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("name", FIGURE_NAMES)
-def test_the_same_content_gives_the_same_bytes(content, written, name):
-    """Compared with what the report wrote a while ago: nothing of the clock or of an earlier drawing is in it. Of a few
-    figures `test_figure_cache` says so by default.
-    """
-    folder = written.parent / "figures"
-    figure = draw_figure(FIGURES[name], content, TWO_COLUMNS_IN)
-    assert svg_bytes(figure) == (folder / f"{file_name(name, content)}.svg").read_bytes()
-    assert pdf_bytes(figure) == (folder / f"{file_name(name, content)}.pdf").read_bytes()
 
 
 @pytest.mark.parametrize("name", FIGURE_NAMES)
