@@ -11,7 +11,6 @@ import datetime
 import sys
 import textwrap
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -68,21 +67,7 @@ OUTPUTS = ("max_depth_m", "liftoff_time_s", "apex_height_m")
 TOUCHDOWN = OUTCOMES.index("touchdown")
 
 Row = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True)
-class Kept:
-    """Jumps at one goal: how many are flagged, which part of the others keeps the goal, their errors over the goal (the
-    middle and the largest), and how many of them end otherwise than at the finest accuracy.
-    """
-
-    goal: float
-    flagged: int
-    judged: int
-    share: float
-    median: float
-    worst: float
-    otherwise: int
+Flags = NDArray[np.bool_]
 
 
 def drawn(name: str) -> tuple[Kernel, Row]:
@@ -97,8 +82,8 @@ def drawn(name: str) -> tuple[Kernel, Row]:
     return kernel, table
 
 
-def kept(kernel: Kernel, table: Row) -> tuple[int, list[Kept]]:
-    """How many of the scenes jump at the finest accuracy, and what they keep of each goal."""
+def kept(kernel: Kernel, table: Row) -> tuple[int, list[tuple[str, ...]]]:
+    """How many of the scenes jump at the finest accuracy, and for each goal a row of `KEPT`."""
     finest = _simulated(kernel, table, FINEST)
     jumps = finest[:, 0] == TOUCHDOWN
     found = []
@@ -109,18 +94,18 @@ def kept(kernel: Kernel, table: Row) -> tuple[int, list[Kept]]:
         ended = rows[judged, 0] == TOUCHDOWN
         both = rows[judged][ended], finest[judged][ended]
         errors = np.max(np.abs(_outputs(both[0]) / _outputs(both[1]) - 1.0), axis=0) / goal
-        found.append(
-            Kept(
-                goal,
-                flagged=int(np.sum(jumps)) - int(np.sum(judged)),
-                judged=int(np.sum(judged)),
-                share=float(np.sum(errors <= 1.0)) / int(np.sum(judged)),
-                median=float(np.median(errors)),
-                worst=float(np.max(errors)),
-                otherwise=int(np.sum(~ended)),
-            )
-        )
+        share, flagged, otherwise = _part(errors <= 1.0, judged), np.sum(jumps & ~judged), np.sum(~ended)
+        cells = (share, f"{np.median(errors):.2g}", f"{np.max(errors):.3g}", f"{flagged}", f"{otherwise}")
+        found.append((f"{goal:g}", *cells))
     return int(np.sum(jumps)), found
+
+
+def _part(some: Flags, every: Flags) -> str:
+    return f"{100 * np.sum(some) / max(np.sum(every), 1):.2f} %"
+
+
+KEPT = ("goal", "kept", "median error over goal", "largest", "jumps flagged", "end otherwise")
+"""Of the jumps that are not flagged: which part keeps the goal, and errors over the goal."""
 
 
 def _simulated(kernel: Kernel, table: Row, accuracy: float, most_steps: float = MOST_STEPS_A_JUMP) -> Row:
@@ -135,21 +120,17 @@ def _outputs(rows: Row) -> Row:
     return np.stack([*(rows[:, COLUMN[name]] for name in OUTPUTS), cost])
 
 
-@dataclass(frozen=True, slots=True)
-class Barred:
-    """What error bars find at one goal: misses above ten goals and how many of them are flagged, flags of jumps that
-    keep the goal, and how many of those that are not flagged keep it. All jumps are `count`, without those
-    (`uncertain`) whose reference itself is not known to the goal: at 1e-12 it is farther off than that.
-    """
-
-    goal: float
-    misses: int
-    caught: int
-    flagged: int
-    false_alarms: int
-    kept: int
-    count: int
-    uncertain: int
+BARRED = (
+    "goal",
+    "misses above ten goals caught",
+    "flagged",
+    "false alarms",
+    "others keep the goal",
+    "reference uncertain",
+)
+"""What error bars find: misses, flags, and flags of jumps that keep the goal; jumps whose reference itself is not known
+to the goal (at 1e-12 it is farther off than that) are counted apart.
+"""
 
 
 def legal(name: str) -> tuple[Kernel, Row]:
@@ -173,8 +154,8 @@ def soft() -> tuple[Kernel, Row]:
     return kernel, table[:, [names.index(parameter.name) for parameter in kernel.composition.parameters]]
 
 
-def has_error_bars(kernel: Kernel, table: Row) -> list[Barred]:
-    """What error bars find of random scenes, at each goal."""
+def has_error_bars(kernel: Kernel, table: Row) -> list[tuple[str, ...]]:
+    """What error bars find of random scenes: for each goal a row of `BARRED`."""
     finest = _simulated(kernel, table, FINEST_ACCURACY, FEW_STEPS)
     known = finest[:, 0] != STEP_LIMIT
     table, finest, found = table[known], finest[known], []
@@ -189,21 +170,18 @@ def has_error_bars(kernel: Kernel, table: Row) -> list[Barred]:
             close = fine[:, COLUMN["decision_margin"]] < ILL_CONDITIONED_BELOW
             fine[close] = _simulated(kernel, table[close], finer)
         rounding = rounding_share(fine[:, COLUMN["error_growth"]])
-        flags = np.maximum(_apart(coarse, fine), rounding) > goal
-        off, certain = _apart(coarse, finest), doubt <= goal
-        missed, keeps = certain & (off > 10.0 * goal), certain & (_apart(fine, finest) <= goal)
-        found.append(
-            Barred(
-                goal,
-                misses=int(np.sum(missed)),
-                caught=int(np.sum(missed & flags)),
-                flagged=int(np.sum(flags & certain)),
-                false_alarms=int(np.sum(flags & certain & (off <= goal))),
-                kept=int(np.sum(keeps & ~flags)),
-                count=int(np.sum(certain)),
-                uncertain=int(np.sum(~certain)),
-            )
+        certain = doubt <= goal
+        flags = certain & (np.maximum(_apart(coarse, fine), rounding) > goal)
+        off, keeps = _apart(coarse, finest), _apart(fine, finest) <= goal
+        missed, others_kept = certain & (off > 10.0 * goal), certain & ~flags
+        cells = (
+            f"{np.sum(missed & flags)} of {np.sum(missed)}",
+            _part(flags, certain),
+            _part(flags & (off <= goal), certain),
+            _part(others_kept & keeps, others_kept),
+            f"{np.sum(~certain)} of {len(certain)}",
         )
+        found.append((f"{goal:g}", *cells))
     return found
 
 
@@ -247,24 +225,7 @@ def bars() -> Iterator[str]:
     for name, draw in BOXES.items():
         print(f"== error bars, {name}", flush=True)
         yield f"\n**{name}**\n"
-        rows = [
-            (
-                f"{row.goal:g}", f"{row.caught} of {row.misses}", f"{100 * row.flagged / row.count:.2f} %",
-                f"{100 * row.false_alarms / row.count:.2f} %",
-                f"{100 * row.kept / max(row.count - row.flagged, 1):.2f} %",
-                f"{row.uncertain} of {row.count + row.uncertain}",
-            )
-            for row in has_error_bars(*draw())
-        ]  # fmt: skip
-        heads = (
-            "goal",
-            "misses above ten goals caught",
-            "flagged",
-            "false alarms",
-            "others keep the goal",
-            "reference uncertain",
-        )
-        yield table_text(Table(heads, tuple(rows), ""))
+        yield table_text(Table(BARRED, tuple(has_error_bars(*draw())), ""))
 
 
 def lines() -> Iterator[str]:
@@ -281,15 +242,7 @@ def lines() -> Iterator[str]:
         print(f"== {name}", flush=True)
         jumps, found = kept(*drawn(name))
         yield f"\n**{name}**: {jumps} of {SCENES} jump; in the others the leg folds, or nothing lifts off.\n"
-        rows = [
-            (
-                f"{row.goal:g}", f"{100 * row.share:.2f} %", f"{row.median:.2g}", f"{row.worst:.3g}", str(row.flagged),
-                str(row.otherwise),
-            )
-            for row in found
-        ]  # fmt: skip
-        heads = ("goal", "kept", "median error over goal", "largest", "jumps flagged", "end otherwise")
-        yield table_text(Table(heads, tuple(rows), ""))
+        yield table_text(Table(KEPT, tuple(found), ""))
 
 
 def main() -> None:
