@@ -101,7 +101,7 @@ def kept(kernel: Kernel, table: Row) -> tuple[int, list[tuple[str, ...]]]:
 
 
 def _part(some: Flags, every: Flags) -> str:
-    return f"{100 * np.sum(some) / max(np.sum(every), 1):.2f} %"
+    return f"{100 * int(np.sum(some)) / max(int(np.sum(every)), 1):.2f} %"
 
 
 KEPT = ("goal", "kept", "median error over goal", "largest", "jumps flagged", "end otherwise")
@@ -158,7 +158,7 @@ def has_error_bars(kernel: Kernel, table: Row) -> list[tuple[str, ...]]:
     """What error bars find of random scenes: for each goal a row of `BARRED`."""
     finest = _simulated(kernel, table, FINEST_ACCURACY, FEW_STEPS)
     known = finest[:, 0] != STEP_LIMIT
-    table, finest, found = table[known], finest[known], []
+    table, finest, found = table[known], finest[known], list[tuple[str, ...]]()
     simulated = {FINEST: _simulated(kernel, table, FINEST)}
     doubt = _apart(simulated[FINEST], finest)
     for goal in GOALS:

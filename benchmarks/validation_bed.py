@@ -9,13 +9,13 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.validation_emulator import LEVEL, charged, conditions_of
-from benchmarks.worlds.conditions import run_row
+from benchmarks.validation_emulator import LEVEL, charged
+from benchmarks.worlds.conditions import conditions_of, run_number, run_row
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.comparison.pairing import group_label, pairs_each, pairs_pooled
-from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber, conditions_by_outcome
+from labbook.analysis.outcomes.conditions import ConditionValues, conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_energy import joules_per_mah
 from labbook.analysis.results import Results
@@ -25,8 +25,7 @@ from labbook.demo.campaign import Campaign, make_campaign
 from labbook.demo.files import campaign_files
 from labbook.demo.running import make_campaign_book
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition
-from reports.numbers import Result
-from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
+from stats.compare.shared_error import describe_shared, shared_of_mean
 from stats.days.overall import overall_savings
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
@@ -56,16 +55,11 @@ def as_charged(campaign: Campaign) -> Conditions:
     for run in campaign.of_kind(RunKind.JUMPS):
         assert run.condition is not None
         levels = {name: str(level) for name, level in asdict(run.condition).items()}
-        row = run_row(
-            run.name,
-            run.date.isoformat(),
-            levels,
-            is_control=run.condition.is_control,
-            duration_s=run.duration_s,
-        )
+        is_control = run.condition.is_control
+        row = run_row(run.name, run.date.isoformat(), levels, is_control=is_control, duration_s=run.duration_s)
         worth_j = joules_per_mah(truth.reference_voltage_v, run.jumps_made)
         joules.append(charged(row, run, line, worth_j))
-        apexes.append(RunNumber(row, float(run.reached_apexes_m.mean()), SharedError(), Result()))
+        apexes.append(run_number(row, run.reached_apexes_m.mean()))
     return {Outcome.JOULES: conditions_of(joules), Outcome.APEX: conditions_of(apexes)}
 
 

@@ -11,29 +11,20 @@ import datetime
 import functools
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.stats
 
 from benchmarks import validation_bed as bed
+from benchmarks import validation_calibration as calibration
+from benchmarks import validation_emulator as emulator
 from benchmarks import validation_sheets as sheets
 from benchmarks.document import replace_between, table_text
 from benchmarks.section import Table
-from benchmarks.validation_calibration import from_means
-from benchmarks.validation_calibration import intervals as calibration_intervals
-from benchmarks.validation_calibration import truths as calibration_truths
-from benchmarks.validation_emulator import (
-    LEVEL,
-    drain_error,
-    emulator_book,
-    from_charges,
-    ingested,
-    intervals,
-    true_changes,
-)
+from benchmarks.validation_emulator import LEVEL, drain_error, ingested
 from benchmarks.validation_sheets import Intervals
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.run_energy import joules_per_mah
@@ -58,7 +49,7 @@ from stats.lines.regression import SlopeThroughOrigin, slope_through_origin
 
 DOCUMENT = Path(__file__).resolve().parent.parent / "docs" / "validation.md"
 DATA = DOCUMENT.with_suffix(".csv")
-CAMPAIGNS, SEED = 2000, 21
+CAMPAIGNS, FEW, SEED = 2000, 20, 21
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,45 +140,30 @@ def _less(interval: tuple[float, float] | Undefined, true: float) -> tuple[float
 
 FEW_MAH = "saving, scaled active damping, gain 100"
 """At 25 mAh of a hundred jumps the charger's last digit is 4 %."""
+INGESTED = "the same, through files and ingest"
 STUDIES = {
     "compaction": ClosedLoop(
         "five flasks, an error of 0.002 a flask and of 0.0015 a filling; water read to 0.1 ml, above 100 ml to 1 ml",
         sheets.flasks_read,
-        sheets.of_flasks,
-        sheets.FRACTIONS,
+        *sheets.FLASKS,
     ),
-    "compaction, ingested": ClosedLoop(
-        "the same, through files and ingest",
-        sheets.flasks_ingested,
-        sheets.of_flasks,
-        sheets.FRACTIONS,
-        campaigns=20,
-    ),
+    "compaction, ingested": ClosedLoop(INGESTED, sheets.flasks_ingested, *sheets.FLASKS, FEW),
     "field": ClosedLoop(
         "four walks that differ by 30 %, robots that scatter by 3 %; charges to 1 mAh, distances to 0.1 m",
         sheets.walks_read,
-        sheets.of_walks,
-        sheets.RESISTANCES,
+        *sheets.WALKS,
     ),
-    "field, ingested": ClosedLoop(
-        "the same, through files and ingest",
-        sheets.walks_ingested,
-        sheets.of_walks,
-        sheets.RESISTANCES,
-        campaigns=20,
-    ),
+    "field, ingested": ClosedLoop(INGESTED, sheets.walks_ingested, *sheets.WALKS, FEW),
     "characterisation": ClosedLoop(
         "three masses on four pairs of gains, 300 Hz for 0.5 s; 0.1 mm and 5 mm/s, 1 % of packets lost",
         sheets.oscillations_read,
-        sheets.of_oscillations,
-        sheets.GAINS_AND_LINES,
+        *sheets.OSCILLATIONS,
     ),
     "characterisation, ingested": ClosedLoop(
         "the same, twice each, at three neutral lengths, through files and ingest",
         sheets.oscillations_ingested,
-        sheets.of_lines,
-        sheets.LINES,
-        campaigns=20,
+        *sheets.OF_LINES,
+        FEW,
     ),
     "force-plate, charges": ClosedLoop(
         "four days of four gains; days and runs scatter by 1 %, recharges by 0.35 mAh, read to 1 mAh",
@@ -203,26 +179,26 @@ STUDIES = {
         plate_book,
         _of_plate,
         {SLOPE: 0.0, DRIFT: 0.0},
-        campaigns=20,
+        FEW,
     ),
     "emulator, charges": ClosedLoop(
         "four days of 14 conditions; joules scatter by 1 % a day and 1.5 % a run, flights by 1 % a run; read to 1 mAh",
-        from_charges,
-        intervals,
-        true_changes,
+        emulator.from_charges,
+        emulator.intervals,
+        emulator.true_changes,
     ),
     "emulator, 150 jumps": ClosedLoop(
         "the same, of 150 jumps a run",
-        lambda chance: from_charges(chance, 150),
-        lambda study: {FEW_MAH: intervals(study)[FEW_MAH]},
-        lambda: {FEW_MAH: true_changes(150)[FEW_MAH]},
+        lambda chance: emulator.from_charges(chance, 150),
+        lambda study: {FEW_MAH: emulator.intervals(study)[FEW_MAH]},
+        lambda: {FEW_MAH: emulator.true_changes(150)[FEW_MAH]},
     ),
     "emulator": ClosedLoop(
         "four days of 14 conditions, 100 jumps a run, through files and ingest; the same scatter",
-        emulator_book,
-        intervals,
-        true_changes,
-        campaigns=20,
+        emulator.emulator_book,
+        emulator.intervals,
+        emulator.true_changes,
+        FEW,
     ),
     "bed, charges": ClosedLoop(
         "24 conditions of ten runs on some 17 days, with controls every day; joules scatter by 0.4 J a day and 1.2 mAh "
@@ -231,25 +207,19 @@ STUDIES = {
         bed.intervals,
         bed.truths,
     ),
-    "bed": ClosedLoop(
-        "the same, through files and ingest",
-        bed.bed_book,
-        bed.intervals,
-        bed.truths,
-        campaigns=20,
-    ),
+    "bed": ClosedLoop(INGESTED, bed.bed_book, bed.intervals, bed.truths, FEW),
     "calibrate": ClosedLoop(
         "means of eight conditions on six days, one run of each a day; days and runs scatter by 1 J and 3 mm",
-        lambda chance: from_means(chance, 1.0),
-        calibration_intervals,
-        calibration_truths,
+        lambda chance: calibration.from_means(chance, 1.0),
+        calibration.intervals,
+        calibration.truths,
     ),
     "calibrate, days alike": ClosedLoop(
         "the same, on days that do not differ",
-        lambda chance: from_means(chance, 0.0),
-        calibration_intervals,
-        calibration_truths,
-        campaigns=200,
+        lambda chance: calibration.from_means(chance, 0.0),
+        calibration.intervals,
+        calibration.truths,
+        200,
     ),
 }
 
@@ -275,8 +245,7 @@ def outside(counts: Mapping[str, tuple[int, int]], band: float = 0.999) -> list[
     return [name for name, p in zip(counts, adjusted, strict=True) if isinstance(p, float) and p < 1.0 - band]
 
 
-@dataclass(frozen=True, slots=True)
-class Row:
+class Row(NamedTuple):
     """A line of docs/validation.csv: of so many campaigns of a study so many have an interval that covers."""
 
     study: str
@@ -291,10 +260,7 @@ def read_rows() -> list[Row]:
     if not DATA.exists():
         return []
     with DATA.open(encoding="utf-8", newline="") as file:
-        rows = [
-            Row(study, interval, int(campaigns), int(covering), measured_on)
-            for study, interval, campaigns, covering, measured_on in list(csv.reader(file))[1:]
-        ]
+        rows = [Row(row[0], row[1], int(row[2]), int(row[3]), row[4]) for row in list(csv.reader(file))[1:]]
     return [row for row in rows if row.study in STUDIES]
 
 
@@ -312,12 +278,10 @@ def measure(name: str) -> list[Row]:
 
 def write(rows: Sequence[Row]) -> None:
     """Write the rows, and from them the table between its two lines of the document."""
-    order = list(STUDIES)
-    rows = sorted(rows, key=lambda row: order.index(row.study))
+    rows = sorted(rows, key=lambda row: list(STUDIES).index(row.study))
     with DATA.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow([field.name for field in fields(Row)])
-        writer.writerows(astuple(row) for row in rows)
+        writer.writerows([Row._fields, *rows])
     replace_between(DOCUMENT, "<!-- measured -->", "<!-- end of measured -->", lines(rows))
 
 

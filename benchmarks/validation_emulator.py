@@ -8,11 +8,11 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from benchmarks.worlds.conditions import run_row
+from benchmarks.worlds.conditions import conditions_of, run_number, run_row
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
+from labbook.analysis.outcomes.conditions import RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah
 from labbook.demo.records import CampaignFiles
 from labbook.demo.running import make_campaign_book
@@ -31,7 +31,6 @@ from labbook.demo.studies.emulator import (
 from labbook.demo.writers import SheetRun
 from labbook.studies.emulator import SAME_PERCENT, Controller, EmulatorStudy, ask, emulator_study
 from labbook.studies.study import Asked, Found, S_co
-from reports.numbers import Number, Result
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 
@@ -39,13 +38,22 @@ LEVEL = 0.95
 SHOWN = ((100.0, Controller.SCALED), (300.0, Controller.CONSTANT), (500.0, Controller.SCALED))
 
 
+def _pairs(jumps: int) -> Callable[[float, Controller], tuple[Truth, Truth]]:
+    """Return what gives the control and the treated condition of a gain."""
+    known = {(one.gain, one.damping_gain): one for one in truths(jumps)}
+
+    def pair(gain: float, controller: Controller) -> tuple[Truth, Truth]:
+        damping = CONSTANT if controller is Controller.CONSTANT else round(gain / RATIO)
+        return known[int(gain), 0], known[int(gain), damping]
+
+    return pair
+
+
 def true_changes(jumps: int = JUMPS) -> dict[str, float]:
     """Return what is true of the savings and of the apexes lost that are looked at; trends are less the true ones."""
-    known = {(one.gain, one.damping_gain): one for one in truths(jumps)}
-    found = {}
+    found, pair = {}, _pairs(jumps)
     for gain, controller in SHOWN:
-        damping = CONSTANT if controller is Controller.CONSTANT else round(gain / RATIO)
-        control, treated = known[int(gain), 0], known[int(gain), damping]
+        control, treated = pair(gain, controller)
         found[_saving(gain, controller)] = 100.0 * (1.0 - treated.joules / control.joules)
         found[_lost(gain, controller)] = 100.0 * (1.0 - treated.apex_m / control.apex_m)
     return {**found, **dict.fromkeys((_trend(one) for one in (Controller.CONSTANT, Controller.SCALED)), 0.0)}
@@ -53,14 +61,9 @@ def true_changes(jumps: int = JUMPS) -> dict[str, float]:
 
 def true_slope(controller: Controller, gains: Sequence[float], jumps: int = JUMPS) -> float:
     """Return the slope of the true savings over the true apexes, which follow no line, at these gains."""
-    known = {(one.gain, one.damping_gain): one for one in truths(jumps)}
-    apex_cm, savings = [], []
-    for gain in map(int, gains):
-        control = known[gain, 0]
-        treated = known[gain, CONSTANT if controller is Controller.CONSTANT else round(gain / RATIO)]
-        apex_cm.append(100.0 * control.apex_m)
-        savings.append(100.0 * (1.0 - treated.joules / control.joules))
-    return float(np.polyfit(apex_cm, savings, 1)[0])
+    pairs = [_pairs(jumps)(gain, controller) for gain in gains]
+    savings = [100.0 * (1.0 - treated.joules / control.joules) for control, treated in pairs]
+    return float(np.polyfit([100.0 * control.apex_m for control, _ in pairs], savings, 1)[0])
 
 
 def _saving(gain: float, controller: Controller) -> str:
@@ -108,22 +111,11 @@ def from_charges(chance: np.random.Generator, jumps: int = JUMPS) -> EmulatorStu
         if not run.levels:
             continue
         levels = {factor: str(level) for factor, level in run.levels.items()}
-        row = run_row(
-            run.name,
-            run.date.isoformat(),
-            levels,
-            is_control=run.levels["b_ad_gain"] == 0,
-            duration_s=run.duration_s,
-        )
+        is_control = run.levels["b_ad_gain"] == 0
+        row = run_row(run.name, run.date.isoformat(), levels, is_control=is_control, duration_s=run.duration_s)
         joules.append(charged(row, run, line, worth_j))
-        apexes.append(
-            RunNumber(
-                row,
-                _apex_m(chance, known[run.levels["k_gain"], run.levels["b_ad_gain"]]),
-                SharedError(),
-                Result(),
-            )
-        )
+        truth = known[run.levels["k_gain"], run.levels["b_ad_gain"]]
+        apexes.append(run_number(row, _apex_m(chance, truth)))
     conditions = {Outcome.JOULES: conditions_of(joules), Outcome.APEX: conditions_of(apexes)}
     return emulator_study(
         conditions,
@@ -144,7 +136,7 @@ def _apex_m(chance: np.random.Generator, truth: Truth) -> float:
 def charged(row: RunRow, run: SheetRun, line: PassiveDrain, worth_j: float) -> RunNumber:
     """Return a run's joules as the charger reads them."""
     value_j = worth_j * (run.charge_mah - line.at(run.duration_s).charge_mah)
-    return RunNumber(row, value_j, drain_error(line, run.duration_s, worth_j), Result())
+    return run_number(row, value_j, drain_error(line, run.duration_s, worth_j))
 
 
 def ingested(ask: Callable[[Asked], Found[S_co]], files: CampaignFiles) -> S_co:
@@ -158,15 +150,3 @@ def drain_error(line: PassiveDrain, duration_s: float, worth_j: float) -> Shared
     """Return what the error of the drain line makes of a run's joules; `worth_j` is those of 1 mAh."""
     terms = {("drain", term): -worth_j * mah for term, mah in line.error_terms_mah(duration_s).items()}
     return SharedError(terms, {"drain": line.df})
-
-
-def conditions_of(runs: Sequence[RunNumber]) -> list[ConditionValues]:
-    """Return runs by condition."""
-    by_condition: dict[str, list[RunNumber]] = {}
-    for one in runs:
-        by_condition.setdefault(one.run.condition_key, []).append(one)
-    none = Number(0.0, "1")
-    return [
-        ConditionValues(key, own[0].run.is_control, own[0].run.levels, tuple(own), ConditionSummary(none, none, ()))
-        for key, own in by_condition.items()
-    ]

@@ -126,3 +126,10 @@ def of_lines(study: Characterisation) -> Intervals:
         for of_line in ((line, line) if isinstance(line, Undefined) else (line.slope_ci, line.offset_ci))
     ]
     return dict(zip(LINES, ends, strict=True))
+
+
+FLASKS = (of_flasks, FRACTIONS)
+WALKS = (of_walks, RESISTANCES)
+OSCILLATIONS = (of_oscillations, GAINS_AND_LINES)
+OF_LINES = (of_lines, LINES)
+"""What a study says, and what is true of it."""

@@ -7,7 +7,7 @@ from functools import partial
 
 import numpy as np
 
-from benchmarks.worlds.conditions import run_row
+from benchmarks.worlds.conditions import conditions_of, run_row
 from benchmarks.worlds.world import Campaign, World
 from data_schema.outcomes import Outcome
 from data_schema.queries.charges import ChargeOfRun
@@ -16,9 +16,8 @@ from data_schema.vocabulary import ChargeMode, Undefined
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.charger_step import with_display_step
-from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, coarse_scatter, run_numbers
+from labbook.analysis.outcomes.conditions import coarse_scatter, run_numbers
 from labbook.analysis.outcomes.run_energy import energies_with_drains
-from reports.numbers import Number
 from stats.lines.passive_drain import fit_passive_drain
 
 _SAVED = 0.05
@@ -65,16 +64,7 @@ def _simulate(generator: np.random.Generator, step_mah: float, run_sd: float, da
         [60.0 * minutes for minutes in _IDLE_MIN], [one.charge_mah for one in of_idle], of_idle[0].resolution_mah
     )
     numbers = run_numbers(runs, energies_with_drains(runs, charges, {"hopper": line}, _VOLTAGE_V), Outcome.JOULES)
-    control, treated = (
-        ConditionValues(
-            level,
-            level == _CONTROL,
-            {"b_ad": level},
-            tuple(one for one in numbers if one.run.levels["b_ad"] == level),
-            ConditionSummary(Number(0.0, "J"), Number(0.0, "J"), ()),
-        )
-        for level in (_CONTROL, _TREATED)
-    )
+    control, treated = conditions_of(numbers)
     found = contrast_of(Pair("", "", {}, "", (control,), (treated,))).savings()
     covers = None if isinstance(found.ci, Undefined) else bool(found.ci[0] <= 100.0 * _SAVED <= found.ci[1])
     finds = not isinstance(found.p, Undefined) and found.p <= 0.05

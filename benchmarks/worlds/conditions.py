@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState
@@ -22,17 +22,28 @@ def condition(
     positions: Sequence[int] | None = None,
 ) -> ConditionValues:
     """Return a condition whose runs have these values, days and positions in the day."""
-    key = " ".join(f"{name}={label}" for name, label in levels.items())
-    runs = tuple(
-        RunNumber(
-            run_row(f"{key} {at}", day, levels, is_control=is_control, position=position),
-            float(value),
-            SharedError(),
-            Result(),
-        )
-        for at, (value, day, position) in enumerate(zip(values, days, positions or range(len(days)), strict=True))
+    rows = (
+        run_row(f"{levels} {at}", day, levels, is_control=is_control, position=position)
+        for at, (day, position) in enumerate(zip(days, positions or range(len(days)), strict=True))
     )
-    return ConditionValues(key, is_control, levels, runs, ConditionSummary(_NONE, _NONE, ()))
+    (found,) = conditions_of([run_number(row, value) for row, value in zip(rows, values, strict=True)])
+    return found
+
+
+def conditions_of(runs: Iterable[RunNumber]) -> list[ConditionValues]:
+    """Return runs by condition, in the order in which the conditions come."""
+    by_condition: dict[str, list[RunNumber]] = {}
+    for one in runs:
+        by_condition.setdefault(one.run.condition_key, []).append(one)
+    return [
+        ConditionValues(key, own[0].run.is_control, own[0].run.levels, tuple(own), ConditionSummary(_NONE, _NONE, ()))
+        for key, own in by_condition.items()
+    ]
+
+
+def run_number(row: RunRow, value: float, shared: SharedError | None = None) -> RunNumber:
+    """Return the number of a run, with the error that it has in common with others."""
+    return RunNumber(row, float(value), shared or SharedError(), Result())
 
 
 def run_row(

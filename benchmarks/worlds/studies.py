@@ -10,8 +10,7 @@ import numpy as np
 import scipy.signal
 from numpy.typing import NDArray
 
-from benchmarks.validation_emulator import conditions_of
-from benchmarks.worlds.conditions import run_row
+from benchmarks.worlds.conditions import conditions_of, run_number, run_row
 from benchmarks.worlds.world import Campaign, World
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
@@ -21,8 +20,6 @@ from labbook.demo.studies.sheets import POSITION_SD_M, STIFFNESS, VELOCITY_SD_M_
 from labbook.studies.characterisation import TOGETHER, characterisation
 from labbook.studies.compaction import CURVED_P, compaction
 from labbook.studies.emulator import SAME_POINTS, Controller, emulator_study
-from reports.numbers import Result
-from stats.compare.shared_error import SharedError
 from stats.lines.regression import slope_through_origin
 
 Interval = tuple[float, float] | Undefined
@@ -78,7 +75,7 @@ def _emulator(days: int, what: str, savings: Sequence[float]) -> World:
                     joules = ce_j * (1.0 - 0.01 * saving * (damping > 0)) * of_day * (1.0 + chance.normal(0.0, 0.015))
                     apex_m = 0.01 * _APEX_CM[gain] + chance.normal(0.0, 0.002)
                     for outcome, value in ((Outcome.JOULES, joules), (Outcome.APEX, apex_m)):
-                        runs[outcome].append(RunNumber(row, value, SharedError(), Result()))
+                        runs[outcome].append(run_number(row, value))
         study = emulator_study(
             {outcome: conditions_of(of_it) for outcome, of_it in runs.items()},
             "k_gain",
