@@ -83,10 +83,8 @@ def _peaks(logs: list[Log], _prepared: object = None) -> int:
 
 
 def _table(times: dict[str, Times], shows: str) -> Table:
-    rows = tuple(
-        (name, *(f"{seconds:.3g}" for seconds in (found.minimum, found.median, found.cpu_minimum)))
-        for name, found in times.items()
-    )
+    columns = {name: (found.minimum, found.median, found.cpu_minimum) for name, found in times.items()}
+    rows = tuple((name, *(f"{seconds:.3g}" for seconds in found)) for name, found in columns.items())
     return Table(("", "min, s", "median, s", "processor, s"), rows, shows)
 
 

@@ -28,38 +28,39 @@ _LAP = re.compile(r"(?P<what>.+) \((?P<seconds>[\d.]+) s\)")
 
 
 @dataclass(frozen=True, slots=True)
-class Taken:
-    """What one size of the demonstration took; `bare_s` for reading its logs alone; `counts` of rows and samples."""
-
-    demo: ProcessRun
-    analysis: ProcessRun
-    again: ProcessRun
-    bare_s: float
-    counts: dict[str, int]
-
-
-@dataclass(frozen=True, slots=True)
 class Size:
-    """One size of the demonstration: how to ask for it, the space it needs, and its budgets."""
+    """One size of the demonstration: how to ask for it, and the space it needs."""
 
     title: str
     options: tuple[str, ...]
     disk_gb: float
     logs: str
-    budgets: Callable[[Taken | None, str], tuple[Budget, ...]]
-    """Of what was taken, or None and why nothing was."""
+
+
+DEFAULT = Size("The demonstration", (), 1.5, "logs of about 80 seconds")
+FULL = Size("The full campaign", ("--full",), 7.0, "logs of 12 minutes")
 
 
 def measure(size: Size, say: Callable[[str], None]) -> Section:
     """Run `labbook demo`, then `labbook report` with nothing derived, and a second time."""
     with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name:
-        if shutil.disk_usage(name).free < size.disk_gb * 1e9:
+        folder = Path(name)
+        if shutil.disk_usage(folder).free < size.disk_gb * 1e9:
             why = f"not enough space for temporary files, {size.disk_gb:g} GB are needed"
-            return Section(size.title, f"Not measured: {why}.", size.budgets(None, why), ())
-        taken = _take(size, Path(name), say)
-    laps = [found.groupdict() for line in taken.demo.output.splitlines() if (found := _LAP.fullmatch(line))]
+            return Section(size.title, f"Not measured: {why}.", _budgets(size, None, why), ())
+        say(f"labbook {' '.join(('demo', *size.options))}")
+        demo = run_process([LABBOOK, "demo", *size.options, folder / "demo"])
+        shutil.rmtree(folder / "demo" / "instruments")
+        book = folder / "demo" / "book"
+        counts = _counts(book / DATABASE)
+        analysis, again = _reports(book, folder / "report", say)
+        bare_s = _bare_reading(book)
+    laps = [found.groupdict() for line in demo.output.splitlines() if (found := _LAP.fullmatch(line))]
     stages = tuple((_without_folder(lap["what"]), lap["seconds"]) for lap in laps)
-    counts = taken.counts
+    shows = (
+        f"{demo.wall_s:.0f} s of wall time and {demo.cpu_s:.0f} s of processor time in all, at most "
+        f"{demo.peak_mb or 0:.0f} MB."
+    )
     return Section(
         size.title,
         f"`labbook {' '.join(('demo', *size.options, 'DIR'))}`, a whole process: {counts['run']} runs, "
@@ -68,39 +69,28 @@ def measure(size: Size, say: Callable[[str], None]) -> Section:
         "again a whole process: it reads every log from Parquet, finds the jumps with both detectors, simulates, "
         "computes, draws and writes. What is not in it: writing the logs and ingesting them. The shortest of "
         f"{REPEATS}.",
-        size.budgets(taken, ""),
-        (Table(("stage of `labbook demo`", "s"), stages, _demo_shows(taken)), _reports_table(taken)),
+        _budgets(size, demo if size is DEFAULT else analysis, ""),
+        (Table(("stage of `labbook demo`", "s"), stages, shows), _reports_table(analysis, again, bare_s)),
     )
 
 
-def _take(size: Size, folder: Path, say: Callable[[str], None]) -> Taken:
-    say(f"labbook {' '.join(('demo', *size.options))}")
-    demo = run_process([LABBOOK, "demo", *size.options, folder / "demo"])
-    shutil.rmtree(folder / "demo" / "instruments")
-    book = folder / "demo" / "book"
-    counts = _counts(book / DATABASE)
-    report: list[str | Path] = [LABBOOK, "report", "--book", book, "--out", folder / "report"]
-    analysis, again = [], []
+def _reports(book: Path, out: Path, say: Callable[[str], None]) -> tuple[ProcessRun, ProcessRun]:
+    """Return the shortest report with nothing derived, and the shortest that came after one."""
+    taken: tuple[list[ProcessRun], list[ProcessRun]] = ([], [])
     for turn in range(1, REPEATS + 1):
-        say(f"labbook report with nothing derived, {turn} of {REPEATS}")
         _remove(book / DATABASE)
-        analysis.append(run_process(report))
-        say(f"labbook report a second time, {turn} of {REPEATS}")
-        again.append(run_process(report))
-    return Taken(demo, _shortest(analysis), _shortest(again), _bare_reading(book), counts)
+        for what, runs in zip(("with nothing derived", "a second time"), taken, strict=True):
+            say(f"labbook report {what}, {turn} of {REPEATS}")
+            runs.append(run_process([LABBOOK, "report", "--book", book, "--out", out]))
+    first, second = (min(runs, key=lambda run: run.wall_s) for runs in taken)
+    return first, second
 
 
-def _shortest(runs: list[ProcessRun]) -> ProcessRun:
-    return min(runs, key=lambda run: run.wall_s)
-
-
-def _default_budgets(taken: Taken | None, why: str) -> tuple[Budget, ...]:
-    wall_s = None if taken is None else taken.demo.wall_s
-    return (Budget("`labbook demo DIR`, all of it", 120.0, "s", wall_s, why=why),)
-
-
-def _full_budgets(taken: Taken | None, why: str) -> tuple[Budget, ...]:
-    wall_s, peak_mb = (None, None) if taken is None else (taken.analysis.wall_s, taken.analysis.peak_mb)
+def _budgets(size: Size, taken: ProcessRun | None, why: str) -> tuple[Budget, ...]:
+    """Return the budgets of the demonstration's process, or of the full campaign's report; `why` nothing was taken."""
+    wall_s, peak_mb = (None, None) if taken is None else (taken.wall_s, taken.peak_mb)
+    if size is DEFAULT:
+        return (Budget("`labbook demo DIR`, all of it", 120.0, "s", wall_s, why=why),)
     unknown = why or "this system does not tell a process's peak of memory"
     return (
         Budget("analysis and report of the full campaign", 60.0, "s", wall_s, why=why),
@@ -108,28 +98,17 @@ def _full_budgets(taken: Taken | None, why: str) -> tuple[Budget, ...]:
     )
 
 
-def _demo_shows(taken: Taken) -> str:
-    return (
-        f"{taken.demo.wall_s:.0f} s of wall time and {taken.demo.cpu_s:.0f} s of processor time in all, at most "
-        f"{taken.demo.peak_mb or 0:.0f} MB."
-    )
-
-
-def _reports_table(taken: Taken) -> Table:
-    rows = (
-        ("nothing derived: both detectors over all logs", taken.analysis),
-        ("a second time: jumps, predictions and figures are cached", taken.again),
-    )
-    derived_s = max(0.0, taken.analysis.cpu_s - taken.again.cpu_s)
+def _reports_table(analysis: ProcessRun, again: ProcessRun, bare_s: float) -> Table:
+    derived_s = max(0.0, analysis.cpu_s - again.cpu_s)
     return Table(
         ("`labbook report`, whole process", "wall, s", "processor, s", "peak, MB"),
-        tuple(
-            (name, f"{run.wall_s:.1f}", f"{run.cpu_s:.1f}", "" if run.peak_mb is None else f"{run.peak_mb:.0f}")
-            for name, run in rows
+        (
+            ("nothing derived: both detectors over all logs", *analysis.cells),
+            ("a second time: jumps, predictions and figures are cached", *again.cells),
         ),
         f"Of the processor time {derived_s:.1f} s go into what a second report takes from caches: reading the logs and "
         "finding their jumps, on two threads, simulating and drawing. The rest is starting, gathering, computing every "
-        f"result and writing. pyarrow alone reads the same columns of all logs in {taken.bare_s:.1f} s.",
+        f"result and writing. pyarrow alone reads the same columns of all logs in {bare_s:.1f} s.",
     )
 
 
@@ -169,9 +148,6 @@ def _without_folder(what: str) -> str:
     """Leave out where a stage put things: the folder is a temporary one."""
     return re.sub(r"( to)? /\S+", "", what)
 
-
-DEFAULT = Size("The demonstration", (), 1.5, "logs of about 80 seconds", _default_budgets)
-FULL = Size("The full campaign", ("--full",), 7.0, "logs of 12 minutes", _full_budgets)
 
 BENCHMARKS = (
     Benchmark("demonstration", lambda say: measure(DEFAULT, say)),

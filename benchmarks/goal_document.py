@@ -85,8 +85,7 @@ def drawn(name: str) -> tuple[Kernel, Row]:
 def kept(kernel: Kernel, table: Row) -> tuple[int, list[tuple[str, ...]]]:
     """How many of the scenes jump at the finest accuracy, and for each goal a row of `KEPT`."""
     finest = _simulated(kernel, table, FINEST)
-    jumps = finest[:, 0] == TOUCHDOWN
-    found = []
+    jumps, found = finest[:, 0] == TOUCHDOWN, list[tuple[str, ...]]()
     for goal in GOALS:
         rows = _simulated(kernel, table, goal)
         flags = ill_conditioned(rows[:, COLUMN["decision_margin"]], rows[:, COLUMN["error_growth"]], goal)

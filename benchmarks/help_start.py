@@ -13,7 +13,8 @@ from benchmarks.timing import Work, in_turns
 
 REPEATS = 21
 OF_SMALLEST = 1.5
-SMALLEST = """\
+SMALLEST, OURS, BARE = "smallest Typer app --help", "labbook --help", "python -c pass"
+PROGRAM = """\
 import typer
 
 app = typer.Typer()
@@ -32,36 +33,32 @@ def measure(say: Callable[[str], None]) -> Section:
     """Start both whole processes in turns."""
     with tempfile.TemporaryDirectory(prefix="labbook-bench-") as name:
         script = Path(name) / "smallest.py"
-        script.write_text(SMALLEST, encoding="utf-8")
+        script.write_text(PROGRAM, encoding="utf-8")
         say(f"{REPEATS} pairs of processes")
-        works = {
-            "smallest Typer app --help": Work(lambda _: run_process([sys.executable, script, "--help"])),
-            "labbook --help": Work(lambda _: run_process([LABBOOK, "--help"])),
-            "python -c pass": Work(lambda _: run_process([sys.executable, "-c", "pass"])),
+        commands: dict[str, list[str | Path]] = {
+            SMALLEST: [sys.executable, script, "--help"],
+            OURS: [LABBOOK, "--help"],
+            BARE: [sys.executable, "-c", "pass"],
         }
-        times = in_turns(works, REPEATS, warm_ups=2)
-    ours, smallest = times["labbook --help"], times["smallest Typer app --help"]
-    bare = times["python -c pass"].median
+        times = in_turns({name: _work(words) for name, words in commands.items()}, REPEATS, warm_ups=2)
+    ratio, bare = times[OURS].median / times[SMALLEST].median, times[BARE].median
     return Section(
         "Starting",
         "Whole processes in turns, from start to exit; the smallest Typer app has one command without options.",
-        (
-            Budget(
-                "`labbook --help` over the smallest Typer app's (medians)",
-                OF_SMALLEST,
-                "×",
-                ours.median / smallest.median,
-            ),
-        ),
+        (Budget("`labbook --help` over the smallest Typer app's (medians)", OF_SMALLEST, "×", ratio),),
         (
             times_table(
                 times,
-                "smallest Typer app --help",
+                SMALLEST,
                 f"Python alone takes {bare * 1e3:.0f} ms of both; Typer and Rich most of the rest. No command loads "
                 "numpy, pandas or SQLAlchemy before it needs them.",
             ),
         ),
     )
+
+
+def _work(command: list[str | Path]) -> Work:
+    return Work(lambda _: run_process(command))
 
 
 BENCHMARK = Benchmark("help_start", measure)

@@ -154,28 +154,23 @@ def _budgets(
     reports: Mapping[int, ProcessRun],
 ) -> tuple[Budget, ...]:
     small, large = sizes
-    looked_up = [what for what in commands if what != INGEST]  # taking in has a budget of its own, above
-    slowest = max(looked_up, key=lambda what: commands[what].wall_s)
+    looked_up = {what: run.wall_s for what, run in commands.items() if what != INGEST}  # that one has its own, above
+    slowest = max(looked_up, key=looked_up.__getitem__)
     first, last = _ms_a_log(grown)
-    peaks = [
-        run.peak_mb for run in (*(run for size in sizes for run in (size.check, size.rebuild)), *commands.values())
-    ]
-    known = [peak for peak in peaks if peak is not None]
-    more = large.runs / small.runs
+    runs_taken = (*(run for size in sizes for run in (size.check, size.rebuild)), *commands.values())
+    known = [run.peak_mb for run in runs_taken if run.peak_mb is not None]
+    more = f" of {large.runs} runs over that of {small.runs}, a run"
+    ratios = {
+        "db check": large.check.wall_s / small.check.wall_s,
+        "rebuild": large.rebuild.wall_s / small.rebuild.wall_s,
+    }
     return (
         Budget("ingest of a log, the last tenth of the runs over the first (medians)", FLAT, "×", last / first),
         Budget(
             f"the slowest list or look-up in a book of {runs} runs (`{slowest}`, min)", COMMAND_S, "s",
-            commands[slowest].wall_s,
+            looked_up[slowest],
         ),
-        Budget(
-            f"db check of {large.runs} runs over that of {small.runs}, a run", LINEAR, "×",
-            large.check.wall_s / small.check.wall_s / more,
-        ),
-        Budget(
-            f"rebuild of {large.runs} runs over that of {small.runs}, a run", LINEAR, "×",
-            large.rebuild.wall_s / small.rebuild.wall_s / more,
-        ),
+        *(Budget(f"{what}{more}", LINEAR, "×", ratio * small.runs / large.runs) for what, ratio in ratios.items()),
         Budget("rebuild, for each 10 000 runs", REBUILD_S, "s", large.rebuild.wall_s * RUNS / large.runs),
         Budget(
             f"rebuild with {REPORTS} reports over that with one", TWICE, "×",
@@ -193,20 +188,15 @@ def _ms_a_log(grown: list[Grown]) -> tuple[float, float]:
 
 
 def _sizes_table(sizes: list[Taken], grown: list[Grown]) -> Table:
-    rows = tuple(
-        (
-            f"{size.runs}",
-            f"{size.check.wall_s:.1f}",
-            f"{size.rebuild.wall_s:.1f}",
-            f"{size.rebuild.wall_s / size.runs * 1e3:.1f}",
-            *(_mb(run) for run in (size.check, size.rebuild)),
-        )
-        for size in sizes
-    )
+    rows = []
+    for size in sizes:
+        check, rebuild = size.check, size.rebuild
+        each = f"{rebuild.wall_s / size.runs * 1e3:.1f}"
+        rows.append((f"{size.runs}", check.cells[0], rebuild.cells[0], each, check.peak_text, rebuild.peak_text))
     first, last = _ms_a_log(grown)
     return Table(
         ("runs", "db check, s", "rebuild, s", "rebuild, ms a run", "check, MB", "rebuild, MB"),
-        rows,
+        tuple(rows),
         f"Taking in a log took {first:.1f} ms in the first tenth of the runs and {last:.1f} ms in the last. A rebuild "
         "reads the kept copies whose readings are not cached, in other processes, as many as there are cores, at most "
         "four, while one writes rows; the memory is that one's.",
@@ -215,7 +205,7 @@ def _sizes_table(sizes: list[Taken], grown: list[Grown]) -> Table:
 
 def _commands_table(commands: Mapping[str, ProcessRun]) -> Table:
     rows = tuple(
-        (what, f"{run.wall_s:.2f}", f"{run.cpu_s:.2f}", _mb(run), f"{run.output.count(chr(10))}")
+        (what, f"{run.wall_s:.2f}", f"{run.cpu_s:.2f}", run.peak_text, f"{run.output.count(chr(10))}")
         for what, run in commands.items()
     )
     return Table(
@@ -226,16 +216,12 @@ def _commands_table(commands: Mapping[str, ProcessRun]) -> Table:
 
 
 def _reports_table(reports: Mapping[int, ProcessRun]) -> Table:
-    rows = tuple((f"{count}", f"{run.wall_s:.1f}", _mb(run)) for count, run in reports.items())
+    rows = tuple((f"{count}", run.cells[0], run.peak_text) for count, run in reports.items())
     return Table(
         ("reports", "rebuild, s", "peak, MB"),
         rows,
         "A report after which nothing was said but reports is not computed again when it is replayed.",
     )
-
-
-def _mb(run: ProcessRun) -> str:
-    return "" if run.peak_mb is None else f"{run.peak_mb:.0f}"
 
 
 BENCHMARKS = (

@@ -25,6 +25,16 @@ class ProcessRun:
     peak_mb: float | None
     output: str
 
+    @property
+    def cells(self) -> tuple[str, str, str]:
+        """Wall and processor time in s, and the peak in MB, as text."""
+        return f"{self.wall_s:.1f}", f"{self.cpu_s:.1f}", self.peak_text
+
+    @property
+    def peak_text(self) -> str:
+        """The peak in MB, empty where it is not told."""
+        return "" if self.peak_mb is None else f"{self.peak_mb:.0f}"
+
 
 def run_process(command: Sequence[str | Path], codes: Sequence[int] = (0,)) -> ProcessRun:
     """Run a command to its end and measure all of it; raises when it ends with another code than one of these.

@@ -123,16 +123,7 @@ def measure_days(say: Callable[[str], None], runs: int, limits: tuple[float, flo
 def _table(reported: Sequence[Reported]) -> Table:
     return Table(
         ("`labbook report`", "wall, s", "processor, s", "peak, MB", "numbers.json, MB"),
-        tuple(
-            (
-                one.what,
-                f"{one.run.wall_s:.1f}",
-                f"{one.run.cpu_s:.1f}",
-                f"{one.run.peak_mb or 0:.0f}",
-                f"{one.numbers_mb:.1f}",
-            )
-            for one in reported
-        ),
+        tuple((one.what, *one.run.cells, f"{one.numbers_mb:.1f}") for one in reported),
         "Every report computes its results; numbers.json has each with its inputs.",
     )
 

@@ -70,14 +70,8 @@ def times_table(times: dict[str, Times], peer: str, shows: str) -> Table:
     """Return wall and processor times of each work in ms, and the ratio of its minimum to the peer's."""
     base = times[peer].minimum
     rows = tuple(
-        (
-            name,
-            milliseconds(found.minimum),
-            milliseconds(found.median),
-            milliseconds(found.cpu_minimum),
-            _short(found.minimum / base),
-        )
-        for name, found in times.items()
+        (name, *map(milliseconds, (one.minimum, one.median, one.cpu_minimum)), _short(one.minimum / base))
+        for name, one in times.items()
     )
     return Table(("", "min, ms", "median, ms", "processor, ms", f"min over that of “{peer}”"), rows, shows)
 
