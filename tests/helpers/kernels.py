@@ -8,8 +8,7 @@ import os
 import pickle
 import subprocess
 import sys
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
 from decimal import Decimal
 from pathlib import Path
 from typing import ParamSpec, TypeVar
@@ -18,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import simulator.jump
+from benchmarks.reference_simulator.cases import CASES as REFERENCE_CASES
 from benchmarks.reference_simulator.result import ReferenceResult
 from benchmarks.reference_simulator.storage import stored
 from simulator.compiled import Function, Row
-from simulator.gains import stiffness_n_m
 from simulator.jump import MOST_STEPS_A_JUMP, limits_for
 from simulator.kernel.limits import JUMPS_WANTED, MOST_STEPS
 from simulator.kernel.rows import COLUMNS
@@ -35,41 +34,9 @@ ROOT = Path(simulator.jump.__file__).parents[1]
 """Folder of the packages under test."""
 
 
-@dataclass(frozen=True, slots=True)
-class Change:
-    """How a stored case differs from its shipped scene."""
-
-    values: Mapping[str, float] = field(default_factory=dict)
-    on: frozenset[str] = frozenset()
-    off: frozenset[str] = frozenset()
-
-
-_SOFT = frozenset({"held_gains_in_flight"})
-_NOT_CONSISTENT = _SOFT | {"constant_force_cap", "cost_of_commanded_force"}
-_LARGE_STIFF = {"foot_radius": 0.038, "k_extension": 1091.36}
-
-CASES: dict[tuple[str, str], Change] = {
-    ("bed", "small foot, gain 300"): Change({"k_extension": stiffness_n_m(300)}),
-    ("bed", "small foot, gain 400"): Change({"k_extension": stiffness_n_m(400)}),
-    ("bed", "small foot, gain 400, active gain 150"): Change(
-        {"k_extension": stiffness_n_m(400), "b_ad": 3.32 * 150 + 19.67}
-    ),
-    ("bed", "large foot, gain 300"): Change({"k_extension": stiffness_n_m(300), "foot_radius": 0.051}),
-    ("sim1", "defaults"): Change({"b_ad": 0.0}),
-    ("sim1", "b_AD = 650"): Change({"b_ad": 650.0}),
-    ("sim2", "defaults, held gains in flight"): Change(),
-    ("sim2", "defaults"): Change(off=_SOFT),
-    ("sim2", "b_AD = 100"): Change({"b_ad": 100.0}, off=_SOFT),
-    ("sim2", "R = 0.038, k_e = 1091.36"): Change(_LARGE_STIFF, off=_SOFT),
-    ("sim2", "kg_scale = 100"): Change({"kg_scale": 100.0}, off=_SOFT),
-    ("sim2", "consistent, defaults"): Change({}, frozenset({"torque_cap"}), _NOT_CONSISTENT),
-    ("sim2", "consistent, R = 0.038, k_e = 1091.36"): Change(_LARGE_STIFF, frozenset({"torque_cap"}), _NOT_CONSISTENT),
-    **{("emulator", f"gain {gain}"): Change({"k_extension": stiffness_n_m(gain)}) for gain in (100, 200, 400)},
-    ("emulator", "gain 300, b_AD = 166"): Change({"k_extension": stiffness_n_m(300), "b_ad": 166.0}),
-    ("emulator", "gain 400, b_AD = 664/3"): Change({"k_extension": stiffness_n_m(400), "b_ad": 664 / 3}),
-    **{("force_plate", f"gain {gain}"): Change({"k_extension": stiffness_n_m(gain)}) for gain in (300, 400, 500, 600)},
-}
+CASES = [(scene, case.name) for scene, cases in REFERENCE_CASES.items() for case in cases if case.is_scene]
 """Every stored case that the simulator's reading of contact can meet, by scene and name."""
+CHANGES_NO_MOTION = frozenset({"drag", "passive_draw"})
 
 
 def reference(scene: str, case: str) -> tuple[ReferenceResult, ...]:
@@ -78,9 +45,13 @@ def reference(scene: str, case: str) -> tuple[ReferenceResult, ...]:
 
 
 def scene_of(scene: str, case: str) -> Scene:
-    """A stored case as a scene, with as many jumps as are stored."""
-    change = CASES[scene, case]
-    return load_scene(scene).changed(change.values, change.on, change.off, jumps=len(reference(scene, case)))
+    """A stored case as a scene, with as many jumps as are stored; what changes no motion is as shipped."""
+    shipped = load_scene(scene)
+    known = next(found for found in REFERENCE_CASES[scene] if found.name == case)
+    beside = CHANGES_NO_MOTION if known.values["b_ad"] else CHANGES_NO_MOTION | {"active_damping"}
+    on, off = known.effects - shipped.effects - beside, shipped.effects - known.effects - beside
+    found = shipped.changed({}, on, off, jumps=len(reference(scene, case)))
+    return found.changed({name: float(known.values[name]) for name in found.read if name in known.values})
 
 
 def relative_error(found: float | None, wanted: Decimal | float | None) -> float:

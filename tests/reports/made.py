@@ -1,12 +1,39 @@
 """Results over groups and tests against bounds with chosen numbers, as a report carries them."""
 
+import csv
 import dataclasses
+import io
 
 from data_schema.outcomes import Outcome
 from reports.evidence import Equivalence, OverallEquivalence, OverallSavings
 from reports.numbers import Number
+from reports.tables.formats.as_csv import csv_bytes
+from reports.tables.registry import TABLES
 
 DAYS = ("2021-06-01", "2021-06-02", "2021-06-03", "2021-06-04", "2021-06-07")
+
+
+def plain(text):
+    """Text with spaces that break."""
+    return text.replace("\u00a0", " ")
+
+
+def csv_rows(name, content):
+    """A table of the report as its file has it."""
+    return list(csv.DictReader(io.StringIO(csv_bytes(TABLES[name].make(content)).decode("utf-8"))))
+
+
+def shown(table, row):
+    """The cells of a row as the page shows them."""
+    return [plain(cell.text) for cell in table.cells(row)]
+
+
+def decided(comparisons, *changes):
+    """Comparisons, each with these numbers in its decision."""
+    return tuple(
+        dataclasses.replace(one, decision=dataclasses.replace(one.decision, **change))
+        for one, change in zip(comparisons, changes, strict=True)
+    )
 
 
 def t_and_p(t, df, p):
@@ -36,10 +63,5 @@ def overall_savings(saved, groups, **changes):
 
 def changed(content, which=lambda _comparison: True, **decision):
     """Return the content with other numbers in the decisions of some comparisons."""
-    return dataclasses.replace(
-        content,
-        comparisons=tuple(
-            dataclasses.replace(one, decision=dataclasses.replace(one.decision, **decision)) if which(one) else one
-            for one in content.comparisons
-        ),
-    )
+    ways = [decision if which(one) else {} for one in content.comparisons]
+    return dataclasses.replace(content, comparisons=decided(content.comparisons, *ways))

@@ -13,13 +13,10 @@ from reports.evidence import Decision
 from reports.naming import level_of, levels_name
 from reports.numbers import Number
 from tests.helpers.wording import says
-from tests.reports.made import DAYS, equivalence, overall_equivalence, overall_savings, t_and_p
+from tests.reports import made
+from tests.reports.made import DAYS, equivalence, overall_equivalence, overall_savings, plain, t_and_p
 
 CHANGE = Number(0.4, "%", ci_low=0.1, ci_high=0.7, ci_level=0.9)
-
-
-def plain(text):
-    return text.replace("\u00a0", " ")
 
 
 def decided(content, outcome, **changes):
@@ -110,10 +107,7 @@ def test_an_effect_over_groups_says_what_it_is_of(content, measured_only):
 @pytest.mark.parametrize("differ", [True, None])
 def test_groups_that_differ_are_given_each(content, differ):
     pooled = [c for c in content.pooled if c.quantity is Outcome.JOULES][:2]
-    comparisons = tuple(
-        dataclasses.replace(one, decision=dataclasses.replace(one.decision, savings=Number(value, "%", 1.0)))
-        for one, value in zip(pooled, (5.4, -1.2), strict=True)
-    )
+    comparisons = made.decided(pooled, *({"savings": Number(value, "%", 1.0)} for value in (5.4, -1.2)))
     savings = overall_savings(
         Number(2.1, "%", 0.7, None, 0.6, 3.6),
         tuple(one.group for one in pooled),
@@ -136,15 +130,11 @@ def test_groups_that_differ_are_given_each(content, differ):
 )
 def test_groups_that_are_significant_alone_are_named_where_not_all_save_or_none_do(content, rejected, costs, named):
     pooled = [c for c in content.pooled if c.quantity is Outcome.JOULES][:2]
-    comparisons = tuple(
-        dataclasses.replace(
-            one,
-            decision=dataclasses.replace(
-                one.decision, rejected=each, adjusted=None, difference=Number(2.0 if cost else -2.0, "J")
-            ),
-        )
-        for one, each, cost in zip(pooled, rejected, costs, strict=True)
-    )
+    ways = [
+        {"rejected": each, "adjusted": None, "difference": Number(2.0 if cost else -2.0, "J")}
+        for each, cost in zip(rejected, costs, strict=True)
+    ]
+    comparisons = made.decided(pooled, *ways)
     savings = overall_savings(Number(11.2, "%", 1.5, None, 8.1, 14.3), tuple(one.group for one in pooled))
     ((_outcome, claim),) = overall_claims(dataclasses.replace(content, comparisons=comparisons, overall=(savings,)))
     assert tuple(levels_name(content, one.group) in claim.text for one in pooled) == named
@@ -153,12 +143,7 @@ def test_groups_that_are_significant_alone_are_named_where_not_all_save_or_none_
 @pytest.mark.parametrize("shown", [(True, False), (True, True), (False, False)])
 def test_groups_whose_own_height_is_not_shown_to_be_kept_are_named_where_others_are(content, shown):
     pooled = [c for c in content.pooled if c.quantity is Outcome.APEX][:2]
-    comparisons = tuple(
-        dataclasses.replace(
-            one, decision=dataclasses.replace(one.decision, equivalence=equivalence(CHANGE, p=0.1, shown=each))
-        )
-        for one, each in zip(pooled, shown, strict=True)
-    )
+    comparisons = made.decided(pooled, *({"equivalence": equivalence(CHANGE, p=0.1, shown=each)} for each in shown))
     heights = overall_equivalence(equivalence(CHANGE), tuple(one.group for one in pooled))
     whole = dataclasses.replace(content, comparisons=comparisons, overall=(), overall_equivalence=heights)
     ((_outcome, claim),) = overall_claims(whole)
@@ -188,18 +173,12 @@ def test_exploratory_groups_are_told_together_where_all_are_equivalent_by_day(co
 
 def test_a_family_names_the_few_comparisons_that_are_shown_and_counts_the_others(content):
     levels = [c for c in content.comparisons if not c.opens and c.quantity is Outcome.JOULES][:3]
-    first, *others = (
-        dataclasses.replace(c, decision=dataclasses.replace(c.decision, adjusted_rejected=shown))
-        for c, shown in zip(levels, (True, False, False), strict=True)
-    )
+    first, *others = made.decided(levels, *({"adjusted_rejected": shown} for shown in (True, False, False)))
     text = plain(family_claim(content, [first, *others]).text)
     says(text, "1 of 3", plain(levels_name(content, first.group)), plain(level_of(content, first)))
-    saved = [
-        dataclasses.replace(first, decision=dataclasses.replace(first.decision, savings=Number(3.0 + at, "%", 0.2)))
-        for at in range(5)
-    ]
+    saved = made.decided([first] * 5, *({"savings": Number(3.0 + at, "%", 0.2)} for at in range(5)))
     says(plain(family_claim(content, saved).text), "5 of 5", "3.00", "7.00 %")
     why = Number(Undefined(Reason.GROUPS_WITHOUT_SCATTER), "1")
-    untested = dataclasses.replace(first.decision, rejected=None, adjusted_rejected=None, t=why, p=why)
-    family = [dataclasses.replace(first, decision=untested), *others]
+    untested = {"rejected": None, "adjusted_rejected": None, "t": why, "p": why}
+    family = [*made.decided([first], untested), *others]
     assert family_claim(content, family).text != family_claim(content, others).text

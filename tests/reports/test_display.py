@@ -23,10 +23,7 @@ from reports.display import (
 )
 from reports.numbers import Number, SignificanceTest
 from tests.helpers.wording import says
-
-
-def plain(text):
-    return text.replace("\u00a0", " ")
+from tests.reports.made import plain
 
 
 @pytest.mark.parametrize(
@@ -101,8 +98,7 @@ def test_no_negative_zero():
 
 
 def test_a_column_has_one_number_of_decimals():
-    numbers = [Number(1.0, "J", se=0.31), Number(2.0, "J", se=0.42), Number(3.0, "J", se=0.0051), None]
-    assert common_places(numbers) == 2
+    assert common_places([Number(1.0, "J", se=se) for se in (0.31, 0.42, 0.0051)] + [None]) == 2
     assert common_places([]) == 2
 
 

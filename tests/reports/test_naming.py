@@ -1,7 +1,5 @@
 import dataclasses
 
-import pytest
-
 from reports.content import Factor, Level
 from reports.naming import (
     control_name,
@@ -12,15 +10,7 @@ from reports.naming import (
     treatment_name,
 )
 from tests.helpers.wording import says
-
-
-def plain(text):
-    return text.replace("\u00a0", " ")
-
-
-@pytest.fixture
-def headline(content):
-    return next(c for c in content.comparisons if c.opens and c.group == {"foot": "small", "k_gain": "400"})
+from tests.reports.made import plain
 
 
 def test_formulas_between_gains_and_physical_values(content):

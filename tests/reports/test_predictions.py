@@ -1,8 +1,6 @@
 """Predicted beside measured on the page: tables, figure and sentences; what does not exist is said."""
 
-import csv
 import dataclasses
-import io
 import xml.etree.ElementTree as ElementTree
 
 import pytest
@@ -16,10 +14,10 @@ from reports.numbers import Number
 from reports.page.sections import sections_of
 from reports.predicted import ACCURACY, PredictedQuantity, PredictionCheck, Predictions
 from reports.remarks import prediction_sentences
-from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.judged import judged
 from tests.helpers.wording import says
+from tests.reports.made import csv_rows, plain, shown
 
 NAMES = {
     PredictedQuantity.JOULES: ("predicted_joules", "j"),
@@ -28,12 +26,8 @@ NAMES = {
 }
 
 
-def rows_of(content, name):
-    return list(csv.DictReader(io.StringIO(csv_bytes(TABLES[name].make(content)).decode("utf-8"))))
-
-
-def shown(table, row):
-    return [cell.text.replace("\u00a0", " ") for cell in table.cells(row)]
+def told(content):
+    return plain(" ".join(prediction_sentences(content)))
 
 
 @pytest.mark.parametrize("quantity", NAMES)
@@ -41,7 +35,7 @@ def test_a_table_has_every_prediction_unrounded(content, quantity):
     name, slug = NAMES[quantity]
     items = content.predictions.of(quantity)
     assert len(items) == 24
-    for row, item in zip(rows_of(content, name), items, strict=True):
+    for row, item in zip(csv_rows(name, content), items, strict=True):
         assert float(row[f"measured_{slug}"]) == item.measured.value
         assert float(row[f"predicted_{slug}"]) == item.check.predicted.value
         assert float(row[f"predicted_se_{slug}"]) == item.check.predicted.se
@@ -64,15 +58,14 @@ def test_a_prediction_that_the_simulation_knows_too_badly_is_marked_and_the_larg
     moved, gone = TABLES["predicted_joules"].make(changed).explained.values()
     says(moved, "finer", "0.01")
     says(gone, "finer", "no such number")
-    told = " ".join(prediction_sentences(changed)).replace("\u00a0", " ")
     says(
-        told,
+        told(changed),
         "1 condition",
         "ends otherwise",
         f"{0.0123 / first.check.predicted.se:.1g} of their standard error",
         "2 of them",
     )
-    calm = " ".join(prediction_sentences(content))
+    calm = told(content)
     assert "mark" not in calm
     assert not TABLES["predicted_joules"].make(content).explained
 
@@ -97,7 +90,7 @@ def test_assumed_inputs_say_what_varying_them_changes(content):
 
 
 def test_sentences_say_what_predictions_rest_on(content):
-    text = " ".join(prediction_sentences(content)).replace("\u00a0", " ")
+    text = told(content)
     for words in ("scene bed", "raised and lowered (kg_scale by 10 % and foot_mass by 5 %)", "Surface changes nothing",
                   "In 1 condition a decision", "otherwise is part of the error.", "In 2 conditions a decision",
                   "otherwise is in no error.", "In 3 conditions sampled active damping, or "
@@ -105,13 +98,13 @@ def test_sentences_say_what_predictions_rest_on(content):
                   "active damping and motor heat"):  # fmt: skip
         assert words in text
     odd = dataclasses.replace(content.predictions, under_surface=1, open_book=2)
-    told = " ".join(prediction_sentences(dataclasses.replace(content, predictions=odd))).replace("\u00a0", " ")
-    says(told, "1 condition", "under the surface")
-    says(told, "2 conditions", "add up within")
+    odd_text = told(dataclasses.replace(content, predictions=odd))
+    says(odd_text, "1 condition", "under the surface")
+    says(odd_text, "2 conditions", "add up within")
     assert "under the surface" not in text
     assert "add up" not in text
     calm = dataclasses.replace(content.predictions, branched=0, on_edge=0, grown=0)
-    text = " ".join(prediction_sentences(dataclasses.replace(content, predictions=calm)))
+    text = told(dataclasses.replace(content, predictions=calm))
     assert "knife" not in text
     assert "rounding" not in text
 
@@ -121,9 +114,9 @@ def test_a_level_that_the_scene_takes_as_it_stands_is_named_with_its_unit_there(
         content.predictions, unconverted=(("damp", "b_ad", "kg/m"),), units={"damp": "kg/m"}
     )
     factor = dataclasses.replace(content.factors[-1], name="damp", title="damper", unit="kg/s", slope=None)
-    shown = dataclasses.replace(content, predictions=as_it_stands, factors=(*content.factors[:-1], factor))
-    says(" ".join(prediction_sentences(shown)), "damp", "b_ad", "kg/m")
-    says(TABLES["prediction_bias"].make(shown).caption, "kg/s in the study", "kg/m in the scene")
+    named = dataclasses.replace(content, predictions=as_it_stands, factors=(*content.factors[:-1], factor))
+    says(told(named), "damp", "b_ad", "kg/m")
+    says(TABLES["prediction_bias"].make(named).caption, "kg/s in the study", "kg/m in the scene")
 
 
 def test_without_predictions_there_is_no_section_and_the_figure_says_why(content):
@@ -146,7 +139,7 @@ def test_what_does_not_exist_is_told_and_drawn_as_such(content):
     )
     table = TABLES["predicted_joules"].make(changed)
     assert nothing.reason in table.footnotes
-    biases = [rows_of(one, "prediction_bias") for one in (content, changed)]
+    biases = [csv_rows("prediction_bias", one) for one in (content, changed)]
     assert [row["bias"] == other["bias"] for row, other in zip(*biases, strict=True)] == [False, *[True] * 7]
     svg = svg_bytes(draw_figure(FIGURES["predictions"], changed, TWO_COLUMNS_IN))
     ElementTree.fromstring(svg)

@@ -11,6 +11,7 @@ from data_schema.vocabulary import Undefined
 from reports.numbers import Number
 from reports.trust import flow_sentence, trust_sentences
 from tests.helpers.wording import says
+from tests.reports import made
 from tests.reports.made import changed as changed_decisions
 
 MOVED = re.compile(r"[0-9.]+ points[.;]")
@@ -18,7 +19,7 @@ MOVED = re.compile(r"[0-9.]+ points[.;]")
 
 
 def plain(sentences):
-    return [sentence.replace("\u00a0", " ") for sentence in sentences]
+    return [made.plain(sentence) for sentence in sentences]
 
 
 def of_one_group(content, se, shared_se=0.1):
@@ -27,6 +28,15 @@ def of_one_group(content, se, shared_se=0.1):
     savings = dataclasses.replace(first.decision.savings, se=se, shared_se=shared_se)
     one = dataclasses.replace(content, comparisons=(first,), overall=())
     return changed_decisions(one, savings=savings, run_sd=Number(3.0, "J"))
+
+
+def without_day(content, gone):
+    """The content without what a headline is without that day."""
+    left = [[one for one in each.variants if one.day != gone] for each in content.sensitivity]
+    fewer = (
+        dataclasses.replace(each, variants=tuple(own)) for each, own in zip(content.sensitivity, left, strict=True)
+    )
+    return dataclasses.replace(content, sensitivity=tuple(fewer))
 
 
 def by_runs(comparison):
@@ -69,23 +79,12 @@ def test_the_flow_line_says_how_many_runs_were_withdrawn_from_the_plan(content):
 
 def test_a_day_of_idle_runs_alone_outside_the_selection_is_no_day_left_out(content):
     """The table has what the drain line without that day gives; the days measured are those of the selection."""
-    one_day = dataclasses.replace(content, days=content.days[:1])
-    own = {content.days[0].date}
-    others = [
-        dataclasses.replace(each, variants=tuple(one for one in each.variants if one.day not in own))
-        for each in content.sensitivity
-    ]
-    one_day = dataclasses.replace(one_day, sensitivity=tuple(others))
+    one_day = dataclasses.replace(without_day(content, content.days[0].date), days=content.days[:1])
     assert not any(MOVED.search(each) for each in plain(trust_sentences(one_day)))
 
 
 def test_a_day_of_the_selection_without_which_there_is_no_headline_is_counted(content):
-    gone = content.days[0].date
-    others = [
-        dataclasses.replace(each, variants=tuple(one for one in each.variants if one.day != gone))
-        for each in content.sensitivity
-    ]
-    second = plain(trust_sentences(dataclasses.replace(content, sensitivity=tuple(others))))[1]
+    second = plain(trust_sentences(without_day(content, content.days[0].date)))[1]
     says(second, "1 other day")
     assert "1 other day" not in plain(trust_sentences(content))[1]
 

@@ -1,21 +1,15 @@
 """What stands beside a comparison: Holm, equivalence, and the word exploratory."""
 
-import csv
 import dataclasses
-import io
 
 import pytest
 
 from data_schema.outcomes import Outcome
-from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 from tests.reports import made
-
-
-def csv_rows(name, content):
-    return list(csv.DictReader(io.StringIO(csv_bytes(TABLES[name].make(content)).decode("utf-8"))))
+from tests.reports.made import csv_rows
 
 
 def changed(content, change, which=lambda _comparison: True):

@@ -1,6 +1,4 @@
-import csv
 import dataclasses
-import io
 import math
 
 import pytest
@@ -10,19 +8,15 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.fields import unit_slug
 from reports.numbers import Number
-from reports.tables.formats.as_csv import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.pages import with_summary
 from tests.helpers.wording import says
-from tests.reports.made import overall_savings, t_and_p
-
-
-def csv_rows(name, content):
-    return list(csv.DictReader(io.StringIO(csv_bytes(TABLES[name].make(content)).decode("utf-8"))))
+from tests.reports import made
+from tests.reports.made import csv_rows, overall_savings, t_and_p
 
 
 def shown(table):
-    return [[cell.text.replace("\u00a0", " ") for cell in table.cells(row)] for row in table.rows]
+    return [made.shown(table, row) for row in table.rows]
 
 
 def test_conditions_have_physical_values_with_the_gains_beside_them(content):
@@ -88,16 +82,12 @@ def test_headlines_are_the_headline_comparisons_of_energy(content):
 def test_a_groups_p_is_holms_where_its_family_is_adjusted(content):
     joules = [each for each in content.pooled if each.quantity is Outcome.JOULES]
     holms = [0.012, 0.024, 0.036, 0.048]
-    decided = {"days": ("2021-05-03",)}
-    adjusted = [
-        dataclasses.replace(each, decision=dataclasses.replace(each.decision, adjusted=Number(p, "1", n=4), **decided))
-        for each, p in zip(joules, holms, strict=True)
-    ]
-    holm = dataclasses.replace(content, comparisons=tuple(adjusted))
+    adjusted = made.decided(joules, *({"adjusted": Number(p, "1", n=4), "days": ("2021-05-03",)} for p in holms))
+    holm = dataclasses.replace(content, comparisons=adjusted)
     assert [float(row["savings_p"]) for row in csv_rows("headlines", holm)] == holms
     says(TABLES["headlines"].make(holm).caption, "Holm", "4 tests")
-    alone = [dataclasses.replace(each, decision=dataclasses.replace(each.decision, adjusted=None)) for each in adjusted]
-    assert "Holm" not in TABLES["headlines"].make(dataclasses.replace(content, comparisons=tuple(alone))).caption
+    alone = made.changed(holm, adjusted=None)
+    assert "Holm" not in TABLES["headlines"].make(alone).caption
 
 
 def test_the_row_of_all_groups_counts_their_runs_and_no_day_twice(content):
@@ -130,16 +120,12 @@ def test_flow_and_days(content):
 
 def test_what_does_not_exist_is_a_dash_with_a_footnote(content):
     first = content.conditions[0]
-    alone = dataclasses.replace(
+    summary, one, none = (
         first.summaries[Outcome.JOULES],
-        sd=Number(Undefined(Reason.AS_SAID, said="one run only"), "J"),
-        mean=dataclasses.replace(
-            first.summaries[Outcome.JOULES].mean,
-            se=Undefined(Reason.AS_SAID, said="one run only"),
-            ci_low=Undefined(Reason.AS_SAID, said="df = 0"),
-            ci_high=Undefined(Reason.AS_SAID, said="df = 0"),
-        ),
+        *(Undefined(Reason.AS_SAID, said=said) for said in ("one run only", "df = 0")),
     )
+    mean = dataclasses.replace(summary.mean, se=one, ci_low=none, ci_high=none)
+    alone = dataclasses.replace(summary, sd=Number(one, "J"), mean=mean)
     changed = dataclasses.replace(content, conditions=(with_summary(first, Outcome.JOULES, alone),))
     table = TABLES["joules_by_condition"].make(changed)
     assert table.footnotes == {"one run only": "a", "df = 0": "b"}
