@@ -94,36 +94,27 @@ def page(text: str) -> str:
     return text
 
 
+def _share(text: str) -> str:
+    return f"{float(text):.3f}".removeprefix("0") if text else ""
+
+
 def decisions_table(rows: Rows) -> str:
     """Return what the deciding test does on campaigns of each layout of days."""
     shares = ("coverage", "size", "equivalent_at_bound", "found")
-    lines = [
-        (row["layout"], row["rule"], *(f"{float(row[share]):.3f}"[1:] if row[share] else "" for share in shares))
-        for row in rows
-        if row["layout"] in SHOWN_LAYOUTS
-    ]
-    return table_text(
-        Table(("runs of each day", "rule", "covers", "errs", "TOST errs", "finds 11 %"), tuple(lines), "")
-    )
+    shown = (row for row in rows if row["layout"] in SHOWN_LAYOUTS)
+    lines = ((row["layout"], row["rule"], *(_share(row[share]) for share in shares)) for row in shown)
+    head = ("runs of each day", "rule", "covers", "errs", "TOST errs", "finds 11 %")
+    return table_text(Table(head, tuple(lines), ""))
 
 
 def worlds_table(rows: Rows) -> str:
     """Return what the first page says of simulated campaigns of known truth."""
-
-    def share(text: str) -> str:
-        return f"{float(text):.3f}".removeprefix("0") if text else ""
-
-    lines = [
-        (
-            row["world"],
-            row["truth"],
-            share(row["coverage"]),
-            share(row["finds"]),
-            f"{share(row['warns'])}{' (needed)' if row['warning_needed'] == 'yes' else ''}",
-        )
-        for row in rows
-        if (row["world"], row["truth"]) in SHOWN_WORLDS
-    ]
+    shown = (row for row in rows if (row["world"], row["truth"]) in SHOWN_WORLDS)
+    lines = []
+    for row in shown:
+        needed = " (needed)" if row["warning_needed"] == "yes" else ""
+        shares = (_share(row["coverage"]), _share(row["finds"]), f"{_share(row['warns'])}{needed}")
+        lines.append((row["world"], row["truth"], *shares))
     return table_text(Table(("world", "true effect", "covers", "claims it", "warns"), tuple(lines), ""))
 
 

@@ -55,7 +55,7 @@ class _GranularJump(Walk):
         self.tick = 0
         self.extending = self.cone_complete = self.risen = self.cleared = self.beyond_straight = False
         self.begin()
-        self._enter("intruding")
+        self.enter("intruding")
 
     def run(self, digits: int) -> ReferenceResult:
         """The jump from touchdown to apex."""
@@ -84,7 +84,7 @@ class _GranularJump(Walk):
         if self.mode == "intruding":
             record.deepest = max(record.deepest, -self.state["x_f"])
         if result.fired is not None:
-            self._events()[result.fired]()
+            self.events()[result.fired]()
         elif result.complete and tick_time is not None:
             record.time = tick_time
             self.tick += 1
@@ -158,38 +158,31 @@ class _GranularJump(Walk):
             guards["cleared"] = leg.foot_position
         return guards
 
-    def _events(self) -> dict[str, Callable[[], None]]:
-        straight = self.ends("leg_straight")
-        if self.mode == "flight":
-            straight = self.sets(beyond_straight=True, saturation=0)
-        return {
-            **self.saturation_events(),
+    def events(self) -> dict[str, Callable[[], None]]:
+        """What each guard does."""
+        found = {
+            **super().events(),
             "cone": self.sets(cone_complete=True),
             "risen": self.sets(risen=True),
             "cleared": self.sets(cleared=True),
             "stopped": self._stop,
-            "yield": lambda: self._enter("intruding"),
+            "yield": lambda: self.enter("intruding"),
             "lift-off": self._lift_off,
             "contact": self._touch,
             "apex": self._reach_apex,
-            "straight": straight,
-            "folded": self.ends("leg_folded"),
         }
-
-    def _enter(self, mode: str) -> None:
-        self.mode = mode
-        self.record.enter(mode)
+        return found | {"straight": self.sets(beyond_straight=True, saturation=0)} if self.mode == "flight" else found
 
     def _stop(self) -> None:
         self.state["v_f"] = Fraction(0)
-        self._enter("jammed")
+        self.enter("jammed")
 
     def _lift_off(self) -> None:
         self.record.lift_off(self.state)
         if "held_gains_in_flight" not in self.effects:
             self.extending, self.gains = False, self.soft
         self.risen = "contact_once_risen" not in self.effects
-        self._enter("flight")
+        self.enter("flight")
 
     def _touch(self) -> None:
         """The foot is back in its pit while the body still rises: the stance goes on.
@@ -203,7 +196,7 @@ class _GranularJump(Walk):
         self.state["recruited_kinetic_energy"] += added_kg * self.state["v_f"] ** 2 / 2
         while self._next_tick_time <= self.record.time:
             self.tick += 1
-        self._enter("intruding")
+        self.enter("intruding")
 
     def _reach_apex(self) -> None:
         self.record.apex = self.state["x_b"]

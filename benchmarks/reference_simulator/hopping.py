@@ -93,7 +93,7 @@ class _Hopping(Walk):
     def __init__(self, effects: frozenset[str], parameters: Mapping[str, Fraction], bits: int, order: int) -> None:
         super().__init__(effects, parameters, bits, order)
         self.platform = _Platform(parameters, "hold" if "emulated_ground" in effects else "rigid")
-        self.contact = "held"
+        self.mode = "held"
         self.stiff = self.compressed = self.rising = self.foot_falling = False
         self.begin()
 
@@ -121,10 +121,10 @@ class _Hopping(Walk):
         if platform.phase == "reset":
             tape.follow(share, tape.series(1 / self.p["reset_time"]))
         path = platform.path(share)
-        carried = self.contact == "held" and platform.phase == "reset"
-        leg = self.leg(tape, self._gains(), fixed_foot=self.contact == "held", foot=path[:2] if carried else None)
+        carried = self.mode == "held" and platform.phase == "reset"
+        leg = self.leg(tape, self._gains(), fixed_foot=self.mode == "held", foot=path[:2] if carried else None)
         guards = self.saturation_guards(leg)
-        guards |= {"free": self._free, "moving": self._moving, "held": self._held}[self.contact](tape, leg, path)
+        guards |= {"free": self._free, "moving": self._moving, "held": self._held}[self.mode](tape, leg, path)
         guards |= self._controller(leg)
         guards |= {"straight": leg.length - STRAIGHT_LEG_M, "folded": FOLDED_LEG_M - leg.length}
         left = platform.time_left
@@ -133,11 +133,11 @@ class _Hopping(Walk):
         result = advance(tape, self.state, leg.states, guards, step)
         jump.time += result.elapsed
         platform.elapsed += result.elapsed
-        if self.contact == "moving" or carried:
+        if self.mode == "moving" or carried:
             platform.position = self.state["x_f"]
             jump.deepest = max(jump.deepest, -platform.position)
         if result.fired is not None:
-            self._events()[result.fired]()
+            self.events()[result.fired]()
         elif result.complete and timed:
             platform.end_phase()
             if carried:
@@ -148,7 +148,7 @@ class _Hopping(Walk):
         p = self.p
         if not self.stiff:
             return Gains(p["k_compression"], p["b_compression"])
-        falling = self.contact == "moving" or (self.contact == "free" and self.foot_falling)
+        falling = self.mode == "moving" or (self.mode == "free" and self.foot_falling)
         return Gains(p["k_extension"], p["b_extension"], p["b_ad"] if falling else Fraction(0))
 
     def _free(self, tape: Tape, leg: LegSeries, path: Path[Series]) -> Guards:
@@ -189,7 +189,7 @@ class _Hopping(Walk):
             if self.platform.may_release:
                 guards["release"] = length - (p["rest_length"] - p["release_tolerance"])
             guards["soften"] = length - (p["rest_length"] - p["rest_tolerance"])
-            if self.contact != "free":
+            if self.mode != "free":
                 guards["body turns"] = -leg.body_velocity if self.rising else leg.body_velocity
             return guards
         threshold = p["rest_length"] - p["switch_compression"]
@@ -198,13 +198,14 @@ class _Hopping(Walk):
             return guards | {"stiffen": leg.rate + p["switch_speed_tolerance"], "longer": length - threshold}
         return guards | {"compressed": threshold - length}
 
-    def _events(self) -> dict[str, Callable[[], None]]:
+    def events(self) -> dict[str, Callable[[], None]]:
+        """What each guard does."""
         stiffen = self.sets(stiff=True, compressed=False, rising=False)
         return {
-            **self.saturation_events(),
+            **super().events(),
             "bottom": self._stop,
             "stopped": self._stop,
-            "yield": lambda: self._enter("moving"),
+            "yield": lambda: self.enter("moving"),
             "lift-off": self._lift_off,
             "touchdown": self._meet,
             "foot turns": self.sets(foot_falling=not self.foot_falling),
@@ -216,22 +217,16 @@ class _Hopping(Walk):
             "body turns": self.ends("no_liftoff") if self.rising else self.sets(rising=True),
             "soften": self.sets(stiff=False),
             "apex": lambda: setattr(self.record, "apex", self.state["x_b"]),
-            "straight": self.ends("leg_straight"),
-            "folded": self.ends("leg_folded"),
         }
-
-    def _enter(self, contact: str) -> None:
-        self.contact = contact
-        self.record.enter(contact)
 
     def _stop(self) -> None:
         self._lose_speed(Fraction(0))
-        self._enter("held")
+        self.enter("held")
 
     def _lift_off(self) -> None:
         self.record.lift_off(self.state)
         self.foot_falling = False
-        self._enter("free")
+        self.enter("free")
 
     def _meet(self) -> None:
         """A jump ends where the foot meets the ground with the body falling."""
@@ -242,17 +237,17 @@ class _Hopping(Walk):
 
     def _release(self) -> None:
         self.platform.enter("release")
-        if self.contact == "moving":
+        if self.mode == "moving":
             self._stop()
 
     def _touch_down(self) -> None:
         """The foot meets the platform: one that yields costs nothing, any other gives the foot its own velocity."""
         if self.platform.phase == "hold" and self.state["v_f"] < 0:
-            self._enter("moving")
+            self.enter("moving")
             return
         _, velocity, _ = self.platform.path(self.platform.share())
         self._lose_speed(velocity)
-        self._enter("held")
+        self.enter("held")
 
     def _lose_speed(self, velocity: Fraction) -> None:
         """Set the foot's velocity at once, with the loss and the platform's work in the book."""

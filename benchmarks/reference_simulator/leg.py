@@ -49,6 +49,7 @@ class Walk:
 
     integrals: tuple[str, ...]
     record: JumpRecord
+    mode: str
 
     def __init__(self, effects: frozenset[str], parameters: Mapping[str, Fraction], bits: int, order: int) -> None:
         self.effects, self.p, self.bits, self.order = effects, parameters, bits, order
@@ -60,6 +61,11 @@ class Walk:
         """Begin the record of a jump in the state as it is."""
         self.state |= dict.fromkeys((*LEG_INTEGRALS, *self.integrals), Fraction(0))
         self.record = JumpRecord(self.energy())
+
+    def enter(self, mode: str) -> None:
+        """Go on in another mode."""
+        self.mode = mode
+        self.record.enter(mode)
 
     def energy(self) -> Fraction:
         """Kinetic and potential energy of body and foot; the leg's spring is virtual and holds none."""
@@ -137,6 +143,7 @@ class Walk:
         """An event that ends the jump so."""
         return partial(setattr, self.record, "outcome", outcome)
 
-    def saturation_events(self) -> dict[str, Callable[[], None]]:
-        """What the guards on the cap do."""
-        return {name: self.sets(saturation=sign) for name, sign in (("over", 1), ("under", -1), ("within", 0))}
+    def events(self) -> dict[str, Callable[[], None]]:
+        """What guards do on every ground."""
+        found = {name: self.sets(saturation=sign) for name, sign in (("over", 1), ("under", -1), ("within", 0))}
+        return {**found, "straight": self.ends("leg_straight"), "folded": self.ends("leg_folded")}

@@ -8,7 +8,7 @@ from functools import partial
 import numpy as np
 
 from benchmarks.worlds.conditions import conditions_of, run_row
-from benchmarks.worlds.world import Campaign, World
+from benchmarks.worlds.world import Campaign, World, holds_truth
 from data_schema.outcomes import Outcome
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.runs import RunRow
@@ -66,9 +66,8 @@ def _simulate(generator: np.random.Generator, step_mah: float, run_sd: float, da
     numbers = run_numbers(runs, energies_with_drains(runs, charges, {"hopper": line}, _VOLTAGE_V), Outcome.JOULES)
     control, treated = conditions_of(numbers)
     found = contrast_of(Pair("", "", {}, "", (control,), (treated,))).savings()
-    covers = None if isinstance(found.ci, Undefined) else bool(found.ci[0] <= 100.0 * _SAVED <= found.ci[1])
     finds = not isinstance(found.p, Undefined) and found.p <= 0.05
-    return Campaign(covers, finds, coarse_scatter(numbers) is not None)
+    return Campaign(holds_truth(found.ci, 100.0 * _SAVED), finds, coarse_scatter(numbers) is not None)
 
 
 def _worlds() -> Iterator[World]:

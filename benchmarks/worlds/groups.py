@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from benchmarks.worlds.world import Campaign, World
+from benchmarks.worlds.world import Campaign, World, holds_truth
 from data_schema.vocabulary import Undefined
 from stats.days.decision import Contrast, contrast_by_day
 from stats.days.overall import overall_savings
@@ -37,12 +37,8 @@ def _campaigns(savings: Sequence[float], days: Sequence[range]) -> Callable[[np.
     def simulate(rng: np.random.Generator) -> Campaign:
         found = overall_savings(_contrasts(rng, savings, days))
         ci, p, apart = found.estimate.ci, found.estimate.p, found.heterogeneity
-        covers = None if isinstance(ci, Undefined) else bool(ci[0] <= np.mean(savings) <= ci[1])
-        return Campaign(
-            covers,
-            finds=isinstance(p, float) and p <= 0.05,
-            warns=not isinstance(apart, Undefined) and apart.p <= 0.05,
-        )
+        warns = not isinstance(apart, Undefined) and apart.p <= 0.05
+        return Campaign(holds_truth(ci, float(np.mean(savings))), isinstance(p, float) and p <= 0.05, warns)
 
     return simulate
 

@@ -38,17 +38,13 @@ def _campaign(rng: np.random.Generator, *, saving: float, days: tuple[int, ...],
     return Campaign(covers, finds, unplanned)
 
 
-def _worlds(saving: float, truth: str) -> tuple[World, ...]:
-    return (
-        World(
-            "ten looks, none planned",
-            truth,
-            True,
-            partial(_campaign, saving=saving, days=tuple(range(1, 11)), planned=1),
-        ),
-        World("five planned looks", truth, False, partial(_campaign, saving=saving, days=(2, 4, 6, 8, 10), planned=5)),
-        World("a single look", truth, False, partial(_campaign, saving=saving, days=(10,), planned=1)),
-    )
-
-
-WORLDS = (*_worlds(0.0, "0 %"), *_worlds(0.05, "5 %"))
+_LOOKS = (
+    ("ten looks, none planned", True, tuple(range(1, 11)), 1),
+    ("five planned looks", False, (2, 4, 6, 8, 10), 5),
+    ("a single look", False, (10,), 1),
+)
+WORLDS = tuple(
+    World(name, f"{100 * saving:g} %", needed, partial(_campaign, saving=saving, days=days, planned=planned))
+    for saving in (0.0, 0.05)
+    for name, needed, days, planned in _LOOKS
+)

@@ -10,7 +10,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from benchmarks.worlds.conditions import condition
-from benchmarks.worlds.world import Campaign, World
+from benchmarks.worlds.world import Campaign, World, holds_truth
 from data_schema.vocabulary import PlanMethod, Undefined
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.comparison.order import OVER_GROUPS, adjusted_for_position, favoured_by_order
@@ -92,10 +92,7 @@ def _campaign(
         warns = bool(favoured) if len(pairs) == 1 else OVER_GROUPS in favoured
         adjusted = adjusted_for_position(pairs)
         found = _estimate(adjusted if warns and not isinstance(adjusted, Undefined) else pairs)
-        if isinstance(found.ci, Undefined):
-            return Campaign(None, False, bool(favoured))
-        low, high = found.ci
-        return Campaign(low <= saved_percent <= high, low > 0.0 or high < 0.0, bool(favoured))
+        return Campaign(holds_truth(found.ci, saved_percent), holds_truth(found.ci, 0.0) is False, bool(favoured))
 
     return simulate
 

@@ -11,9 +11,8 @@ import scipy.signal
 from numpy.typing import NDArray
 
 from benchmarks.worlds.conditions import conditions_of, run_number, run_row
-from benchmarks.worlds.world import Campaign, World
+from benchmarks.worlds.world import Campaign, World, holds_truth
 from data_schema.outcomes import Outcome
-from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import StudySheet
 from labbook.analysis.outcomes.conditions import RunNumber
 from labbook.demo.studies.sheets import POSITION_SD_M, STIFFNESS, VELOCITY_SD_M_S, oscillations
@@ -21,13 +20,6 @@ from labbook.studies.characterisation import TOGETHER, characterisation
 from labbook.studies.compaction import CURVED_P, compaction
 from labbook.studies.emulator import SAME_POINTS, Controller, emulator_study
 from stats.lines.regression import slope_through_origin
-
-Interval = tuple[float, float] | Undefined
-
-
-def _covers(ci: Interval, truth: float) -> bool | None:
-    return None if isinstance(ci, Undefined) else ci[0] <= truth <= ci[1]
-
 
 _SLOPE, _JOULES = 1.06, (45.0, 57.0, 63.4, 67.1)
 
@@ -40,8 +32,8 @@ def _plate(runs_of_days: Sequence[int], of_day: float) -> World:
         measured_j = np.resize(_JOULES, days.size)
         shares = 1.0 + chance.normal(0.0, of_day, len(runs_of_days))[days] + chance.normal(0.0, 0.01, days.size)
         found = slope_through_origin(measured_j, _SLOPE * measured_j * shares, days.tolist())
-        covers = _covers(found.ci, _SLOPE)
-        return Campaign(covers, finds=_covers(found.ci, 1.0) is False, warns=False)
+        covers = holds_truth(found.ci, _SLOPE)
+        return Campaign(covers, finds=holds_truth(found.ci, 1.0) is False, warns=False)
 
     name = f"force plate, days of {', '.join(map(str, runs_of_days))} runs, days scatter by {100.0 * of_day:g} %"
     return World(name, f"slope {_SLOPE:g}", warning_needed=False, simulate=simulate)
@@ -89,7 +81,7 @@ def _emulator(days: int, what: str, savings: Sequence[float]) -> World:
         (line,) = (trend.line for trend in study.trends if trend.controller is Controller.CONSTANT)
         assert line is not None
         none = line.change.equivalent is True
-        return Campaign(_covers(line.slope.ci, slope), finds=none, warns=is_trend and not none)
+        return Campaign(holds_truth(line.slope.ci, slope), finds=none, warns=is_trend and not none)
 
     return World(f"emulator, {days} days, savings {what}", f"{abs(change):.1f} points", is_trend, simulate)
 
@@ -118,8 +110,8 @@ def _flasks(curvature: float, radii_m: Sequence[float]) -> World:
         )
         p = found.curvature_p
         return Campaign(
-            _covers(found.states[0].curved_ci, _FRACTIONS["loose"][0]),
-            finds=_covers(found.difference.ci, 0.0) is False,
+            holds_truth(found.states[0].curved_ci, _FRACTIONS["loose"][0]),
+            finds=holds_truth(found.difference.ci, 0.0) is False,
             warns=isinstance(p, float) and p <= CURVED_P,
         )
 
@@ -150,7 +142,7 @@ def _leg(what: str, correlation: float, white: float = 0.0) -> World:
             if one.condition.gain == gain and one.mass_kg < 2.0
         ]
         (found,) = characterisation(drawn).conditions
-        covers = _covers(found.stiffness_n_m.ci, STIFFNESS[0] * gain + STIFFNESS[1])
+        covers = holds_truth(found.stiffness_n_m.ci, STIFFNESS[0] * gain + STIFFNESS[1])
         return Campaign(covers, finds=found.stiffness_n_m.ci[0] > 0.0, warns=found.widened > TOGETHER)
 
     return World(f"characterisation, errors {what}", "579.36 N/m", correlation > 0.0, simulate)

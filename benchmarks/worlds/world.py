@@ -7,10 +7,20 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from data_schema.vocabulary import Undefined
+
 LEAST_COVERAGE = 0.94
 """Of intervals of level .95, less the error of 2 000 campaigns."""
 LEAST_WARNED, MOST_WARNED = 0.95, 0.05
 """Shares of campaigns with the warning, where it is needed and where it is not."""
+
+
+Interval = tuple[float, float] | Undefined
+
+
+def holds_truth(ci: Interval, truth: float) -> bool | None:
+    """Tell whether an interval holds the truth; None where there is none."""
+    return None if isinstance(ci, Undefined) else bool(ci[0] <= truth <= ci[1])
 
 
 @dataclass(frozen=True, slots=True)
