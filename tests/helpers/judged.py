@@ -24,11 +24,8 @@ def judged(items, identity=lambda what: ""):
                 levels.setdefault(tuple(item.group.items()), []).append(item)
         groups = tuple(_group(dict(group), each, quantity, identity) for group, each in levels.items())
         if groups:
-            found.append(
-                _together(
-                    quantity, groups, _limits([item for each in levels.values() for item in each], identity), identity
-                )
-            )
+            every = [item for each in levels.values() for item in each]
+            found.append(_together(quantity, groups, _limits(every, identity), identity))
     return tuple(found)
 
 

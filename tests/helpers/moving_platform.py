@@ -201,16 +201,8 @@ class Stance:
         for _ in range(200):
             found = self.events()
             watched = [_Event(guard, self.t, guard(self.y) > -1e-14) for guard in found.values()]
-            step = solve_ivp(
-                self.rates,
-                (self.t, self.t + 3.0),
-                self.y,
-                "DOP853",
-                rtol=RTOL,
-                atol=1e-13,
-                max_step=1e-3,
-                events=watched,
-            )
+            span, how = (self.t, self.t + 3.0), {"rtol": RTOL, "atol": 1e-13, "max_step": 1e-3}
+            step = solve_ivp(self.rates, span, self.y, "DOP853", events=watched, **how)
             self.t, self.y = float(step.t[-1]), step.y[:, -1].copy()
             if self.mode != "flight":
                 self.deepest_m = max(self.deepest_m, -float(self.y[X_F]))

@@ -33,17 +33,15 @@ def quantities(kind: str) -> tuple[Quantity, ...]:
     """Return all certified numbers of a kind of sets: "univariate", "anova" or "linear"."""
     with (FOLDER / "exact.csv").open(newline="") as file:
         rows = [row for row in csv.DictReader(file) if row["kind"] == kind]
+    exact, of_doubles = "exact_decimal_25d", "exact_of_float64_input_25d"
     return tuple(
-        Quantity(
-            row["dataset"],
-            kind,
-            row["quantity"],
-            row["certified"],
-            mpf(row["exact_decimal_25d"].replace("Infinity", "inf")),
-            mpf(row["exact_of_float64_input_25d"].replace("Infinity", "inf")),
-        )
+        Quantity(row["dataset"], kind, row["quantity"], row["certified"], _number(row[exact]), _number(row[of_doubles]))
         for row in rows
     )
+
+
+def _number(text: str) -> mpf:
+    return mpf(text.replace("Infinity", "inf"))
 
 
 @cache

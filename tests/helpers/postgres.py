@@ -51,14 +51,6 @@ class Cluster:
         """Make a database that is empty, or a copy of another to which nobody is connected."""
         self._order(f'CREATE DATABASE "{name}" TEMPLATE "{template}" STRATEGY file_copy')
 
-    def make_sorted_for_people(self) -> str:
-        """Make a database that sorts texts by the rules of a language, as most servers do; return its name."""
-        name = f"test_{next(self._numbers)}"
-        self._order(
-            f'CREATE DATABASE "{name}" TEMPLATE template0 STRATEGY file_copy LOCALE_PROVIDER icu ICU_LOCALE "en-US"'
-        )
-        return name
-
     def drop(self, database: str) -> None:
         """Remove a database, whoever is still connected to it."""
         self._order(f'DROP DATABASE IF EXISTS "{database}" WITH (FORCE)')

@@ -32,19 +32,8 @@ def strace(log: Path) -> list[str]:
     """The words to put before a command so that what it does to files is written to `log`, every byte of it."""
     program = shutil.which("strace")
     assert program is not None
-    return [
-        program,
-        "-f",
-        "-y",
-        "-xx",
-        "-s",
-        str(LARGEST_WRITE),
-        "--seccomp-bpf",
-        "-e",
-        f"trace={CALLS}",
-        "-o",
-        str(log),
-    ]
+    words = ["-f", "-y", "-xx", "--seccomp-bpf"]
+    return [program, *words, "-s", str(LARGEST_WRITE), "-e", f"trace={CALLS}", "-o", str(log)]
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,6 +35,15 @@ def browse(tmp_path, *arguments):
     return subprocess.run([*command, *arguments], capture_output=True, timeout=60, check=True).stdout.decode()
 
 
+def title_of(tmp_path, page, width, script):
+    """What a script put into the title of a page in a window so wide."""
+    path = tmp_path / "page.html"
+    path.write_text(page.replace("</body>", script), encoding="utf-8")
+    size = f"--window-size={width},1000"
+    found = browse(tmp_path, size, "--virtual-time-budget=30000", "--dump-dom", path.as_uri())
+    return re.search(r"<title>(.*?)</title>", found).group(1)
+
+
 def test_the_page_is_drawn(written, tmp_path):
     picture = tmp_path / "page.png"
     browse(tmp_path, "--window-size=900,1400", f"--screenshot={picture}", written.as_uri())
@@ -61,11 +70,8 @@ def test_the_page_prints_on_the_paper_that_is_there(written, tmp_path, paper, wi
 @pytest.mark.soak
 def test_nothing_is_cut_on_paper(written, tmp_path):
     """The page as it is printed, on a window as wide as A4 paper between its margins; Letter is wider."""
-    page = tmp_path / "page.html"
-    text = written.read_text(encoding="utf-8").replace("@media print", "@media all").replace("</body>", OUTSIDE)
-    page.write_text(text, encoding="utf-8")
-    found = browse(tmp_path, f"--window-size={int(178 / 25.4 * 96)},1000", "--dump-dom", page.as_uri())
-    assert re.search(r"<title>(.*)</title>", found).group(1) == "outside:"
+    page = written.read_text(encoding="utf-8").replace("@media print", "@media all")
+    assert title_of(tmp_path, page, int(178 / 25.4 * 96), OUTSIDE) == "outside:"
 
 
 @pytest.mark.soak
@@ -75,10 +81,7 @@ def test_long_names_are_wrapped_and_nothing_of_a_table_is_cut(content, tmp_path)
     days = tuple(dataclasses.replace(day, packs=(name,)) for day in content.days)
     changed = dataclasses.replace(content, comparisons=comparisons, days=days)
     tables = {kind.name: kind.make(changed) for kind in TABLES.values()}
-    page = tmp_path / "page.html"
-    page.write_text(render_page(changed, DRAWINGS, tables).replace("</body>", CUT), encoding="utf-8")
-    found = browse(tmp_path, "--window-size=1000,800", "--dump-dom", page.as_uri())
-    assert re.search(r"<title>(.*)</title>", found).group(1) == "cut:"
+    assert title_of(tmp_path, render_page(changed, DRAWINGS, tables), 1000, CUT) == "cut:"
 
 
 ON_A_TELEPHONE = """addEventListener("load", () => {
@@ -171,13 +174,9 @@ def beginning(table):
 def test_axe_finds_nothing_serious(content, request, tmp_path, whole, width):
     """The accessibility rules of axe-core, on the page with all folds open; figures and long tables take it seconds."""
     axe = (importlib.resources.files("axe_core_python") / "axe.min.js").read_text(encoding="utf-8")
-    page = tmp_path / "page.html"
     text = (
         request.getfixturevalue("written").read_text(encoding="utf-8")
         if whole
         else render_page(content, DRAWINGS, {kind.name: beginning(kind.make(content)) for kind in TABLES.values()})
     )
-    text = text.replace("<details", "<details open")
-    page.write_text(text.replace("</body>", AXE.format(axe=axe)), encoding="utf-8")
-    found = browse(tmp_path, f"--window-size={width},900", "--virtual-time-budget=30000", "--dump-dom", page.as_uri())
-    assert re.search(r"<title>(.*?)</title>", found).group(1) == "axe:"
+    assert title_of(tmp_path, text.replace("<details", "<details open"), width, AXE.format(axe=axe)) == "axe:"

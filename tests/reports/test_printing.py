@@ -107,19 +107,15 @@ def test_what_is_a_little_longer_than_a_sheet_is_set_smaller(tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"long.html", "two.pdf", "page.pdf"}
 
 
-def test_where_no_browser_is_one_sentence_says_so(content, tmp_path, monkeypatch):
-    monkeypatch.setattr(printing, "browser", lambda: None)
+@pytest.mark.parametrize(
+    ("program", "said"), [(None, NO_BROWSER), ("/bin/false", "did not print")], ids=["no browser", "prints nothing"]
+)
+def test_where_nothing_is_printed_one_sentence_says_why(tmp_path, monkeypatch, program, said):
+    monkeypatch.setattr(printing, "browser", lambda: program)
     page = tmp_path / "page.html"
-    page.write_text(quick_page(content), encoding="utf-8")
-    assert print_pdf(page, tmp_path / "page.pdf") == NO_BROWSER
+    page.write_text("A page.", encoding="utf-8")
+    says(print_pdf(page, tmp_path / "page.pdf"), said)
     assert not (tmp_path / "page.pdf").exists()
-
-
-def test_a_browser_that_prints_nothing_is_told_of(content, tmp_path, monkeypatch):
-    monkeypatch.setattr(printing, "browser", lambda: "/bin/false")
-    page = tmp_path / "page.html"
-    page.write_text(quick_page(content), encoding="utf-8")
-    says(print_pdf(page, tmp_path / "page.pdf"), "did not print", "1")
 
 
 class Slope(Study):

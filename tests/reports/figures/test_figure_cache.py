@@ -15,7 +15,7 @@ from reports.figures.figure_cache import DRAWN, Wanted, cached_figures
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-from tests.helpers.pages import FIGURE_NAMES
+from tests.helpers.pages import FIGURE_NAMES, with_summary
 
 PROJECT = Path(__file__).parents[3]
 FEW = ["savings", "passive_drain", "joules_by_level", "day_order"]
@@ -73,13 +73,11 @@ def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache, 
     cache.clear()
     all_drawn(dataclasses.replace(content, made_at="2030-01-01T00:00:00Z", claims=()))
     assert cache == []
-    first = content.conditions[0]
-    summary = first.summaries[Outcome.APEX]
-    runs = (dataclasses.replace(summary.runs[0], value=summary.runs[0].value + 1e-12), *summary.runs[1:])
-    moved = dataclasses.replace(
-        first, summaries={**first.summaries, Outcome.APEX: dataclasses.replace(summary, runs=runs)}
-    )
-    changed = dataclasses.replace(content, conditions=(moved, *content.conditions[1:]))
+    first, *others = content.conditions
+    apex = first.summaries[Outcome.APEX]
+    runs = (dataclasses.replace(apex.runs[0], value=apex.runs[0].value + 1e-12), *apex.runs[1:])
+    moved = with_summary(first, Outcome.APEX, dataclasses.replace(apex, runs=runs))
+    changed = dataclasses.replace(content, conditions=(moved, *others))
     all_drawn(changed)
     assert cache == ["apex_by_level", "estimation_apex"]
     cache.clear()

@@ -14,6 +14,7 @@ from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
 from tests.helpers.pages import FIGURE_NAMES, with_summary
 from tests.helpers.wording import says
+from tests.reports import made
 
 
 @pytest.mark.parametrize("name", FIGURE_NAMES)
@@ -55,13 +56,8 @@ def undefined_everywhere(content):
         for c in content.conditions
         for joules in [c.summaries[Outcome.JOULES]]
     )
-    comparisons = tuple(
-        dataclasses.replace(c, decision=dataclasses.replace(c.decision, savings=undefined))
-        if c.decision.savings is not None
-        else c
-        for c in content.comparisons
-        for undefined in [Number(nothing, "%", ci_low=nothing, ci_high=nothing)]
-    )
+    none = Number(nothing, "%", ci_low=nothing, ci_high=nothing)
+    comparisons = made.changed(content, lambda c: c.decision.savings is not None, savings=none).comparisons
     sensitivity = tuple(
         dataclasses.replace(one, as_reported=number, variants=(dataclasses.replace(one.variants[0], number=number),))
         for one in content.sensitivity
@@ -89,15 +85,9 @@ def test_numbers_that_do_not_exist_are_left_out_or_named(content, name):
     ["joules_by_level", pytest.param("savings", marks=pytest.mark.soak)],
 )
 def test_a_dollar_or_a_strange_letter_in_a_name_is_only_text(content, name):
-    levels = [
-        dataclasses.replace(level, label="$\\frac{1") if level.label == "small" else level
-        for level in content.conditions[0].levels
-    ]
-    first = dataclasses.replace(content.conditions[0], levels=tuple(levels))
-    changed = dataclasses.replace(
-        content,
-        conditions=(first, *content.conditions[1:]),
-    )
+    first, *others = content.conditions
+    levels = tuple(dataclasses.replace(level, label="$\\frac{1") for level in first.levels)
+    changed = dataclasses.replace(content, conditions=(dataclasses.replace(first, levels=levels), *others))
     ElementTree.fromstring(svg_bytes(draw_figure(FIGURES[name], changed, ONE_COLUMN_IN)))
 
 

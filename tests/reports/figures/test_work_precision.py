@@ -59,22 +59,6 @@ def test_all_that_was_found_is_inside_the_axes(study, figure):
         assert all(low < point.errors[output] < high for series in study.series for point in series.points)
 
 
-def test_settings_beside_the_leftmost_marks_do_not_touch_the_axis(figure):
-    for axes in figure.axes:
-        left_edge = axes.get_window_extent().x0
-        assert min(text.get_window_extent().x0 for text in axes.texts) > left_edge + 2.0
-        assert all(line.get_window_extent().x1 < axes.get_window_extent().x1 for line in axes.lines)
-
-
-def test_a_method_keeps_its_colour_where_another_does_not_cover_the_scene(study):
-    def colours(drawn):
-        return {line.get_label(): line.get_color() for line in draw_work_precision(drawn, "own").axes[0].lines}
-
-    silent = dataclasses.replace(study.series[0], points=(), why_not="it knows no sand")
-    fewer = colours(dataclasses.replace(study, series=(silent, *study.series[1:])))
-    assert fewer == {name: colour for name, colour in colours(study).items() if name != "slow"}
-
-
 def test_an_output_of_which_nothing_is_known_has_no_panel(study):
     unknown = {**study.reference.doubt, "cost_J": None}
     three = draw_work_precision(

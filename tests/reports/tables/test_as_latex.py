@@ -45,11 +45,6 @@ def test_a_provenance_id_is_a_comment_beside_its_row(content):
     assert r"\\ %" not in latex_bytes(TABLES["provenance"].make(content)).decode("utf-8")
 
 
-def test_units_stand_in_the_heads(content):
-    text = latex_bytes(TABLES["joules_by_condition"].make(content)).decode("utf-8")
-    says(text, "SD", "(J)", "(kg/s)")
-
-
 def test_a_dash_with_a_footnote_for_what_does_not_exist():
     columns = (Column("a", ("a",), numeric=False), Column("b", ("b",), "J"))
     rows = (

@@ -15,7 +15,7 @@ from reports.page.writing import inline_svg, render_page, report_files
 from reports.tables import each_run as rows_of_runs
 from reports.tables.each_run import each_run, name_points, points_drawn, run_anchors, run_days, run_names
 from reports.tables.registry import tables_of
-from tests.helpers.pages import DRAWN
+from tests.helpers.pages import DRAWN, with_summary
 from tests.helpers.wording import says
 
 POINT = re.compile(r'<a href="#(run-\d+)" tabindex="-1"><title>([^<]*)</title><use [^>]*/></a>')
@@ -29,9 +29,13 @@ def figure_of(content, outcome):
     return name_points(inline_svg(svg, name, "t", "d"), name, content, run_anchors(content))
 
 
+def page_of(content):
+    return render_page(content, EMPTY, {kind.name: kind.make(content) for kind in tables_of(content)})
+
+
 @pytest.fixture(scope="module")
 def html(content):
-    return render_page(content, EMPTY, {kind.name: kind.make(content) for kind in tables_of(content)})
+    return page_of(content)
 
 
 @pytest.mark.parametrize("outcome", [Outcome.JOULES, Outcome.APEX])
@@ -65,12 +69,9 @@ def test_a_point_stands_at_the_value_that_it_names(content):
 def renamed(content, name):
     """The content with the first run of the first condition called something else, with its jumps."""
     first, *others = content.conditions
-    of_joules = first.summaries[Outcome.JOULES]
-    run = of_joules.runs[0]
-    summary = dataclasses.replace(
-        of_joules, runs=(RunValue(name, run.value, (0.31, 0.33), (2, 4)), *of_joules.runs[1:])
-    )
-    changed = dataclasses.replace(first, summaries={**first.summaries, Outcome.JOULES: summary})
+    joules = first.summaries[Outcome.JOULES]
+    runs = (RunValue(name, joules.runs[0].value, (0.31, 0.33), (2, 4)), *joules.runs[1:])
+    changed = with_summary(first, Outcome.JOULES, dataclasses.replace(joules, runs=runs))
     day = Day("2021-05-03", (name,), ())
     return dataclasses.replace(content, conditions=(changed, *others), days=(day, *content.days))
 
@@ -80,7 +81,7 @@ def test_a_run_of_any_name_stays_text(content):
     drawn = figure_of(changed, Outcome.JOULES)
     assert "<script" not in drawn
     assert "&lt;script&gt;x&lt;/script&gt;&amp;&quot;&#x27;, 2021-05-03: " in drawn
-    page = render_page(changed, EMPTY, {kind.name: kind.make(changed) for kind in tables_of(changed)})
+    page = page_of(changed)
     assert "<script>x" not in page
     assert "&lt;script&gt;x" in page
     assert "310.0" in page
@@ -101,8 +102,7 @@ def test_points_of_too_many_runs_are_named_and_lead_nowhere(content, monkeypatch
     drawn = figure_of(content, Outcome.JOULES)
     assert "<a " not in drawn
     assert len(re.findall(r"<g><title>[^<]*</title><use", drawn)) > 100
-    page = render_page(content, EMPTY, {kind.name: kind.make(content) for kind in tables_of(content)})
-    assert 'id="run-1"' not in page
+    assert 'id="run-1"' not in page_of(content)
     assert [row.cells[0].text for row in each_run(content).rows] == list(run_names(content))
 
 

@@ -6,7 +6,6 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.fields import unit_slug
 from reports.numbers import Number
 from reports.tables.registry import TABLES
 from tests.helpers.pages import with_summary
@@ -75,10 +74,6 @@ def test_a_family_with_several_levels_has_a_block_a_group(content):
     says(shown(table)[4][0], "186 kg/s", "gain", "50")
 
 
-def test_headlines_are_the_headline_comparisons_of_energy(content):
-    assert len(TABLES["headlines"].make(content).rows) == 4
-
-
 def test_a_groups_p_is_holms_where_its_family_is_adjusted(content):
     joules = [each for each in content.pooled if each.quantity is Outcome.JOULES]
     holms = [0.012, 0.024, 0.036, 0.048]
@@ -136,9 +131,3 @@ def test_a_selection_without_comparisons_still_has_its_tables(minimal):
     for kind in TABLES.values():
         table = kind.make(minimal)
         assert all(len(row.cells) == len(table.columns) for row in table.rows)
-
-
-def test_units_in_field_names():
-    assert [unit_slug(unit) for unit in ("kg/s", "N/m", "%", "mAh/min", "J")] == [
-        "kg_s", "n_m", "percent", "mah_min", "j",
-    ]  # fmt: skip
