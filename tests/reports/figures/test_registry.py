@@ -6,15 +6,15 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.content import Factor, Level, Summary
+from reports.content import Factor, Level
 from reports.figures.by_level import file_name
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
+from reports.predicted import Limits
 from tests.helpers.pages import FIGURE_NAMES, with_summary
 from tests.helpers.wording import says
-from tests.reports import made
 
 
 @pytest.mark.parametrize("name", FIGURE_NAMES)
@@ -46,29 +46,24 @@ def test_every_figure_says_in_words_what_it_shows(content, name):
     assert len(kind.alternative(content)) > 40
 
 
-def undefined_everywhere(content):
-    nothing = Undefined(Reason.AS_SAID, said="one run only")
-    number = Number(nothing, "J", se=nothing, ci_low=nothing, ci_high=nothing, n=1)
-    conditions = tuple(
-        with_summary(c, Outcome.JOULES, Summary(number, number, joules.runs[:1]))
-        if c.control
-        else with_summary(c, Outcome.JOULES, Summary(dataclasses.replace(joules.mean, se=nothing), number))
-        for c in content.conditions
-        for joules in [c.summaries[Outcome.JOULES]]
-    )
-    none = Number(nothing, "%", ci_low=nothing, ci_high=nothing)
-    comparisons = made.changed(content, lambda c: c.decision.savings is not None, savings=none).comparisons
-    sensitivity = tuple(
-        dataclasses.replace(one, as_reported=number, variants=(dataclasses.replace(one.variants[0], number=number),))
-        for one in content.sensitivity
-    )
-    drains = (dataclasses.replace(content.drains[0], at_run=number),)
-    order = dataclasses.replace(
-        content.order, packs=tuple(dataclasses.replace(pack, mean=number) for pack in content.order.packs)
-    )
-    return dataclasses.replace(
-        content, conditions=conditions, comparisons=comparisons, sensitivity=sensitivity, drains=drains, order=order
-    )
+NOTHING = Undefined(Reason.AS_SAID, said="one run only")
+
+
+def undefined_everywhere(part):
+    """The content with no number in it that exists."""
+    if isinstance(part, Number):
+        return Number(NOTHING, part.unit, se=NOTHING, ci_low=NOTHING, ci_high=NOTHING, n=1)
+    if isinstance(part, Limits):
+        return None
+    if isinstance(part, tuple):
+        return tuple(map(undefined_everywhere, part))
+    if isinstance(part, dict):
+        return {name: undefined_everywhere(value) for name, value in part.items()}
+    if not dataclasses.is_dataclass(part):
+        return part
+    values = {field.name: getattr(part, field.name) for field in dataclasses.fields(part)}
+    changed = {name: value for name, old in values.items() if (value := undefined_everywhere(old)) != old}
+    return dataclasses.replace(part, **changed)
 
 
 @pytest.mark.parametrize("name", FIGURE_NAMES)
