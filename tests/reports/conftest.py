@@ -55,6 +55,7 @@ from reports.predicted import (
     Verdict,
 )
 from stats.days.decision import contrast_by_day
+from stats.lines.passive_drain import fit_passive_drain
 from tests.helpers.judged import judged
 from tests.helpers.once import made_once
 
@@ -189,33 +190,29 @@ def _comparisons(maker, conditions):
 def _drain(maker):
     minutes = np.repeat([20.0, 24.0, 30.0, 40.0, 50.0, 60.0], 2)
     charge = np.round(5.62 * minutes + 18.7 + maker.random.normal(0, 1.2, minutes.size))
-    fit = scipy_stats.linregress(minutes, charge)
-    line = np.linspace(0, 62, 63)
-    sigma = math.sqrt(np.sum((charge - fit.intercept - fit.slope * minutes) ** 2) / (minutes.size - 2))
-    centre, ss = minutes.mean(), float(np.sum((minutes - minutes.mean()) ** 2))
-    se = sigma * np.sqrt(1 / minutes.size + (line - centre) ** 2 / ss)
-    t = float(scipy_stats.t.ppf(0.975, minutes.size - 2))
-    at = fit.intercept + fit.slope * line
-    key = maker.id("passive-drain fit", minutes.size)
+    fit = fit_passive_drain((60 * minutes).tolist(), charge.tolist(), resolution_mah=1.0)
+    line = np.linspace(0, 62, 63).tolist()
+    band, at_run, key = [fit.at(60 * at) for at in line], fit.at(720), maker.id("passive-drain fit", minutes.size)
 
-    def number(value, unit, error):
-        return Number(float(value), unit, se=float(error), ci_low=float(value - t * error),
-                      ci_high=float(value + t * error), df=10.0, n=12, provenance=key)  # fmt: skip
+    def number(value, unit, error, ci):
+        return Number(value, unit, se=error, ci_low=ci[0], ci_high=ci[1], df=fit.df, n=fit.n, provenance=key)
 
+    a_minute = [60 * end for end in fit.slope_ci_mah_s()]
+    runs = enumerate(zip(minutes.tolist(), charge.tolist(), strict=True))
     return DrainFit(
-        points=tuple(
-            IdlePoint(f"idle{i:02d}", float(m), float(c))
-            for i, (m, c) in enumerate(zip(minutes, charge, strict=True))
-        ),
-        line_min=tuple(line.tolist()), line_mah=tuple(at.tolist()),
-        band_low_mah=tuple((at - t * se).tolist()), band_high_mah=tuple((at + t * se).tolist()),
-        slope=number(fit.slope, "mAh/min", fit.stderr),
-        intercept=number(fit.intercept, "mAh", fit.intercept_stderr),
-        r_squared=Number(float(fit.rvalue**2), "1", provenance=key), at_run=number(at[12], "mAh", se[12]),
+        points=tuple(IdlePoint(f"idle{i:02d}", at, mah) for i, (at, mah) in runs),
+        line_min=tuple(line),
+        line_mah=tuple(one.charge_mah for one in band),
+        band_low_mah=tuple(one.ci_low for one in band),
+        band_high_mah=tuple(one.ci_high for one in band),
+        slope=number(60 * fit.slope_mah_s, "mAh/min", 60 * fit.slope_se_mah_s, a_minute),
+        intercept=number(fit.intercept_mah, "mAh", fit.intercept_se_mah, fit.intercept_ci_mah()),
+        r_squared=Number(fit.r_squared, "1", provenance=key),
+        at_run=number(at_run.charge_mah, "mAh", at_run.se, (at_run.ci_low, at_run.ci_high)),
         run_duration_min=12.0,
         range_sentence="A run lasts 12 minutes, outside the 20 to 60 minutes that were fitted: the estimate is "
         "an extrapolation of 8 minutes.",
-    )  # fmt: skip
+    )
 
 
 def _order(maker, conditions):
