@@ -27,6 +27,8 @@ MAXIMUM_HALVINGS = 80
 
 State = dict[str, Fraction]
 Scalar = Fraction | int
+Coefficient = Callable[[int, list[int]], int]
+"""Gives the coefficient of an order from those of lower orders."""
 
 
 def bits_for(digits: int) -> int:
@@ -46,7 +48,7 @@ class Tape:
 
     def __init__(self, bits: int, order: int) -> None:
         self.bits, self.order = bits, order
-        self.operations: list[Callable[[int], None]] = []
+        self.operations: list[tuple[list[int], Coefficient]] = []
         self._states: list[tuple[Series, Series]] = []
 
     def fixed(self, value: Scalar) -> int:
@@ -73,8 +75,8 @@ class Tape:
         They hold as far as the last coefficients of every state stay below the rounding of the first.
         """
         for k in range(self.order + 1):
-            for fill in self.operations:
-                fill(k)
+            for terms, coefficient in self.operations:
+                terms[k] = coefficient(k, terms)
             for state, rate in self._states if k < self.order else ():
                 state.terms[k + 1] = ((step * rate.terms[k]) >> self.bits) // (k + 1)
         reach = 1.0
@@ -92,14 +94,10 @@ class Series:
     def __init__(self, tape: Tape, terms: list[int]) -> None:
         self.tape, self.terms = tape, terms
 
-    def _made(self, coefficient: Callable[[int, list[int]], int]) -> Series:
+    def _made(self, coefficient: Coefficient) -> Series:
         """A series whose coefficient `k` this gives, of those before it."""
         out = self.tape.series(0)
-
-        def fill(k: int) -> None:
-            out.terms[k] = coefficient(k, out.terms)
-
-        self.tape.operations.append(fill)
+        self.tape.operations.append((out.terms, coefficient))
         return out
 
     def __add__(self, other: Series | Scalar) -> Series:

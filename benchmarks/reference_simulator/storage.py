@@ -31,7 +31,7 @@ class StoredCase:
 
 
 def regenerate(scenes: Iterable[str] = tuple(CASES), folder: Path = DATA) -> None:
-    """Compute the cases of the scenes anew and write their files; about a quarter of an hour for all on one core."""
+    """Compute the cases of the scenes anew and write their files; about thirteen minutes for all on one core."""
     for scene in scenes:
         found = []
         for case in cases(scene):
