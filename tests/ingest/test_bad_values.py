@@ -1,4 +1,4 @@
-"""Bad values: wrong units, spikes, clipped, dead and held sensors; all files are synthetic."""
+"""Values and currents that are asked about, and those that are not; all files are synthetic."""
 
 from __future__ import annotations
 
@@ -8,52 +8,9 @@ import pytest
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.read import read_file
 from tests.helpers.wording import says
-from tests.ingest.bad_input import ROWS, Case, check, check_one_row_lost, read, with_cell, with_heights
-from tests.ingest.reading import rules
-from tests.ingest.synthetic import LOG_HEADER, text
-
-VALUES = [
-    Case("cm labelled m", with_heights(lambda h: f"{100 * h:.4f}"), True, "out_of_range", 0),
-    Case("mm labelled m", with_heights(lambda h: f"{1000 * h:.3f}"), True, "out_of_range", 0),
-    Case("mV labelled V", with_heights(lambda h: 16_000 + h, "battery [V]"), True, "out_of_range", 0),
-    Case("mAh labelled Ah", b"run,charge [Ah]\nr001,812\nr002,790\n", True, "out_of_range", 0),
-    Case("inches", with_heights(lambda h: f"{h / 0.0254:.5f}", "height [in]"), False, "", 600),
-    Case("a mass as a height", with_heights(lambda h: h, "height [kg]"), True, "unit_not_convertible"),
-    Case("spike of 1e35", with_cell("2.2e35"), False, "out_of_range", 599),
-    Case(
-        "spikes in 2 % of rows",
-        text(LOG_HEADER, [f"{3 * n},9e9,0.2,400" if n % 50 == 0 else row for n, row in enumerate(ROWS)]),
-        True,
-        "out_of_range too_many_rejected",
-    ),
-    Case("flat tops", with_heights(lambda h: min(h, 0.45)), False, "channel_clipped", 600),
-    Case("dead sensor", with_heights(lambda _: 0), False, "channel_constant", 600),
-    Case(
-        "sensor slower than the log",
-        text(
-            LOG_HEADER,
-            [
-                ",".join([row.split(",")[0], *ROWS[n - n % 4].split(",")[1:2], *row.split(",")[2:]])
-                for n, row in enumerate(ROWS)
-            ],
-        ),
-        False,
-        "channel_held",
-        600,
-    ),
-    Case(
-        "stuck logger",
-        text(
-            LOG_HEADER,
-            [
-                f"{row.split(',')[0]},{ROWS[100].split(',', 1)[1]}" if 100 <= n < 140 else row
-                for n, row in enumerate(ROWS)
-            ],
-        ),
-        False,
-        "packets_held",
-    ),
-]
+from tests.ingest.bad_input import read, with_heights
+from tests.ingest.reading import channel, finding, refusal, rules
+from tests.ingest.synthetic import text
 
 
 @pytest.mark.parametrize(
@@ -65,8 +22,7 @@ VALUES = [
     ],
 )
 def test_values_of_another_unit_name_the_flags_that_read_them(data: bytes, unit: str) -> None:
-    (found,) = [finding for finding in read(data).findings if finding.rule == "out_of_range"]
-    says(found.message, unit, "--override-units")
+    says(finding(read(data), "out_of_range").message, unit, "--override-units")
 
 
 def test_a_value_next_to_nothing_is_zero_and_no_damaged_byte() -> None:
@@ -80,10 +36,7 @@ def test_a_value_next_to_nothing_is_zero_and_no_damaged_byte() -> None:
 @pytest.mark.parametrize("word", ["DSC", "Dis", "D", "CC_DChg", "放电", "Entladen"])
 def test_the_words_of_makers_for_discharging_are_known(word: str) -> None:
     rows = [f"{s},{word if s < 30 else 'CHG'},{2.0 if s < 30 else 1.5}" for s in range(60)]
-    (found,) = [
-        finding for finding in read(text("Time (s),Mode,Current (A)", rows)).findings if finding.severity == "file"
-    ]
-    assert found.rule == "current_unsigned"
+    assert refusal(read(text("Time (s),Mode,Current (A)", rows))).rule == "current_unsigned"
 
 
 @pytest.mark.parametrize("head", ["height [0.1 mm]", "height [0,1mm]", "height (0.1 mm)", "height [1/10 mm]"])
@@ -102,7 +55,7 @@ def cycled(charging_a: float, discharging_a: float) -> bytes:
 @pytest.mark.parametrize("charging_a", [1.5, -1.5], ids=["without a sign", "turned round"])
 def test_a_current_that_is_positive_while_discharging_is_asked_about(charging_a: float) -> None:
     """It was stored as `current, positive while charging`."""
-    (found,) = [finding for finding in read(cycled(charging_a, 1.5)).findings if finding.severity == "file"]
+    found = refusal(read(cycled(charging_a, 1.5)))
     assert found.rule == "current_unsigned"
     says(found.message, "Current (A)", "CC_DChg", "own.current_", "`sign = 1`")
     assert ("sign = -1" in found.message) is (charging_a < 0)
@@ -128,8 +81,7 @@ def test_a_column_that_names_steps_is_asked_about_where_all_rows_discharge(heade
 def test_a_current_with_its_sign_is_read_beside_the_names_of_steps() -> None:
     result = read(cycled(1.5, -1.5))
     assert not result.refused
-    (current,) = [channel for channel in result.parts[0].channels if channel.name == "current"]
-    assert current.values[[0, 89]].tolist() == [1.5, -1.5]
+    assert channel(result, "current").values[[0, 89]].tolist() == [1.5, -1.5]
 
 
 @pytest.mark.parametrize(("cop_m", "named"), [(0.1, False), (3.0, True)])
@@ -139,23 +91,3 @@ def test_a_centre_of_pressure_outside_the_plate_is_named_while_it_is_loaded(cop_
     result = read(text("time [ms],Fz [N],COPx [m]", rows))
     assert ("cop_outside_plate" in rules(result)) is named
     assert not result.refused
-
-
-@pytest.mark.parametrize("case", VALUES, ids=lambda case: case.name)
-def test_bad_values_have_their_outcome(case: Case) -> None:
-    check(case)
-
-
-@pytest.mark.parametrize("case", [case for case in VALUES if case.kept == 599], ids=lambda case: case.name)
-def test_a_value_no_sensor_can_give_rejects_its_whole_row(case: Case) -> None:
-    check_one_row_lost(case, "rejected")
-
-
-def test_repeated_packets_are_a_held_gap() -> None:
-    stuck = next(case for case in VALUES if case.name == "stuck logger")
-    (part,) = read(stuck.data).parts
-    (gap,) = part.gaps
-    assert gap.kind == "held"
-    assert gap.samples_missing == 39  # rows 101 to 139 repeat row 100
-    assert gap.start_s == part.time_s[100]
-    assert gap.start_s + gap.length_s == pytest.approx(part.time_s[140])

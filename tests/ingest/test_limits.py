@@ -6,6 +6,7 @@ import dataclasses
 import gzip
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from data_schema.errors import InputRefused
@@ -38,6 +39,7 @@ BEYOND = [
     ("largest_expanded_bytes", 1000, workbook({"a": ROWS})),
     ("largest_expansion", 20, ZEROS),
     ("largest_expansion", 20, zipped({"a.csv": LOG + b"\0" * (2 << 20)})),
+    ("largest_expansion", 20, mat({"x": np.zeros(1 << 17)}, packed=True)),
     ("most_members", 3, zipped({f"{n}.csv": LOG for n in range(4)})),
     ("most_members", 3, workbook({"a": ROWS})),
     ("deepest_nesting", 1, NESTED),

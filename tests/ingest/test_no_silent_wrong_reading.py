@@ -37,12 +37,6 @@ def test_a_declared_unit_against_the_header_was_read_as_declared(declared: Decla
     assert all(part in message for part in ("'height [m]'", "says m ", "mm is declared", "--override-units"))
 
 
-def test_a_declared_time_unit_against_the_header_was_read_as_declared() -> None:
-    """300 Hz became 300 kHz."""
-    profile = Profile("p", ("height [m]",), time_column="time [ms]", time_unit="us")
-    assert finding(read(text(LOG_HEADER, ROWS), Declarations(profiles=(profile,))), "unit_contradicts")
-
-
 def test_a_header_that_is_wrong_can_be_overridden_and_one_that_agrees_needs_no_flag() -> None:
     same = Declarations(columns={"height": ColumnDeclaration("body_height", "metre")})
     assert channel(read(text(LOG_HEADER, ROWS), same), "body_height").scale == 1.0
@@ -79,11 +73,6 @@ def test_whole_numbers_beside_decimals_of_their_size_are_decimals(values: list[s
     rows = [f"{3 * k},{values[k % len(values)]}" for k in range(100)]
     read_as_written = channel(read(text("time [ms],height [mm]", rows)), "body_height").values[: len(values)]
     assert read_as_written == pytest.approx([float(value) / 1000 for value in values])
-
-
-def test_three_decimals_throughout_are_decimals() -> None:
-    rows = [f"{3 * k}\t{1 + k / 1000:.3f}" for k in range(200)]
-    assert channel(read(text("time [ms]\theight [m]", rows)), "body_height").values[2] == pytest.approx(1.002)
 
 
 HEIGHTS = [f"{0.4 + k % 7 / 100:.3f}" for k in range(60)]
@@ -516,14 +505,6 @@ def test_losses_at_random_are_no_rounding() -> None:
     rows = [f"{k},{0.4 + 0.05 * np.sin(k / 40):.5f}" for k in range(6000) if k not in lost]
     (part,) = read(text("time [ms],height [m]", rows)).parts
     assert (part.rate_hz, sum(gap.samples_missing for gap in part.gaps)) == (1000.0, 600)
-
-
-def test_samples_in_fewer_digits_than_the_rate_are_all_kept() -> None:
-    """1500 Hz in whole milliseconds: a third of the rows were left out as duplicates, and the log refused."""
-    rows = [f"{2 * k // 3},{0.4 + 0.05 * np.sin(k / 40):.5f}" for k in range(6000)]
-    result = read(text("time [ms],height [m]", rows))
-    (part,) = result.parts
-    assert (result.rows_kept, part.rate_hz, part.gaps) == (6000, pytest.approx(1500.0), ())
 
 
 TIMES_THAT_ARE_NOT_READ = {

@@ -11,7 +11,6 @@ from hypothesis import strategies as st
 
 from data_schema.errors import LabbookError, UsageError
 from data_schema.vocabulary import Severity
-from ingest.formats.registry import FORMATS
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
 from ingest.read import read_file
 from tests.ingest.reading import rules
@@ -75,11 +74,6 @@ def test_more_than_one_percent_rejected_refuses(bad: int, refused: bool) -> None
 def test_an_unknown_encoding_is_a_usage_error() -> None:
     with pytest.raises(UsageError, match="cp1252"):
         read_file(robot_log(60), Declarations(encoding="cp99999"))
-
-
-def test_format_names_are_distinct() -> None:
-    names = [known.name for known in FORMATS]
-    assert len(names) == len(set(names))
 
 
 def check_invariants(result: ReadFile) -> None:

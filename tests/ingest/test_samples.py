@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 from pathlib import Path
 
-import numpy as np
 import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, Profile, ReadFile
@@ -63,13 +62,6 @@ def test_charger_log_gives_signals_and_one_recharge(
     assert charge.mode == "charge"
 
 
-def test_raw_amplifier_volts_never_become_newtons() -> None:
-    (part,) = read("force/kistler_fp_data.txt").parts
-    assert part.rate_hz == pytest.approx(100.0)
-    assert {channel.unit for channel in part.channels} == {None}
-    assert not any(channel.name.startswith("force") for channel in part.channels)
-
-
 LOGGER = Profile(
     "serial_logger",
     ("time", "leftMode", "rightMode"),
@@ -99,29 +91,6 @@ def test_declared_unit_converts_the_battery_voltage() -> None:
     assert voltage.values[0] == pytest.approx(7.879)
 
 
-def test_bare_column_is_imported_once_its_name_and_rate_are_said() -> None:
-    declared = Declarations(rate_hz=600.0, columns={"1": ColumnDeclaration("force_z", "N")})
-    result = read("force/GRFZjump.txt", declared)
-    assert not result.refused
-    (part,) = result.parts
-    assert part.rate_hz == 600.0
-    assert part.channels[0].values[:2] == pytest.approx([633.21, 628.46])
-    assert np.allclose(np.diff(part.time_s), 1 / 600)
-
-
-def test_table_under_a_copyright_preamble_has_its_names() -> None:
-    (part,) = read("robot/Pezzack.txt", Declarations(time_unit="s")).parts
-    assert [channel.name for channel in part.channels] == ["raw", "noisy", "accel"]
-    assert part.rate_hz == pytest.approx(49.75, rel=1e-3)
-
-
-def test_debug_lines_below_a_table_are_counted_and_left_out() -> None:
-    result = read("robot/maxAccel1.csv", Declarations(time_unit="ms"))
-    assert (result.refused, result.rows_read, result.rows_kept) == (False, 51, 51)
-    assert {finding.rule: finding.count for finding in result.findings}["debug_line"] == 23
-    assert result.parts[0].rate_hz == pytest.approx(494, abs=1)
-
-
 def test_opensim_ground_reactions_have_z_up() -> None:
     result = read("force/grf_run.mot")
     stored = values(result)
@@ -143,15 +112,3 @@ def test_nexus_devices_are_counted_by_frame_and_sub_frame() -> None:
     (part,) = result.parts
     assert (part.part, part.rate_hz, len(part.time_s), part.gaps) == ("devices", 2000.0, 11_600, ())
     assert values(result)["imported_analog_emg_voltage_1"][0] == pytest.approx(-0.0220516)
-
-
-def test_gait_table_with_y_up_needs_its_axes() -> None:
-    columns = {f"F{axis}": ColumnDeclaration(f"force_{axis}", "N") for axis in "xyz"}
-    columns |= {f"COP{axis}": ColumnDeclaration(f"cop_{axis}", "mm") for axis in "xyz"}
-    columns["My"] = ColumnDeclaration("free_moment_y", "N*mm")
-    name = "force/BiomecII2018_gait_n.txt"
-    assert read(name, Declarations(time_unit="s", columns=columns)).refused
-    result = read(name, Declarations(time_unit="s", columns=columns, axes="y up"))
-    assert not result.refused
-    assert values(result)["force_z"].max() == pytest.approx(773.44)
-    assert result.parts[0].rate_hz == pytest.approx(150.0, rel=1e-3)

@@ -14,19 +14,16 @@ from ingest import spool
 from ingest.model import Declarations, ReadFile
 from ingest.read import read_file
 from ingest.samples import read_samples, signal_sha256
-from ingest.spool import beginning, map_and_hash, mapped, read_and_hash
+from ingest.spool import map_and_hash, mapped, read_and_hash
 from ingest.store import Store
 from ingest.tables import rows
 from tests.ingest.bad_input import Case
 from tests.ingest.synthetic import LOG_HEADER, bertec_acquire, icharger_rows, robot_rows, text, twenty_faults
-from tests.ingest.test_bad_bytes import BYTES
-from tests.ingest.test_bad_text import TEXT
-from tests.ingest.test_bad_time import TIME
-from tests.ingest.test_bad_values import VALUES
+from tests.ingest.test_bad_files import CASES, STUCK
 
-CASES = [
+SOME = [
     pytest.param(case, marks=pytest.mark.soak if place % 4 else ())
-    for place, case in enumerate(case for case in [*BYTES, *TEXT, *TIME, *VALUES] if case.data)
+    for place, case in enumerate([*(case for case in CASES if case.data), Case("stuck logger", STUCK)])
 ]
 """Every fourth in a normal run."""
 
@@ -48,26 +45,15 @@ def map_of(data: bytes, folder: Path) -> bytes:
 
 
 def assert_same(one: ReadFile, other: ReadFile) -> None:
-    assert (one.format, one.findings, one.charges, one.evidence) == (
-        other.format,
-        other.findings,
-        other.charges,
-        other.evidence,
-    )
-    assert (one.rows_read, one.rows_kept) == (other.rows_read, other.rows_kept)
-    assert len(one.parts) == len(other.parts)
+    for name in ("format", "findings", "charges", "evidence", "rows_read", "rows_kept"):
+        assert getattr(one, name) == getattr(other, name)
     for first, second in zip(one.parts, other.parts, strict=True):
-        assert (first.part, first.rate_hz, first.gaps, first.start_utc, first.start_original) == (
-            second.part,
-            second.rate_hz,
-            second.gaps,
-            second.start_utc,
-            second.start_original,
-        )
+        for name in ("part", "rate_hz", "gaps", "start_utc", "start_original"):
+            assert getattr(first, name) == getattr(second, name)
         assert signal_sha256(first) == signal_sha256(second)
 
 
-@pytest.mark.parametrize("case", CASES, ids=lambda case: case.name)
+@pytest.mark.parametrize("case", SOME, ids=lambda case: case.name)
 def test_a_mapped_file_reads_as_its_bytes_do(case: Case, tmp_path: Path) -> None:
     assert_same(read_file(map_of(case.data, tmp_path), Declarations()), read_file(case.data, Declarations()))
     assert list(tmp_path.iterdir()) == []  # nothing with a name, whatever ends the process
@@ -119,14 +105,3 @@ def test_a_file_that_grows_or_is_replaced_meanwhile_is_read_as_it_was(
     path.write_bytes(b"other")
     assert bytes(found) == data
     assert sha256 == hashlib.sha256(data).hexdigest()
-
-
-def test_the_beginning_of_a_mapping_is_no_more_than_asked_for(tmp_path: Path) -> None:
-    found = map_of(b"a,b\r\nc", tmp_path)
-    assert [bytes(beginning(found, stop)) for stop in (0, 1, 5)] == [b"", b"a", b"a,b\r\n"]
-
-
-def test_what_a_mapping_lacks_of_bytes_works_on_a_copy(tmp_path: Path) -> None:
-    found = map_of(b"a,b\r\nc", tmp_path)
-    assert found.split(b",") == [b"a", b"b\r\nc"]
-    assert (b"\r" in found, b"x" in found, found.count(b"a", 1), found.isascii()) == (True, False, 0, True)

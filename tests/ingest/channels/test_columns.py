@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.names import channel_kind, channel_of, parse_header
 from ingest.declared import flag_names, positions_of
-from ingest.model import ChannelData, ColumnDeclaration, Declarations, Profile, ReadFile
+from ingest.model import ChannelData, ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
 from tests.helpers.wording import says
 from tests.ingest.reading import rules
@@ -102,59 +102,11 @@ def test_a_known_quantity_without_unit_is_asked_for() -> None:
     says(finding.message, '--unit "height=UNIT"', "mm")
 
 
-def test_a_time_without_unit_names_flag_and_profile() -> None:
-    result = read_file(text("time,k_gain", [f"{k},4" for k in range(50)]), Declarations())
-    (finding,) = [finding for finding in result.findings if finding.rule == "time_unit_missing"]
-    says(finding.message, "--unit time=UNIT", "s, ms, us, ns", "[profiles.NAME]")
-
-
-def test_a_missing_rate_names_the_flag() -> None:
-    result = read_file(text("height [m]", ["0.4"] * 50), Declarations())
-    (finding,) = [finding for finding in result.findings if finding.rule == "rate_missing"]
-    assert "--rate HZ" in finding.message
-
-
 def test_a_declaration_names_unit_channel_and_sign() -> None:
     declared = Declarations(columns={"h": ColumnDeclaration("body_height", "mm", -1)})
     data = channel(read("h", "-250", declared))
     assert (data.name, data.unit, data.source_unit, data.sign) == ("body_height", "m", "mm", -1)
     assert data.values == pytest.approx(np.full(50, 0.25))
-
-
-def test_a_unit_alone_can_be_declared_for_any_column_the_time_included() -> None:
-    data = text("time,height", [f"{3 * k},250" for k in range(50)])
-    declared = Declarations(columns={"time": ColumnDeclaration(unit="ms"), "height": ColumnDeclaration(unit="mm")})
-    result = read_file(data, declared)
-    assert channel(result).values == pytest.approx(np.full(50, 0.25))
-    assert result.parts[0].rate_hz == pytest.approx(1000 / 3)
-
-
-SERIAL = Profile(
-    "serial", ("t0", "h"), time_column="t0", time_unit="us", columns={"h": ColumnDeclaration("body_height", "mm")}
-)
-
-
-def test_a_profile_is_recognised_by_column_names_and_the_command_line_stands_above_it() -> None:
-    data = text("t0,h", [f"{3333 * k},250" for k in range(50)])
-    result = read_file(data, Declarations(profiles=(SERIAL,)))
-    assert channel(result).values == pytest.approx(np.full(50, 0.25))
-    assert result.parts[0].rate_hz == pytest.approx(300.03, rel=1e-4)
-    over = Declarations(profiles=(SERIAL,), columns={"h": ColumnDeclaration("foot_height", "cm")})
-    assert channel(read_file(data, over)).name == "foot_height"
-    assert channel(read_file(data, over)).values == pytest.approx(np.full(50, 2.5))
-
-
-def test_profiles_that_fit_equally_well_are_ambiguous() -> None:
-    other = Profile("other", ("h", "t0"))
-    result = read_file(text("t0,h", [f"{k},250" for k in range(50)]), Declarations(profiles=(SERIAL, other)))
-    (finding,) = [finding for finding in result.findings if finding.rule == "profile_ambiguous"]
-    assert "'serial' and 'other'" in finding.message
-
-
-def test_the_rate_of_a_profile_serves_files_without_time() -> None:
-    profile = Profile("bare", ("h",), rate_hz=300.0, columns={"h": ColumnDeclaration("body_height", "mm")})
-    (part,) = read_file(text("h", ["250"] * 50), Declarations(profiles=(profile,))).parts
-    assert part.rate_hz == 300.0
 
 
 def test_a_declared_column_that_is_absent_is_noted_with_the_nearest() -> None:
@@ -226,8 +178,3 @@ def test_every_known_channel_is_recognised_under_its_own_name() -> None:
         assert channel_kind(name) == name
     assert channel_of("Fz2") == "force_z_2"
     assert channel_kind("force_z_2") == "force_z"
-
-
-def test_a_word_in_brackets_that_is_no_unit_stays_in_the_name() -> None:
-    assert parse_header("height (filtered)").unit is None
-    assert parse_header("height [counts]").unit == "counts"

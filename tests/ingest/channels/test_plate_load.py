@@ -72,13 +72,3 @@ def test_real_jumps_show_their_load(trial: int, sign: int) -> None:
     assert load is not None
     assert load.sign == sign
     assert load.unloaded_n == pytest.approx(0.0, abs=1.5)
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-@pytest.mark.parametrize("noise_n", [0.0, 2.0])
-def test_stepping_off_is_not_taken_for_a_load_that_goes_down(sign: int, noise_n: float) -> None:
-    """The weight is the only level of a record that ends as the plate is left."""
-    leaving = 300.0 * (1.0 + np.cos(np.linspace(0.0, np.pi, 200)))
-    force_n = np.concatenate([np.full(3000, 600.0), leaving]) + np.random.default_rng(1).normal(0, noise_n, 3200)
-    assert find_load(sign * force_n) is None
-    assert find_load(sign * force_n[::-1]) is None

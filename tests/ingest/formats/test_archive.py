@@ -110,22 +110,6 @@ def test_what_is_refused_and_why(data: bytes, rule: str, said: str) -> None:
     assert said in finding.message
 
 
-@pytest.mark.parametrize(
-    ("data", "limits"),
-    [
-        (zipped({f"{n}.csv": LOG for n in range(4)}), {"most_members": 3}),
-        (zipped({"a.csv": LOG}), {"largest_expanded_bytes": 1000}),
-        (gzip.compress(LOG), {"largest_expanded_bytes": 1000}),
-        (gzip.compress(gzip.compress(gzip.compress(LOG))), {"deepest_nesting": 2}),
-    ],
-)
-def test_a_limit_is_named_and_can_be_raised(data: bytes, limits: dict[str, int]) -> None:
-    result = read(data, **limits)
-    (name,) = limits
-    assert name in next(finding.message for finding in result.findings if finding.severity == "file")
-    assert not read(data, **dict.fromkeys(limits, 10**9)).refused
-
-
 @pytest.mark.parametrize("name", ["a.csv", "xl/workbook.xml"])
 def test_a_directory_that_lies_about_a_size_is_refused_before_it_fills_the_memory(name: str) -> None:
     n_bytes = 64 << 20

@@ -23,33 +23,6 @@ def test_acquire_is_recognised_and_its_units_are_marked_as_assumed() -> None:
     assert "unit_assumed" in rules(result)
 
 
-def test_force_is_the_upward_reaction_and_the_frame_stays_right_handed() -> None:
-    stored = values(only_part(read(bertec_acquire())))
-    loaded = stored["force_z"] > 40
-    assert np.count_nonzero(loaded) == 800
-    # z down to z up is half a turn about x: the relations of moment, force and position hold in the stored frame.
-    for cop, ratio in (
-        ("cop_x", -stored["moment_y"] / stored["force_z"]),
-        ("cop_y", stored["moment_x"] / stored["force_z"]),
-    ):
-        assert stored[cop][loaded] == pytest.approx(ratio[loaded], abs=1e-3)
-    assert np.median(stored["force_x"]) == pytest.approx(6.0, abs=0.2)  # written -6, force on the plate
-
-
-@pytest.mark.parametrize("load_n", [60.0, -60.0])
-def test_the_load_is_positive_whatever_the_file_says(load_n: float) -> None:
-    result = read(bertec_acquire(load_n=load_n))
-    stored = values(only_part(result))
-    assert np.median(stored["force_z"][:400]) == pytest.approx(60.0, abs=0.5)
-    assert ("force_sign_flipped" in rules(result)) is (load_n < 0)
-
-
-def test_a_second_plate_has_channels_of_its_own() -> None:
-    stored = values(only_part(read(bertec_acquire(plates=2))))
-    assert {"force_z", "force_z_2", "moment_x_2", "cop_y_2"} <= stored.keys()
-    assert "duplicate_column" not in rules(read(bertec_acquire(plates=2)))
-
-
 def table(data: bytes) -> list[list[str]]:
     return [line.split(",") for line in data.decode().split()]
 
@@ -112,14 +85,6 @@ def sdk(stamp: Callable[[int], str], cop_scale: float, n: int = 2000) -> bytes:
         cop = f"{0.1 * cop_scale:.5f};{0.05 * abs(cop_scale):.5f};" if fz > 20 else "0;0;"
         rows.append(f"{stamp(number)};" + ";".join(f"{value:.4f}" for value in plate * 2) + f";{cop};{cop}")
     return "\r\n".join([SDK_HEADER, *rows]).encode()
-
-
-def test_sdk_log_with_seconds() -> None:
-    result = read(sdk(lambda number: f"{number / 1000:.3f}", 1.0))
-    part = only_part(result)
-    assert part.rate_hz == pytest.approx(1000.0)
-    assert {"empty_column", "no_final_newline"} <= rules(result)
-    assert values(part)["cop_x_2"][0] == pytest.approx(0.1)
 
 
 def test_sdk_log_with_arrival_times_counts_samples_and_fits_the_centre_of_pressure() -> None:

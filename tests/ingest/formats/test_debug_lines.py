@@ -67,14 +67,6 @@ def test_a_last_pair_that_is_not_complete_is_counted() -> None:
     assert "turn_broken" in counts(result)
 
 
-def test_a_log_cut_at_any_byte_is_never_silently_shorter() -> None:
-    data = ("\n".join(pairs(4)) + "\n").encode()
-    for stop in range(len(data)):
-        result = read_file(data[:stop], RATE)
-        if not result.refused and stop and data[stop - 1 : stop] != b"\n":
-            assert result.rows_rejected == 1
-
-
 def test_names_units_and_a_time_among_them() -> None:
     lines = [
         f"{name}" for k in range(N) for name in (f"t = {4 * k} ms", f"height = {0.4 + k / 1000:.3f} m", f"u = {k}")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import scipy.io
 
-from ingest.model import ColumnDeclaration, Limits
+from ingest.model import ColumnDeclaration
 from tests.helpers.wording import says
 from tests.ingest.reading import read, refusal, rules
 
@@ -92,19 +92,6 @@ def test_what_is_refused_and_why(data: bytes, rule: str, facts: list[str]) -> No
     found = refusal(read(data, rate_hz=300.0))
     assert found.rule == rule
     says(found.message, *facts)
-
-
-def test_hdf5_of_any_other_program_is_not_said_to_be_matlabs() -> None:
-    result = read(b"\x89HDF\r\n\x1a\n" + bytes(range(256)) * 4)
-    (found,) = result.findings
-    assert (result.format, found.rule) == ("hdf5", "format_not_read")
-    assert "MATLAB" not in found.message + result.evidence
-
-
-def test_a_limit_can_be_raised() -> None:
-    data = mat({"x": np.zeros(1 << 17)}, packed=True)
-    says(refusal(read(data, rate_hz=1000.0)).message, "variable at byte 128", "1048576 bytes", "largest_expansion")
-    assert not read(data, rate_hz=1000.0, limits=Limits(largest_expansion=2000)).refused
 
 
 @pytest.mark.parametrize("version", ["4", "5", "packed"])

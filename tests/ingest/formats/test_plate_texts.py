@@ -82,24 +82,12 @@ def test_a_layout_of_another_version_is_refused_with_a_way_in(name: str, old: by
     assert any("--format delimited_log" in finding.message for finding in result.findings)
 
 
-def test_two_plates_have_channels_of_their_own() -> None:
-    for name in ("opensim", "cortex_forces", "bioware", "vicon_csv"):
-        stored = values(read(WRITERS[name][0]()).parts[0])
-        assert {"force_z", "force_x_2", "force_z_2", "cop_x_2"} <= stored.keys()
-
-
 def test_an_opensim_file_without_forces_is_a_log() -> None:
     rows = "\n".join(f"{n / 100:.2f}\t{n % 7}\t{n % 5}" for n in range(200))
     data = f"Coordinates\nversion=1\nnRows=200\nnColumns=3\ninDegrees=yes\nendheader\ntime\thip\tknee\n{rows}\n"
     result = read(data.encode())
     assert not result.refused
     assert (result.role, result.parts[0].part) == ("log", "log")
-
-
-def test_cortex_takes_the_vertical_from_points_and_load() -> None:
-    stored = values(read(made.cortex(up="z")).parts[0])
-    assert stored["force_z"].max() == pytest.approx(made.LOAD_N, abs=0.5)
-    assert stored["force_x"].max() == pytest.approx(made.SIDEWAYS_N[0], abs=0.1)
 
 
 def test_cortex_asks_for_the_vertical_where_points_and_load_disagree() -> None:
@@ -285,15 +273,6 @@ def test_netforce_without_a_header_is_read_once_instrument_and_rate_are_said() -
     assert {"force_z", "moment_y_2"} <= values(result.parts[0]).keys()
 
 
-def test_a_force_that_is_negative_under_load_is_a_reaction_on_a_plate_with_z_down() -> None:
-    head, rows = made.amti(plates=1).split(b"0,170202\r\n")
-    turned = [",".join(f"{-float(cell):.6f}" for cell in row.split(",")) for row in rows.decode().split("\r\n") if row]
-    result = read(head + b"0,170202\r\n" + ("\r\n".join(turned) + "\r\n").encode())
-    stored, expected = values(result.parts[0]), made.plate(made.hops(300, 100.0))
-    for channel in ("force_x", "force_y", "force_z", "moment_x"):
-        assert np.allclose(stored[channel], expected[channel], atol=1e-3), channel
-
-
 GAIT_UNITS = {
     **{f"F{axis}": ColumnDeclaration(f"force_{axis}", "N") for axis in "xyz"},
     **{f"COP{axis}": ColumnDeclaration(f"cop_{axis}", "mm") for axis in "xyz"},
@@ -401,12 +380,6 @@ def test_a_comma_that_may_be_a_thousand_is_asked_about() -> None:
     data = "\r\n".join(["Run #1,Run #1", "Time (s),Normal Force (N)", *rows, ""]).encode()
     assert "decimal_sign_unclear" in rules(read(data))
     assert "decimal_sign_unclear" not in rules(read(data, Declarations(decimal_sign=",")))
-
-
-def test_a_rate_line_that_cannot_be_split_is_refused() -> None:
-    data = made.vicon().split(b"\r\n")
-    data[1] = b'"1000'
-    assert read(b"\r\n".join(data)).refused
 
 
 def test_a_first_row_that_is_damaged_is_no_line_of_the_header() -> None:

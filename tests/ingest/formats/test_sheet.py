@@ -134,13 +134,6 @@ def test_a_cell_that_cannot_be_read_is_shown(cell: str, rule: str, said: str) ->
     assert (findings[rule].line, findings[rule].value) == (5, cell)
 
 
-def test_a_share_of_rows_is_a_percentage_below_100() -> None:
-    """It was "2682 of 2687 rows (1e+02 %)"."""
-    rows = "".join(f"r{number},ERR\n" for number in range(2687))
-    messages = [finding.message for finding in read(f"run,mAh\n{rows}r1,461\n").findings]
-    assert any("2687 of 2688 rows (99.9 %)" in message for message in messages)
-
-
 def test_a_day_that_the_calendar_lacks_is_said_with_its_line() -> None:
     """It was `'31.02.2024 11:35' is no ISO date and time`, of a sheet read as d.m.y."""
     declared = Declarations(time_zone="America/New_York", date_format="d.m.y")
@@ -212,24 +205,12 @@ def test_ampere_hours_under_a_heading_of_mah_are_no_thousands(declared: Declarat
     assert [charge.charge_mah for charge in result.charges] == pytest.approx([170.0, 108.0, 106.0])
 
 
-def test_a_decimal_comma_between_commas_is_refused() -> None:
-    result = read("run,mAh,minutes,end_voltage\nr1,461,12,5,16,8\n")
-    assert result.refused
-    assert "ragged_row" in rules(result)
-
-
 def test_times_are_local_to_the_book() -> None:
     result = read("run,mAh,ended\nr1,461,2021-06-05 14:30\nr2,461,05/06/2021 14:30\nr3,461,2021-11-07 01:30\n")
     first, second, third = result.charges
     assert (first.ended_utc, first.ended_original) == ("2021-06-05T18:30:00.000000Z", "2021-06-05 14:30")
     assert (second.ended_utc, second.ended_original) == (None, "05/06/2021 14:30")
     assert third.ended_utc is None
-
-
-def test_a_sheet_cut_while_being_written_loses_its_last_row() -> None:
-    result = read(SHEET[: SHEET.rindex(",16.81")])
-    assert "last_line_cut" in rules(result)
-    assert len(result.charges) == 2
 
 
 def test_a_run_with_two_recharges_keeps_both() -> None:
@@ -294,12 +275,6 @@ def test_a_sheet_of_energies_asks_for_charges_and_not_for_a_rate(heading: str, r
     columns = {heading: ColumnDeclaration("charge", "mAh")}
     as_said = Declarations(columns=columns, override_units=True, time_zone="UTC")
     assert [charge.charge_mah for charge in read(f"run,{heading},pack\n{rows}", as_said).charges] == [1.12, 1.05]
-
-
-def test_a_log_with_a_column_of_energies_is_none_of_them() -> None:
-    rows = "".join(f"{k * 0.005:.3f},1,{0.3 + k % 7 / 100:.3f},{k}\n" for k in range(60))
-    result = read(f"time [s],trial,body_height [m],energy [Wh]\n{rows}")
-    assert (result.format, result.refused) == ("delimited_log", False)
 
 
 def test_a_sheet_without_runs_is_asked_which_column_names_them_and_that_is_enough() -> None:

@@ -73,14 +73,6 @@ def test_standing_is_positive_and_friction_forward_has_one_sign(name: str, load_
         assert stored[cop][loaded] == pytest.approx(expected[cop][loaded], abs=1e-3)
 
 
-@pytest.mark.parametrize("load_n", [60.0, -60.0])
-def test_a_trial_of_amti_is_one_in_text_and_binary(load_n: float) -> None:
-    text, binary = values(made.amti(n=N, plates=1, load_n=load_n)), values(WRITERS["amti_bsf"](load_n))
-    assert text.keys() == binary.keys()
-    for channel, column in text.items():
-        assert column == pytest.approx(binary[channel], abs=1e-5), channel
-
-
 HOPS_N = made.hops(N, 200.0)
 
 

@@ -98,10 +98,3 @@ def test_bytes_lent_to_other_threads_are_back_before_reading_goes_on() -> None:
     with pytest.raises(ValueError, match="released"):
         lent.tobytes()
     thread.join()
-
-
-def test_bytes_that_are_never_given_back_are_left_to_their_holder() -> None:
-    lent = memoryview(b"1;2\n")
-    held = pa.py_buffer(lent)
-    _take_back(lent)
-    assert held.to_pybytes() == lent.tobytes() == b"1;2\n"

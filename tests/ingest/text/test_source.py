@@ -14,9 +14,9 @@ from ingest.findings import FindingCollector
 from ingest.model import Declarations
 from ingest.read import read_file
 from ingest.tables.table import read_preamble
-from ingest.text.source import is_text, open_text
+from ingest.text.source import open_text
 from tests.ingest.reading import rules
-from tests.ingest.synthetic import robot_log, robot_rows, text
+from tests.ingest.synthetic import robot_log, text
 
 
 @given(st.text(st.characters(blacklist_categories=["Cs", "Cc"])))
@@ -24,19 +24,6 @@ def test_text_is_read_as_it_was_written_in_every_marked_encoding(words: str) -> 
     for mark, encoding in ((b"\xef\xbb\xbf", "utf-8"), (b"\xff\xfe", "utf-16-le"), (b"\xfe\xff", "utf-16-be")):
         source = open_text(mark + words.encode(encoding), "cp1252", FindingCollector())
         assert source.decode(source.data[source.start :]) == unicodedata.normalize("NFC", words)
-
-
-def test_the_page_is_declared_and_never_guessed() -> None:
-    content = "Częstotliwość akwizycji: 100,00".encode("cp1250")
-    polish = open_text(content, "cp1250", FindingCollector())
-    assert polish.decode(content) == "Częstotliwość akwizycji: 100,00"
-    western = open_text(content, "cp1252", FindingCollector())
-    assert western.encoding == "cp1252"
-
-
-def test_text_is_not_copied() -> None:
-    data = robot_log()
-    assert open_text(data, "cp1252", FindingCollector()).data is data
 
 
 @pytest.mark.parametrize("tail", [500, 100_000])
@@ -87,11 +74,6 @@ def test_a_quoted_cell_is_no_line_in_quotes() -> None:
     assert read_file(title, Declarations()).rows_kept == 40
 
 
-def test_binary_is_not_taken_for_text() -> None:
-    assert not is_text(bytes(range(256)) * 8)
-    assert is_text(robot_log() + b"\0" * 512)
-
-
 @pytest.mark.parametrize(
     ("line", "rate"),
     [
@@ -139,14 +121,6 @@ def test_the_date_above_a_table_is_read_as_dates_in_a_column_are(
 def test_a_start_is_kept_as_it_was_written() -> None:
     (part,) = read_file(b"# Datum 08.09.2026 18:40\n" + robot_log(), Declarations(time_zone="Europe/Berlin")).parts
     assert (part.start_utc, part.start_original) == ("2026-09-08T16:40:00.000000Z", "08.09.2026 18:40")
-
-
-def test_the_rate_in_the_header_serves_a_file_without_time() -> None:
-    heights = [row.split(",")[1] for row in robot_rows(50)]
-    for header in ("height [m]", "height\nm"):
-        (part,) = read_file(b"# rate: 333 Hz\n" + text(header, heights), Declarations()).parts
-        assert part.rate_hz == 333.0
-        assert part.channels[0].name == "body_height"
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])

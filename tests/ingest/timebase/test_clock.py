@@ -42,12 +42,6 @@ def test_a_time_that_tells_no_instant_is_kept_as_text(text: str, zone: str | Non
     assert [finding.rule for finding in findings.findings()] == [rule]
 
 
-def test_a_clock_never_set_is_noted() -> None:
-    findings = FindingCollector()
-    assert to_utc("1980-01-01T03:02:40", NEW_YORK, findings) == "1980-01-01T08:02:40.000000Z"
-    assert [finding.rule for finding in findings.findings()] == ["clock_implausible"]
-
-
 def test_an_unknown_zone_is_a_usage_error() -> None:
     with pytest.raises(UsageError, match="America/New_York"):
         to_utc("2021-06-05 14:30", "Pennsylvania", FindingCollector())

@@ -9,9 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ingest.findings import FindingCollector
 from ingest.model import FloatArray, IntArray
-from ingest.timebase.stamps import burst_starts, check_rate, from_bursts, from_rate, from_stamps
+from ingest.timebase.stamps import burst_starts, from_bursts, from_stamps
 
 
 def stamps(n: int, rate_hz: float) -> FloatArray:
@@ -57,31 +56,6 @@ def test_a_late_sample_that_is_made_up_for_is_no_gap() -> None:
     seconds = np.arange(1000, dtype=np.float64) * 0.005
     seconds[500] += 0.0045  # steps of 9.5 and 0.5 ms instead of 5 and 5
     assert from_stamps(seconds, ordinals(1000)).gaps == ()
-
-
-def test_rejected_rows_leave_a_gap_of_that_kind() -> None:
-    keep = np.delete(np.arange(300), [100, 101])
-    (gap,) = from_stamps(stamps(300, 300.0)[keep], keep.astype(np.int64)).gaps
-    assert (gap.kind, gap.samples_missing) == ("rejected", 2)
-
-
-def test_sample_numbers_show_what_was_dropped() -> None:
-    counts = np.array([7, 8, 9, 13, 14], dtype=np.int64)
-    axis = from_rate(counts, ordinals(5), 500.0)
-    assert axis.time_s == pytest.approx([0.0, 0.002, 0.004, 0.012, 0.014])
-    (gap,) = axis.gaps
-    assert (gap.kind, gap.samples_missing) == ("dropped", 3)
-
-
-@pytest.mark.parametrize(
-    ("stated", "rule"),
-    [(300.0, None), (301.4, None), (303.0, "rate_differs"), (286.0, "rate_differs"), (330.0, "rate_contradicts")],
-)
-def test_rates_apart_are_noted_or_refused(stated: float, rule: str | None) -> None:
-    findings = FindingCollector()
-    check_rate(300.0, stated, "the file's header", findings)
-    assert [finding.rule for finding in findings.findings()] == ([rule] if rule else [])
-    assert findings.refuse is (rule == "rate_contradicts")
 
 
 @pytest.mark.parametrize("rate_hz", [1100, 1200, 1300, 1400, 1500, 1700, 1900, 2500, 3000, 7000])
