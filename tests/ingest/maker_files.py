@@ -8,23 +8,12 @@ from __future__ import annotations
 import functools
 import math
 import operator
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from tests.ingest import synthetic_plates as plates
+from tests.ingest.second_parser import MISSING, NUMBER, Row
 from tests.ingest.synthetic import icharger_rows
-
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_MISSING = {"", "nan", "n/a", "na", "-", "--", "null", "none", "#n/a"}
-
-
-@dataclass(frozen=True)
-class MakerRow:
-    """Elapsed time as written, in s, None where the file counts samples; and what every channel should be."""
-
-    time_s: float | None
-    values: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -45,12 +34,10 @@ class Maker:
     ends_at: Callable[[str], bool] = lambda _line: False
     checked: bool = False
 
-    def row(self, line: str) -> MakerRow | None:
-        """Read a line; None where it is no row."""
+    def row(self, line: str, place: int) -> Row | None:
+        """Read a line, which is at this place among the rows; None where it is none."""
         line = line.strip("\0")
-        if "\0" in line:
-            return None
-        if self.checked and not _checksum_agrees(line):
+        if "\0" in line or (self.checked and not _checksum_agrees(line)):
             return None
         cells = _unquoted(line, self.delimiter)
         while len(cells) > len(self.columns) and not cells[-1]:
@@ -70,10 +57,10 @@ class Maker:
             if column is not None and number is not None
         }
         if self.time is None:
-            return MakerRow(None, values)
+            return Row(place / self.rate_hz, values)
         stamps = [(numbers[position], unit) for position, unit in self.time.items()]
         time_s = sum(math.nan if number is None else number * unit for number, unit in stamps)
-        return None if math.isnan(time_s) else MakerRow(time_s, values)
+        return None if math.isnan(time_s) else Row(time_s, values)
 
 
 def _unquoted(line: str, delimiter: str) -> list[str]:
@@ -84,11 +71,11 @@ def _unquoted(line: str, delimiter: str) -> list[str]:
 
 def _number(cell: str) -> float | None:
     """Return a number, NaN for a missing one, infinity for what no number holds; None for anything else."""
-    if cell.lower() in _MISSING:
+    if cell.lower() in MISSING:
         return math.nan
     if cell.lower().lstrip("+-") in ("inf", "1.#inf"):
         return math.inf
-    if not _NUMBER.fullmatch(cell):
+    if not NUMBER.fullmatch(cell):
         return None
     return abs(float(cell)) if math.isinf(float(cell)) else float(cell)
 

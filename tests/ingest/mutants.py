@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import random
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 from tests.ingest.second_parser import Dialect
@@ -45,13 +45,17 @@ def base(rng: random.Random) -> Mutant:
     return Mutant(data.encode(), dialect)
 
 
+def mutated(mutant: Mutant, rng: random.Random, names: Sequence[str]) -> Mutant:
+    """Return a file with one to three of these mutations."""
+    for name in rng.choices(names, k=rng.choice((1, 1, 2, 3))):
+        mutant = replace(MUTATIONS[name](mutant, rng), made_by=(*mutant.made_by, name))
+    return mutant
+
+
 def make_mutant(seed: int) -> Mutant:
-    """Return the mutant of that number: one to three mutations of a good log."""
+    """Return the mutant of that number of a good log."""
     rng = random.Random(seed)
-    mutant = base(rng)
-    for name in rng.choices(list(MUTATIONS), k=rng.choice((1, 1, 2, 3))):
-        mutant = MUTATIONS[name](mutant, rng)
-        mutant = replace(mutant, made_by=(*mutant.made_by, name))
+    mutant = mutated(base(rng), rng, list(MUTATIONS))
     if rng.random() < 0.1:
         return replace(mutant, data=b"\xef\xbb\xbf" + mutant.data, made_by=(*mutant.made_by, "byte order mark"))
     return mutant
@@ -62,10 +66,19 @@ def _row(mutant: Mutant, rng: random.Random) -> int:
 
 
 def _in_row(mutant: Mutant, rng: random.Random, change: Callable[[bytes], bytes]) -> Mutant:
-    lines = mutant.lines()
-    at = _row(mutant, rng)
+    lines, at = mutant.lines(), _row(mutant, rng)
     lines[at : at + 1] = [change(lines[at])] if at < len(lines) else []
     return mutant.with_lines(lines)
+
+
+def _above(mutant: Mutant, at: int, *lines: bytes) -> Mutant:
+    """Put lines above a line."""
+    return mutant.with_lines([*mutant.lines()[:at], *lines, *mutant.lines()[at:]])
+
+
+def _header(mutant: Mutant, change: Callable[[bytes], bytes]) -> Mutant:
+    lines, at = mutant.lines(), mutant.header_at()
+    return mutant.with_lines([*lines[:at], change(lines[at]), *lines[at + 1 :]])
 
 
 def _cell(mutant: Mutant, rng: random.Random, change: Callable[[bytes], bytes]) -> Mutant:
@@ -81,8 +94,7 @@ def _cell(mutant: Mutant, rng: random.Random, change: Callable[[bytes], bytes]) 
 
 
 def _digit(mutant: Mutant, rng: random.Random) -> Mutant:
-    places = [found.start() for found in re.finditer(rb"\d", mutant.data)]
-    at = rng.choice(places)
+    at = rng.choice([found.start() for found in re.finditer(rb"\d", mutant.data)])
     return replace(mutant, data=mutant.data[:at] + str(rng.randrange(10)).encode() + mutant.data[at + 1 :])
 
 
@@ -102,14 +114,16 @@ def _decimal(mutant: Mutant, rng: random.Random) -> Mutant:
 
 
 def _swap_names(mutant: Mutant, rng: random.Random) -> Mutant:
-    lines = mutant.lines()
     sign = mutant.dialect.delimiter.encode()
-    at = mutant.header_at()
-    names = lines[at].split(sign)
-    if len(names) > 1:
-        one, other = rng.sample(range(len(names)), 2)
-        names[one], names[other] = names[other], names[one]
-    return mutant.with_lines([*lines[:at], sign.join(names), *lines[at + 1 :]])
+
+    def swapped(header: bytes) -> bytes:
+        names = header.split(sign)
+        if len(names) > 1:
+            one, other = rng.sample(range(len(names)), 2)
+            names[one], names[other] = names[other], names[one]
+        return sign.join(names)
+
+    return _header(mutant, swapped)
 
 
 def _swap_columns(mutant: Mutant, rng: random.Random) -> Mutant:
@@ -123,15 +137,15 @@ def _swap_columns(mutant: Mutant, rng: random.Random) -> Mutant:
 
 
 def _unit(mutant: Mutant, rng: random.Random) -> Mutant:
-    lines = mutant.lines()
-    at = mutant.header_at()
-    units = list(re.finditer(rb"\[[^\]]*\]", lines[at]))
-    if not units:
-        return mutant
-    found = rng.choice(units)
-    unit = rng.choice((b"[m]", b"[mm]", b"[cm]", b"[ms]", b"[s]", b"[us]", b"[N]", b"[]", b"", b"[furlong]"))
-    changed = lines[at][: found.start()] + unit + lines[at][found.end() :]
-    return mutant.with_lines([*lines[:at], changed, *lines[at + 1 :]])
+    def changed(header: bytes) -> bytes:
+        units = list(re.finditer(rb"\[[^\]]*\]", header))
+        if not units:
+            return header
+        found = rng.choice(units)
+        unit = rng.choice((b"[m]", b"[mm]", b"[cm]", b"[ms]", b"[s]", b"[us]", b"[N]", b"[]", b"", b"[furlong]"))
+        return header[: found.start()] + unit + header[found.end() :]
+
+    return _header(mutant, changed)
 
 
 def _cut(mutant: Mutant, rng: random.Random) -> Mutant:
@@ -139,34 +153,28 @@ def _cut(mutant: Mutant, rng: random.Random) -> Mutant:
 
 
 def _duplicate(mutant: Mutant, rng: random.Random) -> Mutant:
-    lines = mutant.lines()
-    at = _row(mutant, rng)
-    return mutant.with_lines([*lines[:at], lines[min(at, len(lines) - 1)], *lines[at:]])
+    at, lines = _row(mutant, rng), mutant.lines()
+    return _above(mutant, at, lines[min(at, len(lines) - 1)])
 
 
 def _delete(mutant: Mutant, rng: random.Random) -> Mutant:
-    lines = mutant.lines()
-    at = _row(mutant, rng)
+    lines, at = mutant.lines(), _row(mutant, rng)
     return mutant.with_lines(lines[:at] + lines[at + rng.choice((1, 1, 2, 5)) :])
 
 
 def _exchange(mutant: Mutant, rng: random.Random) -> Mutant:
-    lines = mutant.lines()
-    at = _row(mutant, rng)
+    lines, at = mutant.lines(), _row(mutant, rng)
     if at + 1 < len(lines):
         lines[at], lines[at + 1] = lines[at + 1], lines[at]
     return mutant.with_lines(lines)
 
 
 def _header_again(mutant: Mutant, rng: random.Random) -> Mutant:
-    lines = mutant.lines()
-    at = _row(mutant, rng)
-    return mutant.with_lines([*lines[:at], lines[mutant.header_at()], *lines[at:]])
+    return _above(mutant, _row(mutant, rng), mutant.lines()[mutant.header_at()])
 
 
 def _header_reordered(mutant: Mutant, rng: random.Random) -> Mutant:
-    lines = mutant.lines()
-    at = _row(mutant, rng)
+    lines, at = mutant.lines(), _row(mutant, rng)
     tail = _swap_columns(mutant.with_lines([lines[mutant.header_at()], *lines[at:]]), rng)
     return replace(mutant, data=b"\n".join(lines[:at]) + b"\n" + tail.data)
 
@@ -182,8 +190,7 @@ def _line_ends(mutant: Mutant, rng: random.Random) -> Mutant:
     end = rng.choice((b"\r\n", b"\r", b"\n\n"))
     if rng.random() < 0.5:
         return replace(mutant, data=mutant.data.replace(b"\n", end))
-    lines = mutant.lines()
-    at = _row(mutant, rng)
+    lines, at = mutant.lines(), _row(mutant, rng)
     return replace(mutant, data=b"\n".join(lines[:at]) + end + b"\n".join(lines[at:]))
 
 
@@ -202,21 +209,14 @@ def _thousands(mutant: Mutant, rng: random.Random) -> Mutant:
 
 
 def _rate_line(mutant: Mutant, rng: random.Random) -> Mutant:
-    lines = (
-        b"# rate: 300 Hz",
-        b"# sampling rate: 1000 Hz",
-        b"# rate 301 Hz",
-        b"Frequency: 300.0 Hz",
-        b"# baud rate 9600",
-        b"# filter frequency 50 Hz",
-    )
-    return replace(mutant, data=rng.choice(lines) + b"\n" + mutant.data)
+    rates = (b"# rate: 300 Hz", b"# sampling rate: 1000 Hz", b"# rate 301 Hz", b"Frequency: 300.0 Hz")
+    line = rng.choice((*rates, b"# baud rate 9600", b"# filter frequency 50 Hz"))
+    return _above(mutant, 0, line)
 
 
 def _comment(mutant: Mutant, rng: random.Random) -> Mutant:
-    lines = mutant.lines()
-    at = rng.randrange(len(lines))
-    return mutant.with_lines([*lines[:at], rng.choice((b"# foot changed", b"// 1,2,3", b"", b"   ")), *lines[at:]])
+    at = rng.randrange(len(mutant.lines()))
+    return _above(mutant, at, rng.choice((b"# foot changed", b"// 1,2,3", b"", b"   ")))
 
 
 def _trailing(mutant: Mutant, rng: random.Random) -> Mutant:
@@ -227,25 +227,10 @@ def _trailing(mutant: Mutant, rng: random.Random) -> Mutant:
 
 
 MUTATIONS: dict[str, Callable[[Mutant, random.Random], Mutant]] = {
-    "digit": _digit,
-    "any byte": _any_byte,
-    "delimiter": _delimiter,
-    "decimal sign": _decimal,
-    "names swapped": _swap_names,
-    "columns swapped": _swap_columns,
-    "unit": _unit,
-    "cut": _cut,
-    "line twice": _duplicate,
-    "lines deleted": _delete,
-    "lines exchanged": _exchange,
-    "header again": _header_again,
-    "header reordered": _header_reordered,
-    "NUL": _nul,
-    "line ends": _line_ends,
-    "quote": _quote,
-    "word": _word,
-    "thousands": _thousands,
-    "rate line": _rate_line,
-    "comment": _comment,
-    "trailing delimiter": _trailing,
+    each.__name__.strip("_"): each
+    for each in (
+        *(_digit, _any_byte, _delimiter, _decimal, _swap_names, _swap_columns, _unit, _cut, _duplicate, _delete),
+        *(_exchange, _header_again, _header_reordered, _nul, _line_ends, _quote, _word, _thousands, _rate_line),
+        *(_comment, _trailing),
+    )
 }

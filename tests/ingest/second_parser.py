@@ -9,13 +9,14 @@ from __future__ import annotations
 import csv
 import math
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 FACTORS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "m/s": 1.0, "V": 1.0, "mV": 0.001, "N": 1.0, "kN": 1000.0}
 """From a header's unit to the stored one."""
 SECONDS = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
-_MISSING = {"", "nan", "n/a", "na", "-", "--", "null", "none", "#n/a"}
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+MISSING = {"", "nan", "n/a", "na", "-", "--", "null", "none", "#n/a"}
 
 
 @dataclass(frozen=True)
@@ -28,29 +29,22 @@ class Dialect:
 
 @dataclass(frozen=True)
 class Row:
-    """A line that could be read: values by the name of the column under the header that holds for it."""
+    """A line that could be read: its time, NaN where it has none, and the values of its channels, in stored units."""
 
-    line: int
-    values: dict[str, float]
-
-
-@dataclass(frozen=True)
-class Parsed:
-    """All lines of a log: those that are rows, and how many others below the header are neither blank nor a header."""
-
-    rows: list[Row]
-    unreadable: int
+    time_s: float
+    values: Mapping[str, float]
 
 
-def parse(data: bytes, dialect: Dialect, time_word: str = "time") -> Parsed:
-    """Read a log whose header is the first line with `time_word` in it."""
+def parse(data: bytes, dialect: Dialect, time_word: str = "time") -> list[Row | None]:
+    """Read the lines below the first with `time_word` in it that are neither blank nor a header; None is no row.
+
+    Channels are called as the header that holds for their row calls them.
+    """
     text = data.removeprefix(b"\xef\xbb\xbf").decode("latin-1")
-    lines = re.split("\r\n|\n|\r", text)
     names: list[str] = []
     unnamed = False
-    rows: list[Row] = []
-    unreadable = 0
-    for number, line in enumerate(lines, start=1):
+    rows: list[Row | None] = []
+    for line in re.split("\r\n|\n|\r", text):
         bare = line.strip(" \t\0\x1a")
         if not bare or (bare.startswith(("#", "%", "//")) and time_word not in bare):
             continue
@@ -61,11 +55,15 @@ def parse(data: bytes, dialect: Dialect, time_word: str = "time") -> Parsed:
             names = names[:-1] if unnamed else names
         elif names:
             values = None if cells is None or "\0" in line else _values(cells, len(names), dialect, unnamed)
-            if values is None:
-                unreadable += 1
-            else:
-                rows.append(Row(number, dict(zip(names, values, strict=True))))
-    return Parsed(rows, unreadable)
+            rows.append(None if values is None else _row(names, values, time_word))
+    return rows
+
+
+def _row(names: list[str], values: list[float], time_word: str) -> Row:
+    written = dict(zip(names, values, strict=True))
+    time = next((name for name in written if name.startswith(time_word)), "")
+    stored = {name: value * FACTORS.get(unit_of(name) or "", 1.0) for name, value in written.items()}
+    return Row(written.get(time, math.nan) * SECONDS.get(unit_of(time) or "", math.nan), stored)
 
 
 def unit_of(name: str) -> str | None:
@@ -94,13 +92,13 @@ def _values(cells: list[str], width: int, dialect: Dialect, unnamed: bool) -> li
 
 
 def _number(cell: str, decimal: str) -> float | None:
-    if cell.lower() in _MISSING:
+    if cell.lower() in MISSING:
         return math.nan
     if decimal == ",":
         if "." in cell:
             return None
         cell = cell.replace(",", ".")
-    if not _NUMBER.fullmatch(cell):
+    if not NUMBER.fullmatch(cell):
         return None
     value = float(cell)
     return None if math.isinf(value) else value
