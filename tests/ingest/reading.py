@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from data_schema.vocabulary import FileRole
 from ingest.model import ChannelData, Declarations, Finding, ReadFile, SignalPart
 from ingest.read import read_file
 
@@ -56,3 +57,29 @@ def channel(result: ReadFile, name: str) -> ChannelData:
     (part,) = result.parts
     (found,) = [channel for channel in part.channels if channel.name == name]
     return found
+
+
+def check_invariants(result: ReadFile) -> None:
+    assert result.rows_read == result.rows_kept + result.rows_rejected
+    assert min(result.rows_kept, result.rows_rejected) >= 0
+    if not result.refused:
+        assert result.rows_kept > 0
+        assert result.parts or result.charges or result.role == FileRole.SHEET
+    names = [part.part for part in result.parts]
+    assert len(names) == len(set(names))
+    for part in result.parts:
+        assert (np.diff(part.time_s) > 0).all()
+        assert len({channel.name for channel in part.channels}) == len(part.channels)
+        for channel in part.channels:
+            assert channel.values.shape == part.time_s.shape
+            assert channel.values.dtype == np.float64
+            assert not np.isinf(channel.values).any()
+        for gap in part.gaps:
+            assert gap.length_s > 0
+            assert gap.samples_expected >= gap.samples_missing >= 1
+    assert all(charge.charge_mah >= 0 for charge in result.charges)
+    for finding in result.findings:
+        assert finding.count >= 1 + len(finding.more_lines)
+        assert finding.message.strip()
+        assert "\n" not in finding.message
+        assert len(finding.more_lines) <= 20

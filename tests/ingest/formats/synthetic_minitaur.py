@@ -43,25 +43,9 @@ def new_records(stamps: Sequence[int], trailing: int = 0) -> list[bytes]:
     """Records of the new layout, with bytes behind each that the header does not mention."""
     records = []
     for number, stamp in enumerate(stamps):
-        shorts = [
-            1571,
-            *range(7),
-            *[-250] * 8,
-            10,
-            20,
-            30,
-            1,
-            2,
-            3,
-            0,
-            0,
-            981,
-            15_800,
-            -125,
-            2,
-            number % 4,
-            500 + number % 9,
-        ]
+        angles, gyro, acceleration = (10, 20, 30), (1, 2, 3), (0, 0, 981)
+        shorts = [1571, *range(7), *[-250] * 8, *angles, *gyro, *acceleration, 15_800, -125, 2, number % 4]
+        shorts += [500 + number % 9]
         user = struct.pack("<8f", 400.0, 12.5, number / 100.0, *[0.0] * 5)
         records.append(SYNC + struct.pack("<I30h", stamp, *shorts) + user + bytes(trailing))
     return records
