@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from ingest.findings import FindingCollector
 from ingest.model import Declarations
 from ingest.read import read_file
-from ingest.tables.table import read_preamble
 from ingest.text.source import open_text
 from tests.ingest.reading import rules
 from tests.ingest.synthetic import robot_log, text
@@ -75,52 +74,27 @@ def test_a_quoted_cell_is_no_line_in_quotes() -> None:
 
 
 @pytest.mark.parametrize(
-    ("line", "rate"),
-    [
-        ("# Rate: 300 Hz", 300.0),
-        ("SampleRate=450.000000", 450.0),
-        ("Rate (Hz):\t1000.000000", 1000.0),
-        ("sampling frequency 1 kHz", 1000.0),
-        ("Acquisition rate: 100,00", 100.0),
-        ("baud rate: 115200 Hz", None),
-        ("heart rate: 60 Hz", None),
-        ("success rate: 75", None),
-        ("rate: 0 Hz", None),
-    ],
-)
-def test_a_rate_is_found_where_hertz_or_sampling_is_said(line: str, rate: float | None) -> None:
-    assert read_preamble(["title", line]).rate_hz == rate
-
-
-def test_the_start_of_a_recording_is_read_with_its_zone() -> None:
-    data = b"# recorded: 2021-06-05 14:30:00\n" + robot_log()
-    (part,) = read_file(data, Declarations(time_zone="America/New_York")).parts
-    assert (part.start_utc, part.start_original) == ("2021-06-05T18:30:00.000000Z", "2021-06-05 14:30:00")
-
-
-@pytest.mark.parametrize(
     ("line", "dates", "start"),
     [
-        ("# Datum 08.09.2026 18:40", None, "2026-09-08T18:40:00"),
-        ("# Datum: 2026-09-08 18:40", None, "2026-09-08T18:40:00"),
-        ("# Date: 08.09.2026 8:40", None, "2026-09-08T08:40:00"),
+        ("# recorded: 2021-06-05 14:30:00", None, "2021-06-05T18:30:00.000000Z"),
+        ("# Datum 08.09.2026 18:40", None, "2026-09-08T22:40:00.000000Z"),
+        ("# Datum: 2026-09-08 18:40", None, "2026-09-08T22:40:00.000000Z"),
+        ("# Date: 08.09.2026 8:40", None, "2026-09-08T12:40:00.000000Z"),
         ("# date: 2026-09-08T18:40:30.5Z", "d/m/y", "2026-09-08T18:40:30.500000Z"),
         ("Date,06/05/2021 1:02:03 PM", None, None),
-        ("Date,06/05/2021 1:02:03 PM", "m/d/y", "2021-06-05T13:02:03"),
-        ("Date,25/05/2021 13:02", None, "2021-05-25T13:02:00"),
+        ("Date,06/05/2021 1:02:03 PM", "m/d/y", "2021-06-05T17:02:03.000000Z"),
+        ("Date,25/05/2021 13:02", None, "2021-05-25T17:02:00.000000Z"),
         ("firmware 1.4 of 08.09.2026 18:40", None, None),
         ("# Datum 31.02.2026 18:40", None, None),
     ],
 )
-def test_the_date_above_a_table_is_read_as_dates_in_a_column_are(
+def test_the_date_above_a_table_is_the_start_in_the_zone_of_the_book(
     line: str, dates: str | None, start: str | None
 ) -> None:
-    assert read_preamble(["title", line], dates).start == start
-
-
-def test_a_start_is_kept_as_it_was_written() -> None:
-    (part,) = read_file(b"# Datum 08.09.2026 18:40\n" + robot_log(), Declarations(time_zone="Europe/Berlin")).parts
-    assert (part.start_utc, part.start_original) == ("2026-09-08T16:40:00.000000Z", "08.09.2026 18:40")
+    declared = Declarations(time_zone="America/New_York", date_format=dates)
+    (part,) = read_file(f"title\n{line}\n".encode() + robot_log(60), declared).parts
+    assert part.start_utc == start
+    assert start is None or str(part.start_original) in line
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16"])

@@ -12,12 +12,10 @@ from hypothesis import strategies as st
 
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
-from ingest.timebase.clock_formats import DATE_FORMATS, iso_text, parse_stamp
 from tests.ingest.reading import rules
 from tests.ingest.synthetic import text
 
 day = datetime.fromisoformat
-STRPTIME = {"y-m-d": "%Y-%m-%d", "d.m.y": "%d.%m.%Y", "d/m/y": "%d/%m/%Y", "m/d/y": "%m/%d/%Y"}
 
 
 def log(times: list[str], header: str = "time;k gain") -> bytes:
@@ -47,9 +45,7 @@ def seconds(result: ReadFile) -> list[float]:
 def test_dates_that_only_one_order_allows_are_read(times: list[str], start: str) -> None:
     result = read(log(times))
     assert seconds(result) == [0, 1, 2]
-    (part,) = result.parts
-    assert part.start_utc == f"{start}.000000Z"
-    assert part.start_original == times[0]
+    assert (result.parts[0].start_utc, result.parts[0].start_original) == (f"{start}.000000Z", times[0])
 
 
 def test_a_date_that_two_orders_allow_is_asked_for_and_read_as_declared() -> None:
@@ -101,23 +97,17 @@ def test_a_time_that_does_not_exist_is_left_out_alone() -> None:
     assert "time_missing" in rules(result)
 
 
-@given(moment=st.datetimes(day("2000-01-01"), day("2099-01-01")), order=st.sampled_from(DATE_FORMATS))
-def test_what_strftime_writes_is_read_back(moment: datetime, order: str) -> None:
-    moment = moment.replace(microsecond=0)
-    for clock in ("%H:%M:%S", "%I:%M:%S %p"):
-        written = moment.strftime(f"{STRPTIME[order]} {clock}")
-        assert parse_stamp(written) is not None
-        assert iso_text(written, order) == moment.isoformat()
+DATES = (("d.m.y", "%d.%m.%Y"), ("d/m/y", "%d/%m/%Y"), ("m/d/y", "%m/%d/%Y"))
+FORMS = [(order, f"{date} {clock}") for order, date in DATES for clock in ("%H:%M:%S", "%I:%M:%S %p")]
 
 
-@given(start=st.datetimes(day("2021-01-01"), day("2022-01-01")), step_s=st.integers(1, 900))
-def test_a_declared_order_gives_the_axis_of_iso_texts(start: datetime, step_s: int) -> None:
+@given(st.datetimes(day("2000-01-02"), day("2099-01-01")), st.integers(1, 900), st.sampled_from(FORMS))
+def test_a_declared_order_gives_the_axis_of_iso_texts(start: datetime, step_s: int, form: tuple[str, str]) -> None:
     moments = [start.replace(microsecond=0) + timedelta(seconds=k * step_s) for k in range(6)]
     iso = read(log([moment.isoformat(" ") for moment in moments]))
-    for order in ("d/m/y", "m/d/y"):
-        own = read(log([moment.strftime(f"{STRPTIME[order]} %H:%M:%S") for moment in moments]), date_format=order)
-        assert np.array_equal(own.parts[0].time_s, iso.parts[0].time_s)
-        assert own.parts[0].start_utc == iso.parts[0].start_utc
+    own = read(log([moment.strftime(form[1]) for moment in moments]), date_format=form[0])
+    assert np.array_equal(own.parts[0].time_s, iso.parts[0].time_s)
+    assert own.parts[0].start_utc == iso.parts[0].start_utc
 
 
 def elapsed(start: datetime, form: str = "%Y-%m-%d %H:%M:%S", first_s: int = 1, n: int = 300) -> list[str]:
@@ -177,7 +167,8 @@ def test_ten_rows_a_second_of_a_clock_in_whole_seconds_are_ten_hertz() -> None:
 
 def local_log(start_utc: str, step_s: float, n: int, zone: str, form: str = "%Y-%m-%d %H:%M:%S.%f") -> bytes:
     moments = [day(start_utc + "+00:00") + timedelta(seconds=step_s * k) for k in range(n)]
-    return log([moment.astimezone(ZoneInfo(zone)).strftime(form) for moment in moments])
+    header = "date;time;k gain" if ";" in form else "time;k gain"
+    return log([moment.astimezone(ZoneInfo(zone)).strftime(form) for moment in moments], header)
 
 
 CHANGES = {
@@ -190,7 +181,7 @@ CHANGES = {
 
 
 @pytest.mark.parametrize("form", ["%Y-%m-%d %H:%M:%S.%f", "%d.%m.%Y;%H:%M:%S.%f"])
-@pytest.mark.parametrize("step_s", [0.05, 1.0, 10.0, 900.0, 1800.0, 3600.0])
+@pytest.mark.parametrize("step_s", [0.25, 10.0, 900.0, 1800.0, 3600.0])
 @pytest.mark.parametrize("change", CHANGES)
 def test_a_log_goes_on_where_the_clocks_are_changed(change: str, step_s: float, form: str) -> None:
     """Where they are set back half of the rows were left out as `time_spike`, or began a segment without an instant; of
@@ -201,7 +192,6 @@ def test_a_log_goes_on_where_the_clocks_are_changed(change: str, step_s: float, 
         start = str(day(start) - timedelta(seconds=10 * step_s))
     n = max(200, int((4500 if "day" in change else 1200) / step_s))
     data = local_log(start, step_s, n, zone, form)
-    data = data.replace(b"time;", b"date;time;", 1) if ";" in form else data
     result = read_file(data, Declarations(time_zone=zone))
     assert (result.refused, result.rows_kept) == (False, n)
     (part,) = result.parts
