@@ -14,7 +14,6 @@ from tests.ingest import synthetic_plates as plates
 from tests.ingest.formats import synthetic_chargers as chargers
 from tests.ingest.formats.synthetic_labview import labview
 from tests.ingest.formats.synthetic_minitaur import new_log
-from tests.ingest.formats.test_amti_bsf import bsf
 from tests.ingest.synthetic import LOG_HEADER, SHEET, bertec_acquire, icharger_rows, robot_rows, text
 from tests.ingest.synthetic_c3d import c3d_bytes, platform
 
@@ -41,7 +40,7 @@ GOOD_FILES: Mapping[str, Callable[[], bytes]] = {
     "cortex_forces": lambda: plates.cortex(n=12),
     "opensim": lambda: plates.opensim(n=12),
     "c3d": lambda: c3d_bytes(np.tile(np.arange(1.0, 9.0), (10, 1)), platform(2)),
-    "amti_bsf": lambda: bsf(n=6),
+    "amti_bsf": lambda: plates.bsf_hops(6),
     "flask_sheet": lambda: lines_of("radius_mm,state,water_ml", "{0},loose,6.29", "{0},compacted,5.85"),
     "walk_sheet": lambda: lines_of("walk;robot;mass_kg;distance (km);energy_Wh", "dune {0};thin;8.1;0.43;12.4"),
     "trial_sheet": lambda: lines_of("file,gain,damping_gain,mass_kg", "{0}.csv,60,0,1.0"),

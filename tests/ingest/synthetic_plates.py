@@ -214,15 +214,21 @@ def bertec(n: int = 2000, load_n: float = LOAD_N) -> bytes:
     return bertec_text(PlateRecord(np.arange(float(n)), force, moment, cop))
 
 
-def bsf(stored: dict[str, np.ndarray], rate_hz: int) -> bytes:
-    """A NetForce binary file of one plate: pounds and inches, the force on the plate with z down."""
-    told, n = on_plate(stored), len(stored["force_z"])
+def bsf(rows: np.ndarray, rate_hz: int, version: int = 105, channels: int = 6) -> bytes:
+    """A NetForce binary file of rows in pounds and inches, six columns a plate."""
+    n, plates = len(rows), rows.shape[1] // 6
     header, own = bytearray(4 + 968), bytearray(948)
-    struct.pack_into("<iii", header, 0, 105, 968, 1)
+    struct.pack_into("<iii", header, 0, version, 968, plates)
     struct.pack_into("<d", header, 164, n / rate_hz)
     struct.pack_into("<i", header, 212, rate_hz)
     struct.pack_into("<i", own, 0, 948)
-    struct.pack_into("<i", own, 32, 6)
+    struct.pack_into("<i", own, 32, channels)
+    return bytes(header + own * plates) + rows.astype("<f8").tobytes()
+
+
+def bsf_hops(n: int, load_n: float = LOAD_N) -> bytes:
+    """A NetForce binary file of one plate at 100 Hz: the force on the plate with z down."""
+    told = on_plate(plate(hops(n, 100.0, load_n)))
     forces = [told[f"force_{axis}"] / POUND_N for axis in "xyz"]
     moments = [told[f"moment_{axis}"] / POUND_N / INCH_M for axis in "xyz"]
-    return bytes(header + own) + np.column_stack([*forces, *moments]).astype("<f8").tobytes()
+    return bsf(np.column_stack([*forces, *moments]), 100)

@@ -18,7 +18,7 @@ from ingest.read import read_file
 from ingest.spool import map_and_hash
 from ingest.tables import text_table
 from tests.helpers.wording import says
-from tests.ingest.reading import refusal, rules
+from tests.ingest.reading import channel, finding, refusal, rules
 from tests.ingest.synthetic_workbooks import workbook
 
 HEIGHTS = [0.30 + 0.05 * abs(math.sin(k / 20)) for k in range(120)]
@@ -32,10 +32,8 @@ def read(lines: Sequence[str], **declared: Any) -> ReadFile:
 
 def check_heights(result: ReadFile, rate_hz: float = 200.0) -> None:
     assert not result.refused, result.findings
-    (part,) = result.parts
-    (height,) = [channel for channel in part.channels if channel.name == "body_height"]
-    assert height.values == pytest.approx(np.round(HEIGHTS, 5), abs=1e-12)
-    assert part.rate_hz == pytest.approx(rate_hz, rel=1e-5)
+    assert channel(result, "body_height").values == pytest.approx(np.round(HEIGHTS, 5), abs=1e-12)
+    assert result.parts[0].rate_hz == pytest.approx(rate_hz, rel=1e-5)
 
 
 COMMAS = [f"{t},{h}".replace(".", ",") for t, h in zip(TIMES, MM, strict=True)]
@@ -48,8 +46,7 @@ def test_a_comma_that_is_both_is_read_in_pairs_when_both_are_declared(title: lis
     lines = [*title, f"time [s],body_height [mm]{end}", *(row + end for row in COMMAS)]
     said = refusal(read(lines))
     assert said.rule == "decimal_comma_unquoted"
-    assert "--delimiter ," in said.message
-    assert "--decimal ," in said.message
+    says(said.message, "--delimiter ,", "--decimal ,")
     assert refusal(read(lines, decimal_sign=",")).rule == "decimal_comma_unquoted"
     check_heights(read(lines, decimal_sign=",", delimiter=","))
 
@@ -105,19 +102,14 @@ def test_units_in_cells_are_those_of_the_columns(delimiter: str, decimal: str, b
     for header in (f"time{delimiter}body_height", f"time [ms]{delimiter}body_height [mm]"):
         result = read(["# a title", header, *rows])
         check_heights(result)
-        (note,) = [finding for finding in result.findings if finding.rule == "units_in_cells"]
-        assert "mm" in note.message
-
-
-def test_units_in_cells_of_one_column_only() -> None:
-    rows = [f"{5 * k};{h} mm;{k % 3}" for k, h in enumerate(MM)]
-    check_heights(read(["time [ms];body_height;state", *rows]))
+        says(finding(result, "units_in_cells").message, "mm")
+    check_heights(read([f"time [ms]{delimiter}body_height", *(row.replace(f"{blank}ms", "") for row in rows)]))
 
 
 def test_units_in_cells_against_those_of_the_header_are_refused() -> None:
     said = refusal(read(["time [ms];body_height [m]", *with_units()]))
     assert said.rule == "unit_contradicts"
-    assert all(part in said.message for part in ("body_height [m]", " m ", " mm"))
+    says(said.message, "body_height [m]", " m ", " mm")
     assert refusal(read(["time;body_height", *with_units()], columns={"body_height": ColumnDeclaration(unit="cm")}))
 
 
@@ -131,11 +123,11 @@ def test_a_row_of_units_against_those_of_the_cells_is_refused() -> None:
 
 def test_two_units_in_one_column_are_refused_with_the_cell() -> None:
     for odd in ("31.1 cm", "311", "311 furlong"):
-        rows = with_units()
-        rows[70] = f"350 ms;{odd}"
-        said = refusal(read(["time;body_height", *rows]))
-        assert said.rule == "cell_units_differ"
-        assert (said.line, said.value) == (72, odd)
+        for row in (0, 70):
+            rows = with_units()
+            rows[row] = f"{5 * row} ms;{odd}"
+            said = refusal(read(["time;body_height", *rows]))
+            assert (said.rule, said.line) == ("cell_units_differ", row + 2)
 
 
 @pytest.mark.parametrize(
@@ -154,11 +146,6 @@ def test_lines_that_are_no_rows_need_no_units(above: list[str], below: list[str]
         result = read([*above, *with_units(), *below], header_row=header_row)
         assert "cell_units_differ" not in rules(result)
     check_heights(read([*above, *with_units(), *below], header_row=header))
-
-
-def test_a_row_without_units_above_the_first_with_is_refused() -> None:
-    said = refusal(read(["time;body_height", "0 ms;300", *with_units()]))
-    assert (said.rule, said.line) == ("cell_units_differ", 2)
 
 
 def test_lines_are_counted_across_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -198,11 +185,6 @@ def test_thousands_separators_are_the_one_thing_that_is_told(delimiter: str, cel
         assert result.findings[0].line == 2
 
 
-def test_thousands_between_commas_are_not_taken_for_decimals() -> None:
-    rows = [f"{5 * k},{1000 + float(h):,.2f}" for k, h in enumerate(MM)]
-    assert refusal(read(["time [ms],body_height [mm]", *rows])).rule == "thousands_separator"
-
-
 @pytest.mark.parametrize(
     "header",
     ["time [s] body_height [m]", "time (s)   body_height (m)", "  time [s]  body height [m]", "# time [s] height [m]"],
@@ -210,11 +192,6 @@ def test_thousands_between_commas_are_not_taken_for_decimals() -> None:
 def test_units_apart_from_their_names_by_a_blank_belong_to_them(header: str) -> None:
     result = read([header, *(f"{t} {h:.5f}" for t, h in zip(TIMES, HEIGHTS, strict=True))])
     check_heights(result)
-
-
-def test_a_header_by_blanks_with_units_of_some_columns() -> None:
-    rows = [f"{t} {k % 3} {h:.5f}" for k, (t, h) in enumerate(zip(TIMES, HEIGHTS, strict=True))]
-    check_heights(read(["time [s] state body_height [m]", *rows]))
 
 
 def test_a_name_of_two_words_beside_one_without_a_unit_is_refused() -> None:
@@ -236,8 +213,7 @@ def test_a_header_of_other_width_is_refused_with_the_keys_that_decide() -> None:
     rows = [f"{t} {h:.5f} 3" for t, h in zip(TIMES, HEIGHTS, strict=True)]
     said = refusal(read(["time height", *rows]))
     assert said.rule == "header_mismatch"
-    assert "header_row" in said.message
-    assert "--column 1=" in said.message
+    says(said.message, "header_row", "--column 1=")
 
 
 @pytest.mark.parametrize("title", ["String pot", "String pot [mm]"])
@@ -256,14 +232,7 @@ def test_a_title_of_a_workbook_that_seems_a_header_is_refused_with_the_key() -> 
         check_heights(read_file(workbook({"log": [title, names, *rows]}), Declarations()))
     said = read_file(workbook({"log": [["Rig A", "2024-03-04"], names, *rows]}), Declarations()).findings[0]
     assert (said.severity, said.rule) == ("file", "header_missing")
-    assert "header_row = 2" in said.message
-
-
-def test_a_title_as_wide_as_names_that_nobody_knows_is_none() -> None:
-    rows = [[k * 0.005, round(h, 5)] for k, h in enumerate(HEIGHTS)]
-    said = {"Zeit": ColumnDeclaration("time", "s"), "z": ColumnDeclaration("body_height", "m")}
-    data = workbook({"log": [["Rig A", "of Monday"], ["Zeit", "z"], *rows]})
-    check_heights(read_file(data, Declarations(columns=said)))
+    says(said.message, "header_row = 2")
 
 
 def dated() -> list[str]:
@@ -274,8 +243,7 @@ def test_a_missing_rate_names_the_columns_of_dates_and_clock_times_that_are_ther
     result = read(dated())
     said = refusal(result)
     assert said.rule == "rate_missing"
-    assert '--column "Uhr=time"' in said.message
-    assert '--column "Tag=date"' in said.message
+    says(said.message, '--column "Uhr=time"', '--column "Tag=date"')
     columns = {"Uhr": ColumnDeclaration("time"), "Tag": ColumnDeclaration("date")}
     read_as_said = read(dated(), columns=columns, time_zone="UTC")
     check_heights(read_as_said)
@@ -286,14 +254,6 @@ def test_a_missing_rate_names_the_columns_of_dates_and_clock_times_that_are_ther
 def test_columns_of_clock_times_are_called_as_flags_call_them(name: str, flag: str) -> None:
     header, *lines = dated()
     says(refusal(read([header.replace("Uhr", name), *lines])).message, f"{flag}=time")
-
-
-def test_what_is_noted_of_a_column_of_clock_times_is_what_is_explained() -> None:
-    result = read(dated())
-    notes = [finding.message for finding in result.findings if finding.column == "Uhr"]
-    (use,) = [column for column in result.explanation.tables[0].columns if column.name == "Uhr"]
-    assert use.left_out is not None
-    assert all("dates or times" in text for text in (use.left_out, *notes))
 
 
 @pytest.mark.parametrize(

@@ -2,38 +2,29 @@
 
 from __future__ import annotations
 
-import struct
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from tests.ingest.reading import read
+from tests.ingest import synthetic_plates as made
+from tests.ingest.reading import channel, read, values
+from tests.ingest.synthetic_plates import INCH_M, POUND_N
 
 SAMPLE = Path(__file__).parents[4] / "shared" / "samples" / "force" / "AMTIdata.bsf"
-POUND_N, INCH_M = 4.4482216152605, 0.0254
 
 
-def bsf(plates: int = 1, rate_hz: int = 500, version: int = 105, n: int = 100, channels: int = 6) -> bytes:
-    header = bytearray(4 + 968)
-    struct.pack_into("<iii", header, 0, version, 968, plates)
-    struct.pack_into("<d", header, 164, n / rate_hz)
-    struct.pack_into("<i", header, 212, rate_hz)
-    own = bytearray(948)
-    struct.pack_into("<i", own, 0, 948)
-    struct.pack_into("<i", own, 32, channels)
-    row = np.arange(1.0, 1 + 6 * plates)
-    return bytes(header + own * plates) + np.tile(row, (n, 1)).astype("<f8").tobytes()
+def bsf(plates: int = 1, rate_hz: int = 500, n: int = 100, **header: int) -> bytes:
+    return made.bsf(np.tile(np.arange(1.0, 1 + 6 * plates), (n, 1)), rate_hz, **header)
 
 
 def test_pounds_and_inches_become_newtons_and_newton_metres() -> None:
     (part,) = read(bsf(plates=2)).parts
-    values = {channel.name: channel.values[0] for channel in part.channels}
+    stored = {name: column[0] for name, column in values(part).items()}
     assert part.rate_hz == 500.0
-    assert values["force_z"] == pytest.approx(3 * POUND_N)
-    assert values["force_z_2"] == pytest.approx(9 * POUND_N)
-    assert values["moment_y"] == pytest.approx(5 * POUND_N * INCH_M)
-    assert values["force_x"] == pytest.approx(-1 * POUND_N)  # z turned up
+    assert (stored["force_z"], stored["force_z_2"]) == pytest.approx((3 * POUND_N, 9 * POUND_N))
+    assert stored["moment_y"] == pytest.approx(5 * POUND_N * INCH_M)
+    assert stored["force_x"] == pytest.approx(-1 * POUND_N)  # z turned up
 
 
 @pytest.mark.parametrize(
@@ -55,8 +46,8 @@ def test_another_version_or_size_is_refused(data: bytes, rule: str) -> None:
 
 @pytest.mark.skipif(not SAMPLE.is_file(), reason="the sample files lie beside the project: ../shared/samples")
 def test_the_sample_of_a_person_walking() -> None:
-    (part,) = read(SAMPLE.read_bytes()).parts
-    force = next(channel for channel in part.channels if channel.name == "force_z")
-    assert (part.rate_hz, len(part.time_s)) == (500.0, 1000)
+    result = read(SAMPLE.read_bytes())
+    force = channel(result, "force_z")
+    assert (result.parts[0].rate_hz, len(force.values)) == (500.0, 1000)
     assert force.values.max() == pytest.approx(165.90197455 * POUND_N)
     assert (force.unit, force.source_unit) == ("N", "lbf")

@@ -13,8 +13,8 @@ import pytest
 
 from data_schema.vocabulary import Severity
 from ingest.formats.registry import FORMATS, Plugins, all_formats, described_formats, plugins
-from ingest.model import Declarations, ReadFile
-from ingest.read import read_file
+from tests.helpers.wording import says
+from tests.ingest.reading import finding, read, refusal, rules
 from tests.ingest.synthetic import bertec_acquire, robot_log
 
 USUAL = """
@@ -82,10 +82,6 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
         sys.modules.pop(name, None)
 
 
-def read(data: bytes) -> ReadFile:
-    return read_file(data, Declarations())
-
-
 def assert_others_read_on() -> None:
     assert all_formats()[: len(FORMATS)] == FORMATS
     result = read(LOG)
@@ -125,7 +121,7 @@ NOT_LOADED = {
 def test_a_plugin_that_cannot_be_loaded_is_named_and_the_next_one_is(code: str, install: Install) -> None:
     found = install(broken=code, hopper=USUAL.replace('"hop"', '"hop2"'))
     (fault,) = found.faults
-    assert fault.startswith("Plug-in broken 1.5 ")
+    says(fault, "broken 1.5")
     assert "\n" not in fault
     assert [format_.name for format_ in found.formats] == ["hop2"]
     assert_others_read_on()
@@ -155,8 +151,7 @@ def test_a_damaged_installation_concerns_itself_only(
 def test_a_name_of_labbook_stays_labbooks(taken: str, install: Install) -> None:
     found = install(hopper=USUAL.replace('"hop"', f'"{taken}"'))
     (fault,) = found.faults
-    assert "hopper 1.5" in fault
-    assert repr(taken) in fault
+    says(fault, "hopper 1.5", repr(taken))
     assert found.formats == ()
     assert_others_read_on()
 
@@ -164,26 +159,19 @@ def test_a_name_of_labbook_stays_labbooks(taken: str, install: Install) -> None:
 def test_of_two_plugins_with_one_name_both_are_named(install: Install) -> None:
     found = install(hopper=USUAL, walker=USUAL)
     (fault,) = found.faults
-    assert "hopper 1.5" in fault
-    assert "walker 1.5" in fault
+    says(fault, "hopper 1.5", "walker 1.5")
     assert len(found.formats) == 1
     assert_others_read_on()
 
 
-NOT_RECOGNISED = {
-    "raises": "raise ValueError('odd')",
-    "truth": "return True",
-}
-
-
-@pytest.mark.parametrize("body", NOT_RECOGNISED.values(), ids=NOT_RECOGNISED)
+@pytest.mark.parametrize("body", ["raise ValueError('odd')", "return True"])
 def test_a_plugin_that_fails_to_recognise_is_noted_and_left_out(body: str, install: Install) -> None:
     code = f"{USUAL}\ndef odd(head):\n    {body}\nFORMAT = Format('hop', 1, odd, read)"
     assert install(hopper=code).faults == ()
     assert_others_read_on()
-    (finding,) = [finding for finding in read(LOG).findings if finding.rule == "plugin_failed"]
-    assert finding.severity is Severity.NOTE
-    assert "hopper 1.5" in finding.message
+    failed = finding(read(LOG), "plugin_failed")
+    assert failed.severity is Severity.NOTE
+    says(failed.message, "hopper 1.5")
 
 
 def test_a_plugin_that_claims_every_file_as_a_container_does_not_take_it(install: Install) -> None:
@@ -192,9 +180,8 @@ def test_a_plugin_that_claims_every_file_as_a_container_does_not_take_it(install
     for data, expected in ((bertec_acquire(), "bertec_text"), (gzip.compress(bertec_acquire()), "gzip")):
         result = read(data)
         assert (result.refused, result.format) == (False, expected)
-    (finding,) = [finding for finding in read(LOG).findings if finding.severity is Severity.FILE]
-    assert finding.rule == "format_ambiguous"
-    assert "hop" in finding.message
+    assert refusal(read(LOG)).rule == "format_ambiguous"
+    says(refusal(read(LOG)).message, "hop")
 
 
 NOT_READ = {
@@ -223,10 +210,10 @@ def test_a_plugin_that_fails_to_read_refuses_its_file_by_name(body: str, install
     code = f"{USUAL}\ndef odd(head, findings):\n    {body}\nFORMAT = Format('hop', 1, recognise, odd)"
     assert install(hopper=code).faults == ()
     result = read(HOP)
-    refusing = [finding for finding in result.findings if finding.severity is Severity.FILE]
-    assert "plugin_failed" in {finding.rule for finding in refusing}
-    assert "hopper 1.5" in refusing[0].message
-    assert "\n" not in refusing[0].message
+    assert "plugin_failed" in rules(result)
+    assert result.findings[0].severity is Severity.FILE
+    says(result.findings[0].message, "hopper 1.5")
+    assert "\n" not in result.findings[0].message
     assert result.parts == ()
     assert_others_read_on()
 

@@ -9,7 +9,7 @@ import pytest
 from ingest.model import ColumnDeclaration, Declarations, PackFacts, ReadFile
 from ingest.read import read_file
 from tests.helpers.wording import says
-from tests.ingest.reading import rules
+from tests.ingest.reading import finding, rules
 from tests.ingest.synthetic import SHEET
 
 
@@ -53,11 +53,9 @@ def test_other_spellings_units_and_signs_say_the_same(sheet: str) -> None:
 
 def test_a_sheet_without_units_is_asked_for_each() -> None:
     result = read("run,charge,duration,voltage\nr1,461,12,16.8\n")
-    messages = [
-        finding.message for finding in result.findings if finding.rule == "unit_missing" and finding.severity == "file"
-    ]
-    assert len(messages) == 3
-    says(messages[0], '--column "charge=charge:UNIT"', "mAh, Ah")
+    missing = [found for found in result.findings if (found.rule, found.severity) == ("unit_missing", "file")]
+    assert len(missing) == 3
+    says(missing[0].message, '--column "charge=charge:UNIT"', "mAh, Ah")
 
 
 def test_declared_columns_complete_a_header() -> None:
@@ -79,6 +77,7 @@ def test_the_resolution_is_that_of_the_finest_reading() -> None:
         ("r9,-461,", "charge_sign"),
         ("r9,461,fast", "mode_unknown"),
         ("r9,ERR,charge", "not_a_number"),
+        ('r9,"39,l",charge', "not_a_number"),
         ("r9,461 V,charge", "unit_differs"),
         ("r9,999999,charge", "out_of_range"),
         ("r9,1.234,charge", "thousands_separator"),
@@ -91,23 +90,22 @@ def test_the_resolution_is_that_of_the_finest_reading() -> None:
 def test_a_row_that_cannot_be_read_is_left_out_and_named(row: str, rule: str) -> None:
     rows = [f"r{number},461,charge" for number in range(36)]
     result = read("\n".join(["run,mAh,mode", *rows[:20], row, *rows[20:]]) + "\n", WITH_PACK)
-    finding = result.findings[0]
-    assert (finding.severity, finding.rule, finding.line, finding.count) == ("row", rule, 22, 1)
+    first = result.findings[0]
+    assert (first.severity, first.rule, first.line, first.count) == ("row", rule, 22, 1)
     assert (result.rows_kept, result.rows_rejected, result.refused) == (36, 1, False)
     assert [charge.row_number for charge in result.charges] == list(range(1, 37))
 
 
-def test_a_last_row_that_may_be_cut_is_left_out() -> None:
-    rows = "".join(f"r{number},461\n" for number in range(36))
-    result = read(f"run,mAh\n{rows}r36,79")
-    assert (result.findings[0].rule, result.findings[0].line) == ("last_cell_cut", 38)
-    assert (result.rows_kept, result.rows_rejected, result.refused) == (36, 1, False)
-
-
-def test_a_cell_without_the_unit_that_others_have_is_left_out() -> None:
-    rows = "".join(f"r{number},461 mAh\n" for number in range(36))
-    result = read(f"run,charge\n{rows}r36,461\n")
-    assert (result.findings[0].rule, result.findings[0].line) == ("unit_missing", 38)
+@pytest.mark.parametrize(
+    ("header", "charge", "last", "rule"),
+    [("run,mAh", "461", "r36,79", "last_cell_cut"), ("run,charge", "461 mAh", "r36,461\n", "unit_missing")],
+)
+def test_a_last_row_that_may_be_cut_or_lacks_its_unit_is_left_out(
+    header: str, charge: str, last: str, rule: str
+) -> None:
+    rows = "".join(f"r{number},{charge}\n" for number in range(36))
+    result = read(f"{header}\n{rows}{last}")
+    assert (result.findings[0].rule, result.findings[0].line) == (rule, 38)
     assert (result.rows_kept, result.rows_rejected, result.refused) == (36, 1, False)
 
 
@@ -118,30 +116,14 @@ def test_a_sheet_of_which_most_rows_cannot_be_read_is_refused() -> None:
     assert {"ragged_row", "too_many_rejected"} <= rules(result)
 
 
-@pytest.mark.parametrize(
-    ("cell", "rule", "said"),
-    [
-        ("39,l", "not_a_number", "'39,l' is no number, for 'l' is no unit"),
-        ("ERR", "not_a_number", "'ERR' is no number"),
-        ("461 V", "unit_differs", "'461 V' is in V and its column in mAh"),
-    ],
-)
-def test_a_cell_that_cannot_be_read_is_shown(cell: str, rule: str, said: str) -> None:
-    """It was `unit_differs: The cell names another unit than its column` for the letter l in 39,l."""
-    rows = "".join(f"r{number};461,5\n" for number in range(3))
-    findings = {finding.rule: finding for finding in read(f"run;mAh\n{rows}r9;{cell}\n").findings}
-    assert said in findings[rule].message
-    assert (findings[rule].line, findings[rule].value) == (5, cell)
-
-
 def test_a_day_that_the_calendar_lacks_is_said_with_its_line() -> None:
     """It was `'31.02.2024 11:35' is no ISO date and time`, of a sheet read as d.m.y."""
     declared = Declarations(time_zone="America/New_York", date_format="d.m.y")
     result = read("run,mAh,ended\nr1,461,28.02.2024 11:35\nr2,461,31.02.2024 11:35\n", declared)
     assert [charge.ended_utc for charge in result.charges] == ["2024-02-28T16:35:00.000000Z", None]
-    (finding,) = [finding for finding in result.findings if finding.rule == "instant_unknown"]
-    assert finding.line == 3
-    assert finding.message == "There is no day 31.02.2024, read as d.m.y: '31.02.2024 11:35' is kept as text only."
+    unknown = finding(result, "instant_unknown")
+    assert unknown.line == 3
+    says(unknown.message, "31.02.2024", "d.m.y")
 
 
 @pytest.mark.parametrize("minutes", ["0", "0:00"])
@@ -198,19 +180,16 @@ def test_ampere_hours_under_a_heading_of_mah_are_no_thousands(declared: Declarat
     refused = read(sheet, declared)
     assert refused.refused
     assert "thousands_separator" not in rules(refused)
-    (message,) = [finding.message for finding in refused.findings if finding.rule == "out_of_range"]
-    says(message, "charge:Ah", "--override-units")
+    says(finding(refused, "out_of_range").message, "charge:Ah", "--override-units")
     columns = {"Charged mAh": ColumnDeclaration("charge", "Ah")}
     result = read(sheet, replace(declared, columns=columns, override_units=True))
     assert [charge.charge_mah for charge in result.charges] == pytest.approx([170.0, 108.0, 106.0])
 
 
 def test_times_are_local_to_the_book() -> None:
-    result = read("run,mAh,ended\nr1,461,2021-06-05 14:30\nr2,461,05/06/2021 14:30\nr3,461,2021-11-07 01:30\n")
-    first, second, third = result.charges
-    assert (first.ended_utc, first.ended_original) == ("2021-06-05T18:30:00.000000Z", "2021-06-05 14:30")
-    assert (second.ended_utc, second.ended_original) == (None, "05/06/2021 14:30")
-    assert third.ended_utc is None
+    ends = {"2021-06-05 14:30": "2021-06-05T18:30:00.000000Z", "05/06/2021 14:30": None, "2021-11-07 01:30": None}
+    result = read("run,mAh,ended\n" + "".join(f"r1,461,{end}\n" for end in ends))
+    assert {charge.ended_original: charge.ended_utc for charge in result.charges} == ends
 
 
 def test_a_run_with_two_recharges_keeps_both() -> None:
@@ -226,7 +205,9 @@ def test_cells_that_a_spreadsheet_would_run_stay_plain_text() -> None:
 
 def test_a_log_with_a_charge_column_is_no_sheet() -> None:
     rows = "\n".join(f"{1000 * second},{second},{16.0 + second / 1000:.3f}" for second in range(100))
-    assert read(f"time [ms],charge [mAh],battery [V]\n{rows}\n").format == "delimited_log"
+    for log in (f"time [ms],charge [mAh],battery [V]\n{rows}\n", "time,mAh\n1,2\n2,3\n3,4\n"):
+        assert read(log).format == "delimited_log"
+    assert read(f"time [ms],trial,energy [Wh]\n{rows}\n").format == "delimited_log"
 
 
 @pytest.mark.parametrize("name", ["beendet um", "fertig um", "Ende [m]"])
@@ -277,53 +258,51 @@ def test_a_sheet_of_energies_asks_for_charges_and_not_for_a_rate(heading: str, r
     assert [charge.charge_mah for charge in read(f"run,{heading},pack\n{rows}", as_said).charges] == [1.12, 1.05]
 
 
-def test_a_sheet_without_runs_is_asked_which_column_names_them_and_that_is_enough() -> None:
-    text = "name,mAh,minutes\nr001,112,10\nr002,105,10\n"
-    (refusal,) = [finding for finding in read(text).findings if finding.severity == "file"]
-    assert '--column "NAME=run"' in refusal.message
-    said = read(text, Declarations(columns={"name": ColumnDeclaration("run")}, time_zone="UTC"))
-    assert [charge.stated_run for charge in said.charges] == ["r001", "r002"]
+ASKED: dict[str, tuple[str, list[str], dict[str, ColumnDeclaration], str, list[object]]] = {
+    "no runs": (
+        "name,mAh,minutes\nr001,112,10\nr002,105,10\n",
+        ['--column "NAME=run"'],
+        {"name": ColumnDeclaration("run")},
+        *("stated_run", ["r001", "r002"]),
+    ),
+    "words not known here": (
+        "Lauf;Ladung in mAh;Akku\nr001;112;A\nr002;105;B\n",
+        ['--column "Lauf=run" --column "Ladung=charge:mAh"'],
+        {"Lauf": ColumnDeclaration("run"), "Ladung in mAh": ColumnDeclaration("charge", "mAh")},
+        *("charge_mah", [112.0, 105.0]),
+    ),
+    "clock times": (
+        "run,mAh,charge time\nr001,112,12:30\nr002,105,13:30\n",
+        ['--column "charge time=duration:UNIT"', "one of min, h)"],
+        {"charge time": ColumnDeclaration("duration", "min")},
+        *("duration_s", [750.0, 810.0]),
+    ),
+    "no such charges": (
+        "run,capacity_Ah\nr001,812\nr002,805\n",
+        ["=charge:mAh", "--override-units"],
+        {"capacity_Ah": ColumnDeclaration("charge", "mAh")},
+        *("charge_mah", [812.0, 805.0]),
+    ),
+    **{
+        f"no such {heading}": (
+            f"run,mAh,{heading}\nr001,112,{value}\n",
+            [f"={role}:{unit}", "--override-units"],
+            {heading: ColumnDeclaration(role, unit)},
+            *(stored, [pytest.approx(number)]),
+        )
+        for heading, value, role, unit, stored, number in (
+            ("end voltage (mV)", "16.8", "end_voltage", "V", "end_voltage_v", 16.8),
+            ("end voltage (V)", "16800", "end_voltage", "mV", "end_voltage_v", 16.8),
+            ("time (h)", "720", "duration", "s", "duration_s", 720.0),
+        )
+    },
+}
 
 
-def test_charges_that_none_can_be_name_the_flag_of_the_other_unit() -> None:
-    text = "run,capacity_Ah\nr001,812\nr002,805\n"
-    (row,) = [finding for finding in read(text).findings if finding.severity == "row"]
-    says(row.message, "charge:mAh", "--override-units")
-    columns = {"capacity_Ah": ColumnDeclaration("charge", "mAh")}
-    assert len(read(text, Declarations(columns=columns, override_units=True, time_zone="UTC")).charges) == 2
-
-
-def test_durations_as_clock_times_are_asked_for_in_a_unit_that_reads_them() -> None:
-    text = "run,mAh,charge time\nr001,112,12:30\nr002,105,13:30\n"
-    (refusal,) = [finding for finding in read(text).findings if finding.severity == "file"]
-    says(refusal.message, '--column "charge time=duration:UNIT"', "one of min, h)")
-    said = read(text, Declarations(columns={"charge time": ColumnDeclaration("duration", "min")}, time_zone="UTC"))
-    assert [charge.duration_s for charge in said.charges] == [750.0, 810.0]
-
-
-def test_a_sheet_in_words_not_known_here_is_asked_for_run_and_charge() -> None:
-    text = "Lauf;Ladung in mAh;Akku\nr001;112;A\nr002;105;B\n"
-    (refusal,) = read(text).findings
-    assert refusal.rule == "charge_column_missing"
-    says(refusal.message, '--column "Lauf=run" --column "Ladung=charge:mAh"')
-    columns = {"Lauf": ColumnDeclaration("run"), "Ladung in mAh": ColumnDeclaration("charge", "mAh")}
-    assert [charge.charge_mah for charge in read(text, Declarations(columns=columns)).charges] == [112.0, 105.0]
-    timed = read("time,mAh\n1,2\n2,3\n3,4\n")
-    assert rules(timed) & {"time_unit_missing", "charge_column_missing"} == {"time_unit_missing"}
-
-
-@pytest.mark.parametrize(
-    ("heading", "value", "said"),
-    [
-        ("end voltage (mV)", "16.8", "end_voltage:V"),
-        ("end voltage (V)", "16800", "end_voltage:mV"),
-        ("time (h)", "720", "duration:s"),
-    ],
-)
-def test_values_that_none_can_be_name_the_unit_that_reads_them(heading: str, value: str, said: str) -> None:
-    text = f"run,mAh,{heading}\nr001,112,{value}\n"
-    (row,) = [finding for finding in read(text).findings if finding.severity == "row"]
-    says(row.message, f"={said}", "--override-units")
-    role, unit = said.split(":")
-    columns = {heading: ColumnDeclaration(role, unit)}
-    assert len(read(text, Declarations(columns=columns, override_units=True)).charges) == 1
+@pytest.mark.parametrize(("text", "facts", "columns", "stored", "values"), ASKED.values(), ids=ASKED)
+def test_what_a_sheet_lacks_or_has_wrong_is_asked_for_by_flags_that_read_it(
+    text: str, facts: list[str], columns: dict[str, ColumnDeclaration], stored: str, values: list[object]
+) -> None:
+    says([finding.message for finding in read(text).findings], *facts)
+    declared = Declarations(columns=columns, override_units="--override-units" in facts, time_zone="UTC")
+    assert [getattr(charge, stored) for charge in read(text, declared).charges] == values

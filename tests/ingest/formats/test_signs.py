@@ -37,7 +37,7 @@ WRITERS: dict[str, Callable[[float], bytes]] = {
     "qualisys z down": lambda load_n: made.qualisys(load_n=load_n),
     "qualisys z up": lambda load_n: made.qualisys(up="z up", load_n=load_n),
     "amti_text": lambda load_n: made.amti(load_n=load_n),
-    "amti_bsf": lambda load_n: made.bsf(made.plate(made.hops(N, 100.0, load_n)), 100),
+    "amti_bsf": lambda load_n: made.bsf_hops(N, load_n),
     "bertec_text": lambda load_n: made.bertec(load_n=load_n),
     "c3d": c3d,
 }
