@@ -71,8 +71,7 @@ def opensim(n: int = 900, rate_hz: float = 300.0, load_n: float = LOAD_N) -> byt
 def cortex(n: int = 900, rate_hz: float = 450.0, up: str = "y", plates: int = 2, load_n: float = LOAD_N) -> bytes:
     """A Cortex .forces file: seven columns for each plate, points in millimetres, free moments in N mm."""
     stored = plate(hops(n, rate_hz, load_n))
-    millimetres = {name: 1000 * values for name, values in stored.items() if name.startswith("cop")} | stored
-    millimetres |= {f"cop_{axis}": 1000 * stored[f"cop_{axis}"] for axis in "xyz"}
+    millimetres = stored | {f"cop_{axis}": 1000 * stored[f"cop_{axis}"] for axis in "xyz"}
     if up == "y":
         one = [*y_up(stored, "force"), *y_up(millimetres, "cop")]
     else:

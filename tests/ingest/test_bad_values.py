@@ -8,21 +8,9 @@ import pytest
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.read import read_file
 from tests.helpers.wording import says
-from tests.ingest.bad_input import read, with_heights
-from tests.ingest.reading import channel, finding, refusal, rules
+from tests.ingest.bad_input import read
+from tests.ingest.reading import channel, refusal, rules
 from tests.ingest.synthetic import text
-
-
-@pytest.mark.parametrize(
-    ("data", "unit"),
-    [
-        (with_heights(lambda h: f"{1000 * h:.3f}"), "mm"),
-        (with_heights(lambda h: f"{100 * h:.3f}"), "cm"),
-        (with_heights(lambda h: 16_000 + h, "battery [V]"), "mV"),
-    ],
-)
-def test_values_of_another_unit_name_the_flags_that_read_them(data: bytes, unit: str) -> None:
-    says(finding(read(data), "out_of_range").message, unit, "--override-units")
 
 
 def test_a_value_next_to_nothing_is_zero_and_no_damaged_byte() -> None:

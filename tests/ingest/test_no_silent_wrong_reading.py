@@ -179,22 +179,14 @@ def coarse_log(n: int = 3600) -> list[str]:
 COARSE_HEADER = "time [ms],height [mm],leg_length [mm],battery_voltage [mV]"
 
 
-def held_gaps(rows: list[str]) -> list[tuple[int, int]]:
-    (part,) = read(text(COARSE_HEADER, rows)).parts
-    return [(round(gap.start_s / 0.003), gap.samples_missing) for gap in part.gaps if gap.kind == "held"]
-
-
-def test_repeats_by_chance_were_held_packets() -> None:
+def test_repeats_by_chance_were_held_packets_and_packets_written_again_are_found() -> None:
     """A log of coarse steps had dozens of gaps that were none, and lost most of its jumps to them."""
-    assert held_gaps(coarse_log()) == []
-
-
-def test_packets_that_are_written_again_are_still_found() -> None:
     rows = coarse_log()
+    assert read(text(COARSE_HEADER, rows)).parts[0].gaps == ()
     for k in range(1331, 1339):
         rows[k] = f"{3 * k},{rows[1330].split(',', 1)[1]}"
-    (gap,) = held_gaps(rows)
-    assert gap == (1330, 8)
+    (gap,) = read(text(COARSE_HEADER, rows)).parts[0].gaps
+    assert (gap.kind, round(gap.start_s / 0.003), gap.samples_missing) == ("held", 1330, 8)
 
 
 def plate_log(header: str) -> bytes:
@@ -418,10 +410,7 @@ def test_more_samples_missing_than_present_are_asked_about() -> None:
     rate_hz = float(of_stamps.removeprefix("--rate "))
     assert read(data, Declarations(rate_hz=rate_hz)).parts[0].rate_hz == pytest.approx(rate_hz, rel=1e-5)
     rate, column = counted.removeprefix("--rate ").split(" --column ")
-    assert float(rate) == pytest.approx(16 / 8.33e-3, rel=2e-3)
-    declared = Declarations(rate_hz=float(rate), columns={"time": ColumnDeclaration("own.clock")})
-    assert column == "time=own.clock"
-    assert not read(data, declared).refused
+    assert (float(rate), column) == (pytest.approx(16 / 8.33e-3, rel=2e-3), "time=own.clock")
     assert flags_of(finding(read(data, Declarations(rate_hz=float(rate))), "rate_contradicts").message)[1] == counted
 
 
@@ -471,10 +460,8 @@ def test_a_tick_about_as_long_as_a_sample_is_asked_about(rate_hz: int) -> None:
     kept = [k for k in range(6000) if k not in range(3000, 3020)]
     data = text("time [ms],height [m]", [f"{1000 * k // rate_hz},{0.4 + 0.05 * np.sin(k / 40):.5f}" for k in kept])
     said = finding(read(data), "rate_unclear")
-    assert [float(flag.removeprefix("--rate ")) for flag in flags_of(said.message)] == [
-        pytest.approx(rate_hz, rel=1e-3),
-        1000.0,
-    ]
+    named = [float(flag.removeprefix("--rate ")) for flag in flags_of(said.message)]
+    assert named == pytest.approx([rate_hz, 1000.0], rel=1e-3)
     (part,) = read(data, Declarations(rate_hz=float(rate_hz))).parts
     assert part.rate_hz == pytest.approx(rate_hz, rel=1e-3)
     assert sum(gap.samples_missing for gap in part.gaps) == pytest.approx(20, abs=1)
@@ -572,12 +559,14 @@ def test_a_declaration_for_one_of_two_tables_leaves_the_other_alone() -> None:
     assert "declared_column_absent" not in rules(result)
 
 
-def test_a_header_of_unknown_names_is_not_a_bad_row() -> None:
+def test_a_header_of_unknown_names_is_not_a_bad_row_and_lines_of_words_are() -> None:
     """The numbers of `p` and `q` became heights."""
     second = [f"{3 * k},5.0,6.0,7" for k in range(300)]
     result = read(text(LOG_HEADER, ROWS) + text("n,p,q,r", second))
     assert result.refused
     assert finding(result, "second_header").line == 602
+    words = read(text(LOG_HEADER, [*ROWS[:300], "ERR,ERR,ERR,ERR", *ROWS[300:]]))
+    assert (words.rows_kept, words.rows_rejected, "second_header" in rules(words)) == (600, 1, False)
 
 
 def test_a_short_table_above_a_longer_one_was_left_out_without_a_word() -> None:
@@ -585,13 +574,6 @@ def test_a_short_table_above_a_longer_one_was_left_out_without_a_word() -> None:
     result = read(short + text(LOG_HEADER, ROWS))
     assert not result.refused, result.findings
     assert [(part.part, len(part.time_s)) for part in result.parts] == [("log", 10), ("log_table_2", 600)]
-
-
-def test_lines_of_words_are_still_bad_rows() -> None:
-    rows = [*ROWS[:300], "ERR,ERR,ERR,ERR", *ROWS[300:]]
-    result = read(text(LOG_HEADER, rows))
-    assert (result.rows_kept, result.rows_rejected) == (600, 1)
-    assert "second_header" not in rules(result)
 
 
 def test_tables_side_by_side_were_one() -> None:
@@ -691,30 +673,11 @@ def test_metres_labelled_millimetres_were_stored() -> None:
         assert not with_robot(height_log(unit, scale)).refused
 
 
-@pytest.mark.parametrize(
-    ("unit", "scale", "fits"),
-    [("cm", 1e3, "mm"), ("mm", 1e2, "cm"), ("m", 1 / 0.3048, "ft"), ("mm", 1 / 0.0254, "in"), ("um", 1e3, "mm")],
-)
-def test_heights_of_another_unit_name_the_one_that_fits(unit: str, scale: float, fits: str) -> None:
-    found = finding(with_robot(height_log(unit, scale)), "height_implausible")
-    flag = re.search('`--unit "height=([a-zA-Z]+)" --override-units`', found.message)
-    assert flag is not None
-    assert fits in (flag[1], *re.split(", ", found.message.partition("one of ")[2].partition(")")[0]))
-
-
-def test_heights_that_cannot_be_of_the_robot_say_what_was_read() -> None:
-    turned = finding(with_robot(height_log("m", -1.0)), "height_implausible").message
-    says(turned, "-0.501", "-0.304 m", "sign = -1")
-    volts = [f"{3 * k},{15.5 + 0.01 * np.sin(k / 40):.4f}" for k in range(1200)]
-    says(finding(with_robot(text("time [ms],height [m]", volts)), "height_implausible").message, "15.5 m")
-    assert not with_robot(height_log("m", -1.0), no_robot_check=True).refused
-
-
-@pytest.mark.parametrize("scale", [1.0, 4.0, 7.0, 20.0])
+@pytest.mark.parametrize("scale", [1.0, -1.0, 4.0, 7.0, 20.0])
 def test_heights_beyond_the_robot_are_refused_and_none_is_stored_with_a_note(scale: float) -> None:
     """Of four logs of 2 to 4 m one was refused and three were stored."""
     result = with_robot(height_log("m", scale))
-    assert result.refused is (scale > 1)
+    assert result.refused is (scale != 1)
     assert result.refused is ("height_implausible" in {f.rule for f in result.findings})
 
 
@@ -794,14 +757,3 @@ def test_a_declared_decimal_comma_stood_between_cells(above: list[str], first_ro
     placed = {} if first_row is None else {"header_row": 0, "first_row": len(above) + 1}
     result = read(data, replace(declared, decimal_sign=",", **placed))
     assert channel(result, "force_z").values == pytest.approx(newtons)
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-def test_fractions_of_a_decimal_comma_were_a_column_of_their_own(sign: int) -> None:
-    newtons = sign * (20 + 0.37 * np.arange(200))
-    data = "".join(f"{value:.2f}\n".replace(".", ",") for value in newtons).encode()
-    declared = Declarations(columns={"1": ColumnDeclaration("force_z", "N")}, rate_hz=1000.0)
-    assert finding(read(data, declared), "decimal_comma_unquoted")
-    assert channel(read(data, replace(declared, decimal_sign=",")), "force_z").values == pytest.approx(newtons)
-    two = read(data, replace(declared, delimiter=","))
-    assert [each.name for each in two.parts[0].channels] == ["force_z", "2"]
