@@ -44,22 +44,19 @@ class Maker:
             cells.pop()
         if len(cells) != len(self.columns):
             return None
-        numbers = [
-            math.nan if number == math.inf and column and column[0].startswith("cop") else number
-            for number, column in zip(map(_number, cells), self.columns, strict=True)
-        ]
-        numbers = [None if number == math.inf else number for number in numbers]
-        if any(number is None for number, column in zip(numbers, self.columns, strict=True) if column):
-            return None
-        values = {
-            column[0]: column[1] * number
-            for number, column in zip(numbers, self.columns, strict=True)
-            if column is not None and number is not None
-        }
+        values = {}
+        for cell, column in zip(cells, self.columns, strict=True):
+            number = _number(cell)
+            if column and number == math.inf and column[0].startswith("cop"):
+                number = math.nan
+            if column and number in (None, math.inf):
+                return None
+            if column and number is not None:
+                values[column[0]] = column[1] * number
         if self.time is None:
             return Row(place / self.rate_hz, values)
-        stamps = [(numbers[position], unit) for position, unit in self.time.items()]
-        time_s = sum(math.nan if number is None else number * unit for number, unit in stamps)
+        stamps = [(_number(cells[position]), unit) for position, unit in self.time.items()]
+        time_s = sum(math.nan if number in (None, math.inf) else number * unit for number, unit in stamps)
         return None if math.isnan(time_s) else Row(time_s, values)
 
 

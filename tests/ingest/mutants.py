@@ -23,6 +23,10 @@ class Mutant:
     dialect: Dialect
     made_by: tuple[str, ...] = ()
 
+    @property
+    def sign(self) -> bytes:
+        return self.dialect.delimiter.encode()
+
     def lines(self) -> list[bytes]:
         return self.data.split(b"\n")
 
@@ -82,7 +86,7 @@ def _header(mutant: Mutant, change: Callable[[bytes], bytes]) -> Mutant:
 
 
 def _cell(mutant: Mutant, rng: random.Random, change: Callable[[bytes], bytes]) -> Mutant:
-    sign = mutant.dialect.delimiter.encode()
+    sign = mutant.sign
 
     def in_cells(line: bytes) -> bytes:
         cells = line.split(sign)
@@ -104,8 +108,8 @@ def _any_byte(mutant: Mutant, rng: random.Random) -> Mutant:
 
 
 def _delimiter(mutant: Mutant, rng: random.Random) -> Mutant:
-    other = rng.choice([sign for sign in (b",", b";", b"\t", b" ", b"") if sign != mutant.dialect.delimiter.encode()])
-    return _in_row(mutant, rng, lambda line: line.replace(mutant.dialect.delimiter.encode(), other, 1))
+    other = rng.choice([sign for sign in (b",", b";", b"\t", b" ", b"") if sign != mutant.sign])
+    return _in_row(mutant, rng, lambda line: line.replace(mutant.sign, other, 1))
 
 
 def _decimal(mutant: Mutant, rng: random.Random) -> Mutant:
@@ -114,7 +118,7 @@ def _decimal(mutant: Mutant, rng: random.Random) -> Mutant:
 
 
 def _swap_names(mutant: Mutant, rng: random.Random) -> Mutant:
-    sign = mutant.dialect.delimiter.encode()
+    sign = mutant.sign
 
     def swapped(header: bytes) -> bytes:
         names = header.split(sign)
@@ -127,7 +131,7 @@ def _swap_names(mutant: Mutant, rng: random.Random) -> Mutant:
 
 
 def _swap_columns(mutant: Mutant, rng: random.Random) -> Mutant:
-    sign = mutant.dialect.delimiter.encode()
+    sign = mutant.sign
     order = random.Random(rng.randrange(10**6)).sample(range(4), 4)
     swapped = []
     for line in mutant.lines():
@@ -220,7 +224,7 @@ def _comment(mutant: Mutant, rng: random.Random) -> Mutant:
 
 
 def _trailing(mutant: Mutant, rng: random.Random) -> Mutant:
-    sign = mutant.dialect.delimiter.encode()
+    sign = mutant.sign
     if rng.random() < 0.5:
         return _in_row(mutant, rng, lambda line: line + sign)
     return mutant.with_lines([line + sign if line else line for line in mutant.lines()])

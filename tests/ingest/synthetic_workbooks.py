@@ -41,64 +41,62 @@ def sheet_xml(rows: Rows, dates: bool = False) -> str:
     return f'<worksheet xmlns="{MAIN}"><sheetData>{"".join(lines)}</sheetData></worksheet>'
 
 
-def workbook(sheets: dict[str, Rows], dates: bool = False, raw: str = "") -> bytes:
+def _zipped(files: dict[str, str]) -> bytes:
     target = io.BytesIO()
-    names = list(sheets)
     with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr(
-            "[Content_Types].xml",
-            f'<Types xmlns="{TYPES}"><Default Extension="xml" ContentType="application/xml"/></Types>',
-        )
-        archive.writestr(
-            "_rels/.rels",
-            f'<Relationships xmlns="{PACKAGE}"><Relationship Id="rId1" Type="{RELATIONS}/officeDocument" '
-            'Target="xl/workbook.xml"/></Relationships>',
-        )
-        listed = "".join(f'<sheet name="{name}" sheetId="{n}" r:id="rId{n}"/>' for n, name in enumerate(names, 1))
-        archive.writestr(
-            "xl/workbook.xml",
-            f'<workbook xmlns="{MAIN}" xmlns:r="{RELATIONS}"><sheets>{listed}</sheets></workbook>',
-        )
-        related = "".join(
-            f'<Relationship Id="rId{n}" Type="{RELATIONS}/worksheet" Target="worksheets/sheet{n}.xml"/>'
-            for n in range(1, len(names) + 1)
-        )
-        archive.writestr(
-            "xl/styles.xml",
-            f'<styleSheet xmlns="{MAIN}"><cellXfs count="2"><xf numFmtId="0"/><xf numFmtId="22"/></cellXfs>'
-            "</styleSheet>",
-        )
-        related += f'<Relationship Id="rIdS" Type="{RELATIONS}/styles" Target="styles.xml"/>'
-        archive.writestr("xl/_rels/workbook.xml.rels", f'<Relationships xmlns="{PACKAGE}">{related}</Relationships>')
-        for n, name in enumerate(names, start=1):
-            archive.writestr(f"xl/worksheets/sheet{n}.xml", raw or sheet_xml(sheets[name], dates))
+        for name, content in files.items():
+            archive.writestr(name, content, zipfile.ZIP_STORED if name == "mimetype" else None)
     return target.getvalue()
 
 
+def _relations(targets: dict[str, tuple[str, str]]) -> str:
+    related = "".join(
+        f'<Relationship Id="{name}" Type="{RELATIONS}/{kind}" Target="{target}"/>'
+        for name, (kind, target) in targets.items()
+    )
+    return f'<Relationships xmlns="{PACKAGE}">{related}</Relationships>'
+
+
+def workbook(sheets: dict[str, Rows], dates: bool = False, raw: str = "") -> bytes:
+    names = dict(enumerate(sheets, start=1))
+    listed = "".join(f'<sheet name="{name}" sheetId="{n}" r:id="rId{n}"/>' for n, name in names.items())
+    own = {f"rId{n}": ("worksheet", f"worksheets/sheet{n}.xml") for n in names}
+    styles = '<cellXfs count="2"><xf numFmtId="0"/><xf numFmtId="22"/></cellXfs>'
+    default = '<Default Extension="xml" ContentType="application/xml"/>'
+    return _zipped(
+        {
+            "[Content_Types].xml": f'<Types xmlns="{TYPES}">{default}</Types>',
+            "_rels/.rels": _relations({"rId1": ("officeDocument", "xl/workbook.xml")}),
+            "xl/workbook.xml": f'<workbook xmlns="{MAIN}" xmlns:r="{RELATIONS}"><sheets>{listed}</sheets></workbook>',
+            "xl/styles.xml": f'<styleSheet xmlns="{MAIN}">{styles}</styleSheet>',
+            "xl/_rels/workbook.xml.rels": _relations({**own, "rIdS": ("styles", "styles.xml")}),
+            **{f"xl/worksheets/sheet{n}.xml": raw or sheet_xml(sheets[name], dates) for n, name in names.items()},
+        }
+    )
+
+
 OFFICE = "urn:oasis:names:tc:opendocument:xmlns"
+SPREADSHEET = "application/vnd.oasis.opendocument.spreadsheet"
 
 
 def ods(sheets: dict[str, Rows], raw: str = "") -> bytes:
     """Return an OpenDocument spreadsheet; `raw` replaces the rows of each sheet."""
-    target = io.BytesIO()
-    with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
-        archive.writestr("mimetype", "application/vnd.oasis.opendocument.spreadsheet", zipfile.ZIP_STORED)
-        archive.writestr(
-            "META-INF/manifest.xml",
-            f'<manifest:manifest xmlns:manifest="{OFFICE}:manifest:1.0"><manifest:file-entry manifest:full-path="/" '
-            'manifest:media-type="application/vnd.oasis.opendocument.spreadsheet"/></manifest:manifest>',
-        )
-        tables = "".join(
-            f'<table:table table:name="{name}">{raw or "".join(map(_ods_row, rows))}</table:table>'
-            for name, rows in sheets.items()
-        )
-        spaces = "".join(f' xmlns:{space}="{OFFICE}:{space}:1.0"' for space in ("office", "table", "text"))
-        archive.writestr(
-            "content.xml",
-            f'<?xml version="1.0" encoding="UTF-8"?><office:document-content{spaces}><office:body><office:spreadsheet>'
-            f"{tables}</office:spreadsheet></office:body></office:document-content>",
-        )
-    return target.getvalue()
+    manifest = f'xmlns:manifest="{OFFICE}:manifest:1.0"'
+    entry = f'<manifest:file-entry manifest:full-path="/" manifest:media-type="{SPREADSHEET}"/>'
+    tables = "".join(
+        f'<table:table table:name="{name}">{raw or "".join(map(_ods_row, rows))}</table:table>'
+        for name, rows in sheets.items()
+    )
+    spaces = "".join(f' xmlns:{space}="{OFFICE}:{space}:1.0"' for space in ("office", "table", "text"))
+    body = f"<office:body><office:spreadsheet>{tables}</office:spreadsheet></office:body>"
+    return _zipped(
+        {
+            "mimetype": SPREADSHEET,
+            "META-INF/manifest.xml": f"<manifest:manifest {manifest}>{entry}</manifest:manifest>",
+            "content.xml": f'<?xml version="1.0" encoding="UTF-8"?><office:document-content{spaces}>{body}'
+            "</office:document-content>",
+        }
+    )
 
 
 def _ods_row(row: list[object]) -> str:

@@ -11,7 +11,7 @@ from data_schema.calibration import Calibration, line_through
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
 from tests.helpers.wording import says
-from tests.ingest.reading import rules
+from tests.ingest.reading import refusal, rules
 
 RAW = np.array([1000 + 37 * (row % 50) for row in range(400)])
 
@@ -48,10 +48,8 @@ def test_a_zero_that_is_off_is_taken_off_in_the_unit_of_the_header() -> None:
 @pytest.mark.parametrize("unit", [None, "counts", "1"])
 def test_counts_need_a_calibration(unit: str | None) -> None:
     result = read(log("t [ms],h (counts)"), unit)
-    assert result.refused
     assert rules(result) == {"calibration_missing"}
-    (message,) = [finding.message for finding in result.findings if finding.severity == "file"]
-    says(message, f"{unit or 'counts'!r}")
+    says(refusal(result).message, f"{unit or 'counts'!r}")
 
 
 EARLY = Calibration(1e-4, 0.1, last_day="2024-03-04")

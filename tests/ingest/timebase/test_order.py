@@ -13,7 +13,8 @@ from ingest.read import read_file
 from ingest.tables.table import Block
 from ingest.timebase.order import Order, put_in_order
 from tests.helpers.wording import says
-from tests.ingest.reading import rules
+from tests.ingest.reading import read, rules
+from tests.ingest.synthetic import text
 
 
 def order(seconds: list[float]) -> tuple[Order, list[str]]:
@@ -82,11 +83,9 @@ def test_series_have_the_units_beside_them() -> None:
 
 def test_words_beside_a_known_channel_are_trials() -> None:
     rows = [f"{k / 100:.2f},{word},{0.4 + k / 1000:.3f}" for word in ("left", "right") for k in range(50)]
-    result = read_file("\n".join(["time_s,side,body_height_m", *rows, ""]).encode(), Declarations(trials="side"))
-    assert [(part.part, part.channels[0].name) for part in result.parts] == [
-        ("trial_left", "body_height"),
-        ("trial_right", "body_height"),
-    ]
+    result = read(text("time_s,side,body_height_m", rows), trials="side")
+    assert [part.part for part in result.parts] == ["trial_left", "trial_right"]
+    assert {part.channels[0].name for part in result.parts} == {"body_height"}
 
 
 @pytest.mark.parametrize("jitter_ms", [0, 2])
@@ -98,22 +97,15 @@ def test_series_of_clocks_of_their_own_are_asked_about(jitter_ms: int) -> None:
     ]
     columns = {"2": ColumnDeclaration("time", "ms"), "BODY": ColumnDeclaration("body_height", "m")}
     data = "\n".join([*rows, ""]).encode()
-    mixed = read_file(data, Declarations(columns={**columns, "3": ColumnDeclaration("body_height", "m")}))
-    assert "series_interleaved" in rules(mixed)
-    result = read_file(data, Declarations(columns=columns, trials="1"))
-    assert [(part.part, part.channels[0].name) for part in result.parts] == [
-        ("trial_body", "body_height"),
-        ("trial_foot", "foot"),
-    ]
+    by_place = {**columns, "3": ColumnDeclaration("body_height", "m")}
+    assert "series_interleaved" in rules(read(data, columns=by_place))
+    result = read(data, columns=columns, trials="1")
+    assert [part.part for part in result.parts] == ["trial_body", "trial_foot"]
+    assert [part.channels[0].name for part in result.parts] == ["body_height", "foot"]
     alternating = [f"{'LR'[k % 2]},{10 * k + noise[k // 2, k % 2]},0.4" for k in range(200)]
-    one = read_file(
-        "\n".join([*alternating, ""]).encode(),
-        Declarations(columns={**columns, "3": ColumnDeclaration("body_height", "m")}),
-    )
-    assert "series_interleaved" not in rules(one)
+    assert "series_interleaved" not in rules(read("\n".join([*alternating, ""]).encode(), columns=by_place))
 
 
 def test_words_beside_stamps_that_repeat_by_chance_part_no_series() -> None:
     rows = [f"{k // 2 / 100:.2f},{'stance' if k % 9 else 'flight'},0.4" for k in range(90)]
-    result = read_file("\n".join(["time_s,state,height_m", *rows, ""]).encode(), Declarations())
-    assert "series_interleaved" not in rules(result)
+    assert "series_interleaved" not in rules(read(text("time_s,state,height_m", rows)))
