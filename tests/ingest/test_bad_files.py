@@ -133,6 +133,8 @@ TIME = [
     Case("rate header contradicts", b"# Rate: 1000 Hz\n" + with_times(lambda n, _: 2 * n), "rate_contradicts", REFUSED),
     Case("rate header a little off", b"# Rate: 303 Hz\n" + LOG, "rate_differs"),
     Case("start not 0", with_times(lambda _, t: t + 36_548)),
+    Case("no clock", with_times(lambda _, t: f"12:00:00:{t:03d}", "time"), "time_unreadable", REFUSED),
+    Case("day of the year", with_times(lambda _, t: f"2021-152T{clock(t)}", "time"), "time_unreadable", REFUSED),
     Case("no zone", with_times(lambda _, t: "2021-06-05 " + clock(52_200_000 + t), "time"), "instant_unknown"),
     Case("day and month", with_times(lambda _, t: "03/04/2019 " + clock(t), "time"), "date_unclear", REFUSED),
     Case("clock of 1980", with_times(lambda _, t: "1980-01-01T" + clock(t) + "Z", "time"), "clock_implausible"),

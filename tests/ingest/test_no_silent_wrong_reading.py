@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from types import MappingProxyType
 from typing import Any
@@ -482,28 +482,6 @@ def test_losses_at_random_are_no_rounding() -> None:
     rows = [f"{k},{0.4 + 0.05 * np.sin(k / 40):.5f}" for k in range(6000) if k not in lost]
     (part,) = read(text("time [ms],height [m]", rows)).parts
     assert (part.rate_hz, sum(gap.samples_missing for gap in part.gaps)) == (1000.0, 600)
-
-
-TIMES_THAT_ARE_NOT_READ = {
-    "12:00:00:010": ("time_unreadable", lambda k: f"12:00:00:{10 * k:03d}"),
-    "day of the year": ("time_unreadable", lambda k: f"2021-152T10:00:0{k / 100:.2f}"),
-    "no unit, a rate": ("time_unit_missing", lambda k: f"{44348.375 + k / 8.64e6:.10f}"),
-    "set back": ("too_many_rejected", lambda k: f"2021-06-01T08:00:0{(k - 30 * (k >= 60)) / 100:.3f}Z"),
-    "chaos": ("time_unusable", lambda k: f"2021-06-01T08:{10 * (k // 4 % 2):02d}:0{k % 4}Z"),
-}
-
-
-@pytest.mark.parametrize(("rule", "stamp"), TIMES_THAT_ARE_NOT_READ.values(), ids=TIMES_THAT_ARE_NOT_READ.keys())
-def test_where_a_time_is_not_read_the_flags_that_count_by_the_rate_are_named(
-    rule: str, stamp: Callable[[int], str]
-) -> None:
-    """`--rate HZ` alone was named, and refused."""
-    data = text("time,height [m]", [f"{stamp(k)},{0.4 + 0.05 * np.sin(k / 10):.5f}" for k in range(100)])
-    flags = flags_of(finding(read(data, Declarations(rate_hz=100.0)), rule).message)
-    (counted,) = [flag for flag in flags if "own.clock" in flag]
-    assert counted in ("--rate HZ --column time=own.clock", "--rate 100 --column time=own.clock")
-    declared = Declarations(rate_hz=100.0, columns={"time": ColumnDeclaration("own.clock")})
-    assert read(data, declared).parts[0].time_s[-1] == pytest.approx(0.99)
 
 
 @pytest.mark.parametrize("time", ["time", "logged at"])

@@ -250,31 +250,6 @@ def test_a_missing_rate_names_the_columns_of_dates_and_clock_times_that_are_ther
     assert read_as_said.parts[0].start_utc == "2024-03-04T12:00:00.000000Z"
 
 
-@pytest.mark.parametrize(("name", "flag"), [("Uhr $", "2"), ("Tag", "Tag#2")])
-def test_columns_of_clock_times_are_called_as_flags_call_them(name: str, flag: str) -> None:
-    header, *lines = dated()
-    says(refusal(read([header.replace("Uhr", name), *lines])).message, f"{flag}=time")
-
-
-@pytest.mark.parametrize(
-    ("header", "flags", "works"),
-    [
-        ("tick;height [m]", {"tick": ColumnDeclaration("time", "s")}, {"tick": ColumnDeclaration("time", "ms")}),
-        ("timestamp [s];height [m]", {}, {"timestamp": ColumnDeclaration(None, "ms")}),
-    ],
-)
-def test_an_implausible_rate_names_the_column_and_a_flag_that_works(
-    header: str, flags: dict[str, ColumnDeclaration], works: dict[str, ColumnDeclaration]
-) -> None:
-    lines = [header, *(f"{5 * k};{h:.5f}" for k, h in enumerate(HEIGHTS))]
-    name = header.partition(";")[0].partition(" ")[0]
-    said = refusal(read(lines, columns=flags))
-    assert said.rule == "rate_implausible"
-    assert f"--unit {name}=UNIT" in said.message
-    assert ("--override-units" in said.message) is ("[s]" in header)
-    check_heights(read(lines, columns=works, override_units="[s]" in header or None))
-
-
 def summed(sentence: str) -> str:
     return f"${sentence}*{functools.reduce(operator.xor, sentence.encode()):02X}"
 

@@ -147,12 +147,6 @@ def test_a_flag_names_the_one_column_that_it_means(names: list[str]) -> None:
             assert positions_of(flag, names) == (position,)
 
 
-def test_a_column_without_a_name_is_called_by_its_place() -> None:
-    """It was `--column "=CHANNEL:UNIT"`, which is refused."""
-    result = read_file(text("time [ms],,height [m]", [f"{3 * k},7,0.4" for k in range(50)]), Declarations())
-    says(finding(result, "unknown_column").message, '--column "2=CHANNEL:UNIT"')
-
-
 def test_every_known_channel_is_recognised_under_its_own_name() -> None:
     for name in CHANNELS:
         assert channel_of(name) == name

@@ -58,13 +58,6 @@ def test_the_new_layout_in_the_scales_of_the_sdk(trailing: int) -> None:
     assert result.parts[0].rate_hz == pytest.approx(90.0, rel=1e-2)
 
 
-def test_what_the_format_fixes_is_of_no_profile() -> None:
-    """The unit of `behavMo` was said to be of "profile None"."""
-    (table,) = read(new_log()).explanation.tables
-    (state,) = [column for column in table.columns if column.name == "behavMo"]
-    assert (state.holds, state.unit_from) == ("controller_state", None)
-
-
 @pytest.mark.parametrize("by_profile", [True, False])
 def test_user_bytes_are_read_as_declared(by_profile: bool) -> None:
     columns = {

@@ -10,7 +10,6 @@ import pytest
 from data_schema.errors import UsageError
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.read import read_file
-from tests.helpers.wording import says
 from tests.ingest import synthetic_plates as made
 from tests.ingest.reading import read, rules, values
 
@@ -72,6 +71,7 @@ def test_a_row_too_few_or_too_many_contradicts_the_header(name: str) -> None:
         ("bioware", b"Version 5.", b"Version 3."),
         ("forcedecks", b"Export,1.0", b"Export,7.0"),
         ("qualisys_tsv", b"FREQUENCY\t500", b"FREQUENCY\t-"),
+        ("vicon_csv", b"Frame,Sub Frame", b"Frames,Sub Frame"),
     ],
 )
 def test_a_layout_of_another_version_is_refused_with_a_way_in(name: str, old: bytes, new: bytes) -> None:
@@ -185,15 +185,6 @@ def test_nexus_between_tabs_or_semicolons_is_read_as_between_commas(sign: bytes)
     for part, other in zip(commas.parts, others.parts, strict=True):
         for channel, same in zip(part.channels, other.channels, strict=True):
             assert (channel.name, channel.values.tolist()) == (same.name, same.values.tolist())
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line"), [(b"Frame,Sub Frame", b"Frames,Sub Frame", 4), (b"\r\n1000,", b"\r\n0,", 2)]
-)
-def test_what_nexus_lacks_is_said_by_its_line(old: bytes, new: bytes, line: int) -> None:
-    (found,) = read_file(made.vicon(n=200).replace(old, new), Declarations()).findings
-    assert found.rule == "layout_unknown"
-    says(found.message, f"line {line}")
 
 
 def test_a_frame_that_nexus_left_out_is_a_gap() -> None:

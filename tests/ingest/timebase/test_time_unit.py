@@ -113,16 +113,6 @@ def test_long_integers_in_any_column_drop_no_row(first: int) -> None:
     assert "digits_rounded" in rules(result)
 
 
-def test_samples_are_counted_as_the_message_says_where_stamps_in_ns_are_not_the_time() -> None:
-    rows = [f"{FIRST_NS + 5_000_000 * k},{h}" for k, h in enumerate(HEIGHTS)]
-    said = refusal(read("time [ns],height [m]", rows, rate_hz=1200.0))
-    assert said.rule == "rate_contradicts"
-    says(said.message, "`--rate 200`", "`--rate 1200 --column time=own.clock`")
-    assert not read("time [ns],height [m]", rows, rate_hz=200.0).refused
-    result = read("time [ns],height [m]", rows, rate_hz=1200.0, columns={"time": ColumnDeclaration("own.clock")})
-    assert (result.refused, result.rows_kept, result.parts[0].rate_hz) == (False, 600, 1200.0)
-
-
 def named(message: str) -> str:
     found = re.search(r"`--unit t=(\w+)`", message)
     assert found is not None, message
@@ -140,12 +130,6 @@ def test_a_unit_is_named_for_no_rate_that_it_would_give(first: int, step: float)
     says(said.message, "s, ms, us, ns, filetime, min, h, d")
     unknown = refusal(read("t [fortnight],height [m]", rows))
     assert (unknown.rule, named(unknown.message)) == ("time_unit_unknown", "UNIT")
-
-
-@pytest.mark.parametrize(("title", "rate_hz"), [("# rate: 0.2 Hz\n", None), ("", 0.2)])
-def test_a_rate_that_is_stated_decides_the_unit(title: str, rate_hz: float | None) -> None:
-    rows = [f"{5 * k},{20 + k % 5}" for k in range(100)]
-    assert named(refusal(read(f"{title}t,temperature_internal [degC]", rows, rate_hz=rate_hz)).message) == "s"
 
 
 @pytest.mark.parametrize(("per_second", "unit"), [(1, "s"), (1000, "ms"), (10_000_000, "filetime"), (7, "UNIT")])
@@ -168,16 +152,6 @@ def test_a_rate_at_which_no_jump_is_seen_is_read_once_a_person_or_the_file_says_
     says(said.message, "`--rate 10`")
     for result in (read(header, rows, rate_hz=10.0), read(f"# rate: 10 Hz\n{header}", rows)):
         assert result.parts[0].rate_hz == pytest.approx(10.0)
-
-
-@SECONDS
-def test_a_unit_that_is_wrong_is_corrected_by_the_flags_of_the_message(header: str) -> None:
-    """A row of units, or `time_s`, was contradicted by a flag that lacked `--override-units`, and was refused again."""
-    rows = [f"{5 * k},{h}" for k, h in enumerate(HEIGHTS)]
-    flags = re.search(r"`--unit (\w+)=UNIT --override-units`", refusal(read(header, rows)).message)
-    assert flags is not None
-    (part,) = read(header, rows, columns={flags[1]: ColumnDeclaration(unit="ms")}, override_units=True).parts
-    assert part.rate_hz == pytest.approx(200.0)
 
 
 FIRST_S = 1_622_534_400
