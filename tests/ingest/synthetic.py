@@ -44,17 +44,9 @@ def bertec_acquire(
     columns: list[np.ndarray] = [np.arange(n), np.arange(n) * step_ms, np.zeros(n), np.zeros(n)]
     for _ in range(plates):
         fz = stance + noise.normal(0, 1.0, n)
+        fx, fy = noise.normal(-6, 1, n), noise.normal(0, 1, n)
         my, mx = -0.1 * fz, 0.05 * fz
-        columns += [
-            noise.normal(-6, 1, n),
-            noise.normal(0, 1, n),
-            fz,
-            mx,
-            my,
-            noise.normal(0, 0.1, n),
-            -my / fz,
-            mx / fz,
-        ]
+        columns += [fx, fy, fz, mx, my, noise.normal(0, 0.1, n), -my / fz, mx / fz]
     formats = ["%d", "%.5f", "%d", "%d"] + ["%.4f"] * (8 * plates)
     rows = [",".join(f % v for f, v in zip(formats, row, strict=True)) for row in zip(*columns, strict=True)]
     return text(",".join(names), rows, "\r\n")

@@ -84,19 +84,13 @@ def wrong_log(mutant: Mutant) -> str | None:
     return wrong_parts(read.parts, rows, 300.0, of_maker=False) or wrong_count(read, len(rows))
 
 
-def check_logs(seeds: range) -> None:
+SOAKED = [pytest.param(range(at, at + 100), marks=pytest.mark.soak) for at in range(0, 3000, 100)]
+
+
+@pytest.mark.parametrize("seeds", [range(100), *SOAKED[1:]])
+def test_no_mutant_of_a_log_is_read_wrongly(seeds: range) -> None:
     mutants = map(make_mutant, seeds)
     assert [(mutant.made_by, fault) for mutant in mutants if (fault := wrong_log(mutant))] == []
-
-
-def test_no_mutant_of_a_log_is_read_wrongly() -> None:
-    check_logs(range(100))
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("block", range(30))
-def test_none_of_3000_mutants_of_logs_is_read_wrongly(block: int) -> None:
-    check_logs(range(100 * block, 100 * block + 100))
 
 
 def mutant_of(data: bytes, delimiter: str, seed: int, names: Sequence[str]) -> Mutant:
@@ -136,11 +130,6 @@ def wrong(name: str, maker: Maker, seed: int) -> str | None:
     return fault and f"{fault} ({mutant.made_by})"
 
 
-def check(name: str, seeds: range) -> None:
-    maker = MAKERS[name]
-    assert {seed: fault for seed in seeds if (fault := wrong(name, maker, seed))} == {}
-
-
 @pytest.mark.parametrize("name", MAKERS)
 def test_the_second_reader_agrees_with_the_good_file(name: str) -> None:
     maker = MAKERS[name]
@@ -153,16 +142,10 @@ def test_the_second_reader_agrees_with_the_good_file(name: str) -> None:
     assert all(same_values(part, sample, rows[sample], True) for sample in range(120))
 
 
+@pytest.mark.parametrize("seeds", [range(10), *SOAKED[:5]])
 @pytest.mark.parametrize("name", MAKERS)
-def test_no_mutant_of_a_makers_file_is_read_wrongly(name: str) -> None:
-    check(name, range(10))
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("block", range(5))
-@pytest.mark.parametrize("name", MAKERS)
-def test_none_of_500_mutants_of_each_makers_file_is_read_wrongly(name: str, block: int) -> None:
-    check(name, range(100 * block, 100 * block + 100))
+def test_no_mutant_of_a_makers_file_is_read_wrongly(name: str, seeds: range) -> None:
+    assert {seed: fault for seed in seeds if (fault := wrong(name, MAKERS[name], seed))} == {}
 
 
 REFUSED = "refused"
@@ -209,17 +192,9 @@ def wrong_sheet(seed: int) -> str | None:
     return f"{lost} rows are neither read nor rejected ({mutant.made_by})" if lost > 0 else None
 
 
-def check_sheets(seeds: range) -> None:
-    found = {seed: wrong_sheet(seed) for seed in seeds}
+@pytest.mark.parametrize("seeds", [range(20), pytest.param(range(3000), marks=pytest.mark.soak)])
+def test_no_mutant_of_a_charger_sheet_is_read_wrongly(seeds: range) -> None:
+    found = {seed: wrong_sheet(seed) for seed in (*seeds, 2248)}
     assert {seed: fault for seed, fault in found.items() if fault not in (None, REFUSED)} == {}
     assert sum(fault is None for fault in found.values()) > 0.7 * len(seeds)
-
-
-def test_no_mutant_of_a_charger_sheet_is_read_wrongly() -> None:
-    check_sheets(range(20))
-    assert wrong_sheet(2248) is None  # a Ctrl-Z in place of the first letter of a run's name
-
-
-@pytest.mark.soak
-def test_none_of_3000_mutants_of_a_charger_sheet_is_read_wrongly() -> None:
-    check_sheets(range(3000))
+    assert found[2248] is None  # a Ctrl-Z in place of the first letter of a run's name

@@ -63,9 +63,13 @@ def test_more_than_one_percent_rejected_refuses(bad: int, refused: bool) -> None
     assert ("too_many_rejected" in rules(result)) is refused
 
 
-def test_an_unknown_encoding_is_a_usage_error() -> None:
-    with pytest.raises(UsageError, match="cp1252"):
-        read_file(robot_log(60), Declarations(encoding="cp99999"))
+@pytest.mark.parametrize(
+    ("declared", "right"),
+    [(Declarations(encoding="cp99999"), "cp1252"), (Declarations(time_zone="Pennsylvania"), "America/New_York")],
+)
+def test_an_unknown_encoding_or_zone_is_a_usage_error(declared: Declarations, right: str) -> None:
+    with pytest.raises(UsageError, match=right):
+        read_file(b"# recorded: 2021-06-05 14:30:00\n" + robot_log(60), declared)
 
 
 ALL = Profile(

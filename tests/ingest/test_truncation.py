@@ -43,22 +43,14 @@ def check_cut(name: str, whole: bytes, clean: ReadFile, end: int) -> None:
         assert cut.findings, end
 
 
+@pytest.mark.parametrize("everywhere", [False, pytest.param(True, marks=pytest.mark.soak)])
 @pytest.mark.parametrize("name", GOOD_FILES)
-def test_a_cut_file_is_reported_or_whole(name: str) -> None:
+def test_a_cut_file_is_reported_or_whole(name: str, everywhere: bool) -> None:
     whole = GOOD_FILES[name]()
     clean = read(whole, name)
     assert (clean.format, clean.refused) == (name, False)
     first = max(0, len(whole) - LAST_CUTS)
-    for end in {*range(0, first, max(1, first // CUTS)), *range(first, len(whole))}:
-        check_cut(name, whole, clean, end)
-
-
-@pytest.mark.soak
-@pytest.mark.parametrize("name", GOOD_FILES)
-def test_a_file_cut_at_any_byte_is_reported_or_whole(name: str) -> None:
-    whole = GOOD_FILES[name]()
-    clean = read(whole, name)
-    for end in range(len(whole)):
+    for end in {*range(0, first, 1 if everywhere else max(1, first // CUTS)), *range(first, len(whole))}:
         check_cut(name, whole, clean, end)
 
 

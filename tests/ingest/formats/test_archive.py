@@ -14,7 +14,8 @@ import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, Limits, ReadFile
 from ingest.read import read_file
-from tests.ingest.reading import rules
+from tests.helpers.wording import says
+from tests.ingest.reading import finding, rules
 from tests.ingest.synthetic import SHEET, robot_log
 
 LOG = robot_log(100)
@@ -51,11 +52,6 @@ def test_a_packed_log_is_the_log() -> None:
     assert same(plain, packed)
     assert [part.part for part in packed.parts] == [part.part for part in plain.parts]
     assert (packed.rows_read, packed.role) == (plain.rows_read, plain.role)
-
-
-def test_two_packed_one_after_another_are_one_text() -> None:
-    half = LOG.index(b"\n", 1000) + 1
-    assert same(read(LOG), read(gzip.compress(LOG[:half]) + gzip.compress(LOG[half:])))
 
 
 def test_parts_of_a_zip_are_named_after_their_members() -> None:
@@ -106,8 +102,7 @@ def test_what_is_refused_and_why(data: bytes, rule: str, said: str) -> None:
     result = read(data)
     assert result.refused
     assert not any(part for part in result.parts if rule == "archive_refused")
-    (finding,) = (one for one in result.findings if one.rule == rule)
-    assert said in finding.message
+    says(finding(result, rule).message, said)
 
 
 @pytest.mark.parametrize("name", ["a.csv", "xl/workbook.xml"])
@@ -130,7 +125,7 @@ def test_archives_in_each_other_expand_together_within_the_bound() -> None:
     assert inside < 200 * len(packed) < text < 200 * inside
     result = read(packed)
     assert result.refused
-    assert any("largest_expansion" in finding.message for finding in result.findings)
+    says(result.findings[0].message, "largest_expansion")
 
 
 def test_a_hundred_thousand_members_one_after_another_are_read_in_linear_time() -> None:
@@ -144,6 +139,7 @@ def test_no_cut_and_no_flipped_byte_gives_other_values() -> None:
     noise = np.random.default_rng(7)
     plain = read(LOG)
     in_three = b"".join(gzip.compress(LOG[start : start + 1000]) for start in (0, 1000)) + gzip.compress(LOG[2000:])
+    assert same(plain, read(in_three))
     for data in (zipped({"a.csv": LOG}), gzip.compress(LOG), in_three, gzip.compress(in_three)):
         for share in range(20):
             assert read(data[: len(data) * share // 20]).refused
@@ -154,7 +150,7 @@ def test_no_cut_and_no_flipped_byte_gives_other_values() -> None:
             assert result.refused or same(plain, result)
 
 
-@pytest.mark.parametrize("every", [4, pytest.param(1, marks=pytest.mark.soak)])
+@pytest.mark.parametrize("every", [8, pytest.param(1, marks=pytest.mark.soak)])
 def test_no_damaged_directory_leaves_a_member_out(every: int) -> None:
     """A longer extra field of one entry swallows the next, and zipfile says nothing."""
     data = zipped({"a.csv": LOG, "b.csv": OTHER})

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -12,9 +10,6 @@ from ingest.read import read_file
 from tests.helpers.wording import says
 from tests.ingest.reading import finding, read, refusal, rules
 from tests.ingest.synthetic_workbooks import MAIN, Rows, workbook
-
-SAMPLE = Path(__file__).parents[4] / "shared" / "samples" / "robot" / "SingleLegTestsExcelCap.xlsx"
-
 
 HEIGHTS = np.random.default_rng(2).normal(0.4, 0.01, 50)
 LOG: Rows = [["time [s]", "height [m]", "count"], *([n / 300, float(h), n] for n, h in enumerate(HEIGHTS))]
@@ -113,19 +108,6 @@ def test_no_cut_and_no_flipped_byte_gives_other_values() -> None:
 
 def test_an_old_workbook_that_is_none_is_refused() -> None:
     assert refusal(read(b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1" + bytes(600))).rule == "workbook_refused"
-
-
-@pytest.mark.skipif(not SAMPLE.is_file(), reason="the sample files lie beside the project: ../shared/samples")
-@pytest.mark.soak
-def test_the_sample_of_two_time_columns() -> None:
-    columns = {"V_in": ColumnDeclaration("command_velocity", "1")}
-    result = read(SAMPLE.read_bytes(), time_unit="s", columns=columns)
-    assert not result.refused
-    states, log = result.parts
-    assert len(states.time_s) == 2
-    assert (len(log.time_s), log.rate_hz) == (17943, pytest.approx(1000.0))
-    force = next(channel for channel in log.channels if channel.name == "grf")
-    assert force.values[-1] == -2817.1835327365657
 
 
 def test_blanks_in_the_names_of_a_sheet_part_no_columns() -> None:

@@ -54,7 +54,7 @@ def test_columns_are_named_by_their_labels(line: Callable[[int, float], str], de
 def test_a_unit_that_nothing_states_is_asked_for_by_the_label() -> None:
     result = read(lambda k, h: f"h:{h},v:15.4,t:{10 * k}")
     assert result.refused
-    assert any(says(finding.message, "--unit t=") for finding in result.findings)
+    says([finding.message for finding in result.findings], "--unit t=")
 
 
 def test_a_value_is_missing_where_a_line_lacks_its_label() -> None:

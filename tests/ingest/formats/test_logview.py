@@ -7,7 +7,7 @@ import pytest
 from ingest.model import ColumnDeclaration, Declarations, Profile
 from ingest.read import read_file
 from tests.ingest.formats.synthetic_chargers import bare_rows, lines, with_checksum
-from tests.ingest.reading import finding, rules, values
+from tests.ingest.reading import rules, values
 
 COLUMNS = {"value_1": ColumnDeclaration("battery_voltage", "mV"), "value_2": ColumnDeclaration("current", "mA")}
 NAMED = Declarations(time_unit="ms", columns=COLUMNS)
@@ -59,15 +59,6 @@ def test_a_wrong_checksum_and_a_thousands_separator_cost_their_lines() -> None:
     result = read_file(lines(rows), NAMED)
     assert (result.rows_kept, result.rows_rejected) == (298, 2)
     assert {"checksum_wrong", "record_malformed"} <= rules(result)
-
-
-@pytest.mark.parametrize(("head", "rows"), [([], bare_rows(300)), ([*ZERO, "$I$;500"], zero_rows(300))])
-def test_quotes_join_no_lines(head: list[str], rows: list[str]) -> None:
-    for place in (100, 104):
-        rows[place] = rows[place].replace(";", ';"', 1)
-    result = read_file(lines([*head, *rows]), NAMED if not head else Declarations())
-    assert (result.rows_kept, result.rows_rejected) == (298, 2)
-    assert finding(result, "record_malformed" if head else "checksum_wrong").more_lines == (104 + 1 + len(head),)
 
 
 @pytest.mark.parametrize(("sign", "mode"), [(1, "charge"), (-1, "discharge")])

@@ -282,8 +282,8 @@ def test_a_table_with_y_up_is_never_read_as_if_z_were() -> None:
     result = read(gait(), Declarations(time_unit="s", columns=GAIT_UNITS, axes="y up"))
     assert not result.refused, result.findings
     stored, expected = values(result.parts[0]), made.plate(made.hops(400, 150.0))
-    for channel in ("force_x", "force_y", "force_z", "cop_x", "cop_y", "cop_z", "free_moment_z"):
-        assert np.allclose(stored[channel], expected[channel], atol=1e-3), channel
+    for name in ("force_x", "force_y", "force_z", "cop_x", "cop_y", "cop_z", "free_moment_z"):
+        assert np.allclose(stored[name], expected[name], atol=1e-3), name
     force = next(channel for channel in result.parts[0].channels if channel.name == "force_y")
     assert (force.source_name, force.sign, force.assumed) == ("Fz", -1, ("y up: declared",))
 

@@ -187,9 +187,11 @@ def test_ampere_hours_under_a_heading_of_mah_are_no_thousands(declared: Declarat
 
 
 def test_times_are_local_to_the_book() -> None:
-    ends = {"2021-06-05 14:30": "2021-06-05T18:30:00.000000Z", "05/06/2021 14:30": None, "2021-11-07 01:30": None}
+    never, twice = "2021-03-14 02:30", "2021-11-07 01:30"  # summer time begins and ends
+    ends = {"2021-06-05 14:30": "2021-06-05T18:30:00.000000Z", "05/06/2021 14:30": None, never: None, twice: None}
     result = read("run,mAh,ended\n" + "".join(f"r1,461,{end}\n" for end in ends))
     assert {charge.ended_original: charge.ended_utc for charge in result.charges} == ends
+    assert {"instant_unclear", "date_unclear"} <= rules(result)
 
 
 def test_a_run_with_two_recharges_keeps_both() -> None:
