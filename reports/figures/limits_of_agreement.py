@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from data_schema.vocabulary import Undefined
 from reports.content import ReportContent
 from reports.display import as_shown, count_text, general_text, number_text, with_unit
 from reports.evidence import POOLED
@@ -78,7 +79,11 @@ def alternative(content: ReportContent) -> str:
     sentences = []
     for one, limits in _judged(content):
         low, high = (as_shown(each) for each in (limits.lower_limit, limits.upper_limit))
-        ends = f"{general_text(_value(low))} to {with_unit(general_text(_value(high)), low.unit)}"
+        ends = (
+            low.value.reason
+            if isinstance(low.value, Undefined)
+            else f"{general_text(low.value)} to {with_unit(general_text(_value(high)), low.unit)}"
+        )
         conditions = count_text(limits.mean_difference.n or 0, "condition")
         sentences.append(f"{one.quantity}: mean {number_text(limits.mean_difference)}, limits {ends}, {conditions}.")
     return f"Differences of predictions from measurements. {' '.join(sentences)}"
