@@ -11,6 +11,7 @@ from ingest.formats.chargers import sheet
 from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
 
+TIMED = '\n[profiles.logger]\nrecognise = ["z"]\ntime = { column = "t", unit = "UNIT" }\n'
 PROFILE = '\n[profiles.logger]\nrecognise = ["z"]\ncolumns = { z = { channel = "%s", unit = "%s" } }\n'
 
 
@@ -37,7 +38,6 @@ def test_all_channels_are_listed_with_unit_and_meaning(tmp_path: Path) -> None:
     [
         (("--column", "z=body_hieght:mm"), ["'body_hieght'", "'body_height'", "`labbook channels`"]),
         (("--column", "z=CHANNEL:UNIT"), ["'CHANNEL'", "`labbook channels`", "own.NAME"]),
-        (("--column", "z=body_height:UNIT"), ["'UNIT'", "'m'"]),
         (("--column", "z=body_height:kg"), ["'kg'", "'m'"]),
         (("--column", "z=own.pot:UNIT"), ["'UNIT'"]),
         (("--column", "z=own.body_height:mm"), ["own.body_height", "write body_height"]),
@@ -52,20 +52,21 @@ def test_a_flag_with_a_name_that_is_none_is_refused_with_the_nearest(
         refused(labbook("ingest", log, *said, at=fresh.folder), 2, *words)
 
 
-@pytest.mark.parametrize(("channel", "unit"), [("body_hieght", "mm"), ("CHANNEL", "mm"), ("body_height", "UNIT")])
+@pytest.mark.parametrize(
+    ("profile", "place"),
+    [
+        (PROFILE % ("body_hieght", "mm"), "columns.z"),
+        (PROFILE % ("body_height", "UNIT"), "columns.z"),
+        (TIMED, "time.unit: 'UNIT'"),
+    ],
+)
 def test_a_profile_with_a_name_that_is_none_is_refused_with_its_place(
-    fresh: SmallBook, log: Path, channel: str, unit: str
+    fresh: SmallBook, log: Path, profile: str, place: str
 ) -> None:
     with fresh.toml.open("a") as toml:
-        toml.write(PROFILE % (channel, unit))
+        toml.write(profile)
     with unchanged(fresh.folder):
-        refused(labbook("ingest", log, at=fresh.folder), 2, "labbook.toml", "profiles.logger.columns.z")
-
-
-def test_a_time_unit_of_a_profile_that_is_none_is_refused(fresh: SmallBook, log: Path) -> None:
-    with fresh.toml.open("a") as toml:
-        toml.write('\n[profiles.logger]\nrecognise = ["z"]\ntime = { column = "t", unit = "UNIT" }\n')
-    refused(labbook("ingest", log, at=fresh.folder), 2, "profiles.logger.time.unit", "'UNIT' is no unit")
+        refused(labbook("ingest", log, at=fresh.folder), 2, "labbook.toml", f"profiles.logger.{place}")
 
 
 def test_a_quantity_of_ones_own_is_marked_by_flag_and_profile(fresh: SmallBook, log: Path) -> None:
@@ -73,13 +74,3 @@ def test_a_quantity_of_ones_own_is_marked_by_flag_and_profile(fresh: SmallBook, 
         toml.write(PROFILE % ("own.pot", "mm"))
     good(labbook("ingest", log, "--column", "left=own.encoder:1", at=fresh.folder))
     assert rows(fresh.folder, "SELECT name, unit FROM channel ORDER BY position") == [("pot", "mm"), ("encoder", "1")]
-
-
-def test_columns_of_a_charger_sheet_are_declared_by_their_part(stated: SmallBook, tmp_path: Path) -> None:
-    path = tmp_path / "laden.csv"
-    path.write_text("Lauf;geladen;Dauer [min];Akku\nr001;112;14;A\n")
-    said = [f"--column={word}" for word in ("Lauf=run", "geladen=charge:mAh", "Dauer=duration", "Akku=pack")]
-    good(labbook("ingest", path, *said, at=stated.folder))
-    assert rows(stated.folder, "SELECT charge_mah, duration_s, stated_run, stated_pack FROM charge") == [
-        (112.0, 840.0, "r001", "A")
-    ]
