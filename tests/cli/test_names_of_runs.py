@@ -35,14 +35,3 @@ def test_a_name_with_parted_letters_is_that_of_the_run(fresh: SmallBook, tmp_pat
     assert rows(fresh.folder, LINKS) == [("Prüfung1",)]
     assert rows(fresh.folder, CHARGES) == [("Prüfung1", 150.0)]
     good(labbook("show", parted("Prüfung1"), at=fresh.folder))
-
-
-def test_a_column_with_parted_letters_is_the_one_of_the_file(fresh: SmallBook, tmp_path: Path) -> None:
-    """`No column is named 'Höhe'`, and the file was refused."""
-    log = tmp_path / "r001.csv"
-    log.write_text("time [ms],Höhe\n" + "".join(f"{3 * k},{0.4 + k % 7 / 100}\n" for k in range(60)), encoding="utf-8")
-    for name, code in (("Höhe", 0), ("Nähe", 2)):
-        column = f"{parted(name)}=body_height:m"
-        answer = labbook("ingest", log, "--column", column, "--dry-run", "--json", at=fresh.folder)
-        assert answer.code == code
-        assert (answer.json[0]["status"] == "refused") is (code == 2)
