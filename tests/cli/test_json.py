@@ -5,7 +5,6 @@ from __future__ import annotations
 import shlex
 from pathlib import Path
 
-from labbook.cli.main import application
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
 
@@ -43,58 +42,6 @@ IN_ORDER = {
     "db check": ("db check", {"whole", "problems", "orphans"}),
     "rebuild": ("rebuild", {"entries", "old", "differences"}),
 }
-ELSEWHERE = {
-    "report": "tests/cli/test_report.py",
-    "why": "tests/cli/test_report.py",
-    "reports list": "tests/labbook/actions/upkeep/test_report_differences.py",
-    "reports show": "tests/labbook/actions/upkeep/test_report_differences.py",
-    "reports diff": "tests/labbook/actions/upkeep/test_report_differences.py",
-    "files list": "tests/cli/test_files.py",
-    "files show": "tests/cli/test_files.py",
-    "files reread": "tests/cli/test_files.py",
-    "files withdraw": "tests/cli/test_files.py",
-    "files restore": "tests/cli/test_files.py",
-    "runs dismiss": "tests/cli/test_files.py",
-    "runs restore": "tests/cli/test_files.py",
-    "merge": "tests/cli/test_merge.py",
-    "calibrate-sensor": "tests/cli/test_calibrated_logs.py",
-    "calibrate": "tests/labbook/analysis/prediction/test_calibrating.py",
-    "compare": "tests/labbook/analysis/prediction/test_predicting.py",
-    "demo": "makes a whole campaign: `make demo` runs it",
-    "sim run": "tests/cli/test_sim_run.py",
-    "sim sweep": "tests/cli/test_sim_sweep.py",
-    "sim effects": "tests/cli/test_sim.py",
-    "sim accuracy": "tests/cli/test_sim.py",
-    "sim figures": "tests/cli/test_sim.py",
-    "sim parts": "tests/cli/test_sim.py",
-    "sim published": "tests/cli/test_sim.py",
-    "sim warm": "tests/cli/test_sim_run.py",
-    "study bed": "tests/cli/test_study_bed.py",
-    "study emulator": "tests/cli/test_study_emulator.py",
-    "study force-plate": "tests/cli/test_study_force_plate.py",
-    "study field": "tests/cli/test_study_field.py",
-    "study characterisation": "tests/cli/test_study_characterisation.py",
-    "study compaction": "tests/cli/test_study_compaction.py",
-    "study all": "tests/cli/test_study_sheets.py",
-    "stats compare": "tests/cli/test_stats.py",
-    "stats anova": "tests/cli/test_stats.py",
-    "stats savings": "tests/cli/test_stats.py",
-    "stats equivalence": "tests/cli/test_stats.py",
-    "power": "tests/cli/test_power.py",
-}
-
-
-def commands() -> set[str]:
-    root = application()
-    return {
-        f"{name} {below}".strip()
-        for name, command in getattr(root, "commands", {}).items()
-        for below in getattr(command, "commands", {"": None})
-    }
-
-
-def test_every_command_is_looked_at() -> None:
-    assert commands() == set(IN_ORDER) | set(ELSEWHERE)
 
 
 def test_every_command_prints_one_json_document(tmp_path: Path) -> None:
