@@ -7,11 +7,12 @@ import math
 import re
 import shlex
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.cli.shell import good, labbook, rows
+from tests.cli.shell import good, labbook
 from tests.helpers.standing_log import REST_LENGTH_M, as_csv, standing_log
 from tests.helpers.wording import says
 
@@ -64,24 +65,33 @@ def book(folder: Path, more: str = "") -> Path:
     return folder / "book"
 
 
+def counted(folder: Path, n: int, at_0_2_m: int) -> tuple[Path, float]:
+    """Write the log of run n in counts of a sensor; returns it and its mean apex height in m."""
+    time_s, height_m, apexes_m = standing_log(n, 10)
+    log = folder / f"r{n:03}.txt"
+    log.write_text(as_csv("t,adc_h", time_s, np.round(at_0_2_m + (height_m - 0.2) * PER_M), 0))
+    return log, float(apexes_m.mean())
+
+
+def page(at: Path) -> str:
+    good(labbook("report", "--out", "out", at=at))
+    return (at / "out" / "report.html").read_text(encoding="utf-8")
+
+
+def shown(at: Path, run: str) -> Any:
+    return good(labbook("show", run, "--json", at=at)).json
+
+
 def test_a_moved_sensor_is_read_by_the_calibration_of_the_day_of_its_run(tmp_path: Path) -> None:
     at = book(tmp_path, PROFILE)
-    true_m = {}
-    for n in range(1, 9):
-        time_s, height_m, apexes_m = standing_log(n, 10)
-        counts = np.round(AT_0_2_M[DAYS[n > 4]] + (height_m - 0.2) * PER_M)
-        (tmp_path / f"r{n:03}.txt").write_text(as_csv("t,adc_h", time_s, counts, 0))
-        true_m[f"r{n:03}"] = float(apexes_m.mean())
-    good(labbook("ingest", *sorted(tmp_path.glob("r*.txt")), at=at))
-    good(labbook("report", "--out", "out", at=at))
-    for name in true_m:
-        shown = good(labbook("show", name, "--json", at=at)).json
-        assert shown["mean_apex_height_m"] == pytest.approx(true_m[name], abs=0.0005)
-        (channel,) = shown["calibrated"]
-        assert channel["person"] == "Ada Nwosu"
+    logs = [counted(tmp_path, n, AT_0_2_M[DAYS[n > 4]]) for n in range(1, 9)]
+    good(labbook("ingest", *(log for log, _mean_m in logs), at=at))
+    says(page(at), "ruler, page 12", "ruler, page 14", "Ada Nwosu")
+    for log, mean_m in logs:
+        found = shown(at, log.stem)
+        assert found["mean_apex_height_m"] == pytest.approx(mean_m, abs=0.0005)
+        assert [channel["person"] for channel in found["calibrated"]] == ["Ada Nwosu"]
     says(good(labbook("show", "r001", at=at)).out, "ruler, page 12", "Ada Nwosu")
-    page = (at / "out" / "report.html").read_text(encoding="utf-8")
-    says(page, "ruler, page 12", "ruler, page 14", "Ada Nwosu")
 
     # Both calibrations err on their own; half of each condition's runs have the one, half the other.
     table = (at / "out" / "tables" / "apex_by_condition.csv").read_text().splitlines()
@@ -92,62 +102,38 @@ def test_a_moved_sensor_is_read_by_the_calibration_of_the_day_of_its_run(tmp_pat
     difference = good(labbook("stats", "compare", "--quantity", "apex", "--json", at=at)).json["decisions"][0]
     assert difference["p"] > 0.05
     good(labbook("rebuild", at=at))
-    assert good(labbook("show", "r001", "--json", at=at)).json["calibrated"][0]["calibrated_unit"] == "m"
+    assert shown(at, "r001")["calibrated"][0]["calibrated_unit"] == "m"
 
 
 def test_heights_follow_the_calibration_of_the_day_of_the_run(tmp_path: Path) -> None:
     """A log without a date that moves to a run of another day, and a run whose date is corrected."""
     at = book(tmp_path, PROFILE)
-    time_s, height_m, apexes_m = standing_log(1, 10)
-    counts = np.round(AT_0_2_M[DAYS[1]] + (height_m - 0.2) * PER_M)
-    log = tmp_path / "r001.txt"
-    log.write_text(as_csv("t,adc_h", time_s, counts, 0))
+    log, true_m = counted(tmp_path, 1, AT_0_2_M[DAYS[1]])
     says(good(labbook("ingest", log, "--explain", at=at)).out, "ruler, page 12")
     good(labbook("ingest", log, at=at))
 
-    def mean_m(name: str) -> float | None:
+    def mean_m(run: str) -> Any:
         good(labbook("report", "--out", "out", at=at))
-        return good(labbook("show", name, "--json", at=at)).json["mean_apex_height_m"]
+        return shown(at, run)["mean_apex_height_m"]
 
     as_of_first_day = mean_m("r001")
-    assert as_of_first_day == pytest.approx(float(apexes_m.mean()) - 12 / PER_M, abs=0.0005)
+    assert as_of_first_day == pytest.approx(true_m - 12 / PER_M, abs=0.0005)
     good(labbook("assign", "r001.txt", "r005", "--why", "its log", at=at))
     assert mean_m("r005") is None
     says(good(labbook("show", "r005", at=at)).out, "labbook files reread r001.txt")
     good(labbook("files", "reread", "--all", at=at))
-    assert mean_m("r005") == pytest.approx(float(apexes_m.mean()), abs=0.0005)
+    assert mean_m("r005") == pytest.approx(true_m, abs=0.0005)
     says(good(labbook("files", "reread", "--all", at=at)).out, "no file")
     good(labbook("correct", "r005", "date=2024-03-04", "--why", "made the day before", at=at))
     assert mean_m("r005") is None
     good(labbook("files", "reread", "r001.txt", at=at))
-    assert mean_m("r005") == as_of_first_day
     good(labbook("rebuild", at=at))
     assert mean_m("r005") == as_of_first_day
 
 
-def test_what_is_declared_of_a_file_again_adds_to_what_was(tmp_path: Path) -> None:
-    at = book(tmp_path)
-    time_s, height_m, apexes_m = standing_log(1, 10, zero_m=0.059)
-    text = as_csv("t,h", time_s, 100 * height_m, 3)
-    (tmp_path / "r001.txt").write_text(text)
-    flags = ("--column", "h=body_height:cm", "--unit", "t=ms")
-    answer = good(labbook("ingest", "../r001.txt", *flags, at=at))
-    (command,) = re.findall(r"`labbook (files reread .*?)`", says(answer.out, "height_zero_doubtful"))
-    assert "offset_se=" in command
-    good(labbook(*shlex.split(command), at=at))
-    good(labbook("report", "--out", "out", at=at))
-    shown = good(labbook("show", "r001", "--json", at=at)).json
-    assert shown["mean_apex_height_m"] == pytest.approx(float(apexes_m.mean()), abs=3 * 0.005)
-    assert labbook("files", "reread", "r001.txt", "--nothing-declared", at=at).code == 2
-
-
 def test_logs_read_with_an_earlier_calibration_are_named_until_they_are_read_again(tmp_path: Path) -> None:
     at = book(tmp_path, PROFILE)
-    logs = []
-    for n in (1, 2):
-        time_s, height_m, _apexes_m = standing_log(n, 10)
-        logs.append(tmp_path / f"r{n:03}.txt")
-        logs[-1].write_text(as_csv("t,adc_h", time_s, np.round(812 + (height_m - 0.2) * PER_M), 0))
+    logs = [counted(tmp_path, n, AT_0_2_M[DAYS[0]])[0] for n in (1, 2)]
     (tmp_path / "r003.csv").write_text(as_csv("t [ms],body_height [m]", *standing_log(3, 10)[:2], 5))
     good(labbook("ingest", *logs, "../r003.csv", at=at))
     today = ("today", "--day", DAYS[0])
@@ -155,42 +141,32 @@ def test_logs_read_with_an_earlier_calibration_are_named_until_they_are_read_aga
     toml = at / "labbook.toml"
     toml.write_text(toml.read_text(encoding="utf-8").replace("height = [0.20, 0.85]", "height = [0.21, 0.86]"))
     advice = ("2 files", "r001.txt, r002.txt", "labbook files reread --all")
-    good(labbook("report", "--out", "out", at=at))
-    says((at / "out" / "report.html").read_text(encoding="utf-8").partition("Limitations")[2], *advice)
+    says(page(at).partition("Limitations")[2], *advice)
     says(good(labbook(*today, at=at)).out, *advice)
     told = good(labbook("ingest", *logs, "../r003.csv", at=at)).out
     says(told, "r001.txt, r002.txt", "labbook files reread --all")
     assert told.count("reread") == 1
     good(labbook("files", "reread", "--all", at=at))
     assert good(labbook(*today, "--json", at=at)).json["files_outdated"] == []
-    good(labbook("report", "--out", "out", at=at))
-    assert "reread --all" not in (at / "out" / "report.html").read_text(encoding="utf-8")
+    assert "reread --all" not in page(at)
 
 
 def test_a_zero_that_is_off_is_named_with_the_command_that_mends_it(tmp_path: Path) -> None:
     at = book(tmp_path)
     time_s, height_m, apexes_m = standing_log(1, 10, zero_m=0.059)
-    (tmp_path / "r001.txt").write_text(as_csv("t [ms],h [cm]", time_s, 100 * height_m, 3))
-    answer = good(labbook("ingest", "../r001.txt", "--column", "h=body_height:cm", at=at))
+    (tmp_path / "r001.txt").write_text(as_csv("t,h", time_s, 100 * height_m, 3))
+    answer = good(labbook("ingest", "../r001.txt", "--column", "h=body_height:cm", "--unit", "t=ms", at=at))
     sentence = says(answer.out, "height_zero_doubtful", "labbook files reread")
     says(answer.out, "10 of 10 jumps found")
-    good(labbook("report", "--out", "out", at=at))
-    limits = (at / "out" / "report.html").read_text(encoding="utf-8").partition("Limitations")[2]
-    today = ("today", "--day", rows(at, "SELECT date_local FROM day")[0][0])
-    for told in (limits, good(labbook(*today, at=at)).out):
+    today = ("today", "--day", DAYS[0])
+    for told in (page(at).partition("Limitations")[2], good(labbook(*today, at=at)).out):
         says(told, "r001", "too high", "labbook files show r001.txt")
     (command,) = re.findall(r"`labbook (files reread .*?)`", sentence)
     says(good(labbook("files", "show", "r001.txt", at=at)).out, command)
     good(labbook(*shlex.split(command), at=at))
-    good(labbook("report", "--out", "out", at=at))
-    assert "too high" not in (at / "out" / "report.html").read_text(encoding="utf-8")
+    assert "too high" not in page(at)
     assert good(labbook(*today, "--json", at=at)).json["zero_doubtful"] == {}
-    shown = good(labbook("show", "r001", "--json", at=at)).json
-    assert shown["mean_apex_height_m"] == pytest.approx(float(apexes_m.mean()), abs=0.003)
-    assert not any("height_zero" in rule for (rule,) in rows(at, _CURRENT_FINDINGS))
-
-
-_CURRENT_FINDINGS = "SELECT rule FROM finding JOIN ingest ON ingest.id = finding.ingest WHERE status = 'imported'"
+    assert shown(at, "r001")["mean_apex_height_m"] == pytest.approx(float(apexes_m.mean()), abs=0.003)
 
 
 def test_a_log_in_which_no_stance_can_be_found_says_so(tmp_path: Path) -> None:
@@ -218,7 +194,6 @@ def test_a_sensor_is_calibrated_from_a_log_of_known_heights(tmp_path: Path) -> N
     slope, level = np.polyfit(levels, [0.2, 0.4, 0.6, 0.85], 1)
     assert found["calibration"]["scale"] == pytest.approx(slope, rel=1e-3)
     assert found["calibration"]["offset"] == pytest.approx(level, abs=2e-4)
-    assert found["calibration"]["source"] == "ruler"
     line = good(labbook(*words, at=tmp_path)).out.splitlines()[-1]
     at = book(tmp_path, f'\n[profiles.adc]\nrecognise = ["t", "adc_h"]\n[profiles.adc.columns]\n{line}\n')
     good(labbook("ingest", "../heights.csv", "--unit", "t=ms", "--dry-run", at=at))

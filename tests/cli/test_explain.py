@@ -140,6 +140,7 @@ def test_words_that_are_none_are_refused_with_the_nearest(fresh: SmallBook, odd:
         ("--clock", "mm:ss", "m:s"),
         ("--axes", "y", "y up"),
         ("--profile", "serial", "profile"),
+        ("--delimiter", "a", "delimiter"),
     ):
         refused(labbook("ingest", odd, flag, given, "--dry-run", at=fresh.folder), 2, repr(given), named)
 
