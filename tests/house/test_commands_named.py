@@ -1,4 +1,4 @@
-"""Every command that a message names exists, with its options."""
+"""Every command that a message or a document names exists, with its options."""
 
 from __future__ import annotations
 
@@ -17,6 +17,7 @@ from tests.helpers.advice import command
 
 PROJECT = Path(__file__).parents[2]
 PACKAGES = ("data_schema", "ingest", "labbook", "reports", "simulator", "stats")
+DOCUMENTS = sorted([PROJECT / "README.md", PROJECT / "CONTRIBUTING.md", *(PROJECT / "docs").glob("*.md")])
 FREE = "{}"
 """Stands for what a message fills in."""
 FACTOR = "--foot"
@@ -40,14 +41,23 @@ def snippets(pattern: str) -> list[str]:
     return sorted(snippet for snippet in found if re.match(pattern, snippet))
 
 
+def in_documents() -> list[str]:
+    """Return the commands of the documents: lines of their own, and snippets in backquotes."""
+    whole = "\n".join(path.read_text(encoding="utf-8") for path in DOCUMENTS)
+    lines = re.findall(r"^ {4}(labbook .*?)(?:\s+#.*)?$", whole, re.MULTILINE)
+    quoted = re.findall(r"(?<!`)`(labbook [a-z-][^`]*)`", whole)
+    return sorted({*lines, *quoted})
+
+
 def options_of(found: object) -> set[str]:
     return {"--help", "--debug", *(name for parameter in found.params for name in parameter.opts)}  # type: ignore[attr-defined]
 
 
-@pytest.mark.parametrize("snippet", snippets(r"labbook [a-z]"))
+@pytest.mark.parametrize("snippet", [*snippets(r"labbook [a-z]"), *in_documents()])
 def test_a_command_that_is_named_exists_with_its_options(snippet: str) -> None:
     words = shlex.split(" ".join(snippet.split()).replace("...", "WORD"))[1:]
     path = words[:2] if words[0] in GROUPS and len(words) > 1 and not words[1].startswith(("-", FREE)) else words[:1]
+    path = [word for word in path if not word.startswith("-")]
     found = command(*path)
     if found is None and words[0] in GROUPS:
         found = command(words[0])

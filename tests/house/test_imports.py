@@ -34,70 +34,58 @@ def everything_in(package: str) -> str:
     return "\n".join(f"import {module}" for module in modules)
 
 
-def test_statistics_simulator_and_pages_work_without_a_database_or_a_window() -> None:
-    code = "\n".join(map(everything_in, DATABASE_FREE))
-    unwanted = (*NO_DATABASE, "labbook", "ingest", "matplotlib.pyplot", "tkinter")
-    assert loaded_by(code, unwanted) == set()
-
-
-def test_importing_them_is_light() -> None:
-    unwanted = ("pandas", "pint", "matplotlib.pyplot", "statsmodels", "scipy.stats", "sqlalchemy", "xarray")
-    assert loaded_by(f"import {', '.join(DATABASE_FREE)}", unwanted) == set()
-
-
-HELP = """
+GIVEN = """
+import os
 from labbook.cli.main import run
-for words in (["--help"], ["ingest", "--help"], ["report", "--help"], ["runs", "--help"]):
+os.chdir({folder!r})
+for words in {commands!r}:
     try:
         run(words)
     except SystemExit as end:
         assert not end.code
 """
+HELP = [["--help"], ["ingest", "--help"], ["report", "--help"], ["runs", "--help"]]
+REPORT = """
+import data_schema.tables, labbook.book.opening, labbook.cli.runs, labbook.cli.views
+import labbook.actions.report_command, labbook.actions.simulate.comparing_predictions
+"""
+LIGHT = {
+    "statistics, simulator and pages": (
+        "\n".join(map(everything_in, DATABASE_FREE)),
+        (*NO_DATABASE, "labbook", "ingest", "matplotlib.pyplot", "tkinter"),
+    ),
+    "their packages": (
+        f"import {', '.join(DATABASE_FREE)}",
+        ("pandas", "pint", "matplotlib.pyplot", "statsmodels", "scipy.stats", "sqlalchemy", "xarray"),
+    ),
+    "help": (GIVEN.format(folder=str(PROJECT), commands=HELP), HEAVY),
+    "configuration": ("import labbook.config.parsing", HEAVY),
+    "a report without a scene, in SQLite": (
+        REPORT,
+        ("simulator.scene", "simulator.jump", "numba", "sqlalchemy.dialects.postgresql", "psycopg"),
+    ),
+    "a scene and what is published": (
+        "import simulator.changes, simulator.scene_file, simulator.steady.published_results",
+        ("numba", "llvmlite"),
+    ),
+    "a campaign without a book": (
+        "import labbook.demo.files",
+        (*NO_DATABASE, "labbook.book", "labbook.actions", "scipy"),
+    ),
+    "a list of runs": (
+        "import labbook.book.opening, labbook.cli.runs",
+        ("matplotlib", "pandas", "jinja2", "statsmodels", "pint", "xarray"),
+    ),
+}
 
 
-def test_help_loads_nothing_heavy() -> None:
-    assert loaded_by(HELP, HEAVY) == set()
-
-
-def test_configuration_is_read_without_database_or_arrays() -> None:
-    assert loaded_by("import labbook.config.parsing", HEAVY) == set()
-
-
-def test_a_report_loads_the_simulator_only_where_a_scene_is_named_and_no_postgresql_for_sqlite() -> None:
-    modules = "report_command", "simulate.comparing_predictions"
-    code = "import data_schema.tables, labbook.book.opening, labbook.cli.runs, labbook.cli.views"
-    unwanted = ("simulator.scene", "simulator.jump", "numba", "sqlalchemy.dialects.postgresql", "psycopg")
-    found = loaded_by(
-        "\n".join([code, *(f"import labbook.actions.{name}" for name in modules)]),
-        (*unwanted, "sqlalchemy.dialects.sqlite"),
-    )
-    assert found == {"sqlalchemy.dialects.sqlite"}
-
-
-def test_a_scene_and_what_is_published_are_read_without_a_compiler() -> None:
-    code = "import simulator.changes, simulator.scene_file, simulator.steady.published_results"
-    assert loaded_by(code, ("numba", "llvmlite")) == set()
-
-
-def test_a_campaign_is_drawn_without_a_book() -> None:
-    assert loaded_by("import labbook.demo.files", (*NO_DATABASE, "labbook.book", "labbook.actions", "scipy")) == set()
-
-
-def test_listing_runs_draws_nothing() -> None:
-    code = "import labbook.book.opening, labbook.cli.runs"
-    assert loaded_by(code, ("matplotlib", "pandas", "jinja2", "statsmodels", "pint", "xarray")) == set()
+@pytest.mark.parametrize("what", LIGHT)
+def test_it_does_without(what: str) -> None:
+    assert loaded_by(*LIGHT[what]) == set()
 
 
 @pytest.mark.soak
 def test_taking_a_log_in_does_without_pandas(tmp_path: Path) -> None:
     stated = small_book(tmp_path, ingested=False)
-    code = f"""
-import os
-os.chdir({str(stated.folder)!r})
-from labbook.cli.main import run
-try:
-    run(["ingest", {str(stated.log("r001"))!r}])
-except SystemExit as end:
-    assert not end.code
-"""
+    code = GIVEN.format(folder=str(stated.folder), commands=[["ingest", str(stated.log("r001"))]])
     assert loaded_by(code, ("pandas", "pyarrow")) == {"pyarrow"}
