@@ -154,10 +154,6 @@ def test_what_labbook_toml_should_say_now_is_told_and_then_all_is_well(
 
 def test_the_file_changed_as_told_is_taken_over_without_a_word(whole: SmallBook) -> None:
     good(labbook("correct", "study", "reference_voltage_v=16.8", "--why", "measured", at=whole.folder))
-    text = whole.toml.read_text()
-    assert "reference_voltage_v = 15.4" in text
-    whole.toml.write_text(text.replace("reference_voltage_v = 15.4", "reference_voltage_v = 16.8"))
+    whole.toml.write_text(whole.toml.read_text().replace("reference_voltage_v = 15.4", "reference_voltage_v = 16.8"))
     good(labbook("note", "r001", "goes on", at=whole.folder))
     assert rows(whole.folder, "SELECT reference_voltage_v FROM study") == [(16.8,)]
-    again = good(labbook("correct", "study", "jumps_nominal=26", "--why", "x", "--json", at=whole.folder)).json
-    assert len(again["labbook_toml"]) == 1

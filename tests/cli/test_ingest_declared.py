@@ -76,19 +76,6 @@ def test_flags_that_a_refusal_names_work_when_pasted(fresh: SmallBook, tmp_path:
     assert item["format"] == "charger_sheet"
 
 
-def test_a_draft_offers_a_column_of_dates_and_times_without_a_unit(fresh: SmallBook, tmp_path: Path) -> None:
-    path = tmp_path / "r001.csv"
-    stamps = (f"5.6.2021 14:30:{k // 100:02d}.{k % 100:02d}" for k in range(600))
-    path.write_text("z;Datum\n" + "".join(f"{400 + k % 7};{stamp}\n" for k, stamp in enumerate(stamps)))
-    draft = good(labbook("ingest", path, "--draft-profile", at=fresh.folder)).out
-    says(draft, 'column = "Datum"')
-    height = 'z = { channel = "body_height", unit = "mm" }'
-    draft = re.sub(r"(?m)^#?\"z\" = .*$", height, draft.replace("#time = ", "time = "))
-    fresh.toml.write_text(fresh.toml.read_text() + draft)
-    good(labbook("ingest", path, at=fresh.folder))
-    assert rate_of(fresh) == pytest.approx(100.0, rel=0.01)
-
-
 def test_columns_are_named_and_converted_by_flags(fresh: SmallBook, tmp_path: Path) -> None:
     path = tmp_path / "foreign.csv"
     path.write_text("t;h\n" + "".join(f"{3 * i};{420 + i % 7},5\n" for i in range(300)))

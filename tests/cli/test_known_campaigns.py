@@ -59,18 +59,18 @@ class Said:
     warned: frozenset[str]
 
 
-def content_of(folder: Path, campaign: KnownCampaign, seed: int) -> ReportContent:
-    """Write the files, take them into a book and make the report."""
-    campaign.write(folder / "files", seed)
-    return reported(folder)
-
-
-def reported(folder: Path) -> ReportContent:
-    """Take the files of a folder into a book and make the report."""
+def begun(folder: Path) -> Path:
+    """Make a book with the runs of the files of a folder."""
     good(labbook("init", "book", "--as", "Ada Nwosu", at=folder))
     book = folder / "book"
     (book / "labbook.toml").write_bytes((folder / "files" / "labbook.toml").read_bytes())
     good(labbook("runs", "import", "../files/runs.csv", at=book))
+    return book
+
+
+def reported(folder: Path) -> ReportContent:
+    """Take the files of a folder into a book and make the report."""
+    book = begun(folder)
     good(labbook("ingest", "../files/charges", "../files/logs", at=book))
     good(labbook("report", "--out", "page", at=book))
     with opened(book) as found, found.reading() as connection:
@@ -87,8 +87,8 @@ def said_of(world: str, campaign: KnownCampaign, content: ReportContent) -> Said
         else (leads[0].savings, leads[0].rejected)
     )
     assert savings is not None
-    truth = sum(campaign.saved_percent[each] for each in {foot for day in campaign.days for foot, _gain in day})
-    truth /= max(1, len({foot for day in campaign.days for foot, _gain in day}))
+    feet = {foot for day in campaign.days for foot, _gain in day}
+    truth = sum(campaign.saved_percent[foot] for foot in feet) / len(feet)
     low, high = savings.ci_low, savings.ci_high
     warned = {
         "order": bool(content.favoured),
@@ -104,17 +104,14 @@ def said_of(world: str, campaign: KnownCampaign, content: ReportContent) -> Said
         if each.quantity is Outcome.APEX and each.decision.equivalence is not None
     ]
     within = content.overall_equivalence.shown if content.overall_equivalence else all(shown) if shown else None
-    heights = None
-    if within:
-        heights = abs(campaign.apex_percent) < 3.0 and (
-            "No apex height was lost" not in claims or campaign.apex_percent >= 0.0
-        )
+    lost = campaign.apex_percent < 0.0
+    heights = abs(campaign.apex_percent) < 3.0 and not (lost and "No apex height was lost" in claims)
     return Said(
         world,
         low <= truth <= high if isinstance(low, float) and isinstance(high, float) else None,
         rejected is True and isinstance(savings.value, float) and savings.value > 0.0,
         truth > 0.0,
-        heights,
+        heights if within else None,
         frozenset(name for name, found in warned.items() if found),
     )
 
@@ -126,7 +123,8 @@ def found_in(folder: Path, seeds: range) -> list[Said]:
         below = folder / str(seed)
         below.mkdir()
         campaign = make(seed)
-        found.append(said_of(world, campaign, content_of(below, campaign, seed)))
+        campaign.write(below / "files", seed)
+        found.append(said_of(world, campaign, reported(below)))
     return found
 
 
@@ -179,10 +177,7 @@ def test_a_group_without_the_charges_of_its_controls_is_named(tmp_path: Path) ->
 def test_a_report_that_could_test_nothing_is_no_look(tmp_path: Path) -> None:
     """The idle runs of the first day come in last: before there are no joules."""
     KnownCampaign(alike(5.0), shuffled(3, ONE_FOOT, 2)).write(tmp_path / "files", 2)
-    good(labbook("init", "book", "--as", "Ada Nwosu", at=tmp_path))
-    book, sheets = tmp_path / "book", sorted((tmp_path / "files" / "charges").iterdir())
-    (book / "labbook.toml").write_bytes((tmp_path / "files" / "labbook.toml").read_bytes())
-    good(labbook("runs", "import", "../files/runs.csv", at=book))
+    book, sheets = begun(tmp_path), sorted((tmp_path / "files" / "charges").iterdir())
     for sheet in sheets[::-1]:
         good(labbook("ingest", sheet, at=book))
         good(labbook("report", "--out", sheet.stem, at=book))

@@ -71,9 +71,3 @@ def test_make_targets_exist(document: Path) -> None:
     targets = set(re.findall(r"^([a-z]+):", (PROJECT / "Makefile").read_text(), re.MULTILINE))
     said = re.findall(r"`(?:[A-Z_]+=\S+ )?make ([a-z]+)", document.read_text(encoding="utf-8"))
     assert set(said) <= targets
-
-
-def test_continuous_integration_runs_what_people_run() -> None:
-    script = PROJECT / ".ci" / "run"
-    assert "make test" in script.read_text()
-    assert script.stat().st_mode & 0o111

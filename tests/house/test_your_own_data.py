@@ -19,7 +19,7 @@ from data_schema.vocabulary import CHANNELS
 from ingest.model import Limits
 from labbook.config.profiles import SHEET_COLUMNS
 from stats.apexes.jumps import FLAGS
-from tests.cli.shell import LABBOOK, environment, good, labbook, rows
+from tests.cli.shell import good, labbook, process, rows
 from tests.helpers.books import instrument_files, small_book, small_toml
 from tests.helpers.single_jumps import SimulatedJump
 from tests.helpers.wording import says
@@ -124,7 +124,7 @@ def test_every_refusal_is_on_the_page_and_exists() -> None:
 
 
 @pytest.mark.soak
-def test_the_plug_in_of_the_page_is_installed_and_reads(tmp_path: Path) -> None:
+def test_the_plug_in_of_the_page_is_installed_and_reads(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (project,) = (block for block in blocks("toml") if "entry-points" in block)
     (code,) = blocks("python")
     assert sum(bool(line.strip()) for line in (project + code).splitlines()) < 40
@@ -138,28 +138,15 @@ def test_the_plug_in_of_the_page_is_installed_and_reads(tmp_path: Path) -> None:
     book = small_book(tmp_path / "small", runs=False, ingested=False)
     log = tmp_path / "r001.hop"
     log.write_bytes(b"HOP1" + b"".join(struct.pack("<Ih", 4000 * k, 4000 + k % 7) for k in range(500)))
-    path = os.pathsep.join([str(installed), str(PROJECT)])
-
-    def command(*words: str | Path) -> subprocess.CompletedProcess[str]:
-        return subprocess.run(
-            [LABBOOK, *words],
-            cwd=book.folder,
-            env=environment(PYTHONPATH=path),
-            capture_output=True,
-            text=True,
-            timeout=60,
-        )
-
-    assert "hopper-format 1.0" in command("formats").stdout
-    told = command("ingest", log, "--explain").stdout
-    says(told, "hopper_binary", "1.0")
-    answer = command("ingest", log)
-    assert answer.returncode == 0, answer
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(installed), str(PROJECT)]))
+    assert "hopper-format 1.0" in process("formats", at=book.folder).out
+    says(process("ingest", log, "--explain", at=book.folder).out, "hopper_binary", "1.0")
+    good(process("ingest", log, at=book.folder))
     assert rows(book.folder, "SELECT reader, rate_hz FROM signal") == [("hopper_binary", pytest.approx(250.0))]
     (installed / "hopper_format.py").write_text("raise RuntimeError('no such module')\n")
     log.write_bytes(log.read_bytes() * 2)
-    other = command("ingest", log, "--dry-run")
-    assert other.returncode == 2
-    assert "format_unknown" in other.stdout
-    (sentence,) = other.stderr.splitlines()
+    other = process("ingest", log, "--dry-run", at=book.folder)
+    assert other.code == 2
+    assert "format_unknown" in other.out
+    (sentence,) = other.err.splitlines()
     says(sentence, "1.0 cannot")
