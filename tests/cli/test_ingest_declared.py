@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
-import shlex
 from pathlib import Path
 
 import pytest
@@ -52,28 +50,6 @@ def test_what_a_log_lacks_is_asked_for_by_the_flag_that_works(
     assert (item["status"], asked[0] in {finding["rule"] for finding in item["findings"]}) == ("refused", True)
     good(labbook("ingest", path, *said, at=fresh.folder))
     assert rate_of(fresh) == rate_hz
-
-
-def flags_in(text: str, before: str) -> list[str]:
-    """What stands in the first backticks of a message that begin with a flag, parted as a shell does."""
-    found = re.search(rf"`({before}[^`]*)`", text)
-    assert found is not None, text
-    return shlex.split(found[1])
-
-
-def test_flags_that_a_refusal_names_work_when_pasted(fresh: SmallBook, tmp_path: Path) -> None:
-    path = tmp_path / "unix.csv"
-    path.write_text(
-        "# rate: 250 Hz\nunix time,height [m]\n" + "".join(f"{4 * k},{0.4 + k % 7 / 1000}\n" for k in range(300))
-    )
-    said = ["--column", "unix time=time"]
-    answer = labbook("ingest", path, *said, at=fresh.folder)
-    good(labbook("ingest", path, *said, *flags_in(answer.out, "--unit"), at=fresh.folder))
-    sheet = tmp_path / "Ladebuch.csv"
-    sheet.write_text("Nr;Akku;Versuch;geladen [mAh];Spannung [V]\n1;A;r001;812,5;16,8\n2;B;r002;790,0;16,7\n")
-    answer = labbook("ingest", sheet, at=fresh.folder)
-    (item,) = good(labbook("ingest", sheet, *flags_in(answer.out, "--format"), "--json", at=fresh.folder)).json
-    assert item["format"] == "charger_sheet"
 
 
 def test_columns_are_named_and_converted_by_flags(fresh: SmallBook, tmp_path: Path) -> None:
@@ -165,29 +141,3 @@ def test_a_last_number_that_may_be_cut_counts_where_it_is_said_to_be_whole(
     assert rows(fresh.folder, "SELECT charge_mah FROM charge ORDER BY 1") == [(790.0,), (812.0,)]
     _decided(fresh, path, (), "--complete", by_profile)
     assert rows(fresh.folder, "SELECT charge_mah FROM charge ORDER BY 1") == [(79.0,), (790.0,), (812.0,)]
-
-
-STAMPED = [(0.005 * k, 0.2 + 0.001 * (k * 37 % 89)) for k in range(400)]
-REMEDIES = [
-    ("# rate: 100 Hz\ntime [s],height [m]\n", ["--rate 200", "--rate 100 --column time=own.clock"]),
-    ("# rate: 200 Hz\ntime [ms],height [m]\n", ["--unit time=s --override-units"]),
-    ("time [s],time [ms],height [m]\n", ['--column "time [s]=time"']),
-    ("time [s],height [mm]\ns,m\n", ['--unit "height=m" --override-units']),
-    ("time [s],body_height [kg]\n", ['--unit "body_height=m" --override-units']),
-]
-
-
-@pytest.mark.parametrize(("header", "remedies"), REMEDIES)
-def test_a_refused_log_is_taken_in_with_each_remedy_of_its_sentence(
-    header: str, remedies: list[str], stated: SmallBook
-) -> None:
-    twice = header.count("time") == 2
-    path = stated.folder / "r001_odd.csv"
-    rows = [f"{t:.4f},{1000 * t:.1f},{h:.4f}" if twice else f"{t:.4f},{h:.4f}" for t, h in STAMPED]
-    path.write_text(header + "\n".join([*rows, ""]))
-    told = labbook("ingest", path, "--dry-run", at=stated.folder)
-    assert told.code == 2
-    assert "rate_missing" not in told.out
-    for remedy in remedies:
-        assert f"`{remedy}`" in told.out
-        good(labbook("ingest", path, "--dry-run", *shlex.split(remedy), at=stated.folder))

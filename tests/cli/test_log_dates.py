@@ -103,27 +103,14 @@ def test_a_file_that_waited_is_held_against_its_run_when_it_gets_one(fresh: Smal
     says(good(labbook("assign", "odd.csv", "r002", at=fresh.folder)).out, "2021-12-12", "2021-06-14")
 
 
-@pytest.mark.parametrize(
-    ("date", "order", "fact"),
-    [
-        ("2098-03-04", (), "2098-03-04"),
-        ("13/12/2098", (), "2098-12-13"),
-        ("05/06/2098", ("--dates", "m/d/y"), "2098-05-06"),
-    ],
-)
-def test_a_log_of_a_day_to_come_is_questioned_though_its_run_is_unknown(
-    date: str, order: tuple[str, ...], fact: str, fresh: SmallBook, tmp_path: Path
-) -> None:
-    """It was taken in without a word, to wait for a run of that name."""
-    log = dated_log(tmp_path, "r900.csv", date)
-    for words in (["--dry-run"], []):
-        out = good(labbook("ingest", log, *order, *words, at=fresh.folder)).out
-        assert "--dates" not in says(out, "date_in_future", repr(date)[:-1], fact)  # no order makes it past
-
-
-def test_recharges_of_days_to_come_are_questioned_though_their_runs_are_unknown(
+def test_logs_and_recharges_of_days_to_come_are_questioned_though_their_runs_are_unknown(
     fresh: SmallBook, tmp_path: Path
 ) -> None:
+    """They were taken in without a word, to wait for runs of these names."""
+    log = dated_log(tmp_path, "r900.csv", "05/06/2098")
+    for words in (["--dry-run"], []):
+        out = good(labbook("ingest", log, "--dates", "m/d/y", *words, at=fresh.folder)).out
+        assert "--dates" not in says(out, "date_in_future", "'05/06/2098", "2098-05-06")  # no order makes it past
     sheet = tmp_path / "packs.csv"
     sheet.write_text("run,mAh,pack,ended\nr900,103,A,2021-05-06 10:00\nr901,104,B,2098-03-05 12:00\n")
     says(good(labbook("ingest", sheet, at=fresh.folder)).out, "date_in_future", "line 3", "'2098-03-05 12:00'")

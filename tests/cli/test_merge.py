@@ -5,43 +5,34 @@ from __future__ import annotations
 import shutil
 from pathlib import Path
 
-from tests.cli.shell import contents, labbook
-from tests.helpers.books import ADA, SmallBook
+from tests.cli.shell import contents, good, labbook, unchanged
+from tests.helpers.books import SmallBook
 from tests.helpers.wording import says
-
-SPEAKER = ("--as", ADA)
 
 
 def test_a_laptop_s_book_comes_home(stated: SmallBook, tmp_path: Path) -> None:
-    laptop = tmp_path / "laptop"
-    shutil.copytree(stated.folder, laptop)
-    assert labbook("ingest", stated.log("r001"), stated.log("r002"), *SPEAKER, at=laptop).code == 0
-    assert labbook("note", "r009", "mud on the foot", *SPEAKER, at=laptop).code == 0
-    assert labbook("note", "r001", "at the lab", *SPEAKER, at=stated.folder).code == 0
-    before = contents(stated.folder)
+    home, laptop = stated.folder, tmp_path / "laptop"
+    shutil.copytree(home, laptop)
+    good(labbook("ingest", stated.log("r001"), stated.log("r002"), at=laptop))
+    good(labbook("note", "r009", "mud on the foot", at=laptop))
+    good(labbook("note", "r001", "at the lab", at=home))
+    with unchanged(home):
+        shown = good(labbook("merge", laptop, "--dry-run", "--json", at=home)).json
+    assert (shown["entries"], shown["raw_copies"]) == ({"file": 2, "note": 1}, 2)
 
-    shown = labbook("merge", laptop, "--dry-run", "--json", *SPEAKER, at=stated.folder)
-    assert (shown.code, shown.json["entries"], shown.json["raw_copies"]) == (0, {"file": 2, "note": 1}, 2)
-    assert contents(stated.folder) == before
+    says(good(labbook("merge", laptop, at=home)).out, "file", "2", "1")
+    good(labbook("files", "show", "r002.csv", at=home))
+    says(good(labbook("show", "r009", at=home)).out, "on the foot")
+    good(labbook("db", "check", "--deep", at=home))
+    with unchanged(home):
+        assert "nothing to add" in good(labbook("merge", laptop, at=home)).out
 
-    done = labbook("merge", laptop, *SPEAKER, at=stated.folder)
-    assert (done.code, done.err) == (0, "")
-    says(done.out, "file", "2", "1")
-    assert labbook("files", "show", "r002.csv", at=stated.folder).code == 0
-    says(labbook("show", "r009", at=stated.folder).out, "on the foot")
-    assert labbook("db", "check", "--deep", at=stated.folder).code == 0
-
-    after = contents(stated.folder)
-    again = labbook("merge", laptop, *SPEAKER, at=stated.folder)
-    assert (again.code, contents(stated.folder)) == (0, after)
-    assert "nothing to add" in again.out
-
-    assert labbook("jumps", "reject", "r001", "1", "--reason", "misfire", *SPEAKER, at=stated.folder).code == 0
-    assert labbook("jumps", "accept", "r001", "1", "--reason", "looks_right", *SPEAKER, at=laptop).code == 0
-    assert labbook("jumps", "reject", "r002", "1", "--reason", "misfire", *SPEAKER, at=laptop).code == 0
-    after = contents(stated.folder)
+    good(labbook("jumps", "reject", "r001", "1", "--reason", "misfire", at=home))
+    good(labbook("jumps", "accept", "r001", "1", "--reason", "looks_right", at=laptop))
+    good(labbook("jumps", "reject", "r002", "1", "--reason", "misfire", at=laptop))
+    before = contents(home)
     for options, code in ((["--dry-run"], 1), ([], 2)):
-        against = labbook("merge", laptop, *options, *SPEAKER, at=stated.folder)
+        against = labbook("merge", laptop, *options, at=home)
         assert against.code == code
         says(against.out + against.err, "jump of run", "r001")
-        assert contents(stated.folder) == after
+        assert contents(home) == before

@@ -12,7 +12,7 @@ import pytest
 from labbook.config.parsing import parse_configuration
 from labbook.demo.files import book_toml
 from labbook.demo.truth import CHAPTER_5
-from tests.cli.shell import Answer, labbook, rows
+from tests.cli.shell import Answer, good, labbook, rows
 from tests.helpers.books import SmallBook, reported_book, small_book
 
 DOCS = Path(__file__).parents[2] / "docs"
@@ -25,9 +25,7 @@ def commands(page: str) -> list[list[str]]:
 
 
 def works(words: list[str], at: Path) -> Answer:
-    answer = labbook(*words, at=at)
-    assert (answer.code, answer.err) == (0, ""), answer
-    return answer
+    return good(labbook(*words, at=at))
 
 
 @pytest.fixture
@@ -43,9 +41,8 @@ def test_a_book_is_backed_up_and_brought_back(book: SmallBook) -> None:
     assert str(book.folder.parent / "stick" / "mybook") in works(today, book.folder).out
     works(restore, book.folder)
     again = book.folder.parent / "again"
-    assert rows(again, "SELECT uid, charge_mah FROM charge ORDER BY uid") == rows(
-        book.folder, "SELECT uid, charge_mah FROM charge ORDER BY uid"
-    )
+    query = "SELECT uid, charge_mah FROM charge ORDER BY uid"
+    assert rows(again, query) == rows(book.folder, query)
     works(prune, book.folder)
 
 
@@ -57,10 +54,8 @@ def test_two_laptops(book: SmallBook) -> None:
     dry_run, merge = commands("two-laptops.md")
     works(dry_run, book.folder)
     works(merge, book.folder)
-    assert {text for (text,) in rows(book.folder, "SELECT text FROM note")} >= {
-        "squeaked on the laptop",
-        "squeaked at home",
-    }
+    notes = {text for (text,) in rows(book.folder, "SELECT text FROM note")}
+    assert notes >= {"squeaked on the laptop", "squeaked at home"}
 
 
 def test_a_shared_book(tmp_path: Path, postgres_url: str) -> None:
