@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import Any
 
 from labbook.cli.main import run
+from tests.helpers.folders import contents as digests
 
 LABBOOK = Path(sys.executable).with_name("labbook")
 """The installed command."""
@@ -134,11 +135,7 @@ class Contents:
 
 def contents(book: Path) -> Contents:
     """Read all that a book holds; a database that cannot be read counts as a file."""
-    files = {
-        str(path.relative_to(book)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(book.rglob("*"))
-        if path.is_file() and not path.name.startswith(("labbook.db", ".whole.journal.jsonl"))
-    }
+    files = {name: digest for name, digest in digests(book).items() if not Path(name).name.startswith("labbook.db")}
     database = book / "labbook.db"
     try:
         with contextlib.closing(sqlite3.connect(f"file:{database}?mode=ro", uri=True)) as connection:
@@ -153,9 +150,7 @@ def unchanged(book: Path) -> Iterator[None]:
     """Check that nothing in a book was added, changed or lost meanwhile."""
     before = contents(book)
     yield
-    after = contents(book)
-    assert after.files == before.files
-    assert after.rows == before.rows
+    assert contents(book) == before
 
 
 def rows(book: Path, query: str) -> list[tuple[Any, ...]]:

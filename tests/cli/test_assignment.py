@@ -190,9 +190,8 @@ def test_a_charge_in_ampere_hours_is_the_same_charge_in_milliampere_hours(whole:
 def test_a_pack_charged_in_two_parts_gives_the_joules_of_their_sum(whole: SmallBook, tmp_path: Path) -> None:
     other = SmallBook(tmp_path / "other", whole.instruments)
     shutil.copytree(whole.folder, other.folder)
-    ((first_mah,),) = rows(
-        whole.folder, "SELECT charge_mah FROM charge JOIN run ON charge.run = run.id AND name='r001'"
-    )
+    query = "SELECT charge_mah FROM charge JOIN run ON charge.run = run.id AND name = 'r001'"
+    ((first_mah,),) = rows(whole.folder, query)
     (tmp_path / "second.csv").write_text("run,mAh\nr001,50\n")
     told = good(labbook("ingest", tmp_path / "second.csv", at=whole.folder)).out
     line = says(told, "charge_contradicts", "labbook correct charge:", "labbook runs dismiss")
@@ -208,10 +207,6 @@ def test_a_pack_charged_in_two_parts_gives_the_joules_of_their_sum(whole: SmallB
     why = good(labbook("why", uid, "--check", at=whole.folder)).out
     says(why, "second.csv", "50")
     says(why, "2021-06-14.csv")
-    before = rows(whole.folder, "SELECT uid, charge_mah, added FROM charge ORDER BY uid")
-    good(labbook("db", "check", "--deep", at=whole.folder))
-    good(labbook("rebuild", at=whole.folder))
-    assert rows(whole.folder, "SELECT uid, charge_mah, added FROM charge ORDER BY uid") == before
 
 
 @pytest.mark.parametrize(

@@ -69,11 +69,6 @@ def change_a_value(path: Path) -> None:
     pq.write_table(table.set_column(table.num_columns - 1, name, [values]), path, write_page_checksum=True)
 
 
-def rename_a_channel(path: Path) -> None:
-    table = pq.read_table(path)
-    pq.write_table(table.rename_columns([*table.column_names[:-1], "other"]), path, write_page_checksum=True)
-
-
 def spoil_a_name(path: Path) -> None:
     """A flipped bit leaves a name that is no text: names have no checksum."""
     content = path.read_bytes()
@@ -81,7 +76,7 @@ def spoil_a_name(path: Path) -> None:
     path.write_bytes(content.replace(b"time [s]", b"tim\xe5 [s]"))
 
 
-DAMAGES = [Path.unlink, flip, change_a_value, rename_a_channel, spoil_a_name]
+DAMAGES = [Path.unlink, flip, change_a_value, spoil_a_name]
 
 
 def test_damaged_samples_are_named_and_come_back_with_rebuild(whole: SmallBook) -> None:

@@ -20,19 +20,17 @@ from tests.helpers.study_pages import prints_page_one_on_a_sheet
 
 def made(tmp_path: Path, study: str) -> tuple[dict[str, float], Any]:
     """The truth of a demonstration, and what the command that it names says as JSON."""
+    tmp_path.mkdir(exist_ok=True)
     done = good(labbook("demo", "--study", study, "--seed", "3", "--json", str(tmp_path / "a demo"), at=tmp_path)).json
     truth = json.loads(Path(done["truth"]).read_text(encoding="utf-8"))
     return truth, good(labbook(*shlex.split(done["next"])[1:], "--json", at=tmp_path)).json
 
 
-def test_flasks_lead_to_the_fractions_that_they_were_drawn_with(tmp_path: Path) -> None:
-    truth, found = made(tmp_path, "compaction")
+def test_flasks_and_walks_lead_to_the_numbers_that_they_were_drawn_with(tmp_path: Path) -> None:
+    truth, found = made(tmp_path / "flasks", "compaction")
     for state in found["states"]:
         assert state["fraction"] == pytest.approx(truth[state["state"]], abs=0.01)
-
-
-def test_walks_lead_to_the_ratio_of_both_robots(tmp_path: Path) -> None:
-    truth, found = made(tmp_path, "field")
+    truth, found = made(tmp_path / "walks", "field")
     assert found["ratio"]["geometric_mean"] == pytest.approx(truth["wide / thin"], abs=0.09)
 
 

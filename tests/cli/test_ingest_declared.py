@@ -52,15 +52,6 @@ def test_what_a_log_lacks_is_asked_for_by_the_flag_that_works(
     assert rate_of(fresh) == rate_hz
 
 
-def test_columns_are_named_and_converted_by_flags(fresh: SmallBook, tmp_path: Path) -> None:
-    path = tmp_path / "foreign.csv"
-    path.write_text("t;h\n" + "".join(f"{3 * i};{420 + i % 7},5\n" for i in range(300)))
-    said = ["--column", "t=time:ms", "--column", "h=body_height:mm", "--decimal", ","]
-    good(labbook("ingest", path, *said, at=fresh.folder))
-    sources = rows(fresh.folder, "SELECT source_name, source_unit, scale FROM channel")
-    assert sources == [("h", "mm", pytest.approx(0.001))]
-
-
 def test_at_a_terminal_the_person_is_asked(fresh: SmallBook, tmp_path: Path) -> None:
     code, out, asked = at_a_terminal("ingest", without(tmp_path, "unit"), at=fresh.folder, typed="ms\n")
     assert "unit of time" in asked

@@ -27,7 +27,6 @@ from tests.labbook.config.test_parsing import SAMPLE
 
 PROJECT = Path(__file__).parents[2]
 PAGE = (PROJECT / "docs" / "your-own-data.md").read_text(encoding="utf-8")
-RULE = re.compile(r'(?:findings\.add\(\s*FILE,|_finding\(Severity\.FILE,|Unclear\(|rule, advice = \(?)\s*"(\w+)"')
 
 
 def blocks(kind: str) -> list[str]:
@@ -111,16 +110,6 @@ def test_every_key_channel_and_column_is_on_the_page() -> None:
     assert {each.name for each in fields(JumpRow)} | set(FLAGS) <= words
     tables = set(re.findall(r"(?m)^\[(\w+)", SAMPLE))
     assert {table for table in tables if not re.search(rf"`\[{table}\b", PAGE)} == set()
-
-
-def test_every_refusal_is_on_the_page_and_exists() -> None:
-    folders = [PROJECT / "ingest", PROJECT / "labbook" / "analysis", PROJECT / "labbook" / "actions" / "files"]
-    places = [path for folder in folders for path in folder.rglob("*.py")]
-    code = "".join(path.read_text(encoding="utf-8") for path in places)
-    table = PAGE[PAGE.index("| refused as |") : PAGE.index("## The columns of a run sheet")]
-    said = set(re.findall(r"`(\w+)`", "\n".join(line.split("|")[1] for line in table.splitlines() if "|" in line)))
-    assert set(RULE.findall(code)) - said == set()
-    assert {rule for rule in said if f'"{rule}"' not in code} == set()
 
 
 @pytest.mark.soak
