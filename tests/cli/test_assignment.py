@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
+import unicodedata
 from pathlib import Path
 from typing import Any
 
@@ -246,6 +247,20 @@ def test_what_a_person_says_stands_over_contradicting_evidence(stated: SmallBook
     path.write_text("# run r003\n" + stated.log("r003").read_text())
     assert "run_contradicts" not in good(labbook("ingest", path, "--run", "r001", at=stated.folder)).out
     assert rows(stated.folder, LINKS) == [("r001",)]
+
+
+def test_a_name_with_parted_letters_is_that_of_the_run(fresh: SmallBook) -> None:
+    """`Prüfung1.csv` from a Mac, which writes u and a dieresis for ü, belonged to no run."""
+    parted = unicodedata.normalize("NFD", "Prüfung1")
+    head, first, *_others = (fresh.instruments / "runs.csv").read_text().splitlines()
+    named = fresh.instruments / "named.csv"
+    named.write_text(f"{head}\n{first.replace('r001', 'Prüfung1')}\n")
+    said = good(labbook("runs", "import", named, at=fresh.folder)).out
+    says(said, "Prüfung1", "run_names", "a file whose name begins so")
+    log = shutil.copy(fresh.log("r001"), fresh.instruments / f"{parted}.csv")
+    good(labbook("ingest", log, sheet(fresh, "charges.csv", f"{parted},150,16.8,A"), at=fresh.folder))
+    assert (rows(fresh.folder, LINKS), rows(fresh.folder, CHARGES)) == ([("Prüfung1",)], [(1, "Prüfung1")])
+    good(labbook("show", parted, at=fresh.folder))
 
 
 def test_several_files_are_assigned_in_one_command_or_none(stated: SmallBook, tmp_path: Path) -> None:

@@ -103,21 +103,16 @@ def test_without_a_database_the_rest_is_checked_all_the_same(whole: SmallBook, h
         piece.unlink()
     if how == "rubbish":
         whole.database.write_bytes(b"not a database " * 1000)
-    answer = check(whole)
-    assert answer.code == 3
-    assert answer.out.startswith("3 problems: ")
-    says(answer.out, "labbook restore")
-    assert "labbook.db" in answer.out or "database is damaged" in answer.out
-    says(answer.out, "changed after it")
+    found(whole, ("labbook restore",), ("database",), ("changed after it",))
 
 
 def test_what_nothing_speaks_of_is_named_and_does_no_harm(whole: SmallBook) -> None:
     stray = whole.folder / "signals" / "ab" / "stray.parquet"
     stray.parent.mkdir(exist_ok=True)
     stray.write_bytes(b"left by a crash")
-    answer = good(check(whole))
-    says(answer.out, "book is whole")
-    says(answer.out, "1 file", "signals/ab/stray.parquet")
+    out = good(check(whole)).out
+    says(out, "book is whole")
+    says(out, "1 file", "signals/ab/stray.parquet")
 
 
 def test_an_entry_that_waits_in_the_file_is_no_damage(whole: SmallBook) -> None:

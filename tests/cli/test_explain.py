@@ -38,12 +38,11 @@ def test_explain_says_how_a_file_is_read_and_stores_nothing(fresh: SmallBook, od
     assert (other["holds"], note["holds"]) == ("z", None)
     (part,) = told["parts"]
     assert (part["samples"], round(part["rate_hz"], 6), part["gaps"]) == (600, 250.0, 0)
-    for fact in ("delimiter ';'", "header in line 3", "body_height", "600 samples", "250 Hz", "run r001"):
-        assert fact in lines
+    facts = ("delimiter ';'", "header in line 3", "body_height", "600 samples", "250 Hz", "run r001")
+    assert all(fact in lines for fact in facts)
     refused_too = labbook("ingest", odd, "--explain", at=fresh.folder)
     assert (refused_too.code, refused_too.err) == (2, "")
-    for fact in ("would be refused", "time_unit_missing", "header in line 3"):
-        assert fact in refused_too.out
+    assert all(fact in refused_too.out for fact in ("would be refused", "time_unit_missing", "header in line 3"))
 
 
 def test_explain_names_format_profile_and_the_next_likely_one(fresh: SmallBook, tmp_path: Path) -> None:

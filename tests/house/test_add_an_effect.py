@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from simulator.effects.effect import Effect, Energy, State, no_functions
+from simulator.effects.effect import Effect, State, no_functions
 from simulator.effects.registry import EFFECTS
 from simulator.kernel.composition import compose
 from simulator.kernel.effect_functions import SLOTS, sorted_functions
@@ -204,14 +204,6 @@ def test_so_they_do_compiled(script: str, copy: Path) -> None:
     python(["-c", script], folder=copy)
 
 
-def test_an_effect_without_its_modes_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:
-    made: dict[str, Effect] = {}
-    exec(re.sub(r"    body_force=.*?\n    \),\n", "", EFFECT, flags=re.S), made)
-    monkeypatch.setitem(EFFECTS, NAME, made["EFFECT"])
-    with pytest.raises(ValueError, match="modes"):
-        compose(["rigid_ground", NAME])
-
-
 def test_its_table_has_every_slot_with_its_arguments() -> None:
     filled = {
         name: tuple(inspect.signature(getattr(function, "py_func", function)).parameters)[1:]
@@ -242,7 +234,6 @@ PLACES = compose(["hydrostatic_stiffness"]).position
         (replace(GROUND, guards=(), functions=no_functions, states=(State("heat", "J", "heat", 1.0),)), "heat_rate"),
         (replace(GROUND, functions=lambda at: {"prepare": at("foot_radus")}), "foot_radius"),
         (replace(GROUND, functions=lambda at: GROUND.functions(at) | {"linear_drag_kgs": len}), "linear_drag_kg_s"),
-        (replace(GROUND, energies=(*GROUND.energies, Energy("heat", "heat", 0, "heat"))), "heat_w"),
     ],
 )
 def test_what_it_declares_and_what_it_gives_must_agree(effect: Effect, names: str) -> None:

@@ -1,4 +1,4 @@
-"""docs/formats.md says what the readers do."""
+"""docs/formats.md says what the readers do, and docs/statistics.md shows what its tables hold."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from types import ModuleType
 
 import pytest
 
+from benchmarks.statistics_document import FOLDER, PAGE, TABLES, page
 from ingest.formats.registry import FORMATS
 
 PROJECT = Path(__file__).parents[2]
@@ -35,3 +36,10 @@ def test_the_document_is_what_the_samples_give() -> None:
     assert (PROJECT / "docs" / "formats.md").read_text(encoding="utf-8") == writer().document(SAMPLES), (
         "write it anew: python scripts/formats_document.py ../shared/samples"
     )
+
+
+def test_the_page_of_statistics_shows_what_its_tables_hold() -> None:
+    text = PAGE.read_text(encoding="utf-8")
+    assert page(text) == text
+    assert text.count("<!-- from ") == len(TABLES)
+    assert sorted(path.stem for path in FOLDER.iterdir()) == sorted(TABLES)
