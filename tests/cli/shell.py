@@ -135,7 +135,8 @@ class Contents:
 
 def contents(book: Path) -> Contents:
     """Read all that a book holds; a database that cannot be read counts as a file."""
-    files = {name: digest for name, digest in digests(book).items() if not Path(name).name.startswith("labbook.db")}
+    found = digests(book).items()
+    files = {name: digest for name, digest in found if digest and not Path(name).name.startswith("labbook.db")}
     database = book / "labbook.db"
     try:
         with contextlib.closing(sqlite3.connect(f"file:{database}?mode=ro", uri=True)) as connection:
