@@ -2,12 +2,28 @@
 
 from __future__ import annotations
 
+import inspect
+from collections.abc import Callable
+from itertools import takewhile
+from typing import TypeVar
+
 from data_schema import journal
 from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid
+from tests.helpers.books import ADA
+
+T = TypeVar("T")
+
+
+def state(book: Book, action: Callable[..., T], *given: object, person: str = ADA, **named: object) -> T:
+    """Make a statement in a session of its own; an action that asks for book or configuration first gets them."""
+    with book.session(person) as session:
+        own = {"book": book, "session": session, "configuration": book.configuration}
+        asked = takewhile(own.__contains__, inspect.signature(action).parameters)
+        return action(*(own[name] for name in asked), *given, **named)
 
 
 def note(session: WriteSession, text: str, run: str = "r001") -> None:
