@@ -10,18 +10,15 @@ from typing import Any
 
 import pytest
 
-from data_schema.journal import Entry
 from data_schema.queries.reports import list_reports
 from data_schema.vocabulary import Action
 from labbook.actions.report_command import state_report
 from labbook.actions.upkeep.recomputing import recompute
 from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
 from labbook.book.differing import Differences
-from labbook.book.rebuilding import rebuild_database
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_path, read_numbers
 from tests.helpers.books import ADA, SmallBook, copy_of, small_book
-from tests.helpers.journals import renumbered
-from tests.helpers.statements import in_file
+from tests.helpers.upkeep import rebuilt_as_said
 from tests.helpers.wording import says
 
 Words = dict[str, Any]
@@ -41,15 +38,9 @@ def reported(tmp_path: Path) -> SmallBook:
 
 def as_earlier(book: SmallBook, action: Action, said: Callable[[Words], Words]) -> Differences:
     """Rebuild from the journal that an earlier labbook would have written: in what it says of reports or files."""
-
-    def earlier(entry: Entry) -> Entry:
-        return replace(entry, new=said(dict(entry.new or {}))) if entry.action is action else entry
-
-    with book.open() as standing:
-        entries = renumbered([earlier(entry) for entry in in_file(standing)])
-    book.journal.write_text("".join(entry.line + "\n" for entry in entries), encoding="utf-8")
-    book.database.unlink()
-    return rebuild_database(book.folder, lambda _step: None).differences
+    return rebuilt_as_said(
+        book, lambda entry: replace(entry, new=said(dict(entry.new or {}))) if entry.action is action else entry
+    ).differences
 
 
 def test_numbers_of_an_earlier_algorithm_are_told_as_they_were_printed(reported: SmallBook) -> None:
