@@ -50,7 +50,7 @@ class Desk:
         """Have a file read in another way, which must be possible."""
         assert not reread_named(self.book, name, RereadRequest(options, ADA, "otherwise")).read.refused
 
-    def say(self, action: Callable[..., T], *given: object, **named: object) -> T:
+    def say(self, action: Callable[..., T], *given: object, **named: Any) -> T:
         """Make a statement."""
         return state(self.book, action, *given, **named)
 
@@ -59,7 +59,7 @@ class Desk:
         for step in steps:
             self.say(withdraw if step.startswith("-") else restore, step[1:], "a draft")
 
-    def type_in(self, run: str, mah: float, **named: object) -> None:
+    def type_in(self, run: str, mah: float, **named: Any) -> None:
         """State the charge of a run."""
         self.say(state_charge, run, mah, None, None, **named)
 

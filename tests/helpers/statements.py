@@ -5,7 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from itertools import takewhile
-from typing import TypeVar
+from typing import Any, TypeVar
 
 from data_schema import journal
 from data_schema.journal import Entry
@@ -18,7 +18,7 @@ from tests.helpers.books import ADA
 T = TypeVar("T")
 
 
-def state(book: Book, action: Callable[..., T], *given: object, person: str = ADA, **named: object) -> T:
+def state(book: Book, action: Callable[..., T], *given: object, person: str = ADA, **named: Any) -> T:
     """Make a statement in a session of its own; an action that asks for book or configuration first gets them."""
     with book.session(person) as session:
         own = {"book": book, "session": session, "configuration": book.configuration}

@@ -12,18 +12,9 @@ import sqlalchemy as sa
 from data_schema.engine import postgres_engine, reading
 from data_schema.errors import BookDamaged, BookVersion, UnknownName, UsageError
 from labbook.book.opening import check_schema
-from tests.helpers.books import ADA, BEN, SmallBook, small_book, small_toml
+from tests.helpers.books import ADA, BEN, SmallBook, small_book
 from tests.helpers.folders import contents
 from tests.helpers.wording import refuses
-
-
-@pytest.fixture
-def folder(tmp_path: Path) -> Path:
-    """A folder with a configuration, where no book was ever made."""
-    path = tmp_path / "lab"
-    path.mkdir()
-    (path / "labbook.toml").write_text(small_toml())
-    return path
 
 
 def test_opening_and_reading_change_no_byte(book: SmallBook) -> None:
@@ -33,18 +24,19 @@ def test_opening_and_reading_change_no_byte(book: SmallBook) -> None:
     assert contents(book.folder) == before
 
 
-def test_an_empty_database_is_no_book(empty_engine: sa.Engine) -> None:
-    with refuses(BookVersion, "is empty", "labbook init DIR", "labbook rebuild", "url"):
+@pytest.mark.parametrize(
+    ("theirs", "said"), [((), ("is empty", "labbook init DIR", "labbook rebuild", "url")), (("recipes",), ("recipes",))]
+)
+def test_an_empty_database_or_one_of_another_program_is_no_book(
+    empty_engine: sa.Engine, theirs: tuple[str, ...], said: tuple[str, ...]
+) -> None:
+    with empty_engine.begin() as connection:
+        for table in theirs:
+            connection.exec_driver_sql(f"CREATE TABLE {table} (name TEXT)")
+    with refuses(BookVersion, "labbook init", *said):
         check_schema(empty_engine)
     with reading(empty_engine) as connection:
-        assert sa.inspect(connection).get_table_names() == []
-
-
-def test_a_database_of_another_program_is_refused(empty_engine: sa.Engine) -> None:
-    with empty_engine.begin() as connection:
-        connection.exec_driver_sql("CREATE TABLE recipes (name TEXT)")
-    with refuses(BookVersion, "recipes", "labbook init"):
-        check_schema(empty_engine)
+        assert sa.inspect(connection).get_table_names() == list(theirs)
 
 
 def test_a_database_of_another_schema_is_refused_with_what_mends_it(engine: sa.Engine) -> None:
@@ -65,17 +57,16 @@ def test_a_password_is_never_shown(postgres_url: str) -> None:
     assert "***" in str(caught.value)
 
 
-def read_all(book: SmallBook, table: str) -> None:
-    with book.open() as opened_book, opened_book.reading() as connection:
-        connection.exec_driver_sql(f"SELECT * FROM {table}").fetchall()
-
-
 def test_a_table_that_is_gone_is_damage(tmp_path: Path) -> None:
     book = small_book(tmp_path)
     with closing(sqlite3.connect(book.database)) as connection:
         connection.execute("DROP TABLE jump")
-    with refuses(BookDamaged, "no such table", "labbook rebuild"):
-        read_all(book, "jump")
+    with (
+        refuses(BookDamaged, "no such table", "labbook rebuild"),
+        book.open() as opened_book,
+        opened_book.reading() as reading_it,
+    ):
+        reading_it.exec_driver_sql("SELECT * FROM jump")
 
 
 # --- who speaks

@@ -53,94 +53,77 @@ def named_after(book: Book, said: Callable[[WriteSession], object]) -> list[int]
     return [numbers[called] for called in found]
 
 
-def charge_of(book: Book, run: str) -> str:
+def target_of(book: Book, name: str) -> str:
+    """What `correct` takes; `charge r002` is the charge of that run."""
+    if not name.startswith("charge "):
+        return name
     with book.reading() as connection:
-        (charge,) = charges_of_run(connection, run_named(connection, run).uid)
+        (charge,) = charges_of_run(connection, run_named(connection, name.removeprefix("charge ")).uid)
     return f"charge:{charge.uid}"
 
 
-@pytest.mark.parametrize(
-    ("target", "field"),
-    [
-        ("r002", "started_utc=2021-06-14T09:31:00-04:00"),
-        ("r007", "position_in_day=12"),
-        ("study", "jumps_nominal=26"),
-        ("study", "time_zone=Europe/Berlin"),
-    ],
-)
-def test_a_column_without_numbers_on_it_names_none(target: str, field: str, book: Book) -> None:
-    assert named_after(book, lambda session: correct(book, session, target, [field], "x")) == []
+BOTH = [OF_ALL, OF_SMALL]
 
 
 @pytest.mark.parametrize(
-    ("fields", "named"),
+    ("target", "fields", "named"),
     [
-        (["position_in_day=12"], [OF_ALL, OF_SMALL]),  # what is adjusted for the place in the day
-        (["jumps_made=2"], [OF_ALL, OF_SMALL]),
-        (["foot=large"], [OF_ALL, OF_SMALL]),
-        (["name=r902"], [OF_ALL, OF_SMALL]),
-        (["kind=idle", "jumps_made=0", "levels=none"], [OF_ALL, OF_SMALL]),
+        ("r002", ["started_utc=2021-06-14T09:31:00-04:00"], []),
+        ("r002", ["starts=4"], []),
+        ("r002", ["position_in_day=12"], BOTH),  # what is adjusted for the place in the day
+        ("r002", ["jumps_made=2"], BOTH),
+        ("r002", ["foot=large"], BOTH),
+        ("r002", ["name=r902"], BOTH),
+        ("r002", ["duration_s=700"], BOTH),
+        ("r002", ["kind=idle", "jumps_made=0", "levels=none"], BOTH),
+        ("r003", ["duration_s=700"], [OF_ALL]),  # of the large foot, which the second selection leaves out
+        ("r007", ["position_in_day=12"], []),
+        ("study", ["jumps_nominal=26"], []),
+        ("study", ["time_zone=Europe/Berlin"], []),
+        ("study", ["reference_voltage_v=16.8"], BOTH),
+        ("robot:hopper", ["rest_length_m=0.3"], BOTH),
+        ("battery:A", ["capacity_mah=6000"], []),
+        ("charge r002", ["charge_mah=118"], BOTH),
+        ("charge r002", ["run=none"], BOTH),
+        ("charge r002", ["end_voltage_v=16.7"], []),
+        ("charge r002", ["duration_s=700"], []),
+        ("charge r002", ["stated_pack=C"], []),
+        ("charge r003", ["charge_mah=118"], [OF_ALL]),
+        ("charge r007", ["charge_mah=118"], BOTH),  # of an idle run
     ],
 )
-def test_a_column_of_a_run_names_what_uses_it(fields: list[str], named: list[int], book: Book) -> None:
-    assert named_after(book, lambda session: correct(book, session, "r002", fields, "x")) == named
-
-
-@pytest.mark.parametrize("field", ["end_voltage_v=16.7", "duration_s=700", "stated_pack=C"])
-def test_what_else_a_charge_says_names_none(field: str, book: Book) -> None:
-    target = charge_of(book, "r002")
-    assert named_after(book, lambda session: correct(book, session, target, [field], "x")) == []
+def test_a_correction_names_what_uses_the_column(target: str, fields: list[str], named: list[int], book: Book) -> None:
+    assert named_after(book, lambda session: correct(book, session, target_of(book, target), fields, "x")) == named
 
 
 def test_an_idle_run_that_joins_names_every_joule(book: Book) -> None:
     head = instrument_files()["runs.csv"].decode().splitlines()[0]
-    sheet = f"{head}\nr017,2021-06-16,9,idle,,,,A,hopper,17:00,1500,,1,\n"
-
-    def declared(session: WriteSession) -> object:
-        return import_runs(book, session, SheetFile("more.csv", sheet.encode()))
-
-    assert named_after(book, declared) == [OF_ALL, OF_SMALL]
+    sheet = SheetFile("more.csv", f"{head}\nr017,2021-06-16,9,idle,,,,A,hopper,17:00,1500,,1,\n".encode())
+    assert named_after(book, lambda session: import_runs(book, session, sheet)) == BOTH
 
 
 def test_a_charge_of_another_run_by_its_sheet_names_the_reports_of_both(book: Book) -> None:
-    of_large, of_small = charge_of(book, "r003"), charge_of(book, "r002")
+    of_large, of_small = target_of(book, "charge r003"), target_of(book, "charge r002")
 
     def exchanged(session: WriteSession) -> None:
         correct(book, session, of_small, ["run=none"], "x")
         session.entries.clear()
         correct(book, session, of_large, ["stated_run=r002"], "x")
 
-    assert named_after(book, exchanged) == [OF_ALL, OF_SMALL]
+    assert named_after(book, exchanged) == BOTH
 
 
-@pytest.mark.parametrize(("run", "named"), [("r002", [OF_ALL, OF_SMALL]), ("r003", [OF_ALL])])
+@pytest.mark.parametrize(("run", "named"), [("r002", BOTH), ("r003", [OF_ALL])])
 def test_a_run_names_the_newest_report_of_each_selection_that_uses_it(run: str, named: list[int], book: Book) -> None:
-    """r003 is of the large foot, which the second selection leaves out."""
-    target = charge_of(book, run)
-    assert named_after(book, lambda session: correct(book, session, target, ["charge_mah=118"], "x")) == named
-    assert named_after(book, lambda session: correct(book, session, run, ["duration_s=700"], "x")) == named
-    assert named_after(book, lambda session: void(session, run, "was touched")) == named
-    assert named_after(book, lambda session: assign(session, f"{run}.csv", "none", "wrong card")) == named
-    assert named_after(book, lambda session: decide(book, session, run, [2], "reject", "misfire", None)) == named
+    statements: list[Callable[[WriteSession], object]] = [
+        lambda session: void(session, run, "was touched"),
+        lambda session: assign(session, f"{run}.csv", "none", "wrong card"),
+        lambda session: withdraw(session, f"{run}.csv", "copied twice"),
+        lambda session: decide(book, session, run, [2], "reject", "misfire", None),
+    ]
+    assert [named_after(book, said) for said in statements] == [named] * len(statements)
 
 
-def test_what_all_runs_depend_on_names_all(book: Book) -> None:
-    both = [OF_ALL, OF_SMALL]
-    idle = charge_of(book, "r007")
-    assert named_after(book, lambda session: void(session, "r007", "was touched")) == both
-    assert named_after(book, lambda session: correct(book, session, "study", ["reference_voltage_v=16.8"], "x")) == both
-    assert named_after(book, lambda session: correct(book, session, idle, ["charge_mah=118"], "x")) == both
-    assert named_after(book, lambda session: correct(book, session, "robot:hopper", ["rest_length_m=0.3"], "x")) == both
-
-
-def test_what_no_number_depends_on_names_none(book: Book) -> None:
+def test_an_idle_run_names_all_reports_and_a_remark_none(book: Book) -> None:
+    assert named_after(book, lambda session: void(session, "r007", "was touched")) == BOTH
     assert named_after(book, lambda session: note(session, "left rail squeaked", "r002")) == []
-    assert named_after(book, lambda session: correct(book, session, "battery:A", ["capacity_mah=6000"], "x")) == []
-    assert named_after(book, lambda session: correct(book, session, "r002", ["starts=4"], "x")) == []
-
-
-def test_what_is_taken_off_a_run_names_the_reports_of_its_numbers(book: Book) -> None:
-    target = charge_of(book, "r002")
-    both = [OF_ALL, OF_SMALL]
-    assert named_after(book, lambda session: correct(book, session, target, ["run=none"], "another's")) == both
-    assert named_after(book, lambda session: withdraw(session, "r002.csv", "copied twice")) == both

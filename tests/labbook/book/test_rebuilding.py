@@ -19,15 +19,16 @@ from data_schema.errors import BookBusy, BookDamaged, UsageError
 from data_schema.journal_file import NOTHING
 from labbook.book.differing import Differences
 from labbook.book.making import make_sqlite
-from labbook.book.rebuilding import Place, Rebuilt, rebuild_database, rewrite_journal
+from labbook.book.rebuilding import Place, Rebuilt, rebuild_database
 from labbook.book.replacing_postgres import replace_postgres
 from labbook.book.replacing_sqlite import replace_sqlite
-from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
-from tests.helpers.databases import Rows, all_rows, all_rows_by_name, server_in_a_soak
+from tests.helpers.databases import Rows, all_rows_by_name, server_in_a_soak
 from tests.helpers.postgres import Cluster
 from tests.helpers.schemas import schema_lines
-from tests.helpers.statements import note, notes, said_alike
+from tests.helpers.statements import note, notes, said_alike, state
+from tests.helpers.upkeep import rebuilt, rows_by_name, rows_with_keys
 from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, judged_book
 from tests.helpers.wording import refuses
 
@@ -46,76 +47,34 @@ def judged(tmp_path: Path) -> SmallBook:
     return copy_of_judged_book(tmp_path)
 
 
-def rows_of(book: SmallBook) -> dict[str, Rows]:
-    return rows_of_sqlite(book.database)
-
-
-def rows_of_sqlite(path: Path) -> dict[str, Rows]:
-    engine = sqlite_engine(path)
-    try:
-        return all_rows(engine)
-    finally:
-        engine.dispose()
-
-
-def rebuild(book: SmallBook, place: Place | None = None) -> Rebuilt:
-    return rebuild_database(book.folder, lambda _step: None, place)
-
-
 def test_everything_is_there_again_to_the_row_and_its_keys_and_the_book_goes_on(whole: SmallBook) -> None:
-    before = rows_of(whole)
+    before = rows_with_keys(whole.database)
     empty = {name for name, rows in before.items() if not rows}
     assert empty == {"instrument"}  # a table that nothing is written to proves nothing
-    done = rebuild(whole)
+    done = rebuilt(whole)
     assert (done.entries, done.differences) == (len(before["journal"]), Differences())
-    assert rows_of(whole) == before
+    assert rows_with_keys(whole.database) == before
     assert done.old is not None  # and the old one is kept
-    assert rows_of_sqlite(whole.folder / done.old) == before
+    assert rows_with_keys(whole.folder / done.old) == before
     with whole.open() as book:
-        with book.session(ADA) as session:
-            note(session, "afterwards")
+        state(book, note, "afterwards")
         assert notes(book)[-1] == "afterwards"
         said_alike(book)
 
 
-def test_without_database_and_samples_both_are_made_from_the_raw_copies(whole: SmallBook) -> None:
-    before = rows_of(whole)
-    whole.database.unlink()
-    shutil.rmtree(whole.folder / "signals")
-    assert rebuild(whole).old is None
-    assert rows_of(whole) == before
-    paths = [row[-1] for row in before["signal"]]
-    assert all((whole.folder / path).is_file() for path in paths)
-
-
-def moved(book: SmallBook, old: str, new: str) -> SmallBook:
-    """The same book, but its configuration says another database."""
-    book.toml.write_text(book.toml.read_text().replace(old, new))
-    return book
-
-
-def by_name(url: str | None, folder: Path) -> dict[str, Rows]:
-    engine = postgres_engine(url) if url else sqlite_engine(folder / "labbook.db")
-    try:
-        return all_rows_by_name(engine)
-    finally:
-        engine.dispose()
-
-
 def test_a_book_moves_to_postgresql_and_back_and_every_row_is_the_same(postgres_url: str, whole: SmallBook) -> None:
-    on_sqlite = by_name(None, whole.folder)
+    on_sqlite = rows_by_name(whole.folder)
     toml = whole.toml.read_text()
-    there = rebuild(whole, Place(postgres_url))
+    there = rebuilt(whole, Place(postgres_url))
     assert there == Rebuilt(len(on_sqlite["journal"]), there.old, Differences(), NOTHING)
-    assert by_name(postgres_url, whole.folder) == on_sqlite
+    assert rows_by_name(whole.folder, postgres_url) == on_sqlite
     assert not whole.database.exists()
     assert there.old is not None
-    assert rows_of_sqlite(whole.folder / there.old)["journal"]
+    assert rows_with_keys(whole.folder / there.old)["journal"]
     with whole.open() as book:
         assert book.engine.dialect.name == "postgresql"
-        with book.session(ADA) as session:
-            note(session, "said on the server")
-    assert rebuild(whole, Place(None)).old is None
+        state(book, note, "said on the server")
+    assert rebuilt(whole, Place(None)).old is None
     with whole.open() as book:
         assert book.engine.dialect.name == "sqlite"
         assert notes(book)[-1] == "said on the server"
@@ -139,32 +98,37 @@ def schemas(engine: sa.Engine) -> list[str]:
         return [name for name in sa.inspect(connection).get_schema_names() if "rebuil" in name]
 
 
+GUEST = """
+CREATE TABLE public.run (theirs TEXT);
+DROP ROLE IF EXISTS guest;
+CREATE ROLE guest;
+GRANT USAGE ON SCHEMA labbook TO guest;
+GRANT SELECT, REFERENCES ON run TO guest;
+GRANT SELECT ON report TO PUBLIC
+"""
+
+
 def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path: Path, postgres_url: str) -> None:
     book = judged_book(tmp_path, postgres_url)
     before = schema_and_rows(postgres_url)
     with book.open() as standing:  # open meanwhile, and usable afterwards
         with standing.engine.begin() as connection:
-            connection.exec_driver_sql("CREATE TABLE public.run (theirs TEXT)")
-            connection.exec_driver_sql("DROP ROLE IF EXISTS guest")
-            connection.exec_driver_sql("CREATE ROLE guest")
-            connection.exec_driver_sql("GRANT USAGE ON SCHEMA labbook TO guest")
-            connection.exec_driver_sql("GRANT SELECT, REFERENCES ON run TO guest")
-            connection.exec_driver_sql("GRANT SELECT ON report TO PUBLIC")
-        done = rebuild(book)
+            connection.exec_driver_sql(GUEST)
+        done = rebuilt(book)
         assert done.old is not None
         assert schemas(standing.engine) == [done.old]
         with standing.reading() as connection:
             old = connection.exec_driver_sql(f"SELECT count(*) FROM {done.old}.journal").scalar_one()
             rights = [
-                connection.exec_driver_sql(f"SELECT has_table_privilege('guest', '{table}', '{right}')").scalar_one()
-                for table, right in (("run", "SELECT"), ("run", "REFERENCES"), ("report", "SELECT"), ("run", "INSERT"))
+                connection.exec_driver_sql(f"SELECT has_{kind}_privilege('guest', '{of}', '{right}')").scalar_one()
+                for kind, of, right in (
+                    *(("table", "run", "SELECT"), ("table", "run", "REFERENCES"), ("table", "report", "SELECT")),
+                    *(("schema", "labbook", "USAGE"), ("table", "run", "INSERT")),
+                )
             ]
-            rights.append(
-                connection.exec_driver_sql("SELECT has_schema_privilege('guest', 'labbook', 'USAGE')").scalar_one()
-            )
             assert connection.exec_driver_sql("SELECT count(*) FROM public.run").scalar_one() == 0
         assert old == done.entries
-        assert rights == [True, True, True, False, True]
+        assert rights == [True, True, True, True, False]
         assert schema_and_rows(postgres_url) == before
         for schema in ("labbook", done.old):
             with (
@@ -172,11 +136,10 @@ def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path
                 standing.engine.begin() as connection,
             ):
                 connection.exec_driver_sql(f"DELETE FROM {schema}.journal")
-        with standing.session(ADA) as session:
-            note(session, "afterwards")
+        state(standing, note, "afterwards")
         said_alike(standing)
         assert notes(standing)[-1] == "afterwards"
-        rebuild(book)
+        rebuilt(book)
         assert len(schemas(standing.engine)) == 2
 
 
@@ -202,7 +165,6 @@ def execute(engine: sa.Engine, statements: str) -> None:
         ("CREATE POLICY own ON note USING (true)", "policy own on table note"),
         ("CREATE PUBLICATION out FOR TABLE note", "publication of table note in publication out"),
     ],
-    ids=["view", "table", "foreign key", "function", "function of a row", "policy", "publication"],
 )
 def test_what_cannot_follow_to_new_tables_is_named_before_anything_is_done(
     cluster: Cluster, postgres_book: Path, made: str, named: str
@@ -236,9 +198,9 @@ def test_a_role_without_rights_is_told_what_a_rebuild_needs(postgres_url: str, j
         connection.exec_driver_sql("CREATE ROLE visitor LOGIN")
     engine.dispose()
     url = postgres_url.replace("labbook@", "visitor@")
-    moved(judged, "[batteries.A]", f'[database]\nurl = "{url}"\n\n[batteries.A]')
+    judged.toml.write_text(f'{judged.toml.read_text()}\n[database]\nurl = "{url}"\n')
     with pytest.raises(UsageError, match=r"permission denied.*GRANT CREATE"):
-        rebuild(judged)
+        rebuilt(judged)
 
 
 # --- others at the same time
@@ -263,7 +225,7 @@ def test_what_is_said_while_a_book_is_rebuilt_is_in_it(book: SmallBook, commands
         said_alike(standing)
         assert sorted(notes(standing)[-5:]) == ["said 0", "said 1", "said 2", "said 3", "said last"]
         rows = all_rows_by_name(standing.engine)
-    assert rebuild(book).differences == Differences()
+    assert rebuilt(book).differences == Differences()
     with book.open() as standing:
         assert all_rows_by_name(standing.engine) == rows
 
@@ -275,7 +237,7 @@ def test_a_second_rebuild_is_refused_while_one_runs(book: SmallBook) -> None:
     def again(_step: str) -> None:
         if not told:
             with refuses(BookBusy, "program is rebuilding") as caught:
-                rebuild(book)
+                rebuilt(book)
             told.append(caught)
 
     rebuild_database(book.folder, again)
@@ -283,14 +245,14 @@ def test_a_second_rebuild_is_refused_while_one_runs(book: SmallBook) -> None:
 
 
 def test_one_who_keeps_writing_stops_it(judged: SmallBook) -> None:
-    before = rows_of(judged)
+    before = rows_with_keys(judged.database)
     fresh = judged.folder.parent / "fresh.db"
     shutil.copy(judged.database, fresh)
     with closing(sqlite3.connect(judged.database, isolation_level=None)) as other:
         other.execute("BEGIN IMMEDIATE")
         with refuses(BookBusy, "is writing to", "labbook.db", "labbook rebuild"):
             replace_sqlite(judged.folder, fresh, lambda: pytest.fail("not alone"), busy_timeout_s=0.05)
-    assert rows_of(judged) == before
+    assert rows_with_keys(judged.database) == before
 
 
 KILLED_WHILE_ALONE = """
@@ -304,7 +266,7 @@ replace_sqlite(Path(sys.argv[1]), Path(sys.argv[2]), lambda: os.kill(os.getpid()
 
 @pytest.mark.soak
 def test_a_rebuild_that_is_killed_while_it_replaces_leaves_the_old_database(judged: SmallBook) -> None:
-    before = rows_of(judged)
+    before = rows_with_keys(judged.database)
     fresh = judged.folder / ".labbook.db.rebuild.fresh"
     make_sqlite(fresh)
     root = Path(__file__).parents[3]
@@ -314,9 +276,9 @@ def test_a_rebuild_that_is_killed_while_it_replaces_leaves_the_old_database(judg
         check=False,
     )
     assert done.returncode == KILLED
-    assert rows_of(judged) == before
-    rebuild(judged)
-    assert rows_of(judged) == before
+    assert rows_with_keys(judged.database) == before
+    rebuilt(judged)
+    assert rows_with_keys(judged.database) == before
     assert list(judged.folder.glob(".labbook*")) == []
 
 
@@ -330,7 +292,7 @@ def test_a_rebuild_that_is_killed_at_any_rename_keeps_the_old_database_for_good(
             old.execute("CREATE TABLE theirs (x TEXT)")
         code, said = commands.run("rebuild", "--book", book.folder, die_before_rename=number)
         assert code in (0, KILLED), said
-        rebuild(book)
+        rebuilt(book)
         tables = []
         for path in sorted(book.folder.glob("labbook.db*")):
             with closing(sqlite3.connect(path)) as database:
@@ -355,8 +317,7 @@ def test_a_move_to_postgresql_that_is_killed_at_any_rename_leaves_the_old_databa
         assert code in (0, KILLED), said
         with book.open() as standing:
             engines.append(standing.engine.dialect.name)
-            with standing.session(ADA) as session:
-                note(session, f"after {number}")
+            state(standing, note, f"after {number}")
             said_alike(standing)
             assert notes(standing)[-number:] == [f"after {one}" for one in range(1, number + 1)]
         if code == 0:
@@ -366,76 +327,37 @@ def test_a_move_to_postgresql_that_is_killed_at_any_rename_leaves_the_old_databa
     assert set(engines) == {"sqlite", "postgresql"}
 
 
-@SERVER_IN_A_SOAK
-def test_a_journal_that_ends_before_the_database_is_not_rebuilt_from(book: SmallBook) -> None:
-    whole = book.journal.read_bytes()
-    with book.open() as standing:
-        rows = all_rows_by_name(standing.engine)
-        with standing.session(ADA) as session:
-            note(session, "said and lost from the file")
-        later = all_rows_by_name(standing.engine)
-    book.journal.write_bytes(whole)
-    with refuses(BookDamaged, "ends at entry", "the database at", "labbook rebuild --journal"):
-        rebuild(book)
-    with book.open() as standing:
-        assert all_rows_by_name(standing.engine) == later != rows
-    rewrite_journal(book.folder)
-    rebuild(book)
-    with book.open() as standing:
-        assert all_rows_by_name(standing.engine) == later
-
-
-@SERVER_IN_A_SOAK
-def test_a_journal_that_lacks_only_its_last_newline_is_rebuilt_from_to_its_end(book: SmallBook) -> None:
-    with book.open() as standing:
-        rows, entries = all_rows_by_name(standing.engine), len(said_alike(standing))
-    whole = book.journal.read_bytes()
-    book.journal.write_bytes(whole[:-1])
-    book.database.unlink(missing_ok=True)
-    done = rebuild(book)
-    assert (done.entries, done.left_out) == (entries, NOTHING)
-    with book.open() as standing:
-        assert all_rows_by_name(standing.engine) == rows
-        with standing.session(ADA) as session:
-            note(session, "afterwards")
-        assert len(said_alike(standing)) == entries + 1
-    assert book.journal.read_bytes().startswith(whole)
-
-
-# --- interrupted
-
-
 # --- what is not as it was
 
 
 @pytest.mark.parametrize("how", ["changed", "removed", pytest.param("cut", marks=pytest.mark.soak)])
 def test_a_raw_copy_that_is_not_what_was_kept_stops_it(judged: SmallBook, how: str) -> None:
-    before, files = rows_of(judged), sorted(judged.folder.rglob("*"))
+    before, files = rows_with_keys(judged.database), sorted(judged.folder.rglob("*"))
     raw = sorted((judged.folder / "raw").rglob("*.zst"))[3]
     content = raw.read_bytes()
     raw.unlink()
     if how != "removed":
         raw.write_bytes(content[:-20] if how == "cut" else pa.Codec("zstd").compress(b"other bytes").to_pybytes())
     with refuses(BookDamaged, "raw copy raw/", raw.parent.name, raw.name, "restore it from"):
-        rebuild(judged)
+        rebuilt(judged)
     raw.unlink(missing_ok=True)
     raw.write_bytes(content)
-    assert rows_of(judged) == before
+    assert rows_with_keys(judged.database) == before
     assert sorted(judged.folder.rglob("*")) == files
 
 
 def test_a_database_that_is_no_longer_one_is_set_aside(judged: SmallBook) -> None:
-    before = rows_of(judged)
+    before = rows_with_keys(judged.database)
     judged.database.write_bytes(b"not a database " * 1000)
-    old = rebuild(judged).old
+    old = rebuilt(judged).old
     assert old is not None
     assert (judged.folder / old).read_bytes() == b"not a database " * 1000
-    assert rows_of(judged) == before
+    assert rows_with_keys(judged.database) == before
 
 
 def test_the_log_of_a_lost_database_is_not_read_into_the_new_one(judged: SmallBook) -> None:
     """`rm labbook.db` leaves labbook.db-wal, which SQLite would play back into whatever lies beside it next."""
-    before, log = rows_of(judged), judged.folder / "labbook.db-wal"
+    before, log = rows_with_keys(judged.database), judged.folder / "labbook.db-wal"
     engine = sqlite_engine(judged.database)
     with writing(engine) as connection:
         connection.exec_driver_sql("UPDATE note SET text = 'never said'")
@@ -444,8 +366,8 @@ def test_the_log_of_a_lost_database_is_not_read_into_the_new_one(judged: SmallBo
     assert kept
     judged.database.unlink()
     log.write_bytes(kept)
-    rebuild(judged)
-    assert rows_of(judged) == before
+    rebuilt(judged)
+    assert rows_with_keys(judged.database) == before
 
 
 @pytest.mark.parametrize(

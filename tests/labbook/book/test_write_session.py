@@ -17,31 +17,25 @@ from data_schema.vocabulary import Action
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.correcting import correct
 from labbook.book.opening import Book
-from labbook.book.rebuilding import rebuild_database, rewrite_journal
+from labbook.book.rebuilding import rewrite_journal
 from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.cli.main import application
 from tests.helpers.books import ADA, BEN, SmallBook, small_book
 from tests.helpers.databases import all_rows, server_in_a_soak
 from tests.helpers.folders import contents
-from tests.helpers.journals import entry
-from tests.helpers.statements import in_file, in_table, note, notes, said_alike
+from tests.helpers.statements import in_file, in_table, note, notes, said_alike, state
+from tests.helpers.upkeep import backed_up, rebuilt
 from tests.helpers.wording import refuses
 
 SERVER_IN_A_SOAK = server_in_a_soak("book")
 """For what is settled by the journal before the engine matters."""
 
 
-def refused(book: Book, kind: type[LabbookError], says: str, state: Callable[[WriteSession], object]) -> None:
+def refused(book: Book, kind: type[LabbookError], says: str, say: Callable[[WriteSession], object]) -> None:
     """Stating this is refused with the sentence, and neither database nor journal nor store changes."""
     rows, files = all_rows(book.engine), contents(book.store.root)
-
-    def try_it() -> None:
-        with book.session(ADA) as session:
-            note(session, "this comes first and must go too")
-            state(session)
-
     with pytest.raises(kind, match=says):
-        try_it()
+        state(book, lambda session: [note(session, "this comes first and must go too"), say(session)])
     assert all_rows(book.engine) == rows
     after = contents(book.store.root)
     assert {name: digest for name, digest in after.items() if not name.startswith("labbook.db")} == {
@@ -66,71 +60,39 @@ def test_what_is_stated_stands_in_table_and_file(book: SmallBook) -> None:
         assert notes(standing)[-2:] == ["left rail squeaked", "oiled"]
 
 
+WRONG_VERDICT = {"target_kind": "run", "target_uid": "x", "verdict": "maybe", "reason_code": "other", "blind": 0}
+
+
 def test_what_the_tables_refuse_leaves_nothing_of_the_command(book: SmallBook) -> None:
-    def wrong_verdict(session: WriteSession) -> None:
-        new = {"target_kind": "run", "target_uid": "x", "verdict": "maybe", "reason_code": "other", "blind": 0}
-        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new))
+    def pack(name: str, cells: int, capacity_mah: float) -> Callable[[WriteSession], object]:
+        return lambda session: session.declare("battery", name=name, cells=cells, capacity_mah=capacity_mah)
+
+    def verdict(session: WriteSession) -> None:
+        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=WRONG_VERDICT))
 
     with book.open() as standing:
-        refused(standing, InputRefused, "verdict must be one of", wrong_verdict)
-        refused(
-            standing,
-            InputRefused,
-            "cells must be 1 or more",
-            lambda session: session.declare("battery", name="Z", cells=0, capacity_mah=1.0),
-        )
-        refused(
-            standing,
-            InputRefused,
-            "battery A cannot be stored",
-            lambda session: session.declare("battery", name="A", cells=4, capacity_mah=1.0),
-        )
-        refused(
-            standing,
-            InputRefused,
-            "NULL and a reason",
-            lambda session: session.declare("battery", name="Z", cells=4, capacity_mah=float("nan")),
-        )
-        refused(
-            standing,
-            UsageError,
-            "jumps_made=1e300 cannot be stored: a whole number goes from",
-            lambda session: correct(standing, session, "r001", ["jumps_made=1e300"], "typed wrong"),
-        )
+        for kind, says, state in (
+            (InputRefused, "verdict must be one of", verdict),
+            (InputRefused, "cells must be 1 or more", pack("Z", 0, 1.0)),
+            (InputRefused, "battery A cannot be stored", pack("A", 4, 1.0)),
+            (InputRefused, "NULL and a reason", pack("Z", 4, float("nan"))),
+            (
+                UsageError,
+                "jumps_made=1e300 cannot be stored: a whole number goes from",
+                lambda session: correct(standing, session, "r001", ["jumps_made=1e300"], "typed wrong"),
+            ),
+        ):
+            refused(standing, kind, says, state)
 
 
 @SERVER_IN_A_SOAK
-def test_a_text_that_no_journal_can_hold_is_refused(book: SmallBook) -> None:
+@pytest.mark.parametrize("letter", ["\udcff", "\0"])
+def test_a_text_that_no_journal_can_hold_is_refused(book: SmallBook, letter: str) -> None:
     with book.open() as standing:
-        refused(
-            standing,
-            InputRefused,
-            r"'squ\\xffeak|'squ\\udcffeak' holds a byte that is not text",
-            lambda session: note(session, "squ\udcffeak"),
-        )
-        refused(
-            standing,
-            InputRefused,
-            r"'squ\\0eak' holds a byte that is not text",
-            lambda session: note(session, "squ\0eak"),
-        )
+        refused(standing, InputRefused, "holds a byte that is not text", lambda session: note(session, f"a{letter}b"))
 
 
 # --- file and database disagree
-
-
-def test_an_entry_that_reached_the_file_only_is_applied_by_the_next_writer(book: SmallBook) -> None:
-    """As after a crash between the two; killing a process there is in test_crash."""
-    with book.open() as standing:
-        last = said_alike(standing)[-1]
-        said = {"target_kind": "run", "target_uid": find_run(standing, "r001"), "text": "cut off"}
-        late = entry(last.seq + 1, last.hash, new=said)
-        standing.mirror.append([late])
-        assert "cut off" not in notes(standing)
-        with standing.session(ADA) as session:
-            note(session, "afterwards")
-        assert notes(standing)[-2:] == ["cut off", "afterwards"]
-        assert said_alike(standing)[-2] == late
 
 
 def test_of_a_command_cut_off_anywhere_all_or_nothing_is_there_after_the_next(tmp_path: Path) -> None:
@@ -154,21 +116,20 @@ def test_of_a_command_cut_off_anywhere_all_or_nothing_is_there_after_the_next(tm
         made.database.write_bytes(database)
         made.journal.write_bytes(whole[:left])
         with made.open() as book:
-            with book.session(ADA) as session:
-                note(session, "afterwards")
+            state(book, note, "afterwards")
             all_of_it = ["n0", "n1", "n2"] if left >= len(whole) - 1 else []  # a newline that lacks is no loss
             assert notes(book) == [*known, *all_of_it, "afterwards"]
             said_alike(book)
             rows = all_rows(book.engine)
-        if left in ends:
-            rebuild_database(made.folder, lambda _step: None)
+        if left in ends or left == len(whole) - 1:
+            rebuilt(made)
             with made.open() as book:
                 assert all_rows(book.engine) == rows
 
 
 @SERVER_IN_A_SOAK
 @pytest.mark.parametrize("how", ["cut", "emptied", "removed"])
-def test_a_file_behind_the_database_is_refused_and_written_anew(book: SmallBook, how: str) -> None:
+def test_a_file_behind_the_database_is_refused_and_written_anew(book: SmallBook, how: str, tmp_path: Path) -> None:
     whole = book.journal.read_bytes()
     lines = whole.splitlines(keepends=True)
     if how == "removed":
@@ -177,19 +138,18 @@ def test_a_file_behind_the_database_is_refused_and_written_anew(book: SmallBook,
         book.journal.write_bytes(b"".join(lines[:-3]) if how == "cut" else b"")
     with book.open() as standing:
         rows = all_rows(standing.engine)
-
-        def speak() -> None:
-            with standing.session(ADA) as session:
-                note(session, "too early")
-
-        with pytest.raises(BookDamaged, match="`labbook rebuild --journal`") as caught:
-            speak()
-        assert caught.value.exit_code == 3
-        assert all_rows(standing.engine) == rows
+        ways: list[Callable[[], object]] = [lambda: state(standing, note, "too early")]
+        if how == "cut":
+            ways += [lambda: rebuilt(book), lambda: backed_up(book.folder, tmp_path / "backup")]
+        for do in ways:
+            with pytest.raises(BookDamaged, match="`labbook rebuild --journal`") as caught:
+                do()
+            assert caught.value.exit_code == 3
+            assert all_rows(standing.engine) == rows
+        assert not (tmp_path / "backup" / "journal.jsonl").exists()
         assert rewrite_journal(book.folder) == len(lines)
         assert book.journal.read_bytes() == whole
-        with standing.session(ADA) as session:
-            note(session, "now")
+        state(standing, note, "now")
         assert said_alike(standing)[-1].new is not None
 
 
@@ -198,18 +158,12 @@ def test_the_file_of_another_book_is_refused(book: SmallBook, tmp_path: Path) ->
     other = small_book(tmp_path / "other")
     with book.open() as standing, other.open() as stranger:
         for desk_of in (standing, stranger, stranger):
-            with desk_of.session(ADA) as session:
-                note(session, "said in one book only")
+            state(desk_of, note, "said in one book only")
         lines = other.journal.read_bytes().splitlines(keepends=True)
         for foreign in (lines[:-1], lines):  # as long as our own, and longer
             book.journal.write_bytes(b"".join(foreign))
-
-            def speak() -> None:
-                with standing.session(ADA) as session:
-                    note(session, "to whom?")
-
             with refuses(BookDamaged, "belong to different"):
-                speak()
+                state(standing, note, "to whom?")
             assert book.journal.read_bytes() == b"".join(foreign)
 
 
@@ -223,13 +177,6 @@ def test_a_damaged_journal_is_kept_beside_the_new_one(book: SmallBook) -> None:
     assert book.journal.read_bytes() == whole
     (kept,) = book.folder.glob("journal.jsonl.before-rebuild.*")
     assert kept.read_bytes() == damaged
-
-
-def find_run(book: Book, name: str) -> str:
-    with book.reading() as connection:
-        uid = find_uid(connection, "run", name=name)
-    assert uid is not None
-    return uid
 
 
 # --- labbook.toml proposes
@@ -256,8 +203,7 @@ def test_what_labbook_toml_adds_is_journalled_by_the_next_speaker(made: SmallBoo
     rewritten(made, "levels = [0, 100]", "levels = [0, 100, 300]")
     with made.open() as standing:
         before = len(said_alike(standing))
-        with standing.session("BO") as session:
-            note(session, "first words")
+        state(standing, note, "first words", person="BO")
         added = said_alike(standing)[before:]
         assert {entry.person for entry in added} == {BEN}
         assert [(str(entry.action), entry.entity_kind) for entry in added] == [
@@ -302,12 +248,8 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
     with made.open() as standing:
         before = said_alike(standing)
 
-        def speak() -> None:
-            with standing.session(ADA) as session:
-                note(session, "unsettled")
-
         with pytest.raises(InputRefused, match=f"labbook.toml says .*{field}") as caught:
-            speak()
+            state(standing, note, "unsettled")
         assert said_alike(standing) == before
         command = str(caught.value).split("`")[1].replace('"..."', '"typed wrong"')
         words = shlex.split(command)
@@ -323,8 +265,7 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
             assert find_uid(connection, "battery", name="D") is not None
         (corrected,) = [entry for entry in said_alike(standing)[len(before) :] if entry.action is Action.CORRECT]
         assert corrected.reason == "typed wrong"
-        with standing.session(ADA) as session:
-            note(session, "settled")
+        state(standing, note, "settled")
         assert said_alike(standing)[-1].entity_kind == "note"
 
 

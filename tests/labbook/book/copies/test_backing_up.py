@@ -10,14 +10,14 @@ import pytest
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal_file import JournalFile
 from ingest.store import Store, raw_path
-from labbook.book.copies.backing_up import Backup, back_up, last_backup
+from labbook.book.copies.backing_up import Backup, last_backup
 from labbook.book.copies.copying import raw_of
-from labbook.terminal import progress
-from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import server_in_a_soak
 from tests.helpers.folders import contents
-from tests.helpers.statements import in_file, note
+from tests.helpers.statements import in_file, note, state
+from tests.helpers.upkeep import backed_up
 from tests.helpers.wording import refuses, says
 
 
@@ -27,7 +27,7 @@ def whole(tmp_path: Path) -> SmallBook:
 
 
 def backup(book: SmallBook, destination: Path) -> Backup:
-    return back_up(book.folder, destination, lambda total: progress("backing up", total, shown=False))
+    return backed_up(book.folder, destination)
 
 
 def check_backup(destination: Path) -> int:
@@ -40,8 +40,8 @@ def check_backup(destination: Path) -> int:
 
 
 def say(book: SmallBook, text: str) -> None:
-    with book.open() as standing, standing.session(ADA) as session:
-        note(session, text)
+    with book.open() as standing:
+        state(standing, note, text)
 
 
 def test_a_backup_holds_the_journal_the_raw_copies_and_the_configuration(book: SmallBook, tmp_path: Path) -> None:
@@ -101,15 +101,6 @@ def test_what_the_book_lacks_is_named_and_the_backup_before_stays(whole: SmallBo
         assert len(list(place.glob("raw/*/*.zst"))) == 13
     assert len(list(JournalFile(destination / "journal.jsonl").entries())) == before + 1
     assert not (other / "journal.jsonl").exists()
-
-
-def test_a_journal_that_is_short_of_the_database_is_not_taken(book: SmallBook, tmp_path: Path) -> None:
-    whole = book.journal.read_bytes()
-    say(book, "said and lost from the file")
-    book.journal.write_bytes(whole)
-    with pytest.raises(BookDamaged, match="labbook rebuild --journal"):
-        backup(book, tmp_path / "backup")
-    assert not (tmp_path / "backup" / "journal.jsonl").exists()
 
 
 def test_a_folder_that_is_no_backup_of_this_book_is_left_alone(whole: SmallBook, tmp_path: Path) -> None:
