@@ -11,13 +11,12 @@ import pytest
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.runs_importing import import_runs
-from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.merging import merge
 from labbook.book.opening import opened
-from labbook.terminal import progress
 from tests.helpers.books import ADA, BEN, SmallBook, instrument_files, small_book
 from tests.helpers.commands import KILLED, Commands
-from tests.helpers.statements import in_file, in_table, note, said_alike
+from tests.helpers.statements import in_file, in_table, note, said_alike, state
+from tests.helpers.upkeep import health
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="the files of a process are not in /proc")
 
@@ -55,7 +54,7 @@ class Homecoming:
         with opened(folder) as book:
             merge(book, self.laptop.folder, ADA)
             assert len(said_alike(book)) == self.merged
-        assert check_book(folder, lambda total: progress("checking", total, shown=False), deep=True).problems == ()
+        assert health(folder, deep=True).problems == ()
         shutil.rmtree(folder)
 
 
@@ -64,16 +63,13 @@ def homecoming(tmp_path: Path, commands: Commands) -> Homecoming:
     lab = small_book(tmp_path / "lab", runs=False, ingested=False, two_people=True)
     head, *rows = instrument_files()["runs.csv"].decode().splitlines(keepends=True)
     with lab.open() as book:
-        with book.session(ADA) as session:
-            import_runs(book, session, SheetFile("runs.csv", (head + "".join(rows[:8])).encode()))
+        state(book, import_runs, SheetFile("runs.csv", (head + "".join(rows[:8])).encode()))
         laptop = SmallBook(tmp_path / "laptop", lab.instruments)
         shutil.copytree(lab.folder, laptop.folder)
-        with book.session(ADA) as session:
-            note(session, "the lab goes on")
+        state(book, note, "the lab goes on")
         before = len(in_table(book))
     with laptop.open() as book:
-        with book.session(BEN) as session:
-            import_runs(book, session, SheetFile("runs.csv", (head + "".join(rows[8:])).encode()))
+        state(book, import_runs, SheetFile("runs.csv", (head + "".join(rows[8:])).encode()), person=BEN)
         for run in ("r009", "r010"):
             ingest_file(book, lab.log(run), IngestRequest(person=BEN))
     home = Homecoming(lab, laptop, commands, before, 0)

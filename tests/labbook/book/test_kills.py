@@ -13,21 +13,18 @@ from pathlib import Path
 
 import pytest
 
-from data_schema.engine import sqlite_engine
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from ingest.store import raw_path
-from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.restoring import MARKER
 from labbook.book.copies.copying import raw_of
 from labbook.book.opening import opened
-from labbook.book.rebuilding import rebuild_database
-from labbook.terminal import progress
-from tests.helpers.books import ADA, SmallBook, instrument_files, small_book
+from tests.helpers.books import SmallBook, instrument_files, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import all_rows_by_name
 from tests.helpers.figures import Count, record
-from tests.helpers.statements import note, said_alike
+from tests.helpers.statements import note, said_alike, state
+from tests.helpers.upkeep import health, rebuilt_alike, rows_by_name
 
 ROWS_OF_A_LOG = 60
 MOST_TRIES = 10
@@ -100,8 +97,8 @@ class Lab:
         return ["merge", self.laptop, "--book", self.book.folder]
 
     def say(self, folder: Path) -> None:
-        with opened(folder) as book, book.session(ADA) as session:
-            note(session, f"remark {next(self.numbers)}")
+        with opened(folder) as book:
+            state(book, note, f"remark {next(self.numbers)}")
 
 
 KINDS: Mapping[str, Callable[[Lab], list[str | Path]]] = {
@@ -118,7 +115,7 @@ KINDS: Mapping[str, Callable[[Lab], list[str | Path]]] = {
 
 def check(lab: Lab, before: Sequence[Entry]) -> list[Entry]:
     """The book is whole and holds all that was stated before; returns what is there beyond."""
-    found = check_book(lab.book.folder, lambda total: progress("checking", total, shown=False))
+    found = health(lab.book)
     assert found.problems == ()
     entries = lab.entries()
     assert entries[: len(before)] == list(before)
@@ -140,10 +137,8 @@ def check_copies(lab: Lab, kind: str, *, done: bool) -> None:
     if kind == "restore" and not done:
         assert not restored.exists() or (restored / MARKER).exists() or not any(restored.glob("[!.]*"))
     elif kind == "restore":
-        engine = sqlite_engine(restored / "labbook.db")
         with opened(lab.book.folder) as book:
-            assert all_rows_by_name(engine) == all_rows_by_name(book.engine)
-        engine.dispose()
+            assert rows_by_name(restored) == all_rows_by_name(book.engine)
 
 
 def kill(
@@ -187,10 +182,7 @@ def kill_in_turn(lab: Lab, kinds: Sequence[str], kills: int, seed: int) -> list[
             count.tried, count.cut_off, count.written = count.tried + 1, count.cut_off + died, count.written + written
     with opened(lab.book.folder) as book:
         said_alike(book)
-        rows = all_rows_by_name(book.engine)
-    rebuild_database(lab.book.folder, lambda _step: None)
-    with opened(lab.book.folder) as book:
-        assert all_rows_by_name(book.engine) == rows
+    rebuilt_alike(lab.book)
     return counts
 
 

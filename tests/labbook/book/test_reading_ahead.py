@@ -13,15 +13,13 @@ from pathlib import Path
 import pytest
 
 from data_schema.cache_folder import CACHE_VARIABLE
-from data_schema.engine import sqlite_engine
 from data_schema.errors import BookDamaged
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.book import reading_ahead
-from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import SmallBook, small_book
-from tests.helpers.databases import Rows, all_rows
 from tests.helpers.hopping_log import hopping_log
+from tests.helpers.upkeep import rebuilt, rows_with_keys
 
 FEW, MANY = 8, 12
 """From so many files on others read them here, and of so many further ones each book has logs."""
@@ -42,21 +40,10 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
     folder.mkdir()
     with made.open() as book:
         for number in range(MANY):
-            _ingest(book, folder / f"log{number}.csv", hopping_log(jumps=1 + number % 4) + b"\n" * number)
+            path = folder / f"log{number}.csv"
+            path.write_bytes(hopping_log(jumps=1 + number % 4) + b"\n" * number)
+            ingest_file(book, path, IngestRequest())
     return made
-
-
-def _ingest(book: Book, path: Path, data: bytes) -> None:
-    path.write_bytes(data)
-    ingest_file(book, path, IngestRequest())
-
-
-def _rows(book: SmallBook) -> dict[str, Rows]:
-    engine = sqlite_engine(book.database)
-    try:
-        return all_rows(engine)
-    finally:
-        engine.dispose()
 
 
 @pytest.fixture
@@ -76,7 +63,7 @@ def _copy(full: SmallBook, folder: Path) -> SmallBook:
 def test_the_rows_are_those_of_a_rebuild_in_one_process(full: SmallBook, tmp_path: Path, one_processor: None) -> None:
     book = _copy(full, tmp_path)
     rebuild_database(book.folder, lambda _step: assert_alone())
-    assert _rows(book) == _rows(full)
+    assert rows_with_keys(book.database) == rows_with_keys(full.database)
 
 
 def assert_alone() -> None:
@@ -89,8 +76,8 @@ def test_a_raw_copy_that_is_gone_is_named_and_nothing_is_changed(full: SmallBook
     gone = sorted((book.folder / "raw").rglob("*.zst"))[MANY // 2]
     gone.unlink()
     with pytest.raises(BookDamaged, match=gone.name):
-        rebuild_database(book.folder, lambda _step: None)
-    assert _rows(book) == _rows(full)
+        rebuilt(book)
+    assert rows_with_keys(book.database) == rows_with_keys(full.database)
     assert not any(map(_is_reader, _children(os.getpid())))
 
 
@@ -99,8 +86,8 @@ def test_the_rows_are_those_of_the_ingest_and_samples_that_are_gone_are_written_
 ) -> None:
     book = _copy(full, tmp_path)
     shutil.rmtree(book.folder / "signals")
-    rebuild_database(book.folder, lambda _step: None)
-    assert _rows(book) == _rows(full)
+    rebuilt(book)
+    assert rows_with_keys(book.database) == rows_with_keys(full.database)
     kept = {path.relative_to(full.folder): path.read_bytes() for path in (full.folder / "signals").rglob("*.parquet")}
     now = {path.relative_to(book.folder): path.read_bytes() for path in (book.folder / "signals").rglob("*.parquet")}
     assert now == kept
@@ -126,8 +113,8 @@ def test_readers_of_a_killed_rebuild_end_by_themselves(full: SmallBook, tmp_path
     while any(Path(f"/proc/{reader}/cmdline").exists() and _is_reader(reader) for reader in readers):
         assert time.monotonic() < deadline
         time.sleep(0.05)
-    rebuild_database(book.folder, lambda _step: None)
-    assert _rows(book) == _rows(full)
+    rebuilt(book)
+    assert rows_with_keys(book.database) == rows_with_keys(full.database)
 
 
 def _children(pid: int) -> list[int]:

@@ -8,18 +8,14 @@ from pathlib import Path
 import pytest
 
 from data_schema.cache_folder import CACHE_VARIABLE
-from data_schema.engine import sqlite_engine
 from data_schema.errors import BookDamaged
 from data_schema.queries.reports import list_reports
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.recomputing import recompute
 from labbook.actions.upkeep.tracing import ReportOfNumber
-from labbook.book.rebuilding import rebuild_database
 from labbook.book.report_numbers import read_numbers
-from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
-from tests.helpers.databases import Rows, all_rows
+from tests.helpers.upkeep import health, rebuilt, rows_with_keys
 from tests.helpers.whole_book import copy_of_whole_book
 
 
@@ -29,18 +25,6 @@ def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     folder.mkdir(mode=0o700)
     monkeypatch.setenv(CACHE_VARIABLE, str(folder))
     return folder
-
-
-def problems(book: SmallBook, *, deep: bool = False) -> tuple[str, ...]:
-    return check_book(book.folder, lambda total: progress("checking", total, shown=False), deep=deep).problems
-
-
-def rows(book: SmallBook) -> dict[str, Rows]:
-    engine = sqlite_engine(book.database)
-    try:
-        return all_rows(engine)
-    finally:
-        engine.dispose()
 
 
 def spoil_raw_copies(book: SmallBook) -> int:
@@ -55,20 +39,20 @@ def test_a_check_reads_again_what_is_not_known_and_a_deep_one_and_a_recomputed_n
     tmp_path: Path, cache: Path
 ) -> None:
     book = copy_of_whole_book(tmp_path)
-    assert problems(book) == ()  # with a cache that is empty, and fills
+    assert health(book).problems == ()  # with a cache that is empty, and fills
     with book.open() as standing, standing.reading() as connection:
         report = list_reports(connection)[-1]
         numbers = read_numbers(standing.store.root, report)
         of_report = ReportOfNumber(next(iter(numbers.numbers.values())), numbers, (report,))
     n_copies = spoil_raw_copies(book)
-    assert len(problems(book)) == n_copies
-    assert len(problems(book, deep=True)) == n_copies + 1
+    assert len(health(book).problems) == n_copies
+    assert len(health(book, deep=True).problems) == n_copies + 1
     with book.open() as standing, pytest.raises(BookDamaged, match="raw copy"):
         recompute(standing, [of_report], lambda _step: None)
     for path in cache.rglob("*"):
         if path.is_file():
             path.write_bytes(b"not a reading")
-    assert len(problems(book)) == n_copies + 1
+    assert len(health(book).problems) == n_copies + 1
 
 
 def test_a_rebuild_of_what_is_known_gives_the_same_rows_and_writes_samples_that_are_gone(
@@ -81,10 +65,10 @@ def test_a_rebuild_of_what_is_known_gives_the_same_rows_and_writes_samples_that_
         done = ingest_file(standing, log, IngestRequest(run="r001", person=ADA))
         assert done.read is not None
         assert any("No jump can be found" in finding.message for finding in done.read.findings)
-    before = rows(book)
+    before = rows_with_keys(book.database)
     samples = {path: path.read_bytes() for path in (book.folder / "signals").rglob("*.parquet")}
     shutil.rmtree(next(iter(samples)).parent)
     for times in range(2):
-        assert rebuild_database(book.folder, lambda _step: None).altered == (), times
-        assert rows(book) == before
+        assert rebuilt(book).altered == (), times
+        assert rows_with_keys(book.database) == before
     assert {path: path.read_bytes() for path in samples} == samples

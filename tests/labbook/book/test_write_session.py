@@ -34,8 +34,13 @@ SERVER_IN_A_SOAK = server_in_a_soak("book")
 def refused(book: Book, kind: type[LabbookError], says: str, say: Callable[[WriteSession], object]) -> None:
     """Stating this is refused with the sentence, and neither database nor journal nor store changes."""
     rows, files = all_rows(book.engine), contents(book.store.root)
+
+    def after_another(session: WriteSession) -> None:
+        note(session, "this comes first and must go too")
+        say(session)
+
     with pytest.raises(kind, match=says):
-        state(book, lambda session: [note(session, "this comes first and must go too"), say(session)])
+        state(book, after_another)
     assert all_rows(book.engine) == rows
     after = contents(book.store.root)
     assert {name: digest for name, digest in after.items() if not name.startswith("labbook.db")} == {

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import shutil
 from collections.abc import Callable
 from functools import partial
@@ -32,20 +31,18 @@ from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.run_view import run_view
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.actions.runs.to_do import to_do, to_do_lines
-from labbook.actions.upkeep.health import check_book
 from labbook.actions.upkeep.merging import Merged, merge
 from labbook.actions.upkeep.report_differences import report_named
 from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.making import make_book
 from labbook.book.opening import Book
-from labbook.book.rebuilding import rebuild_database
 from labbook.book.report_numbers import read_numbers
 from tests.cli.shell import contents
 from tests.helpers.books import ADA, BEN, SmallBook, copy_of, instrument_files, small_book, small_toml
-from tests.helpers.databases import all_rows_by_name
 from tests.helpers.once import made_once
-from tests.helpers.statements import in_table, note, said_alike
+from tests.helpers.statements import in_table, note, said_alike, state
+from tests.helpers.upkeep import health, rebuilt, rows_by_name
 from tests.helpers.wording import refuses, says
 
 HEAD, *ROWS = instrument_files()["runs.csv"].decode().splitlines(keepends=True)
@@ -55,32 +52,36 @@ Work = Callable[[Book, SmallBook], object]
 
 
 def state_runs(book: Book, rows: list[str], person: str = ADA) -> None:
-    with book.session(person) as session:
-        import_runs(book, session, SheetFile("runs.csv", (HEAD + "".join(rows)).encode()))
+    state(book, import_runs, SheetFile("runs.csv", (HEAD + "".join(rows)).encode()), person=person)
 
 
 def take(book: Book, path: Path, person: str = ADA, run: str | None = None) -> None:
     ingest_file(book, path, IngestRequest(person=person, run=run))
 
 
-def reject(book: Book, run: str, jump: int, reason: str = "touched_by_hand", person: str = ADA) -> None:
-    with book.session(person) as session:
-        decide(book, session, run, [jump], "reject", reason, None)
+def judge(book: Book, run: str, jump: int, verdict: str = "reject", person: str = ADA) -> None:
+    reason = "touched_by_hand" if verdict == "reject" else "looks_right"
+    state(book, decide, run, [jump], verdict, reason, None, person=person)
 
 
-def change(book: Book, run: str, *said: str, person: str = ADA) -> None:
-    with book.session(person) as session:
-        correct(book, session, run, list(said), "misread")
+def change(book: Book, run: str, said: str, person: str = ADA) -> None:
+    state(book, correct, run, [said], "misread", person=person)
 
 
-def charge(book: Book, run: str, mah: float, person: str = ADA, *, add: bool = False) -> str:
-    with book.session(person) as session:
-        return state_charge(session, book.configuration, run, mah, None, None, add=add)
-
-
-def charge_in_parts(book: Book, run: str, *parts_mah: float) -> None:
+def charge(book: Book, run: str, *parts_mah: float) -> None:
     for place, mah in enumerate(parts_mah):
-        charge(book, run, mah, add=place > 0)
+        state(book, state_charge, run, mah, None, None, add=place > 0)
+
+
+def declared_otherwise(book: Book, name: str, channel: str, person: str = ADA) -> None:
+    with book.reading() as connection:
+        row = last_reading(connection, show_file(connection, name).sha256)
+    assert row is not None
+    reread(book, row, RereadRequest({"columns": {"k_gain": {"channel": channel}}}, person))
+
+
+def moved(book: Book, name: str, run: str) -> None:
+    state(book, assign, name, run, "misnamed")
 
 
 def first_day(folder: Path) -> SmallBook:
@@ -109,10 +110,9 @@ def laptop(lab: SmallBook, tmp_path: Path) -> SmallBook:
 def at_the_lab(book: Book, files: SmallBook) -> None:
     take(book, files.log("r003"))
     take(book, files.instruments / "charger" / "2021-06-14.csv")
-    reject(book, "r001", 1)
-    with book.session(ADA) as session:
-        note(session, "the lab's remark", "r002")
-        void(session, "r005", "foot came loose")
+    judge(book, "r001", 1)
+    state(book, note, "the lab's remark", "r002")
+    state(book, void, "r005", "foot came loose")
 
 
 def in_the_field(book: Book, files: SmallBook) -> None:
@@ -120,19 +120,14 @@ def in_the_field(book: Book, files: SmallBook) -> None:
     for run in ("r009", "r010", "r011"):
         take(book, files.log(run), BEN)
     take(book, files.instruments / "charger" / "2021-06-16.csv", BEN)
-    reject(book, "r010", 2, person=BEN)
-    reject(book, "r002", 1, person=BEN)
-    change(book, "r004", "duration_s=700", person=BEN)
-    with book.session(BEN) as session:
-        note(session, "mud on the foot", "r009")
-        assign(session, "r011.csv", "none", "not sure")
-        assign(session, "r011.csv", "r011", None)
-    with book.reading() as connection:
-        row = last_reading(connection, show_file(connection, "r009.csv").sha256)
-    assert row is not None
-    reread(book, row, RereadRequest({"columns": {"k_gain": {"channel": "aux"}}}, BEN))
-    with book.session(BEN) as session:
-        withdraw(session, "r002.csv", "of another robot")
+    judge(book, "r010", 2, person=BEN)
+    judge(book, "r002", 1, person=BEN)
+    change(book, "r004", "duration_s=700", BEN)
+    state(book, note, "mud on the foot", "r009", person=BEN)
+    state(book, assign, "r011.csv", "none", "not sure", person=BEN)
+    state(book, assign, "r011.csv", "r011", None, person=BEN)
+    declared_otherwise(book, "r009.csv", "aux", BEN)
+    state(book, withdraw, "r002.csv", "of another robot", person=BEN)
 
 
 def go_on(lab: SmallBook, laptop: SmallBook, here: Work = at_the_lab, there: Work = in_the_field) -> None:
@@ -160,9 +155,8 @@ def merged(into: SmallBook, other: SmallBook, *, dry_run: bool = False) -> Merge
 
 def is_whole(folder: Path) -> None:
     """Every row is what raw copies and journal give: a rebuild beside the book has the same ones."""
-    found = check_book(folder, lambda _total: contextlib.nullcontext(lambda _step: None), deep=True)
-    assert found.problems == ()
-    assert found.whole
+    found = health(folder, deep=True)
+    assert (found.problems, found.whole) == ((), True)
 
 
 def test_what_the_laptop_says_comes_home(lab: SmallBook, laptop: SmallBook) -> None:
@@ -184,22 +178,15 @@ def test_what_the_laptop_says_comes_home(lab: SmallBook, laptop: SmallBook) -> N
         ]
         detections = Detections(connection, book.store)
         found = run_view(detections, book.configuration, "r009")
-        says([said.text for said in found.notes], "on the foot")
+        says([one.text for one in found.notes], "on the foot")
         assert run_view(detections, book.configuration, "r004").run.duration_s == 700
         assert len(show_file(connection, "r009.csv").readings) == 2
-        says(
-            [item.remark for item in list_files(connection) if item.reading.name == "r002.csv"],
-            "withdrawn by",
-            "Ben Ode",
-        )
+        remarks = {item.reading.name: item.remark for item in list_files(connection)}
+        says(remarks["r002.csv"], "withdrawn by", BEN)
         assert "r012" in " ".join(to_do_lines(to_do(detections, book.configuration, "2021-06-16")))
         logs = [signal.sha256 for signal in signals_of_runs(connection)]
-        assert {
-            (said.person, str(said.verdict)) for some in jump_decisions(connection, logs).values() for said in some
-        } == {
-            (ADA, "reject"),
-            (BEN, "reject"),
-        }
+        said = [said for some in jump_decisions(connection, logs).values() for said in some]
+        assert {(one.person, str(one.verdict)) for one in said} == {(ADA, "reject"), (BEN, "reject")}
     is_whole(lab.folder)
 
 
@@ -220,10 +207,8 @@ def test_numbers_of_merged_runs_lead_to_their_bytes(lab: SmallBook, laptop: Smal
         made = state_report(book, None, ADA, lambda _step: None)
         with book.reading() as connection:
             assert report_named(connection, "last").number == 2
-            said = " ".join(
-                " ".join(trace_lines(trace(connection, find_number(book, connection, uid))))
-                for uid in sorted(made.shown)[:8]
-            )
+            traced = [trace(connection, find_number(book, connection, uid)) for uid in sorted(made.shown)[:8]]
+    said = " ".join(line for one in traced for line in trace_lines(one))
     assert "r010.csv" in said or "2021-06-16.csv" in said
     is_whole(lab.folder)
 
@@ -239,8 +224,8 @@ def test_a_second_merge_adds_only_what_is_new(lab: SmallBook, laptop: SmallBook)
     with lab.open() as book:
         change(book, "r004", "duration_s=720")
         change(book, "r009", "duration_s=500")
-    with laptop.open() as book, book.session(BEN) as session:
-        note(session, "later", "r009")
+    with laptop.open() as book:
+        state(book, note, "later", "r009", person=BEN)
     assert merged(lab, laptop).entries == {"note": 1}
     is_whole(lab.folder)
 
@@ -252,9 +237,7 @@ def test_two_books_that_merge_each_other_say_the_same(lab: SmallBook, laptop: Sm
     back = merged(laptop, lab)
     assert back.entries["file"] == 2
     assert (merged(lab, laptop).entries, merged(laptop, lab).entries) == ({}, {})
-    with lab.open() as one, laptop.open() as two:
-        runs = [{row[1:] for row in all_rows_by_name(book.engine)["charge"] if row} for book in (one, two)]
-        assert len(runs[0]) == len(runs[1])
+    assert len(rows_by_name(lab.folder)["charge"]) == len(rows_by_name(laptop.folder)["charge"])
     is_whole(laptop.folder)
 
 
@@ -262,21 +245,8 @@ def test_two_books_that_merge_each_other_say_the_same(lab: SmallBook, laptop: Sm
 
 
 def plan_in(book: Book, seed: int) -> None:
-    with book.session(ADA) as session:
-        entries = [PlannedEntry(f"r0{number}", 1, "", None) for number in range(40, 43)]
-        state_plan(session, book.configuration, seed, PlanMethod.RANDOMISED, entries)
-
-
-def declared_otherwise(book: Book, name: str, channel: str) -> None:
-    with book.reading() as connection:
-        row = last_reading(connection, show_file(connection, name).sha256)
-    assert row is not None
-    reread(book, row, RereadRequest({"columns": {"k_gain": {"channel": channel}}}, ADA))
-
-
-def moved(book: Book, name: str, run: str) -> None:
-    with book.session(ADA) as session:
-        assign(session, name, run, "misnamed")
+    entries = [PlannedEntry(f"r0{number}", 1, "", None) for number in range(40, 43)]
+    state(book, state_plan, seed, PlanMethod.RANDOMISED, entries)
 
 
 def take_inbox(book: Book, files: SmallBook, run: str | None) -> None:
@@ -285,11 +255,7 @@ def take_inbox(book: Book, files: SmallBook, run: str | None) -> None:
     lines = (files.instruments / "charger" / "2021-06-16.csv").read_bytes().splitlines(keepends=True)
     path.write_bytes(b"".join(lines[:2]))
     take(book, path)
-    with book.session(ADA) as session:
-        if run is None:
-            dismiss(session, "sheet.csv#1", "nobody's")
-        else:
-            assign(session, "sheet.csv#1", run, None)
+    state(book, *((dismiss, "sheet.csv#1", "nobody's") if run is None else (assign, "sheet.csv#1", run, None)))
 
 
 def other_row(changed: str) -> list[str]:
@@ -304,8 +270,8 @@ AGAINST: dict[str, tuple[Work, Work, tuple[str, ...]]] = {
         ("r009", "720", "700"),
     ),
     "a verdict against another": (
-        lambda book, _files: reject(book, "r001", 1),
-        lambda book, _files: accept(book, "r001", 1),
+        lambda book, _files: judge(book, "r001", 1),
+        lambda book, _files: judge(book, "r001", 1, "accept"),
         ("r001", "reject", "accept"),
     ),
     "a correction against another": (
@@ -341,8 +307,8 @@ AGAINST: dict[str, tuple[Work, Work, tuple[str, ...]]] = {
         ("r001", "812", "790"),
     ),
     "two charges of a run, in parts": (
-        lambda book, _files: charge_in_parts(book, "r001", 812, 90),
-        lambda book, _files: charge_in_parts(book, "r001", 812, 80),
+        lambda book, _files: charge(book, "r001", 812, 90),
+        lambda book, _files: charge(book, "r001", 812, 80),
         ("r001", "90 mAh", "80 mAh"),
     ),
     "two logs of a run": (
@@ -368,11 +334,6 @@ AGAINST: dict[str, tuple[Work, Work, tuple[str, ...]]] = {
 }
 
 
-def accept(book: Book, run: str, jump: int) -> None:
-    with book.session(ADA) as session:
-        decide(book, session, run, [jump], "accept", "looks_right", None)
-
-
 @pytest.mark.parametrize("case", AGAINST)
 def test_a_contradiction_is_named_and_nothing_is_written(lab: SmallBook, laptop: SmallBook, case: str) -> None:
     here, there, words = AGAINST[case]
@@ -395,9 +356,8 @@ def test_what_both_say_alike_is_said_once(lab: SmallBook, laptop: SmallBook) -> 
         declared_otherwise(book, "r001.csv", "aux")
         charge(book, "r001", 812)
         plan_in(book, 7)
-        with book.session(ADA) as session:
-            void(session, "r005", "foot came loose")
-            withdraw(session, "r002.csv", "of another robot")
+        state(book, void, "r005", "foot came loose")
+        state(book, withdraw, "r002.csv", "of another robot")
 
     go_on(lab, laptop, both, both)
     with laptop.open() as book:
@@ -412,18 +372,17 @@ def test_what_both_say_alike_is_said_once(lab: SmallBook, laptop: SmallBook) -> 
 
 def test_a_charge_in_parts_comes_home_whole(lab: SmallBook, laptop: SmallBook) -> None:
     def here(book: Book, _files: SmallBook) -> None:
-        charge_in_parts(book, "r001", 400, 400)
+        charge(book, "r001", 400, 400)
         charge(book, "r002", 600)
         charge(book, "r004", 300)
 
     def there(book: Book, files: SmallBook) -> None:
-        charge_in_parts(book, "r001", 400, 400)
-        charge_in_parts(book, "r002", 600, 600)
+        charge(book, "r001", 400, 400)
+        charge(book, "r002", 600, 600)
         sheet = files.folder / "parts.csv"
         sheet.write_text("run,mAh\nr003,500\nr003,70\nr004,300\n")
         take(book, sheet)
-        with book.session(ADA) as session:
-            assign(session, "parts.csv#2", "r003", None, add=True)
+        state(book, assign, "parts.csv#2", "r003", None, add=True)
 
     go_on(lab, laptop, here, there)
     merged(lab, laptop)
@@ -443,24 +402,21 @@ def test_a_charge_in_parts_comes_home_whole(lab: SmallBook, laptop: SmallBook) -
 def test_what_was_taken_back_there_is_taken_back_here(lab: SmallBook, laptop: SmallBook) -> None:
     def there(book: Book, files: SmallBook) -> None:
         take_inbox(book, files, None)
-        with book.session(BEN) as session:
-            withdraw(session, "r001.csv", "whose?")
-            void(session, "r005", "foot came loose")
-        with book.session(BEN) as session:
-            restore(session, "r001.csv", "mine")
-            restore_item(session, "sheet.csv#1", "r009's")
-            unvoid(session, "r005", "it was r006")
+        state(book, withdraw, "r001.csv", "whose?", person=BEN)
+        state(book, void, "r005", "foot came loose", person=BEN)
+        state(book, restore, "r001.csv", "mine", person=BEN)
+        state(book, restore_item, "sheet.csv#1", "r009's", person=BEN)
+        state(book, unvoid, "r005", "it was r006", person=BEN)
 
     def here(book: Book, _files: SmallBook) -> None:
-        with book.session(ADA) as session:
-            withdraw(session, "r001.csv", "of another robot")
-            void(session, "r005", "foot came loose")
+        state(book, withdraw, "r001.csv", "of another robot")
+        state(book, void, "r005", "foot came loose")
 
     go_on(lab, laptop, here, there)
     assert len(merged(lab, laptop, dry_run=True).conflicts) == 2
-    with lab.open() as book, book.session(ADA) as session:
-        restore(session, "r001.csv", "as Ben says")
-        unvoid(session, "r005", "as Ben says")
+    with lab.open() as book:
+        state(book, restore, "r001.csv", "as Ben says")
+        state(book, unvoid, "r005", "as Ben says")
     assert merged(lab, laptop).entries == {"file": 1, "charge dismissed": 1, "file or charge restored": 1}
     is_whole(lab.folder)
 
@@ -491,9 +447,8 @@ def test_books_without_a_common_beginning_are_matched_by_names(lab: SmallBook, s
         state_runs(book, [*FIRST_DAY, *SECOND_DAY], BEN)
         take(book, lab.log("r001"), BEN)
         moved(book, "r001.csv", "r004")
-        in_the_first_condition = [lab.log("r009"), lab.log("r003")]
-        for path in in_the_first_condition:
-            take(book, path, BEN)
+        for run in ("r009", "r003"):  # in the first condition
+            take(book, lab.log(run), BEN)
     done = merged(lab, stranger)
     assert (done.common, done.entries["run"], done.entries["file"]) == (0, 8, 2)
     with lab.open() as book, book.reading() as connection:
@@ -506,8 +461,8 @@ def test_books_without_a_common_beginning_are_matched_by_names(lab: SmallBook, s
 def test_another_configuration_is_refused_until_both_say_the_same(lab: SmallBook, laptop: SmallBook) -> None:
     text = laptop.toml.read_text().replace('"Ben Ode" = "BO"', '"Ben Ode" = "BO"\n"Cy Dee" = "CD"')
     laptop.toml.write_text(text)
-    with laptop.open() as book, book.session("CD") as session:
-        note(session, "by a third")
+    with laptop.open() as book:
+        state(book, note, "by a third", person="CD")
     with pytest.raises(InputRefused, match=r"\[people\]"):
         merged(lab, laptop)
     lab.toml.write_text(text)
@@ -518,27 +473,22 @@ def test_another_configuration_is_refused_until_both_say_the_same(lab: SmallBook
 # --- other books
 
 
-def test_a_raw_copy_that_is_lost_or_changed_there_is_named(lab: SmallBook, laptop: SmallBook) -> None:
+@pytest.mark.parametrize("how", ["changed", "lost", "cut"])
+def test_a_raw_copy_or_a_journal_that_is_not_what_it_was_there_is_named(
+    lab: SmallBook, laptop: SmallBook, how: str
+) -> None:
     go_on(lab, laptop)
     before = contents(lab.folder)
     with laptop.open() as book, book.reading() as connection:
         path = book.store.root / raw_path(show_file(connection, "r009.csv").sha256)
     path.chmod(0o644)
-    path.write_bytes(b"something else")
-    with pytest.raises(BookDamaged, match="laptop"):
-        merged(lab, laptop)
-    path.unlink()
-    with pytest.raises(BookDamaged, match="laptop"):
-        merged(lab, laptop)
-    assert contents(lab.folder) == before
-
-
-def test_a_journal_cut_there_is_refused(lab: SmallBook, laptop: SmallBook) -> None:
-    go_on(lab, laptop)
-    before = contents(lab.folder)
-    path = laptop.folder / "journal.jsonl"
-    path.write_text("".join(path.read_text().splitlines(keepends=True)[:-1]))
-    with pytest.raises(BookDamaged, match="rebuild --journal"):
+    if how == "cut":
+        laptop.journal.write_text("".join(laptop.journal.read_text().splitlines(keepends=True)[:-1]))
+    elif how == "lost":
+        path.unlink()
+    else:
+        path.write_bytes(b"something else")
+    with pytest.raises(BookDamaged, match="rebuild --journal" if how == "cut" else "laptop"):
         merged(lab, laptop)
     assert contents(lab.folder) == before
 
@@ -552,7 +502,7 @@ def test_a_book_on_postgresql_takes_in_one_on_sqlite(tmp_path: Path, postgres_ur
     laptop = SmallBook(tmp_path / "laptop", lab.instruments)
     shutil.copytree(lab.folder, laptop.folder)
     laptop.toml.write_text(small_toml(two_people=True))
-    rebuild_database(laptop.folder, lambda _step: None)
+    rebuilt(laptop)
     go_on(lab, laptop)
     assert merged(lab, laptop).entries["run"] == 8
     assert merged(lab, laptop).entries == {}

@@ -14,15 +14,13 @@ from data_schema.engine import writing
 from data_schema.errors import BookBusy, UsageError
 from labbook.actions.files import ingesting
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.upkeep.health import Health, check_book
 from labbook.actions.upkeep.pruning import Leftover, leftovers, prune
 from labbook.book.opening import Book
-from labbook.book.rebuilding import rebuild_database
-from labbook.terminal import progress
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import all_rows_by_name, server_in_a_soak
 from tests.helpers.folders import contents
+from tests.helpers.upkeep import health, rebuilt, untold
 from tests.helpers.wording import refuses
 
 TEMPORARY = "raw/ab/.abc.zst.12345678"
@@ -34,15 +32,11 @@ def listed(book: Book) -> dict[str, Leftover]:
 
 
 def pruned(book: Book, *names: str) -> set[str]:
-    return {one.name for one in prune(book, names, lambda total: progress("", total, shown=False))}
-
-
-def check(book: SmallBook) -> Health:
-    return check_book(book.folder, lambda total: progress("", total, shown=False))
+    return {one.name for one in prune(book, names, untold)}
 
 
 def rebuild(book: SmallBook) -> str:
-    old = rebuild_database(book.folder, lambda _step: None).old
+    old = rebuilt(book).old
     assert old is not None
     return old
 
@@ -78,7 +72,7 @@ def test_old_databases_and_what_was_cut_off_go_and_the_book_stays(book: SmallBoo
         assert pruned(standing) == old | left
         assert set(listed(standing)) == aside
         assert all(path.exists() for path in mine)
-        assert check(book).problems == ()
+        assert health(book).problems == ()
         assert all_rows_by_name(standing.engine) == rows
         assert pruned(standing, *aside) == aside
         assert listed(standing) == {}
@@ -94,12 +88,12 @@ def test_what_the_journal_speaks_of_stays_also_without_a_row(tmp_path: Path, com
     for path in book.folder.rglob("*"):
         os.utime(path, (1e9, 1e9))
     with book.open() as standing:
-        assert len(check(book).orphans) == 3
+        assert len(health(book).orphans) == 3
         assert pruned(standing) == {TEMPORARY}
         with standing.session(ADA):
             pass
-    assert check(book).orphans == ()
-    assert check(book).problems == ()
+    assert health(book).orphans == ()
+    assert health(book).problems == ()
 
 
 def test_what_a_journal_that_was_set_aside_speaks_of_stays_until_that_is_removed(tmp_path: Path) -> None:
@@ -134,9 +128,9 @@ def test_an_ingest_whose_files_are_removed_before_its_rows_are_there_is_not_half
         with refuses(BookBusy, "raw/", "removed from the", "give the command"):
             ingest_file(standing, log, IngestRequest(person=ADA))
         monkeypatch.undo()
-        assert check(book).problems == ()
+        assert health(book).problems == ()
         assert ingest_file(standing, log, IngestRequest(person=ADA)).status == "imported"
-    assert check(book).problems == ()
+    assert health(book).problems == ()
 
 
 @pytest.mark.soak
@@ -161,10 +155,10 @@ def test_pruning_while_others_ingest_takes_nothing_from_them(
     for running in running_now:
         code = running.wait()
         assert code == 0 or "command again" in running.output.read_text(), running.output.read_text()
-    assert check(book).problems == ()
+    assert health(book).problems == ()
     code, said = commands.run("ingest", *logs, "--book", book.folder)
     assert code == 0, said
-    assert (check(book).problems, check(book).raw_copies) == ((), len(logs))
+    assert (health(book).problems, health(book).raw_copies) == ((), len(logs))
 
 
 def test_old_tables_on_which_a_lab_built_something_stay(tmp_path: Path, postgres_url: str) -> None:
@@ -191,7 +185,7 @@ def test_a_prune_that_is_killed_leaves_a_whole_book(tmp_path: Path, commands: Co
         time.sleep(chance.uniform(0, 0.3))
         running.kill()
         assert running.wait() in (0, KILLED), running.output.read_text()
-        assert check(book).problems == ()
+        assert health(book).problems == ()
     code, said = commands.run("db", "prune", "--yes", "--book", book.folder)
     assert code == 0, said
     with book.open() as standing:

@@ -9,18 +9,15 @@ from pathlib import Path
 
 import pytest
 
-from data_schema.engine import postgres_engine, sqlite_engine
 from data_schema.errors import BookDamaged, UsageError
 from labbook.actions.upkeep.restoring import Place, Restored, restore
-from labbook.book.copies.backing_up import back_up
 from labbook.book.opening import opened
-from labbook.terminal import progress
-from tests.helpers.books import ADA, small_book
+from tests.helpers.books import small_book
 from tests.helpers.commands import KILLED, Commands
-from tests.helpers.databases import Rows, all_rows_by_name
 from tests.helpers.folders import contents
 from tests.helpers.once import made_once
-from tests.helpers.statements import note, notes, said_alike
+from tests.helpers.statements import note, notes, said_alike, state
+from tests.helpers.upkeep import backed_up, rows_by_name, untold
 from tests.helpers.whole_book import copy_of_whole_book
 from tests.helpers.wording import refuses
 
@@ -30,11 +27,11 @@ HERE = Place(None)
 def finished() -> Path:
     """Return where a book in which everything has happened lies, and its backup; made once."""
 
-    def backed_up(folder: Path) -> Path:
-        backup(copy_of_whole_book(folder).folder, folder / "backup")
+    def made(folder: Path) -> Path:
+        backed_up(copy_of_whole_book(folder).folder, folder / "backup")
         return folder
 
-    return made_once("backed-up", backed_up)
+    return made_once("backed-up", made)
 
 
 @pytest.fixture
@@ -48,56 +45,43 @@ def source(tmp_path: Path) -> Path:
 def quick(tmp_path: Path) -> Path:
     """The folder of a book without reports, which is made anew quickly, and of its backup."""
 
-    def backed_up(folder: Path) -> Path:
-        backup(small_book(folder).folder, folder / "backup")
+    def made(folder: Path) -> Path:
+        backed_up(small_book(folder).folder, folder / "backup")
         return folder
 
-    return shutil.copytree(made_once("quick-backed-up", backed_up), tmp_path / "quick")
-
-
-def backup(folder: Path, destination: Path) -> None:
-    back_up(folder, destination, lambda total: progress("", total, shown=False))
+    return shutil.copytree(made_once("quick-backed-up", made), tmp_path / "quick")
 
 
 def restored(source: Path, folder: Path, place: Place | None = None) -> Restored:
-    return restore(source, folder, place, lambda _step: None, lambda total: progress("", total, shown=False))
-
-
-def rows(folder: Path, url: str | None = None) -> dict[str, Rows]:
-    engine = postgres_engine(url) if url else sqlite_engine(folder / "labbook.db")
-    try:
-        return all_rows_by_name(engine)
-    finally:
-        engine.dispose()
+    return restore(source, folder, place, lambda _step: None, untold)
 
 
 def test_a_restored_book_has_every_row_and_goes_on(source: Path, tmp_path: Path) -> None:
     folder = tmp_path / "restored"
     done = restored(source, folder)
-    assert rows(folder) == rows(finished() / "book")
+    assert rows_by_name(folder) == rows_by_name(finished() / "book")
     assert (done.entries, done.moved) == (len((folder / "journal.jsonl").read_text().splitlines()), False)
     assert (folder / "labbook.toml").read_bytes() == (source / "labbook.toml").read_bytes()
     assert list(folder.rglob(".*")) == []
     with opened(folder) as book:
-        with book.session(ADA) as session:
-            note(session, "afterwards")
+        state(book, note, "afterwards")
         assert notes(book)[-1] == "afterwards"
         said_alike(book)
 
 
 def test_from_postgresql_and_into_it(tmp_path: Path, postgres_url: str, quick: Path) -> None:
-    before, backup_of = rows(quick / "book"), quick / "backup"
+    before, backup_of = rows_by_name(quick / "book"), quick / "backup"
     on_server = tmp_path / "on server"
     assert restored(backup_of, on_server, Place(postgres_url)).moved
-    assert rows(on_server, postgres_url) == before
+    assert rows_by_name(on_server, postgres_url) == before
     assert not (on_server / "labbook.db").exists()
     with pytest.raises(UsageError, match="is not empty"):
         restored(backup_of, tmp_path / "again", Place(postgres_url))
-    backup(on_server, tmp_path / "backup of server")
+    backed_up(on_server, tmp_path / "backup of server")
     with pytest.raises(UsageError, match=r"--database URL .*--sqlite"):
         restored(tmp_path / "backup of server", tmp_path / "back")
     restored(tmp_path / "backup of server", tmp_path / "back", HERE)
-    assert rows(tmp_path / "back") == before
+    assert rows_by_name(tmp_path / "back") == before
     said = (tmp_path / "back" / "labbook.toml").read_text()
     assert "postgresql" not in said
     wanted = (backup_of / "labbook.toml").read_text()
@@ -113,13 +97,13 @@ def test_a_store_elsewhere_is_brought_into_the_book_and_left_alone_there(tmp_pat
         shutil.move(book.folder / name, shared / name)
     text = book.toml.read_text()
     book.toml.write_text(f"[store]  # on the shared drive\npath = '{shared}'\n\n{text}")
-    backup(book.folder, tmp_path / "backup")
+    backed_up(book.folder, tmp_path / "backup")
     before = contents(shared)
     restored(tmp_path / "backup", tmp_path / "restored")
     assert contents(shared) == before
     assert (tmp_path / "restored" / "labbook.toml").read_text().strip() == text.strip()
     assert len(list((tmp_path / "restored").glob("raw/*/*.zst"))) == 14
-    assert rows(tmp_path / "restored") == rows(book.folder)
+    assert rows_by_name(tmp_path / "restored") == rows_by_name(book.folder)
 
 
 def test_a_folder_that_holds_anything_else_is_left_alone(quick: Path, tmp_path: Path) -> None:
@@ -145,32 +129,31 @@ def test_a_folder_that_holds_anything_else_is_left_alone(quick: Path, tmp_path: 
         assert contents(place) == before
     lost.write_bytes(kept)
     restored(source, begun)
-    assert rows(begun) == rows(quick / "book")
+    assert rows_by_name(begun) == rows_by_name(quick / "book")
 
 
-def test_what_is_no_complete_backup_is_refused(source: Path, tmp_path: Path) -> None:
-    (source / "journal.jsonl").unlink()
-    with pytest.raises(UsageError, match="was never completed"):
+@pytest.mark.parametrize(
+    ("how", "said"),
+    [
+        ("changed", ("the backup", "is damaged", "restore from another")),
+        ("cut", ("ends at entry", "not the one", "entries")),
+        ("lost", ("was never completed",)),
+    ],
+)
+def test_a_journal_that_is_not_what_was_backed_up_is_told_before_anything_is_made(
+    source: Path, tmp_path: Path, how: str, said: tuple[str, ...]
+) -> None:
+    journal = source / "journal.jsonl"
+    text = journal.read_text()
+    if how == "lost":
+        journal.unlink()
+    else:
+        last = text.splitlines(keepends=True)[-1]
+        journal.write_text(text.removesuffix(last) if how == "cut" else text.replace("Nwosu", "Nwoso", 1))
+    with refuses(UsageError if how == "lost" else BookDamaged, *said):
         restored(source, tmp_path / "restored")
     with pytest.raises(UsageError, match="is no backup"):
         restored(tmp_path, tmp_path / "restored")
-    assert not (tmp_path / "restored").exists()
-
-
-def test_damage_in_a_backup_is_told_before_anything_is_made(source: Path, tmp_path: Path) -> None:
-    journal = source / "journal.jsonl"
-    journal.write_text(journal.read_text().replace("Nwosu", "Nwoso", 1))
-    with refuses(BookDamaged, "the backup", "is damaged", "restore from another"):
-        restored(source, tmp_path / "restored")
-    assert not (tmp_path / "restored").exists()
-
-
-def test_a_journal_cut_after_the_backup_is_refused(source: Path, tmp_path: Path) -> None:
-    journal = source / "journal.jsonl"
-    lines = journal.read_text().splitlines(keepends=True)
-    journal.write_text("".join(lines[:-1]))
-    with refuses(BookDamaged, "ends at entry", len(lines) - 1, "not the one", len(lines), "entries"):
-        restored(source, tmp_path / "restored")
     assert not (tmp_path / "restored").exists()
 
 
@@ -186,7 +169,7 @@ def test_killed_after_a_sync_the_same_command_completes_it(quick: Path, tmp_path
             break
     assert number > 3
     assert code == 0 or commands.run(*words)[0] == 0
-    assert rows(tmp_path / "restored") == rows(quick / "book")
+    assert rows_by_name(tmp_path / "restored") == rows_by_name(quick / "book")
     assert list((tmp_path / "restored").glob(".*")) == []
 
 
@@ -206,4 +189,4 @@ def test_killed_on_the_way_into_postgresql_the_same_command_completes_it(
     if code == KILLED:
         code, said = commands.run(*words)
         assert code == 0, said
-    assert rows(tmp_path / "restored", postgres_url) == rows(quick / "book")
+    assert rows_by_name(tmp_path / "restored", postgres_url) == rows_by_name(quick / "book")
