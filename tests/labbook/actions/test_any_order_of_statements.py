@@ -36,9 +36,9 @@ from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import opened
 from labbook.book.rebuilding import rebuild_database
-from labbook.book.write_session import WriteSession
 from tests.helpers.books import ADA, instrument_files, small_book
 from tests.helpers.databases import all_rows_by_name
+from tests.helpers.statements import state
 
 RUNS = ("r001", "r002", "r003")
 SHEETS = ("s1.csv", "s2.csv", "s3.csv")
@@ -52,6 +52,8 @@ ROWS = st.tuples(
 READINGS = tuple(itertools.product(("run_a", "run_b"), ("first", "second")))
 LOG_ROWS = "".join(f"{4 * i},{0.4 + 0.001 * i:.4f}\n" for i in range(300))
 LOGS = ("r003.csv", "both.csv")
+FILES = st.sampled_from((*SHEETS, *LOGS))
+SHEET_ROWS = st.builds("{}#{}".format, st.sampled_from(SHEETS), st.integers(1, 5))
 
 
 def as_sheet(of_run: str, amount: str) -> dict[str, Any]:
@@ -65,8 +67,8 @@ def template() -> Path:
     folder = Path(_HOLD.name)
     small = small_book(folder, runs=False, ingested=False)
     sheet = (small.instruments / "runs.csv").read_text().splitlines(keepends=True)[: 1 + len(RUNS)]
-    with small.open() as book, book.session(ADA) as session:
-        import_runs(book, session, SheetFile("runs.csv", "".join(sheet).encode()))
+    with small.open() as book:
+        state(book, import_runs, SheetFile("runs.csv", "".join(sheet).encode()))
     return small.folder
 
 
@@ -125,9 +127,9 @@ class Statements(RuleBasedStateMachine):
             self.refused = str(error)
             assert "\n" not in self.refused
 
-    def say(self, words: Callable[[WriteSession], object]) -> None:
-        with self.may_be_refused(), self.book.session(ADA) as session:
-            words(session)
+    def say(self, action: Callable[..., object], *given: object, **named: Any) -> None:
+        with self.may_be_refused():
+            state(self.book, action, *given, **named)
 
     def rows(self) -> list[dict[str, Any]]:
         with self.book.reading() as connection:
@@ -160,50 +162,42 @@ class Statements(RuleBasedStateMachine):
         with self.may_be_refused():
             reread_named(self.book, name, RereadRequest(options, ADA, "otherwise"))
 
-    @rule(name=st.sampled_from((*SHEETS, *LOGS)))
+    @rule(name=FILES)
     def withdraw_file(self, name: str) -> None:
-        self.say(lambda session: withdraw(session, name, "a draft"))
+        self.say(withdraw, name, "a draft")
 
-    @rule(name=st.sampled_from((*SHEETS, *LOGS)))
-    def restore_file(self, name: str) -> None:
-        self.say(lambda session: restore(session, name, None))
+    @rule(what=FILES | SHEET_ROWS, run=st.sampled_from((*RUNS, "none")))
+    def assign_any(self, what: str, run: str) -> None:
+        self.say(assign, what, run, "so it was")
 
-    @rule(name=st.sampled_from((*SHEETS, *LOGS)), run=st.sampled_from((*RUNS, "none")))
-    def assign_file(self, name: str, run: str) -> None:
-        self.say(lambda session: assign(session, name, run, "so it was"))
-
-    @rule(part=st.sampled_from(("log", "log_segment_2")), run=st.sampled_from((*RUNS, "none")))
+    @rule(part=st.sampled_from(("both.csv#log", "both.csv#log_segment_2")), run=st.sampled_from((*RUNS, "none")))
     def assign_part(self, part: str, run: str) -> None:
-        self.say(lambda session: assign(session, f"both.csv#{part}", run, "so it was"))
+        self.say(assign, part, run, "so it was")
 
-    @rule(name=st.sampled_from(SHEETS), row=st.integers(1, 5), run=st.sampled_from((*RUNS, "none")))
-    def assign_row(self, name: str, row: int, run: str) -> None:
-        self.say(lambda session: assign(session, f"{name}#{row}", run, "so it was"))
-
-    @rule(name=st.sampled_from(SHEETS), row=st.integers(1, 5), run=st.sampled_from(RUNS))
-    def add_row(self, name: str, row: int, run: str) -> None:
-        self.say(lambda session: assign(session, f"{name}#{row}", run, None, add=True))
+    @rule(row=SHEET_ROWS, run=st.sampled_from(RUNS))
+    def add_row(self, row: str, run: str) -> None:
+        self.say(assign, row, run, None, add=True)
 
     @rule(which=st.integers(0, 20), said=st.sampled_from(("charge_mah=150", "charge_mah=77", "run=r003", "run=none")))
     def correct_charge(self, which: int, said: str) -> None:
         uid = self.charge(which)
-        self.say(lambda session: correct(self.book, session, f"charge:{uid}", [said], "misread"))
+        self.say(correct, f"charge:{uid}", [said], "misread")
 
-    @rule(name=st.sampled_from(SHEETS), row=st.integers(1, 5))
-    def dismiss_row(self, name: str, row: int) -> None:
-        self.say(lambda session: dismiss(session, f"{name}#{row}", "of another robot"))
+    @rule(row=SHEET_ROWS)
+    def dismiss_row(self, row: str) -> None:
+        self.say(dismiss, row, "of another robot")
 
-    @rule(name=st.sampled_from(SHEETS), row=st.integers(1, 5))
-    def restore_row(self, name: str, row: int) -> None:
-        self.say(lambda session: restore_item(session, f"{name}#{row}", None))
+    @rule(what=FILES | SHEET_ROWS)
+    def restore_any(self, what: str) -> None:
+        self.say(restore_item if "#" in what else restore, what, None)
 
     @rule(run=st.sampled_from(RUNS), amount=st.sampled_from((150.0, 99.0)), add=st.booleans())
     def type_charge(self, run: str, amount: float, add: bool) -> None:
-        self.say(lambda session: state_charge(session, self.book.configuration, run, amount, None, None, add=add))
+        self.say(state_charge, run, amount, None, None, add=add)
 
     @rule(jump=st.integers(1, 3), verdict=st.sampled_from(("accept", "reject")))
     def decide_on_jump(self, jump: int, verdict: str) -> None:
-        self.say(lambda session: decide(self.book, session, "r003", [jump], verdict, "touched_by_hand", None))
+        self.say(decide, "r003", [jump], verdict, "touched_by_hand", None)
 
     @invariant()
     def a_run_has_one_charge_that_its_sheet_holds(self) -> None:
@@ -242,25 +236,17 @@ class Statements(RuleBasedStateMachine):
             return {row[0]: json.loads(row[1])["charge_lines"] for row in connection.exec_driver_sql(query)}
 
 
-CHECKS, PHASES = list(HealthCheck), (Phase.generate,)
-
-
-def test_any_order_of_statements() -> None:
+@pytest.mark.parametrize(
+    ("examples", "steps", "same"), [(3, 12, True), pytest.param(300, 30, False, marks=pytest.mark.soak)]
+)
+def test_any_order_of_statements(examples: int, steps: int, same: bool) -> None:
     run_state_machine_as_test(
         Statements,
         settings=settings(
-            max_examples=3,
-            stateful_step_count=12,
-            derandomize=True,
-            phases=PHASES,
-            suppress_health_check=CHECKS,
+            max_examples=examples,
+            stateful_step_count=steps,
+            derandomize=same,
+            phases=(Phase.generate,),
+            suppress_health_check=list(HealthCheck),
         ),
-    )
-
-
-@pytest.mark.soak
-def test_any_order_of_many_statements() -> None:
-    run_state_machine_as_test(
-        Statements,
-        settings=settings(max_examples=300, stateful_step_count=30, phases=PHASES, suppress_health_check=CHECKS),
     )

@@ -20,20 +20,18 @@ from data_schema.queries.reports import list_reports
 from data_schema.tables import METADATA
 from data_schema.vocabulary import Action
 from labbook.actions.report_command import state_report
-from labbook.actions.upkeep.health import Health, check_book
 from labbook.actions.upkeep.recomputing import recompute
 from labbook.actions.upkeep.tracing import ReportOfNumber
 from labbook.book.altered import Misfit, altered_rows
 from labbook.book.opening import Book
-from labbook.book.rebuilding import rebuild_database, rewrite_journal
+from labbook.book.rebuilding import rewrite_journal
 from labbook.book.replaying import replayed
 from labbook.book.report_numbers import NUMBERS, numbers_path, read_numbers
-from labbook.terminal import progress
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.databases import server_in_a_soak
-from tests.helpers.journals import renumbered
-from tests.helpers.statements import in_file, note
+from tests.helpers.statements import note, state
+from tests.helpers.upkeep import health, rebuilt, rebuilt_as_said
 from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, whole_book
 from tests.helpers.wording import refuses, says
 
@@ -49,78 +47,50 @@ def judged(tmp_path: Path) -> SmallBook:
     return copy_of_judged_book(tmp_path)
 
 
-def check(book: SmallBook, *, deep: bool = False) -> Health:
-    return check_book(book.folder, lambda total: progress("checking", total, shown=False), deep=deep)
-
-
 def engine_of(book: SmallBook, url: str | None = None) -> sa.Engine:
     return postgres_engine(url) if url else sqlite_engine(book.database)
 
 
 def execute(engine: sa.Engine, *statements: str) -> None:
-    """As another program would."""
+    """As another program would; a statement that changes rows has to find some."""
     try:
         with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
             for statement in statements:
-                assert connection.exec_driver_sql(statement).rowcount > 0
+                changed = connection.exec_driver_sql(statement).rowcount
+                assert changed > 0 or statement.startswith(("ALTER", "CREATE", "DROP"))
     finally:
         engine.dispose()
 
 
-def execute_plainly(engine: sa.Engine, *statements: str) -> None:
-    """Change tables and triggers, not rows."""
-    with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
-        for statement in statements:
-            connection.exec_driver_sql(statement)
-    engine.dispose()
-
-
 ALTERATIONS = {
-    "a fact": (
-        "UPDATE charge SET charge_mah = charge_mah * 0.8 WHERE id = 2",
-        "altered in the database: charge ",
-        "charge_mah is ",
+    "UPDATE charge SET charge_mah = charge_mah * 0.8 WHERE id = 2": ("altered in", "charge ", "charge_mah is "),
+    "UPDATE run_file SET run = CASE run WHEN 1 THEN 2 ELSE 1 END WHERE run IN (1, 2)": (
+        *("altered in", "run_file ", "run is "),
     ),
-    "two rows that change places": (
-        "UPDATE run_file SET run = CASE run WHEN 1 THEN 2 ELSE 1 END WHERE run IN (1, 2)",
-        "altered in the database: run_file ",
-        "run is ",
+    "UPDATE finding SET severity = 'note' WHERE id = (SELECT min(id) FROM finding WHERE severity <> 'note')": (
+        *("altered in", "finding ", "severity is 'note' and should be "),
     ),
-    "what a check of a file found": (
-        "UPDATE finding SET severity = 'note' WHERE id = (SELECT min(id) FROM finding WHERE severity <> 'note')",
-        "altered in the database: finding ",
-        "severity is 'note' and should be ",
+    "UPDATE report SET selection = 'foot=large' WHERE id = 1": (
+        *("altered in", "report ", "selection is 'foot=large' and should be ''"),
     ),
-    "the runs of a report": (
-        "UPDATE report SET selection = 'foot=large' WHERE id = 1",
-        "altered in the database: report ",
-        "selection is 'foot=large' and should be ''",
-    ),
-    "a verdict that is gone": (
-        "DELETE FROM decision WHERE id = 1",
-        "removed from the database: decision ",
-        "is missing",
-    ),
-    "a note that nobody wrote": (
-        "INSERT INTO note (uid, target_kind, target_uid, text, person, at_utc) SELECT 'abc', target_kind, target_uid, "
-        "'all went well', person, at_utc FROM note WHERE id = 1",
-        "added to the database: note abc",
-        "should not be there",
-    ),
+    "DELETE FROM decision WHERE id = 1": ("removed from", "decision ", "is missing"),
+    "INSERT INTO note (uid, target_kind, target_uid, text, person, at_utc) SELECT 'abc', target_kind, target_uid, "
+    "'all went well', person, at_utc FROM note WHERE id = 1": ("added to", "note abc", "should not be there"),
 }
+"""What is done to rows, and what a check says of it."""
 
 
 @server_in_a_soak("database_url")
 def test_all_altered_rows_are_named_and_a_rebuild_says_and_mends_them(tmp_path: Path, database_url: str | None) -> None:
     book = whole_book(tmp_path, database_url) if database_url else copy_of_whole_book(tmp_path)
-    execute(engine_of(book, database_url), *(statement for statement, *_said in ALTERATIONS.values()))
-    problems = check(book).problems
-    for what, (_statement, *said) in ALTERATIONS.items():
-        assert any(said[0] in problem and said[1] in problem for problem in problems), what
-    done = rebuild_database(book.folder, lambda _step: None)
+    execute(engine_of(book, database_url), *ALTERATIONS)
+    problems = health(book).problems
+    for how, *said in ALTERATIONS.values():
+        says(problems, f"{how} the database: {said[0]}", said[1])
+    done = rebuilt(book)
     assert done.n_altered >= len(ALTERATIONS)
     assert {rows.sentence for rows in done.altered} <= {problem.partition(" Run `")[0] for problem in problems}
-    assert check(book, deep=True).problems == ()
+    assert health(book, deep=True).problems == ()
 
 
 @server_in_a_soak("database_url")
@@ -175,7 +145,7 @@ def test_the_reports_that_rest_on_an_altered_row_are_named(whole: SmallBook) -> 
     with whole.open() as book, book.reading() as connection:
         made = [report.called for report in list_reports(connection)]
     execute(engine_of(whole), "UPDATE charge SET charge_mah = charge_mah + 1 WHERE run = 2")
-    (problem,) = check(whole).problems
+    (problem,) = health(whole).problems
     named = problem.partition("reports that rest on it: ")[2].partition(". ")[0].split(", ")
     assert named == made
 
@@ -191,7 +161,7 @@ def test_a_flipped_bit_of_a_stored_value_is_found(judged: SmallBook) -> None:
     value = next(value for value in values if content.count(struct.pack(">d", value)) == 1)
     content[content.find(struct.pack(">d", value)) + 4] ^= 0x10
     judged.database.write_bytes(content)
-    (problem,) = check(judged).problems
+    (problem,) = health(judged).problems
     says(problem, "in the database")
     assert f"and should be {value!r}" in problem
 
@@ -203,21 +173,17 @@ def test_rows_that_other_versions_made_are_no_alterations(judged: SmallBook) -> 
         read = entry.action in (Action.INGEST, Action.READ)
         return replace(entry, new={**(entry.new or {}), "reader_version": 1}) if read else entry
 
-    with judged.open() as book:
-        entries = renumbered([earlier(entry) for entry in in_file(book)])
-    judged.journal.write_text("".join(entry.line + "\n" for entry in entries), encoding="utf-8")
-    judged.database.unlink()
-    rebuild_database(judged.folder, lambda _step: None)
+    rebuilt_as_said(judged, earlier)
     execute(
         engine_of(judged),
         "UPDATE ingest SET reader_version = 1 WHERE status <> 'refused'",
         "UPDATE run SET jumps_made = 7 WHERE name = 'r001'",
     )
-    anew, altered = check(judged).problems
+    anew, altered = health(judged).problems
     says(anew, "come out otherwise")
     says(altered, "run ", "r001", "jumps_made is 7 and should be")
-    rebuild_database(judged.folder, lambda _step: None)
-    assert check(judged).whole
+    rebuilt(judged)
+    assert health(judged).whole
 
 
 @pytest.mark.parametrize("table", ["decision", pytest.param("config", marks=pytest.mark.soak)])
@@ -226,17 +192,16 @@ def test_an_order_that_was_turned_round_is_found(judged: SmallBook, table: str) 
     if table == "config":
         with (judged.folder / "labbook.toml").open("a") as text:
             text.write("\n# another day\n")
-        with judged.open() as book, book.session(ADA) as session:
-            note(session, "takes the change over", "r001")
+        state_note(judged, "takes the change over")
     with contextlib.closing(sqlite3.connect(judged.database)) as connection, connection:
         (first, last) = connection.execute(f"SELECT min(id), max(id) FROM {table}").fetchone()
         assert first < last
         for old, new in ((first, -1), (last, first), (-1, last)):
             connection.execute(f"UPDATE {table} SET id = ? WHERE id = ?", (new, old))
-    problems = check(judged).problems
+    problems = health(judged).problems
     says(problems, "moved", table)
-    rebuild_database(judged.folder, lambda _step: None)
-    assert check(judged, deep=True).whole
+    rebuilt(judged)
+    assert health(judged, deep=True).whole
 
 
 def mean_of_r002(book: Book, connection: sa.Connection) -> ReportOfNumber:
@@ -265,53 +230,49 @@ def test_a_number_of_a_forged_fact_does_not_stand_and_one_printed_before_is_told
     says(before.sentence, "the same to the last digit", "charge_mah", "`labbook rebuild`")
     says(after.sentence, "does not stand", "value is")
     assert labbook("why", forged.number.id, "--check", at=whole.folder).code == 3
-    rebuild_database(whole.folder, lambda _step: None)
+    rebuilt(whole)
     told = good(labbook("why", honest.number.id, "--check", at=whole.folder)).out
     says(told, "the same to the last digit")
 
 
-def test_triggers_that_are_not_those_of_labbook_are_named(judged: SmallBook) -> None:
-    execute_plainly(
-        engine_of(judged),
+TRIGGERS = {
+    "sqlite": (
         "CREATE TRIGGER tt AFTER INSERT ON note BEGIN UPDATE charge SET charge_mah = 1; END",
         "DROP TRIGGER journal_never_changed",
-    )
-    problems = check(judged).problems
-    assert ["trigger tt " in problems[0], "trigger journal_never_changed" in problems[1]] == [True, True]
-    rebuild_database(judged.folder, lambda _step: None)
-    assert check(judged).whole
+    ),
+    "postgresql": (
+        "ALTER TABLE journal DISABLE TRIGGER journal_never_changed",
+        "CREATE TRIGGER tt BEFORE UPDATE ON charge FOR EACH ROW EXECUTE FUNCTION journal_is_append_only()",
+    ),
+}
+
+
+@server_in_a_soak("database_url")
+def test_triggers_that_are_not_those_of_labbook_are_named(tmp_path: Path, database_url: str | None) -> None:
+    book = small_book(tmp_path, ingested=False, database_url=database_url)
+    assert health(book).whole
+    execute(engine_of(book, database_url), *TRIGGERS["postgresql" if database_url else "sqlite"])
+    problems = health(book).problems
+    assert ["trigger tt " in problems[0], "journal_never_changed" in problems[1]] == [True, True]
+    rebuilt(book)
+    assert health(book).whole
 
 
 def test_a_journal_cut_behind_its_guard_shows_in_the_rows(judged: SmallBook) -> None:
     """Who drops the guard can cut table and file alike; the rows of what was cut are still there."""
     path = judged.folder / "journal.jsonl"
     lines = path.read_text().splitlines(keepends=True)
-    execute_plainly(
+    execute(
         engine_of(judged), "DROP TRIGGER journal_never_deleted", f"DELETE FROM journal WHERE seq > {len(lines) - 2}"
     )
     path.write_text("".join(lines[:-2]))
-    problems = check(judged).problems
+    problems = health(judged).problems
     assert problems[0].startswith("trigger journal_never_deleted")
     says(problems[1:], "to the database")
 
 
-@pytest.mark.soak
-def test_on_postgresql_too_foreign_triggers_are_named(tmp_path: Path, postgres_url: str) -> None:
-    book = small_book(tmp_path, ingested=False, database_url=postgres_url)
-    assert check(book).whole
-    execute_plainly(
-        postgres_engine(postgres_url),
-        "ALTER TABLE journal DISABLE TRIGGER journal_never_changed",
-        "CREATE TRIGGER tt BEFORE UPDATE ON charge FOR EACH ROW EXECUTE FUNCTION journal_is_append_only()",
-    )
-    problems = check(book).problems
-    assert ["trigger tt " in problems[0], "journal_never_changed, which" in problems[1]] == [True, True]
-    rebuild_database(book.folder, lambda _step: None)
-    assert check(book).whole
-
-
 def test_an_entry_whose_effect_is_there_already_names_the_remedy(judged: SmallBook) -> None:
-    execute_plainly(
+    execute(
         engine_of(judged),
         "DROP TRIGGER journal_never_deleted",
         "DELETE FROM journal WHERE seq = (SELECT max(seq) FROM journal)",
@@ -324,23 +285,18 @@ def test_an_entry_whose_effect_is_there_already_names_the_remedy(judged: SmallBo
 
 
 def test_no_damage_ends_a_check_without_a_sentence(judged: SmallBook) -> None:
-    engine = engine_of(judged)
-    with engine.connect().execution_options(labbook_writes=True) as connection, connection.begin():
-        connection.exec_driver_sql("DROP TRIGGER journal_never_changed")
-        connection.exec_driver_sql("UPDATE journal SET new_json = '{' WHERE seq = 5")
-    engine.dispose()
-    says(check(judged).problems, "5", "database was changed")
+    execute(engine_of(judged), "DROP TRIGGER journal_never_changed", "UPDATE journal SET new_json = '{' WHERE seq = 5")
+    says(health(judged).problems, "5", "database was changed")
     lines = judged.journal.read_text(encoding="utf-8").splitlines(keepends=True)
     lines[3] = lines[3].replace('"new":{', '"new":{"x":NaN,', 1)
     judged.journal.write_text("".join(lines), encoding="utf-8")
-    problems = check(judged).problems
+    problems = health(judged).problems
     says(problems, "labbook restore")
 
 
 def test_a_damaged_journal_that_holds_more_than_the_database_is_not_written_over(judged: SmallBook) -> None:
     kept = judged.database.read_bytes()
-    with judged.open() as book, book.session(ADA) as session:
-        note(session, "said later")
+    state_note(judged, "said later")
     for piece in judged.folder.glob("labbook.db*"):
         piece.unlink()
     judged.database.write_bytes(kept)
@@ -380,11 +336,11 @@ def test_an_altered_numbers_json_is_damage_and_a_lost_one_is_said(whole: SmallBo
     path.write_text(written.replace('"value":', '"value":1', 1), encoding="utf-8")
     for words in (("why", uid), ("why", uid, "--check"), ("reports", "show", "1"), ("reports", "diff", "1", "last")):
         refused(labbook(*words, at=whole.folder), 3, path.name)
-    says(check(whole).problems, str(path), "altered")
+    says(health(whole).problems, str(path), "altered")
     path.unlink()
     refused(labbook("why", uid, at=whole.folder), 2, f"1 of the {1 + len(others)} reports")
     refused(labbook("reports", "show", "1", at=whole.folder), 2, path.name, "numbers.json")
-    found = check(whole)
+    found = health(whole)
     assert found.whole
     says(found.missing_numbers, str(path))
     good(labbook("reports", "show", "last", at=whole.folder))
@@ -395,7 +351,7 @@ def test_a_command_that_writes_warns_where_the_end_of_the_table_was_edited(
 ) -> None:
     state_note(judged, "before")
     assert caplog.messages == []
-    execute_plainly(
+    execute(
         engine_of(judged),
         "DROP TRIGGER journal_never_changed",
         "UPDATE journal SET new_json = replace(new_json, 'before', 'after') WHERE seq = (SELECT max(seq) FROM journal)",
@@ -407,5 +363,5 @@ def test_a_command_that_writes_warns_where_the_end_of_the_table_was_edited(
 
 
 def state_note(book: SmallBook, text: str) -> None:
-    with book.open() as opened_book, opened_book.session(ADA) as session:
-        note(session, text)
+    with book.open() as standing:
+        state(standing, note, text)
