@@ -16,7 +16,6 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.errors import UsageError
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.demo.plate import RATE_HZ, record_of
 from labbook.demo.truth import CONTROL_GAIN, REST_LENGTH_M, Hop, Scatter, Truth
@@ -40,7 +39,6 @@ class PrescribedHop:
 
     `jamming_time_s` is how long the ground takes to stop the foot after touchdown (0: rigid ground), and
     `extension_intrusion_m` how much deeper the extending leg pushes it.
-    Raises `UsageError` when the phases cannot follow each other.
     """
 
     drop_height_m: float
@@ -51,21 +49,9 @@ class PrescribedHop:
     extension_intrusion_m: float = 0.02
 
     def __post_init__(self) -> None:
-        if self.drop_height_m <= self.rest_length_m:
-            raise UsageError(
-                f"a drop from {self.drop_height_m} m starts with the foot in the ground: "
-                f"give a drop height above the rest length {self.rest_length_m} m."
-            )
-        if self.apex_height_m <= self.lift_off_height_m:
-            raise UsageError(
-                f"an apex of {self.apex_height_m} m lies below lift-off at {self.lift_off_height_m:.4f} m: "
-                "give a higher apex or less intrusion."
-            )
-        if not 0 <= self.jamming_time_s < self.compression_duration_s:
-            raise UsageError(
-                f"a jamming time of {self.jamming_time_s} s must be at least 0 and shorter than the "
-                f"compression, {self.compression_duration_s:.4f} s."
-            )
+        assert self.drop_height_m > self.rest_length_m, "the foot starts in the ground"
+        assert self.apex_height_m > self.lift_off_height_m, "the apex lies below lift-off"
+        assert 0 <= self.jamming_time_s < self.compression_duration_s, "the ground jams after the compression"
 
     @property
     def touchdown_speed_m_s(self) -> float:
@@ -140,27 +126,16 @@ class PrescribedHop:
             switch_s=self.switch_s,
             apex_s=self.apex_s,
             landing_s=self.landing_s,
-            motion=self._motion,
+            motion=lambda time_s: hop_motion(self, time_s)[:4],
         )
 
-    def _motion(self, time_s: FloatArray) -> FloatArray:
-        made = hop_motion(self, time_s)
-        return np.stack([made.body_height_m, made.leg_length_m, made.leg_velocity_m_s, made.extending])
 
+def hop_motion(hop: PrescribedHop, time_s: FloatArray) -> FloatArray:
+    """Sample a hop at `time_s`, seconds after the drop, rising; after the apex the fall goes on for ever.
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PrescribedMotion:
-    """A hop sampled in time; all arrays of the shape of `time_s`, SI units, up positive."""
-
-    body_height_m: FloatArray
-    body_acceleration_m_s2: FloatArray
-    leg_length_m: FloatArray
-    leg_velocity_m_s: FloatArray
-    extending: NDArray[np.bool_]
-
-
-def hop_motion(hop: PrescribedHop, time_s: FloatArray) -> PrescribedMotion:
-    """Sample a hop at `time_s`, seconds after the drop, rising; after the apex the fall goes on for ever."""
+    Rows are the body's height, the leg's length and velocity, whether it extends, and the body's acceleration; SI
+    units, up positive.
+    """
     g = STANDARD_GRAVITY_M_S2
     drop, compression, extension, flight = (
         slice(start, stop) for start, stop in _between(time_s, hop.touchdown_s, hop.switch_s, hop.lift_off_s)
@@ -205,9 +180,9 @@ def hop_motion(hop: PrescribedHop, time_s: FloatArray) -> PrescribedMotion:
     ringing_m, leg_velocity[flight] = _ringing(time_s[flight] - hop.lift_off_s, hop.lift_off_speed_m_s)
     leg_length[flight] += ringing_m
 
-    extending = np.zeros(time_s.shape, dtype=np.bool_)
-    extending[extension] = True
-    return PrescribedMotion(height, acceleration, leg_length, leg_velocity, extending)
+    extending = np.zeros_like(time_s)
+    extending[extension] = 1.0
+    return np.stack([height, leg_length, leg_velocity, extending, acceleration])
 
 
 def _push_duration_s(speed_m_s: float, travel_m: float, power: int) -> float:
@@ -308,7 +283,7 @@ def hops_in_place(apexes_m: FloatArray) -> tuple[list[PrescribedHop], FloatArray
     for hop in hops:
         time_s = np.arange(late_s, hop.apex_s, 1 / RATE_HZ)
         late_s = time_s.size / RATE_HZ + late_s - hop.apex_s
-        acceleration = hop_motion(hop, time_s).body_acceleration_m_s2
+        acceleration = hop_motion(hop, time_s)[4]
         pieces.append(ROBOT_MASS_KG * np.clip(acceleration + STANDARD_GRAVITY_M_S2, 0, None))
     return hops, np.concatenate([*pieces, unloaded])
 

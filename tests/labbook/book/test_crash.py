@@ -20,11 +20,11 @@ from data_schema import journal
 from data_schema.tables.files import file, ingest
 from data_schema.tables.signals import signal
 from labbook.book.opening import Book, open_book
-from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, SmallBook, instrument_files, small_book, small_toml
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import all_rows, server_in_a_soak
-from tests.helpers.statements import in_file, in_table, note, notes, said_alike
+from tests.helpers.statements import in_file, in_table, note, notes, said_alike, state
+from tests.helpers.upkeep import rebuilt
 
 FILES_A_ROUND = 1
 ROWS = 60
@@ -59,6 +59,12 @@ class Lab:
     def ingest(self, *folders: Path) -> list[str | Path]:
         """The command that ingests folders."""
         return ["ingest", *folders, "--book", self.book.folder]
+
+    def done(self, *words: str | Path) -> str:
+        """Run a command that has to end well; returns what it printed."""
+        code, said = self.commands.run(*words)
+        assert code == 0, said
+        return said
 
     def check(self, waiting: int = 1) -> int:
         """Look at what is there, at most `waiting` entries only in the file; returns how many files are imported."""
@@ -110,8 +116,7 @@ def kill_rounds(lab: Lab, rounds: int) -> int:
     for number in range(3):
         before = lab.record(number)
         started = time.monotonic()
-        code, said = lab.commands.run(*lab.ingest(before))
-        assert code == 0, said
+        lab.done(*lab.ingest(before))
         usual_s.append(time.monotonic() - started)
     died = in_a_row = 0
     for number in range(3, rounds + 3):
@@ -131,13 +136,12 @@ def kill_rounds(lab: Lab, rounds: int) -> int:
 @pytest.mark.soak
 def test_killed_for_long_nothing_is_lost_nothing_is_half_there(lab: Lab) -> None:
     kill_rounds(lab, 1500)
-    code, said = lab.commands.run(*lab.ingest(lab.inbox))
-    assert code == 0, said
+    lab.done(*lab.ingest(lab.inbox))
     lab.check_all_there()
     if lab.standing.engine.dialect.name == "sqlite":
         rows = all_rows(lab.standing.engine)
         lab.standing.close()
-        rebuild_database(lab.book.folder, lambda _step: None)
+        rebuilt(lab.book)
         assert all_rows(lab.standing.engine) == rows
 
 
@@ -151,8 +155,7 @@ def test_killed_after_each_sync_to_the_disk_the_next_ingest_goes_on(lab: Lab, ev
         code, said = lab.commands.run(*lab.ingest(folder), die_after_sync=number + 1)
         assert code in (0, KILLED), said
         lab.check()
-        code_after, said = lab.commands.run(*lab.ingest(folder))
-        assert code_after == 0, said
+        lab.done(*lab.ingest(folder))
         lab.check_all_there()
         survived += code == 0
         if survived:
@@ -168,8 +171,7 @@ def test_a_statement_cut_off_between_journal_and_commit_is_applied_next_time(lab
     (late,) = in_file(lab.standing)[len(in_table(lab.standing)) :]
     assert late.new is not None
     assert late.new["text"] == "left rail squeaked"
-    with lab.standing.session(ADA) as session:
-        note(session, "afterwards")
+    state(lab.standing, note, "afterwards")
     assert notes(lab.standing)[-2:] == ["left rail squeaked", "afterwards"]
     assert said_alike(lab.standing)[-2] == late
 
@@ -179,8 +181,7 @@ def test_an_ingest_cut_off_between_journal_and_commit_is_there_already_next_time
     code, _said = lab.commands.run(*lab.ingest(folder), die_after_sync=1, of="journal.jsonl")
     assert code == KILLED
     assert lab.check() == 0
-    code, said = lab.commands.run(*lab.ingest(folder))
-    assert code == 0, said
+    said = lab.done(*lab.ingest(folder))
     assert "1 file: 0 imported, 1 there already, 0 refused." in said.splitlines()
     lab.check_all_there()
 
@@ -222,8 +223,7 @@ def test_a_full_disk_is_a_sentence_and_nothing_is_lost(lab: Lab) -> None:
                 after = lab.check(12), len(in_table(lab.standing)), len(in_file(lab.standing))
                 assert after == (imported, in_database, in_journal)
     assert 4 <= refused < 12
-    code, said = lab.commands.run(*lab.ingest(lab.inbox))
-    assert code == 0, said
+    lab.done(*lab.ingest(lab.inbox))
     lab.check_all_there()
 
 
@@ -267,8 +267,7 @@ def test_many_speakers_at_once_make_one_chain(lab: Lab) -> None:
 @ON_SQLITE
 def test_another_reading_killed_after_each_sync_is_made_or_not(lab: Lab) -> None:
     (path,) = lab.record(0).iterdir()
-    code, said = lab.commands.run(*lab.ingest(path))
-    assert code == 0, said
+    lab.done(*lab.ingest(path))
     meant = ("aux", "sync", "sequence") * 8
     for number, channel in enumerate(meant):
         gain = f"k_gain={channel}"
@@ -278,7 +277,6 @@ def test_another_reading_killed_after_each_sync_is_made_or_not(lab: Lab) -> None
         lab.check()
         if code == 0:
             break
-        caught_up, said = lab.commands.run("note", "r001", f"after kill {number}", "--book", lab.book.folder)
-        assert caught_up == 0, said
+        lab.done("note", "r001", f"after kill {number}", "--book", lab.book.folder)
     assert number >= 2
     lab.check_all_there()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -34,12 +35,6 @@ def rewritten(book: SmallBook, old: str, new: str) -> None:
     book.toml.write_text(text.replace(old, new))
 
 
-def factor_table(text: str, name: str) -> str:
-    """The lines of `[factors.NAME]`."""
-    begin = text.index(f"[factors.{name}]")
-    return text[begin : text.index("\n[", begin) + 1]
-
-
 def refusal(book: SmallBook) -> list[str]:
     """The sentences with which any command is refused; nothing is said in the journal."""
     with book.open() as standing:
@@ -52,29 +47,25 @@ def refusal(book: SmallBook) -> list[str]:
     return str(caught.value).splitlines()
 
 
-def test_a_factor_that_conditions_have_cannot_be_taken_out(made: SmallBook) -> None:
-    rewritten(made, factor_table(made.toml.read_text(), "foot"), "")
+FOOT = re.compile(r"\[factors\.foot\].*?(?=\n\[)", re.DOTALL)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("", "", ("put [factors.foot] back",)),  # its table is taken out
+        ("[protocol]", EXTRA, ("take [factors.surface] out",)),
+        ("levels = [0, 100]", "levels = [0, 110]", ("b_ad_gain=100",)),
+        ("control = 0\n", "control = 100\n", ("b_ad_gain", "100", "conditions under control", "0")),
+        ("control = 0\n", "", ("b_ad_gain", "nothing", "conditions under control", "0")),
+    ],
+)
+def test_factors_levels_and_controls_that_conditions_have_cannot_be_changed(
+    made: SmallBook, old: str, new: str, said: tuple[str, ...]
+) -> None:
+    rewritten(made, old or FOOT.findall(made.toml.read_text())[0], new)
     (sentence,) = refusal(made)
-    assert "put [factors.foot] back" in sentence
-
-
-def test_a_factor_cannot_be_added_to_conditions_without_it(made: SmallBook) -> None:
-    rewritten(made, "[protocol]", EXTRA)
-    (sentence,) = refusal(made)
-    assert "take [factors.surface] out" in sentence
-
-
-def test_a_level_that_conditions_have_cannot_be_renamed(made: SmallBook) -> None:
-    rewritten(made, "levels = [0, 100]", "levels = [0, 110]")
-    (sentence,) = refusal(made)
-    assert "b_ad_gain=100" in sentence
-
-
-@pytest.mark.parametrize(("control", "shown"), [("control = 100\n", "100"), ("", "nothing")])
-def test_the_control_of_conditions_cannot_be_changed(made: SmallBook, control: str, shown: str) -> None:
-    rewritten(made, "control = 0\n", control)
-    (sentence,) = refusal(made)
-    says(sentence, "b_ad_gain", shown, "conditions under control", "0")
+    says(sentence, *said)
 
 
 def test_a_factor_mistyped_at_first_is_as_if_it_never_was(tmp_path: Path) -> None:

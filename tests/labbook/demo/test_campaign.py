@@ -82,16 +82,6 @@ def test_every_day_has_its_controls_and_every_condition_its_runs(seed: int, runs
     assert counts.total() == 24 * runs + 30
 
 
-def test_larger_foot_and_stiffer_gain_come_first_blocks_are_shuffled() -> None:
-    days = draw_calendar(np.random.default_rng(3), CHAPTER_5, 10, 24)
-    order = [condition for day in days for condition in conditions(day)]
-    groups = list(dict.fromkeys((condition.foot, condition.k_gain) for condition in order))
-    assert groups == [("large", 400), ("large", 300), ("small", 400), ("small", 300)]
-    assert [(c.foot, c.k_gain) for c in order] == sorted(((c.foot, c.k_gain) for c in order), key=groups.index)
-    gains = [condition.b_ad_gain for condition in order[:12]]
-    assert gains != sorted(gains)
-
-
 def test_too_few_extra_controls_are_refused_with_the_number_needed() -> None:
     rng = np.random.default_rng(4)
     with refuses(UsageError, "0 extra", "days would lack"):

@@ -1,5 +1,4 @@
 import csv
-import hashlib
 import json
 from pathlib import Path
 
@@ -9,11 +8,16 @@ from data_schema.vocabulary import RunKind
 from labbook.demo.campaign import Campaign, make_campaign
 from labbook.demo.files import campaign_files
 from labbook.demo.running import write_files
+from tests.helpers.folders import contents
+
+
+def made() -> Campaign:
+    return make_campaign(7, runs_per_condition=1, extra_controls=8, jumps_per_run=3)
 
 
 @pytest.fixture(scope="module")
 def campaign() -> Campaign:
-    return make_campaign(7, runs_per_condition=1, extra_controls=8, jumps_per_run=3)
+    return made()
 
 
 @pytest.fixture(scope="module")
@@ -21,14 +25,6 @@ def folder(campaign: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path
     folder = tmp_path_factory.mktemp("campaign")
     write_files(folder, campaign_files(campaign), lambda _step: None)
     return folder
-
-
-def digests(folder: Path) -> dict[str, str]:
-    return {
-        str(path.relative_to(folder)): hashlib.sha256(path.read_bytes()).hexdigest()
-        for path in sorted(folder.rglob("*"))
-        if path.is_file()
-    }
 
 
 def test_every_run_has_its_files_and_their_names_say_synthetic(campaign: Campaign, folder: Path) -> None:
@@ -46,9 +42,8 @@ def test_every_run_has_its_files_and_their_names_say_synthetic(campaign: Campaig
 
 
 def test_same_seed_same_bytes(folder: Path, tmp_path: Path) -> None:
-    campaign = make_campaign(7, runs_per_condition=1, extra_controls=8, jumps_per_run=3)
-    write_files(tmp_path, campaign_files(campaign), lambda _step: None)
-    assert digests(tmp_path) == digests(folder)
+    write_files(tmp_path, campaign_files(made()), lambda _step: None)
+    assert contents(tmp_path) == contents(folder)
 
 
 def test_run_sheet_holds_the_mistake_and_the_truth_its_correction(campaign: Campaign, folder: Path) -> None:

@@ -14,6 +14,7 @@ from labbook.book.opening import Book
 from reports.drawn import LogGap
 from tests.helpers.books import ADA, small_book
 from tests.helpers.hopping_log import hopping_log
+from tests.helpers.statements import state
 
 RUN = "r001"
 STARTED = dt.datetime(2021, 6, 14, 13, 30, tzinfo=dt.UTC)
@@ -29,8 +30,7 @@ def with_instants(log: bytes, start: dt.datetime) -> bytes:
 
 
 def gaps_between(book: Book, folder: Path, first: bytes, second: bytes) -> tuple[LogGap, ...]:
-    with book.session(ADA) as session:
-        correct(book, session, RUN, ["starts=2", "jumps_made=5"], "the run of this test")
+    state(book, correct, RUN, ["starts=2", "jumps_made=5"], "for this test")
     for name, content in (("a.csv", first), ("b.csv", second)):
         (folder / name).write_bytes(content)
         assert ingest_file(book, folder / name, IngestRequest(run=RUN, person=ADA)).status == "imported"

@@ -24,6 +24,7 @@ from labbook.book.opening import Book
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, BEN, SmallBook, copy_of, ingest_all, small_book
 from tests.helpers.databases import server_in_a_soak
+from tests.helpers.statements import state
 from tests.helpers.wording import says
 
 LATE = "r012"
@@ -98,9 +99,8 @@ def test_a_correction_a_verdict_a_file_and_a_version_are_told_apart(
     before: SmallBook, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with before.open() as book:
-        with book.session(BEN) as session:
-            correct(book, session, "r004", ["duration_s=780"], "typed wrong")
-            decide(book, session, "r002", [1], "reject", "touched_by_hand", "saw it")
+        state(book, correct, "r004", ["duration_s=780"], "typed wrong", person=BEN)
+        state(book, decide, "r002", [1], "reject", "touched_by_hand", "saw it", person=BEN)
         ingest_file(book, before.log(LATE), IngestRequest(person=ADA))
         raise_apexes(monkeypatch)
         report(book)
@@ -139,8 +139,7 @@ def test_nothing_moves_where_nothing_was_said(book: SmallBook) -> None:
         report(standing)
         report(standing)
         found = compared(standing)
-        with standing.session(ADA) as session:
-            correct(standing, session, "r004", ["duration_s=780"], "typed wrong")
+        state(standing, correct, "r004", ["duration_s=780"], "typed wrong")
         report(standing)
         (cause,) = compared(standing).causes
     assert (found.moved, found.only_before, found.only_after, found.causes) == ((), (), (), ())
@@ -155,14 +154,12 @@ def test_nothing_moves_where_nothing_was_said(book: SmallBook) -> None:
 @pytest.mark.soak
 def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> None:
     with before.open() as book:
-        with book.session(ADA) as session:
-            decide(book, session, "r002", [1], "reject", "touched_by_hand", None)
+        state(book, decide, "r002", [1], "reject", "touched_by_hand", None)
         report(book)
-        with book.session(ADA) as session:
-            decide(book, session, "r002", [1], "clear", "other", None)
-            withdraw(session, "r001.csv", "of another robot")
-            void(session, "r006", "foot came loose")
-            correct(book, session, "r004", ["duration_s=780"], "typed wrong")
+        state(book, decide, "r002", [1], "clear", "other", None)
+        state(book, withdraw, "r001.csv", "of another robot")
+        state(book, void, "r006", "foot came loose")
+        state(book, correct, "r004", ["duration_s=780"], "typed wrong")
         report(book)
         found = compared(book)
     told = [(one.kind, one.what) for one in found.causes]
@@ -181,15 +178,14 @@ def test_what_was_taken_away_or_back_moves_numbers_too(before: SmallBook) -> Non
     assert [one.moved > 0 for one in found.causes] == [False, False, True, True, True]  # a verdict was taken back
     assert "  verdict: jump at " in good(labbook("reports", "diff", "1", "last", at=before.folder)).out
     with before.open() as book:
-        with book.session(ADA) as session:
-            unvoid(session, "r006", "it was tight")
+        state(book, unvoid, "r006", "it was tight")
         report(book)
         assert [(one.kind, one.what) for one in compared(book).causes] == [(CauseKind.VOID, "run r006 counts again")]
 
 
 def test_a_void_run_and_a_change_of_labbook_toml_are_causes(before: SmallBook) -> None:
-    with before.open() as book, book.session(ADA) as session:
-        void(session, "r006", "foot came loose")
+    with before.open() as book:
+        state(book, void, "r006", "foot came loose")
     text = before.toml.read_text(encoding="utf-8")
     before.toml.write_text(text.replace("exclude_first_jumps = 0", "exclude_first_jumps = 1"), encoding="utf-8")
     with before.open() as book:
