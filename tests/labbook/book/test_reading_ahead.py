@@ -7,7 +7,6 @@ import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -16,7 +15,6 @@ from data_schema.cache_folder import CACHE_VARIABLE
 from data_schema.errors import BookDamaged
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.book import reading_ahead
-from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.hopping_log import hopping_log
 from tests.helpers.upkeep import rebuilt, rows_with_keys
@@ -46,28 +44,9 @@ def full(tmp_path_factory: pytest.TempPathFactory) -> SmallBook:
     return made
 
 
-@pytest.fixture
-def one_processor() -> Iterator[None]:
-    before = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {min(before)})
-    yield
-    os.sched_setaffinity(0, before)
-
-
 def _copy(full: SmallBook, folder: Path) -> SmallBook:
     shutil.copytree(full.folder, folder / "book")
     return SmallBook(folder / "book", full.instruments)
-
-
-@pytest.mark.soak
-def test_the_rows_are_those_of_a_rebuild_in_one_process(full: SmallBook, tmp_path: Path, one_processor: None) -> None:
-    book = _copy(full, tmp_path)
-    rebuild_database(book.folder, lambda _step: assert_alone())
-    assert rows_with_keys(book.database) == rows_with_keys(full.database)
-
-
-def assert_alone() -> None:
-    assert not any(map(_is_reader, _children(os.getpid())))
 
 
 @pytest.mark.soak

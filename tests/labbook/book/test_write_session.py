@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 from collections.abc import Callable
 from pathlib import Path
@@ -14,7 +13,6 @@ from data_schema.journal import chain_entries
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
-from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.correcting import correct
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rewrite_journal
@@ -23,7 +21,7 @@ from labbook.cli.main import application
 from tests.helpers.books import ADA, BEN, SmallBook, small_book
 from tests.helpers.databases import all_rows, server_in_a_soak
 from tests.helpers.folders import contents
-from tests.helpers.statements import in_file, in_table, note, notes, said_alike, state
+from tests.helpers.statements import note, notes, said_alike, state
 from tests.helpers.upkeep import backed_up, rebuilt
 from tests.helpers.wording import refuses
 
@@ -272,18 +270,3 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
         assert corrected.reason == "typed wrong"
         state(standing, note, "settled")
         assert said_alike(standing)[-1].entity_kind == "note"
-
-
-# --- files with names that are no text
-
-
-def test_a_file_whose_name_is_not_utf8_is_ingested_under_a_readable_one(made: SmallBook) -> None:
-    with made.open() as standing:
-        path = Path(os.fsdecode(os.fsencode(made.instruments) + b"/gr\xf6\xdfe.csv"))
-        path.write_bytes(made.log("r001").read_bytes() + b"\n")
-        outcome = ingest_file(standing, path, IngestRequest(person=ADA))
-        assert outcome.name == "gr\\xf6\\xdfe.csv"
-        (entry,) = in_table(standing)[-1:]
-        assert entry.new is not None
-        assert entry.new["original_name"] == "gr\\xf6\\xdfe.csv"
-        assert in_file(standing)[-1] == entry

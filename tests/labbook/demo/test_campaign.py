@@ -57,14 +57,6 @@ def test_charges_are_whole_milliamperehours_about_the_model() -> None:
     assert abs(np.mean(apexes)) < 0.0002
 
 
-def test_one_run_is_entered_with_the_other_foot(campaign: Campaign) -> None:
-    (correction,) = campaign.corrections
-    (run,) = (run for run in campaign.runs if run.name == correction.run)
-    assert run.condition is not None
-    assert correction.right == run.condition.foot
-    assert {correction.written, correction.right} == {"small", "large"}
-
-
 def conditions(day: Day) -> list[Condition]:
     return [slot.condition for slot in day.slots if slot.kind is RunKind.JUMPS and slot.condition is not None]
 

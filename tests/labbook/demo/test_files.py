@@ -50,6 +50,9 @@ def test_run_sheet_holds_the_mistake_and_the_truth_its_correction(campaign: Camp
     rows = {row["run"]: row for row in csv.DictReader((folder / "instruments" / "runs.csv").read_text().splitlines())}
     truth = json.loads((folder / "truth.json").read_text())
     (correction,) = truth["corrections"]
+    mistaken = next(run for run in campaign.runs if run.name == correction["run"])
+    assert mistaken.condition is not None
+    assert correction["right"] == mistaken.condition.foot
     assert rows[correction["run"]]["foot"] == correction["written"] != correction["right"]
     for run in campaign.runs:
         if run.name != correction["run"] and run.condition is not None:

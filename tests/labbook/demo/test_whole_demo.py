@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import random
+import re
 from pathlib import Path
 
 import numpy as np
@@ -107,6 +108,22 @@ def check_drawn(campaign: Campaign, folder: Path) -> None:
     misfired = sum(int(run.misfired.sum()) for run in campaign.of_kind(RunKind.JUMPS))
     assert content.flow.jumps_made - content.flow.jumps_detected <= misfired + 2
     assert content.flow.jumps_detected <= content.flow.jumps_made
+
+
+NOT_RUNNING = re.compile(
+    r"<(head|details|table|script|style|svg)\b(?:(?!<(?:head|details|table|script|style|svg)\b).)*?</\1>", re.DOTALL
+)
+
+
+@pytest.mark.parametrize(
+    ("name", "most"), [("two_runs_a_condition", 1600), pytest.param("simulated", 1200, marks=pytest.mark.soak)]
+)
+def test_the_page_has_few_words_outside_folds_tables_and_drawings(name: str, most: int) -> None:
+    """A report is read in minutes; where days are few, each sentence says besides for which it holds."""
+    page, folded = Path(made_demo(name).page).read_text(encoding="utf-8"), 1
+    while folded:
+        page, folded = NOT_RUNNING.subn(" ", page)
+    assert 500 < len(re.sub(r"<[^>]*>", "", page).split()) <= most
 
 
 def check_numbers(folder: Path, how_many: int) -> None:

@@ -14,12 +14,8 @@ from data_schema.errors import UsageError
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.planning.asked import PlanRequest, PowerRequest
-from labbook.actions.planning.power import (
-    Needed,
-    StudyPower,
-    study_power,
-)
-from labbook.actions.planning.power_lines import power_foot, power_head, power_table
+from labbook.actions.planning.power import Needed, StudyPower, study_power
+from labbook.actions.planning.power_lines import power_foot, power_table
 from labbook.actions.planning.power_tests import Assumed
 from labbook.actions.planning.runs import make_plan
 from labbook.demo.truth import Condition
@@ -169,13 +165,6 @@ def test_what_cannot_be_known_is_said(fresh: SmallBook) -> None:
         power_of(fresh, difference=4.0)
     with refuses(UsageError, "--mean", "--difference"):
         power_of(fresh, saving=10.0, sd=4.0)
-
-
-def test_whose_decision_it_is_is_said(fresh: SmallBook) -> None:
-    given = {"saving": 10.0, "sd": 4.0, "mean": 42.0}
-    says(power_head(power_of(fresh, **given))[-1], "[analysis]")
-    says(power_head(power_of(fresh, EACH.format(alpha=0.01), **given))[-1], "0.01", "[analysis]")
-    says(power_head(power_of(fresh, **given))[:2], "4.2 J", "10 %", "control's 42 J", "deviation 4 J", "as stated")
 
 
 @pytest.mark.parametrize(
