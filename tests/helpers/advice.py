@@ -44,47 +44,37 @@ _NUMBERS = {"HZ": "200", "SCALE": "0.001", "OFFSET": "0", "YYYY-MM-DD": "2024-03
 _OF_TIME = re.compile(rf"=(?:time:)?(?:{'|'.join(TICKS_PER_SECOND)})\b")
 _CHOICES = re.compile(r"UNIT[^(]{0,20}\((?:UNIT: )?(?:one of )?([^)]+)")
 
-REFUSES_DECLARATIONS = frozenset(
-    {
-        *("declared_column_absent", "unit_contradicts", "unit_not_convertible", "time_unit_unknown"),
-        *("trial_column_absent", "rate_contradicts", "format_not_read"),
-    }
-)
+REFUSES_DECLARATIONS = {
+    *("declared_column_absent", "unit_contradicts", "unit_not_convertible", "time_unit_unknown"),
+    *("trial_column_absent", "rate_contradicts", "format_not_read"),
+}
 """Rules by which a file is refused for what was declared of it."""
 FASTEST_HZ = 5000.0
 """No file of the tests has a faster rate that it does not state."""
-RATE_DOUBTED = frozenset({"rate_implausible", "mostly_missing"})
+RATE_DOUBTED = {"rate_implausible", "mostly_missing"}
 """Rules by which a file is refused where the unit of its time is wrong."""
-ROWS_LOST = frozenset({"no_rows_kept", "too_many_rejected", "thousands_separator"})
+ROWS_LOST = {"no_rows_kept", "too_many_rejected", "thousands_separator"}
 """Rules by which it is refused where its rows cannot be read as declared."""
 DECLARED_OR_HEADER = "unit_contradicts"
 """Of two units one is wrong, and the message cannot tell which: in the one declared no row may be possible."""
 
 
-@dataclass(frozen=True)
+@dataclass
 class Advice:
     """One way that a message names: flags, keys of a profile, flags that are to be left out.
 
     `conditional`: it is not the whole way, or only for some files, as in "where no number has decimals".
     """
 
-    flags: tuple[str, ...] = ()
-    keys: tuple[str, ...] = ()
-    left_out: tuple[str, ...] = ()
-    conditional: bool = False
-
-
-@dataclass
-class _Parts:
     flags: list[str] = field(default_factory=list)
     keys: list[str] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
     conditional: bool = False
 
 
-def advice_of(message: str) -> Iterator[Advice]:
-    """Yield the ways that a message names; what stands between two snippets says whether they go together."""
-    found: list[_Parts] = []
+def advice_of(message: str) -> list[Advice]:
+    """Return the ways that a message names; what stands between two snippets says whether they go together."""
+    found: list[Advice] = []
     between = ""
     pieces = _SNIPPET.split(message)
     for place, piece in enumerate(pieces):
@@ -95,14 +85,13 @@ def advice_of(message: str) -> Iterator[Advice]:
             continue
         together = found and " and " in between and not re.search(r"\bor\b|;", between)
         if not together:
-            found.append(_Parts())
+            found.append(Advice())
         left_out = is_flags and re.search(r"\bleave $", between) and pieces[place + 1].startswith(" out")
         (found[-1].left_out if left_out else found[-1].flags if is_flags else found[-1].keys).append(snippet)
         found[-1].conditional |= bool(re.search(r"\[profiles\.NAME\][^`]* and [^`]*$", between))
         found[-1].conditional |= re.match(r"( out)? where\b", pieces[place + 1]) is not None
         between = ""
-    for parts in found:
-        yield Advice(tuple(parts.flags), tuple(parts.keys), tuple(parts.left_out), parts.conditional)
+    return found
 
 
 def _only_names(snippet: str) -> bool:
@@ -177,7 +166,7 @@ def _cannot_be_judged(advice: Advice, finding: Finding, before: ReadFile) -> boo
 def _refused_now(before: ReadFile, again: ReadFile, finding: Finding, *, which_column_is_open: bool) -> Finding | None:
     """Return what refuses a file for what was advised; None where nothing does that did not before."""
     fewer_rows = again.rows_rejected > before.rows_rejected and before.rows_read and not which_column_is_open
-    rules = REFUSES_DECLARATIONS | (ROWS_LOST if fewer_rows else frozenset())
+    rules = REFUSES_DECLARATIONS | (ROWS_LOST if fewer_rows else set())
     refused = [each for each in again.findings if each.severity == "file" and each.rule in rules]
     new = [each for each in refused if not any(_is_same(each, known) for known in before.findings)]
     return None if finding.rule == DECLARED_OR_HEADER else next(iter(new), None)

@@ -65,17 +65,14 @@ class SmallBook:
     instruments: Path
 
     def open(self) -> contextlib.AbstractContextManager[Book]:
-        """Open the book."""
         return opened(self.folder)
 
     @property
     def toml(self) -> Path:
-        """The book's configuration."""
         return self.folder / "labbook.toml"
 
     @property
     def journal(self) -> Path:
-        """The mirror of the journal."""
         return self.folder / "journal.jsonl"
 
     @property
@@ -84,8 +81,13 @@ class SmallBook:
         return self.folder / "labbook.db"
 
     def log(self, run: str) -> Path:
-        """The log of a jump run."""
         return self.instruments / "logs" / f"{run}.csv"
+
+    def rewrite(self, old: str, new: str) -> None:
+        """Change the one place of labbook.toml that says `old`."""
+        text = self.toml.read_text(encoding="utf-8")
+        assert text.count(old) == 1
+        self.toml.write_text(text.replace(old, new), encoding="utf-8")
 
 
 def small_book(

@@ -47,11 +47,9 @@ class Desk:
         return ingest_file(self.book, path, IngestRequest(run, options, person=ADA, **more))
 
     def read_again(self, name: str, options: Options) -> None:
-        """Have a file read in another way, which must be possible."""
         assert not reread_named(self.book, name, RereadRequest(options, ADA, "otherwise")).read.refused
 
     def say(self, action: Callable[..., T], *given: object, **named: Any) -> T:
-        """Make a statement."""
         return state(self.book, action, *given, **named)
 
     def use(self, *steps: str) -> None:
@@ -60,11 +58,9 @@ class Desk:
             self.say(withdraw if step.startswith("-") else restore, step[1:], "a draft")
 
     def type_in(self, run: str, mah: float, **named: Any) -> None:
-        """State the charge of a run."""
         self.say(state_charge, run, mah, None, None, **named)
 
     def correct_charge(self, run: str, said: str) -> None:
-        """Correct the first charge of a run."""
         self.say(correct, f"charge:{self.uid_of(run)}", [said], "misread")
 
     def charges(self) -> dict[str, list[float]]:
@@ -75,7 +71,6 @@ class Desk:
         return {name: [charge.charge_mah for charge in by_uid.get(uid, [])] for name, uid in runs.items()}
 
     def uid_of(self, run: str) -> str:
-        """The first charge of a run."""
         with self.book.reading() as connection:
             return charges_by_run(connection)[run_named(connection, run).uid][0].uid
 

@@ -33,88 +33,44 @@ _FOOT_RINGING_RAD_S = 60.0
 _FOOT_RINGING_DAMPING = 0.35
 
 
-@dataclass(frozen=True, slots=True)
 class PrescribedHop:
-    """What defines a hop. Heights are of the body above the undisturbed ground.
+    """What defines a hop. Heights are of the body above the undisturbed ground, times begin with the drop.
 
     `jamming_time_s` is how long the ground takes to stop the foot after touchdown (0: rigid ground), and
     `extension_intrusion_m` how much deeper the extending leg pushes it.
     """
 
-    drop_height_m: float
-    apex_height_m: float
-    rest_length_m: float = 0.27
-    compression_m: float = 0.105
-    jamming_time_s: float = 0.03
-    extension_intrusion_m: float = 0.02
-
-    def __post_init__(self) -> None:
-        assert self.drop_height_m > self.rest_length_m, "the foot starts in the ground"
-        assert self.apex_height_m > self.lift_off_height_m, "the apex lies below lift-off"
-        assert 0 <= self.jamming_time_s < self.compression_duration_s, "the ground jams after the compression"
-
-    @property
-    def touchdown_speed_m_s(self) -> float:
-        """Speed of the body when the foot meets the ground."""
-        return math.sqrt(2 * STANDARD_GRAVITY_M_S2 * (self.drop_height_m - self.rest_length_m))
-
-    @property
-    def compression_intrusion_m(self) -> float:
-        """Depth of the foot when the ground first jams: its speed dies quadratically."""
-        return self.touchdown_speed_m_s * self.jamming_time_s / 3
-
-    @property
-    def lift_off_height_m(self) -> float:
-        """Body height at lift-off: the leg at rest length, the foot at its deepest."""
-        return self.rest_length_m - self.compression_intrusion_m - self.extension_intrusion_m
-
-    @property
-    def lift_off_speed_m_s(self) -> float:
-        """Speed of the body at lift-off that carries it to the apex."""
-        return math.sqrt(2 * STANDARD_GRAVITY_M_S2 * (self.apex_height_m - self.lift_off_height_m))
-
-    @property
-    def switch_height_m(self) -> float:
-        """Lowest body height, where the soft spring is exchanged for the stiff one."""
-        return self.rest_length_m - self.compression_m - self.compression_intrusion_m
-
-    @property
-    def touchdown_s(self) -> float:
-        """Time from the drop to the first touch of the ground."""
-        return self.touchdown_speed_m_s / STANDARD_GRAVITY_M_S2
-
-    @property
-    def compression_duration_s(self) -> float:
-        """Time from touchdown to the switch."""
-        return _push_duration_s(self.touchdown_speed_m_s, self.rest_length_m - self.switch_height_m, _COMPRESSION_POWER)
-
-    @property
-    def extension_duration_s(self) -> float:
-        """Time from the switch to lift-off."""
-        return _push_duration_s(
+    def __init__(
+        self,
+        drop_height_m: float,
+        apex_height_m: float,
+        rest_length_m: float = 0.27,
+        compression_m: float = 0.105,
+        jamming_time_s: float = 0.03,
+        extension_intrusion_m: float = 0.02,
+    ) -> None:
+        g = STANDARD_GRAVITY_M_S2
+        self.drop_height_m, self.apex_height_m, self.rest_length_m = drop_height_m, apex_height_m, rest_length_m
+        self.jamming_time_s, self.extension_intrusion_m = jamming_time_s, extension_intrusion_m
+        self.touchdown_speed_m_s = math.sqrt(2 * g * (drop_height_m - rest_length_m))
+        # Where the ground first jams: the foot's speed dies quadratically.
+        self.compression_intrusion_m = self.touchdown_speed_m_s * jamming_time_s / 3
+        self.lift_off_height_m = rest_length_m - self.compression_intrusion_m - extension_intrusion_m
+        self.lift_off_speed_m_s = math.sqrt(2 * g * (apex_height_m - self.lift_off_height_m))
+        # The lowest height, where the soft spring is exchanged for the stiff one.
+        self.switch_height_m = rest_length_m - compression_m - self.compression_intrusion_m
+        self.compression_duration_s = _push_duration_s(
+            self.touchdown_speed_m_s, rest_length_m - self.switch_height_m, _COMPRESSION_POWER
+        )
+        self.extension_duration_s = _push_duration_s(
             self.lift_off_speed_m_s, self.lift_off_height_m - self.switch_height_m, _EXTENSION_POWER
         )
-
-    @property
-    def switch_s(self) -> float:
-        """Time from the drop to the switch."""
-        return self.touchdown_s + self.compression_duration_s
-
-    @property
-    def lift_off_s(self) -> float:
-        """Time from the drop to lift-off."""
-        return self.switch_s + self.extension_duration_s
-
-    @property
-    def apex_s(self) -> float:
-        """Time from the drop to the apex."""
-        return self.lift_off_s + self.lift_off_speed_m_s / STANDARD_GRAVITY_M_S2
-
-    @property
-    def landing_s(self) -> float:
-        """Time from the drop until the body is back at rest length above the undisturbed ground."""
-        fall_m = max(self.apex_height_m - self.rest_length_m, 0.0)
-        return self.apex_s + math.sqrt(2 * fall_m / STANDARD_GRAVITY_M_S2)
+        self.touchdown_s = self.touchdown_speed_m_s / g
+        self.switch_s = self.touchdown_s + self.compression_duration_s
+        self.lift_off_s = self.switch_s + self.extension_duration_s
+        self.apex_s = self.lift_off_s + self.lift_off_speed_m_s / g
+        self.landing_s = self.apex_s + math.sqrt(2 * max(apex_height_m - rest_length_m, 0.0) / g)
+        assert 0 <= jamming_time_s < self.compression_duration_s, "the ground jams after the compression"
 
     def as_drawn(self) -> Hop:
         """Return what the demonstration draws a log from."""

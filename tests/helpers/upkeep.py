@@ -23,17 +23,14 @@ def untold(_total: int) -> contextlib.nullcontext[Callable[[str], None]]:
 
 
 def health(book: SmallBook | Path, *, deep: bool = False) -> Health:
-    """Check a book."""
     return check_book(book if isinstance(book, Path) else book.folder, untold, deep=deep)
 
 
 def backed_up(folder: Path, destination: Path) -> Backup:
-    """Bring a backup of a book up to date."""
     return back_up(folder, destination, untold)
 
 
 def rebuilt(book: SmallBook, place: Place | None = None) -> Rebuilt:
-    """Make the database of a book anew."""
     return rebuild_database(book.folder, lambda _step: None, place)
 
 

@@ -47,8 +47,8 @@ def _whole_book(folder: Path, database_url: str | None) -> SmallBook:
     made = judged_book(folder, database_url)
     with made.open() as book:
         state_report(book, None, ADA, lambda _step: None)
-    text = made.toml.read_text(encoding="utf-8").replace("exclude_first_jumps = 0", "exclude_first_jumps = 1")
-    made.toml.write_text(text.replace("[batteries.A]", PACK_D), encoding="utf-8")
+    made.rewrite("exclude_first_jumps = 0", "exclude_first_jumps = 1")
+    made.rewrite("[batteries.A]", PACK_D)
     with made.open() as book:
         _change_and_report_again(book)
     return made

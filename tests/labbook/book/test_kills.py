@@ -7,7 +7,7 @@ import random
 import shutil
 import time
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -39,15 +39,18 @@ class Lab:
     commands: Commands
     folder: Path
     on_server: bool
+    laptop: Path = field(init=False)
+    stick: Path = field(init=False)
     numbers: Iterator[int] = field(default_factory=itertools.count)
 
-    @property
-    def laptop(self) -> Path:
-        return self.folder / "laptop"
+    def __post_init__(self) -> None:
+        self.laptop, self.stick = self.folder / "laptop", self.folder / "stick"
 
-    @property
-    def backup(self) -> Path:
-        return self.folder / "backup"
+    def at_book(self, *words: str | Path) -> list[str | Path]:
+        return [*words, "--book", self.book.folder]
+
+    def to_sqlite(self, folder: Path) -> list[str | Path]:
+        return ["restore", self.stick, folder, *(["--sqlite"] if self.on_server else [])]
 
     def run(self, *words: str | Path) -> None:
         code, said = self.commands.run(*words)
@@ -62,55 +65,43 @@ class Lab:
         first = 1 + number % (len(lines) - ROWS_OF_A_LOG - 2)
         log = self.folder / f"log of round {number}.csv"  # of no run, so that none has two
         log.write_bytes(b"\n".join([lines[0], *lines[first : first + ROWS_OF_A_LOG], b""]))
-        return ["ingest", log, "--book", self.book.folder]
+        return self.at_book("ingest", log)
 
     def verdict(self) -> list[str | Path]:
-        number = next(self.numbers)
-        note = f"seen on video {number}"
-        words = ["jumps", "reject", "r002", "1", "--reason", "touched_by_hand", "--note", note]
-        return [*words, "--book", self.book.folder]
+        why = ("--reason", "touched_by_hand", "--note", f"seen on video {next(self.numbers)}")
+        return self.at_book("jumps", "reject", "r002", "1", *why)
 
     def correct(self) -> list[str | Path]:
-        words = ["correct", "r003", f"jumps_made={20 + next(self.numbers)}", "--why", "counted again"]
-        return [*words, "--book", self.book.folder]
+        return self.at_book("correct", "r003", f"jumps_made={20 + next(self.numbers)}", "--why", "counted again")
 
     def report(self) -> list[str | Path]:
-        return ["report", "--out", self.folder / f"report-{next(self.numbers)}", "--book", self.book.folder]
+        return self.at_book("report", "--out", self.folder / f"report-{next(self.numbers)}")
 
     def rebuild(self) -> list[str | Path]:
-        return ["rebuild", "--book", self.book.folder]
+        return self.at_book("rebuild")
 
-    def back_up(self) -> list[str | Path]:
+    def backup(self) -> list[str | Path]:
         self.say(self.book.folder)
-        return ["backup", self.backup, "--book", self.book.folder]
+        return self.at_book("backup", self.stick)
 
     def restore(self) -> list[str | Path]:
-        self.run("backup", self.backup, "--book", self.book.folder)
+        self.run(*self.at_book("backup", self.stick))
         shutil.rmtree(self.folder / "restored", ignore_errors=True)
-        return ["restore", self.backup, self.folder / "restored", *(["--sqlite"] if self.on_server else [])]
+        return self.to_sqlite(self.folder / "restored")
 
     def merge(self) -> list[str | Path]:
         if not self.laptop.exists():
-            self.run("backup", self.backup, "--book", self.book.folder)
-            self.run("restore", self.backup, self.laptop, *(["--sqlite"] if self.on_server else []))
+            self.run(*self.at_book("backup", self.stick))
+            self.run(*self.to_sqlite(self.laptop))
         self.say(self.laptop)
-        return ["merge", self.laptop, "--book", self.book.folder]
+        return self.at_book("merge", self.laptop)
 
     def say(self, folder: Path) -> None:
         with opened(folder) as book:
             state(book, note, f"remark {next(self.numbers)}")
 
 
-KINDS: Mapping[str, Callable[[Lab], list[str | Path]]] = {
-    "ingest": Lab.ingest,
-    "verdict": Lab.verdict,
-    "correct": Lab.correct,
-    "report": Lab.report,
-    "rebuild": Lab.rebuild,
-    "backup": Lab.back_up,
-    "restore": Lab.restore,
-    "merge": Lab.merge,
-}
+KINDS = ("ingest", "verdict", "correct", "report", "rebuild", "backup", "restore", "merge")
 
 
 def check(lab: Lab, before: Sequence[Entry]) -> list[Entry]:
@@ -129,10 +120,10 @@ def kinds_of(entries: Sequence[Entry]) -> Counter[tuple[str, str]]:
 def check_copies(lab: Lab, kind: str, *, done: bool) -> None:
     """Look at what the command makes beside the book."""
     if kind == "backup":
-        for sha256 in raw_of(JournalFile(lab.backup / "journal.jsonl").entries()):
-            assert (lab.backup / raw_path(sha256)).exists()
+        for sha256 in raw_of(JournalFile(lab.stick / "journal.jsonl").entries()):
+            assert (lab.stick / raw_path(sha256)).exists()
         if done:
-            assert (lab.backup / "journal.jsonl").read_bytes() == lab.book.journal.read_bytes()
+            assert (lab.stick / "journal.jsonl").read_bytes() == lab.book.journal.read_bytes()
     restored = lab.folder / "restored"
     if kind == "restore" and not done:
         assert not restored.exists() or (restored / MARKER).exists() or not any(restored.glob("[!.]*"))
@@ -145,7 +136,7 @@ def kill(
     lab: Lab, kind: str, usual_s: float, usual: Counter[tuple[str, str]], chance: random.Random
 ) -> tuple[bool, bool]:
     """Kill one command, look, give it again, look again; returns whether it died, and with its entry written."""
-    words = KINDS[kind](lab)
+    words: list[str | Path] = getattr(lab, kind)()
     before = lab.entries()
     running = lab.commands.start(*words)
     time.sleep(chance.uniform(0.05, 1.0) * usual_s)
@@ -172,7 +163,7 @@ def kill_in_turn(lab: Lab, kinds: Sequence[str], kills: int, seed: int) -> list[
     usual: dict[str, tuple[float, Counter[tuple[str, str]]]] = {}
     for kind in kinds:
         for _ in range(2):  # the first of a kind may have more to load
-            words, before, started = KINDS[kind](lab), lab.entries(), time.monotonic()
+            words, before, started = getattr(lab, kind)(), lab.entries(), time.monotonic()
             lab.run(*words)
             usual[kind] = time.monotonic() - started, kinds_of(check(lab, before))
     counts = [Count(kind, "kill", "PostgreSQL" if lab.on_server else "SQLite") for kind in kinds]
@@ -206,6 +197,6 @@ def test_a_thousand_kills_lose_nothing(
     Each has a book of its own: with every report, a rebuild of the book takes longer.
     """
     url = request.getfixturevalue("postgres_url") if block % 4 == 3 else None
-    counts = kill_in_turn(lab_at(tmp_path, url, commands), list(KINDS), 5, seed=block)
+    counts = kill_in_turn(lab_at(tmp_path, url, commands), KINDS, 5, seed=block)
     record(*counts)
     assert [count.cut_off for count in counts] == [5] * len(KINDS)

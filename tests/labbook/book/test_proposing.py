@@ -29,12 +29,6 @@ def made(tmp_path: Path) -> SmallBook:
     return small_book(tmp_path)
 
 
-def rewritten(book: SmallBook, old: str, new: str) -> None:
-    text = book.toml.read_text()
-    assert text.count(old) == 1
-    book.toml.write_text(text.replace(old, new))
-
-
 def refusal(book: SmallBook) -> list[str]:
     """The sentences with which any command is refused; nothing is said in the journal."""
     with book.open() as standing:
@@ -63,7 +57,7 @@ FOOT = re.compile(r"\[factors\.foot\].*?(?=\n\[)", re.DOTALL)
 def test_factors_levels_and_controls_that_conditions_have_cannot_be_changed(
     made: SmallBook, old: str, new: str, said: tuple[str, ...]
 ) -> None:
-    rewritten(made, old or FOOT.findall(made.toml.read_text())[0], new)
+    made.rewrite(old or FOOT.findall(made.toml.read_text())[0], new)
     (sentence,) = refusal(made)
     says(sentence, *said)
 
@@ -71,7 +65,7 @@ def test_factors_levels_and_controls_that_conditions_have_cannot_be_changed(
 def test_a_factor_mistyped_at_first_is_as_if_it_never_was(tmp_path: Path) -> None:
     made = small_book(tmp_path, runs=False, ingested=False)
     plain = made.toml.read_text()
-    rewritten(made, "[protocol]", EXTRA)
+    made.rewrite("[protocol]", EXTRA)
     with made.open() as standing, standing.session(ADA):
         pass
     made.toml.write_text(plain)

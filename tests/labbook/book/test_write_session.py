@@ -23,6 +23,7 @@ from tests.helpers.databases import all_rows, server_in_a_soak
 from tests.helpers.folders import contents
 from tests.helpers.statements import note, notes, said_alike, state
 from tests.helpers.upkeep import backed_up, rebuilt
+from tests.helpers.whole_book import PACK_D
 from tests.helpers.wording import refuses
 
 SERVER_IN_A_SOAK = server_in_a_soak("book")
@@ -185,25 +186,16 @@ def test_a_damaged_journal_is_kept_beside_the_new_one(book: SmallBook) -> None:
 # --- labbook.toml proposes
 
 
-def rewritten(book: SmallBook, old: str, new: str) -> None:
-    text = book.toml.read_text()
-    assert text.count(old) == 1
-    book.toml.write_text(text.replace(old, new))
-
-
 @pytest.fixture
 def made(tmp_path: Path) -> SmallBook:
     """A finished book on SQLite: what is compared with labbook.toml does not depend on the engine."""
     return small_book(tmp_path)
 
 
-PACK_D = "[batteries.D]\ncells = 4\ncapacity_mah = 5000\n\n[batteries.A]"
-
-
 def test_what_labbook_toml_adds_is_journalled_by_the_next_speaker(made: SmallBook) -> None:
-    rewritten(made, '"Ada Nwosu" = "AN"', '"Ada Nwosu" = "AN"\n"Ben Ode" = "BO"')
-    rewritten(made, "[batteries.A]", PACK_D)
-    rewritten(made, "levels = [0, 100]", "levels = [0, 100, 300]")
+    made.rewrite('"Ada Nwosu" = "AN"', '"Ada Nwosu" = "AN"\n"Ben Ode" = "BO"')
+    made.rewrite("[batteries.A]", PACK_D)
+    made.rewrite("levels = [0, 100]", "levels = [0, 100, 300]")
     with made.open() as standing:
         before = len(said_alike(standing))
         state(standing, note, "first words", person="BO")
@@ -246,8 +238,8 @@ NAMED = {"robot": {"name": "hopper"}, "battery": {"name": "A"}, "factor": {"name
 def test_a_contradiction_is_refused_with_the_command_that_settles_it(
     made: SmallBook, old: str, new: str, kind: str, field: str, value: object
 ) -> None:
-    rewritten(made, old, new)
-    rewritten(made, "[batteries.A]", PACK_D)  # an addition waits with the contradiction
+    made.rewrite(old, new)
+    made.rewrite("[batteries.A]", PACK_D)  # an addition waits with the contradiction
     with made.open() as standing:
         before = said_alike(standing)
 

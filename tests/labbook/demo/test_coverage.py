@@ -94,19 +94,13 @@ KINDS = {
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_each_interval_covers_within_the_99_percent_binomial_band(
-    coverage: dict[str, NDArray[np.bool_]], kind: str
-) -> None:
+def test_intervals_cover_as_often_as_they_claim(coverage: dict[str, NDArray[np.bool_]], kind: str) -> None:
     seeds, quantities = coverage[kind].shape
     assert quantities == KINDS[kind]
     counts = coverage[kind].sum(axis=0)
     low, high = reference.binom.interval(0.99, seeds, LEVEL)
     outside = np.count_nonzero((counts < low) | (counts > high))
     assert outside <= reference.binom.ppf(0.99, counts.size, 0.01), counts.tolist()
-
-
-@pytest.mark.parametrize("kind", KINDS)
-def test_mean_coverage_of_a_kind_is_the_level(coverage: dict[str, NDArray[np.bool_]], kind: str) -> None:
     by_seed = coverage[kind].mean(axis=1)
     margin = reference.norm.ppf(0.995) * by_seed.std(ddof=1) / len(by_seed) ** 0.5
     assert abs(by_seed.mean() - LEVEL) < margin, by_seed.mean()

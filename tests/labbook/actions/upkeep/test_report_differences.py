@@ -157,8 +157,7 @@ def test_what_was_taken_away_or_back_and_a_change_of_labbook_toml_are_causes(bef
         state(book, decide, "r004", [1], "clear", "other", None)
         state(book, withdraw, "r001.csv", "of another robot")
         state(book, void, "r006", "foot came loose")
-    text = before.toml.read_text(encoding="utf-8")
-    before.toml.write_text(text.replace("exclude_first_jumps = 0", "exclude_first_jumps = 1"), encoding="utf-8")
+    before.rewrite("exclude_first_jumps = 0", "exclude_first_jumps = 1")
     with before.open() as book:
         report(book)
         found = compared(book)
