@@ -6,19 +6,17 @@ import functools
 import importlib
 import sys
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from data_schema.queries.charges import every_charge
 from data_schema.vocabulary import IngestStatus
 from ingest.formats.registry import plugins
-from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.files.rereading import RereadRequest
-from labbook.actions.files.stored_files import reread_named
-from labbook.book.rebuilding import rebuild_database
-from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.databases import all_rows_by_name
+from tests.helpers.desk import desk_at
+from tests.helpers.upkeep import rebuilt
+from tests.helpers.wording import says
 
 READS = """
 import numpy as np
@@ -73,18 +71,6 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
         del sys.modules[name]
 
 
-@pytest.fixture
-def odd(tmp_path: Path, install: Install) -> SmallBook:
-    """A book with a file that the plug-in read."""
-    install("1", works())
-    small = small_book(tmp_path, ingested=False)
-    (tmp_path / "odd.txt").write_text("odd meter\n")
-    with small.open() as book:
-        outcome = ingest_file(book, tmp_path / "odd.txt", IngestRequest(person=ADA))
-    assert outcome.status is IngestStatus.IMPORTED
-    return small
-
-
 @pytest.mark.parametrize(
     ("body", "said"),
     [
@@ -97,33 +83,28 @@ def odd(tmp_path: Path, install: Install) -> SmallBook:
         ("return None", "TypeError"),
     ],
 )
-def test_a_rebuild_does_not_stop_for_a_plugin(odd: SmallBook, install: Install, body: str, said: str) -> None:
-    with odd.open() as book:
-        before = all_rows_by_name(book.engine)
+def test_a_rebuild_does_not_stop_for_a_plugin(tmp_path: Path, install: Install, body: str, said: str) -> None:
+    install("1", works())
+    with desk_at(tmp_path) as desk:
+        assert desk.take("odd.txt", "odd meter\n").status is IngestStatus.IMPORTED
+        before = all_rows_by_name(desk.book.engine)
     install("2", body)
-    done = rebuild_database(odd.folder, lambda _step: None)
-    (waits,) = done.differences.files_waiting
-    assert said in waits
-    assert "plug-in labbook-odd" in waits
+    (waits,) = rebuilt(desk.small).differences.files_waiting
+    says(waits, said, "plug-in labbook-odd")
     install("3", works())
-    with odd.open() as book:
-        assert not reread_named(book, "odd.txt", RereadRequest({}, ADA)).read.refused
+    with desk.small.open() as book:
+        replace(desk, book=book).read_again("odd.txt", {})
         after = all_rows_by_name(book.engine)
-    assert {table: after[table] for table in ("charge", "run_file")} == {
-        table: before[table] for table in ("charge", "run_file")
-    }
+    assert (after["charge"], after["run_file"]) == (before["charge"], before["run_file"])
+
+
+SHARE_A_LINE = """rows = [ChargeRow(n, f"r00{n}", None, 150.0 + n, 1.0, None, None, ChargeMode.CHARGE, None, None, 1)
+            for n in (1, 2, 3)]
+    return Reading((), tuple(rows), 3, 0, FileRole.CHARGE)"""
 
 
 def test_recharges_that_share_a_line_are_all_held(tmp_path: Path, install: Install) -> None:
-    install(
-        "1",
-        """rows = [ChargeRow(n, f"r00{n}", None, 150.0 + n, 1.0, None, None, ChargeMode.CHARGE, None, None, 1)
-            for n in (1, 2, 3)]
-    return Reading((), tuple(rows), 3, 0, FileRole.CHARGE)""",
-    )
-    small = small_book(tmp_path, ingested=False)
-    (tmp_path / "odd.txt").write_text("odd meter\n")
-    with small.open() as book:
-        ingest_file(book, tmp_path / "odd.txt", IngestRequest(person=ADA))
-        with book.reading() as connection:
-            assert [charge.charge_mah for charge in every_charge(connection)] == [151.0, 152.0, 153.0]
+    install("1", SHARE_A_LINE)
+    with desk_at(tmp_path) as desk:
+        desk.take("odd.txt", "odd meter\n")
+        assert desk.charges() == {"r001": [151.0], "r002": [152.0], "r003": [153.0], "r004": []}
