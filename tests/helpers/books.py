@@ -111,16 +111,17 @@ def small_book(
     return copy_of(name, lambda above: _make(above, runs, ingested, two_people, None), folder)
 
 
-def reported_book(folder: Path) -> SmallBook:
-    """Make the finished book with a report on all of its runs."""
+def reported_book(folder: Path, *selections: str | None) -> SmallBook:
+    """Make the finished book with a report on all of its runs, or one on each of these selections."""
 
     def made(above: Path) -> SmallBook:
         book = small_book(above)
         with book.open() as opened_book:
-            state_report(opened_book, None, ADA, lambda _step: None)
+            for where in selections or (None,):
+                state_report(opened_book, where, ADA, lambda _step: None)
         return book
 
-    return copy_of("small-book-reported", made, folder)
+    return copy_of("-".join(["small-book-reported", *map(str, selections)]), made, folder)
 
 
 def copy_of(name: str, make: Callable[[Path], SmallBook], folder: Path) -> SmallBook:
@@ -173,6 +174,13 @@ def small_runs() -> tuple[DemoRun, ...]:
             made.append(_run(rng, len(made) + 1, clock, position, kind, condition, minutes))
             clock += dt.timedelta(minutes=minutes + 12)
     return tuple(made)
+
+
+def short_log(number: int, rows: int = 60) -> bytes:
+    """A piece of a log; pieces of other numbers hold other rows."""
+    header, *lines = instrument_files()["logs/r001.csv"].split(b"\n")
+    first = number % (len(lines) - rows - 2)
+    return b"\n".join([header, *lines[first : first + rows], b""])
 
 
 def small_toml(*, two_people: bool = False, database_url: str | None = None) -> str:

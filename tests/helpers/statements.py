@@ -27,7 +27,6 @@ def state(book: Book, action: Callable[..., T], *given: object, person: str = AD
 
 
 def note(session: WriteSession, text: str, run: str = "r001") -> None:
-    """State a remark on a run."""
     target = run_named(session.connection, run).uid
     new = {"target_kind": "run", "target_uid": target, "text": text}
     session.state(Statement(Action.NOTE, "note", new_uid(), new=new))

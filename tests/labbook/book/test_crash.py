@@ -20,14 +20,11 @@ from data_schema import journal
 from data_schema.tables.files import file, ingest
 from data_schema.tables.signals import signal
 from labbook.book.opening import Book, open_book
-from tests.helpers.books import ADA, SmallBook, instrument_files, small_book, small_toml
+from tests.helpers.books import ADA, SmallBook, short_log, small_book, small_toml
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import all_rows, server_in_a_soak
 from tests.helpers.statements import in_file, in_table, note, notes, said_alike, state
 from tests.helpers.upkeep import rebuilt
-
-FILES_A_ROUND = 1
-ROWS = 60
 
 ON_SQLITE = pytest.mark.parametrize("database_url", ["sqlite"], indirect=True)
 pytestmark = pytest.mark.skipif(not Path("/proc/self/fd").exists(), reason="the files of a process are not in /proc")
@@ -44,16 +41,13 @@ class Lab:
     written: dict[str, Path] = field(default_factory=dict)
 
     def record(self, number: int) -> Path:
-        """Write the next round's logs into a folder of their own; no two are the same."""
+        """Write the next round's log into a folder of its own; no two are the same."""
         folder = self.inbox / f"round-{number:04d}"
         folder.mkdir()
-        log = instrument_files()["logs/r001.csv"].split(b"\n")
-        for part in range(FILES_A_ROUND):
-            first = 1 + (FILES_A_ROUND * number + part) % (len(log) - ROWS - 2)
-            content = b"\n".join([log[0], *log[first : first + ROWS], b""])
-            path = folder / f"r{1 + number % 6:03d}-{part}.csv"
-            path.write_bytes(content)
-            self.written[hashlib.sha256(content).hexdigest()] = path
+        content = short_log(number)
+        path = folder / f"r{1 + number % 6:03d}-0.csv"
+        path.write_bytes(content)
+        self.written[hashlib.sha256(content).hexdigest()] = path
         return folder
 
     def ingest(self, *folders: Path) -> list[str | Path]:
@@ -74,9 +68,8 @@ class Lab:
                 assert connection.exec_driver_sql("PRAGMA foreign_key_check").fetchall() == []
             kept = connection.execute(sa.select(file.c.sha256, file.c.store_path)).all()
             samples = connection.execute(sa.select(signal.c.store_path)).scalars().all()
-            imported = (
-                connection.execute(sa.select(ingest.c.sha256).where(ingest.c.status == "imported")).scalars().all()
-            )
+            of_imports = sa.select(ingest.c.sha256).where(ingest.c.status == "imported")
+            imported = connection.execute(of_imports).scalars().all()
             in_database = list(journal.verified_chain(journal.stored(connection)))
         root = self.standing.store.root
         assert all((root / path).is_file() for _sha256, path in kept)
@@ -160,7 +153,7 @@ def test_killed_after_each_sync_to_the_disk_the_next_ingest_goes_on(lab: Lab, ev
         survived += code == 0
         if survived:
             break
-    assert number >= 5 * FILES_A_ROUND  # at least so many syncs there were
+    assert number >= 5  # at least so many syncs there were
 
 
 def test_a_statement_cut_off_between_journal_and_commit_is_applied_next_time(lab: Lab) -> None:

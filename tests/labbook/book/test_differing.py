@@ -12,12 +12,11 @@ import pytest
 
 from data_schema.queries.reports import list_reports
 from data_schema.vocabulary import Action
-from labbook.actions.report_command import state_report
 from labbook.actions.upkeep.recomputing import recompute
 from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
 from labbook.book.differing import Differences
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_path, read_numbers
-from tests.helpers.books import ADA, SmallBook, copy_of, small_book
+from tests.helpers.books import SmallBook, reported_book
 from tests.helpers.upkeep import rebuilt_as_said
 from tests.helpers.wording import says
 
@@ -26,14 +25,7 @@ Words = dict[str, Any]
 
 @pytest.fixture
 def reported(tmp_path: Path) -> SmallBook:
-    def made(folder: Path) -> SmallBook:
-        small = small_book(folder)
-        with small.open() as book:
-            state_report(book, None, ADA, lambda _step: None)
-            state_report(book, "foot=small", ADA, lambda _step: None)
-        return small
-
-    return copy_of("reported-twice", made, tmp_path)
+    return reported_book(tmp_path, None, "foot=small")
 
 
 def as_earlier(book: SmallBook, action: Action, said: Callable[[Words], Words]) -> Differences:

@@ -19,14 +19,13 @@ from ingest.store import raw_path
 from labbook.actions.upkeep.restoring import MARKER
 from labbook.book.copies.copying import raw_of
 from labbook.book.opening import opened
-from tests.helpers.books import SmallBook, instrument_files, small_book
+from tests.helpers.books import SmallBook, short_log, small_book
 from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import all_rows_by_name
 from tests.helpers.figures import Count, record
 from tests.helpers.statements import note, said_alike, state
 from tests.helpers.upkeep import health, rebuilt_alike, rows_by_name
 
-ROWS_OF_A_LOG = 60
 MOST_TRIES = 10
 """So many times as often as it is to die at most is a command started: some end before the kill."""
 
@@ -61,10 +60,8 @@ class Lab:
 
     def ingest(self) -> list[str | Path]:
         number = next(self.numbers)
-        lines = instrument_files()["logs/r001.csv"].split(b"\n")
-        first = 1 + number % (len(lines) - ROWS_OF_A_LOG - 2)
         log = self.folder / f"log of round {number}.csv"  # of no run, so that none has two
-        log.write_bytes(b"\n".join([lines[0], *lines[first : first + ROWS_OF_A_LOG], b""]))
+        log.write_bytes(short_log(number))
         return self.at_book("ingest", log)
 
     def verdict(self) -> list[str | Path]:

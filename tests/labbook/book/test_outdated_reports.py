@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 from collections.abc import Callable, Iterator
-from pathlib import Path
 
 import pytest
 
@@ -13,7 +12,6 @@ from data_schema.queries.reports import list_reports
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.stored_files import withdraw
-from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, void
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
@@ -21,7 +19,7 @@ from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.report_numbers import outdated_reports
 from labbook.book.write_session import DryRun, WriteSession
-from tests.helpers.books import ADA, SmallBook, copy_of, instrument_files, small_book
+from tests.helpers.books import ADA, instrument_files, reported_book
 from tests.helpers.statements import note
 
 OF_ALL, OF_SMALL = 2, 3
@@ -30,14 +28,8 @@ OF_ALL, OF_SMALL = 2, 3
 
 @pytest.fixture(scope="module")
 def book(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Book]:
-    def made(folder: Path) -> SmallBook:
-        small = small_book(folder)
-        with small.open() as standing:
-            for where in (None, None, "foot=small"):
-                state_report(standing, where, ADA, lambda _step: None)
-        return small
-
-    with copy_of("reported-thrice", made, tmp_path_factory.mktemp("reported")).open() as standing:
+    folder = tmp_path_factory.mktemp("reported")
+    with reported_book(folder, None, None, "foot=small").open() as standing:
         yield standing
 
 

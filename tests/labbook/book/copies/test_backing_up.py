@@ -10,7 +10,7 @@ import pytest
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal_file import JournalFile
 from ingest.store import Store, raw_path
-from labbook.book.copies.backing_up import Backup, last_backup
+from labbook.book.copies.backing_up import last_backup
 from labbook.book.copies.copying import raw_of
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
@@ -26,15 +26,10 @@ def whole(tmp_path: Path) -> SmallBook:
     return small_book(tmp_path)
 
 
-def backup(book: SmallBook, destination: Path) -> Backup:
-    return backed_up(book.folder, destination)
-
-
 def check_backup(destination: Path) -> int:
     """Check journal and raw copies of a backup; returns how many entries it holds."""
     entries = list(JournalFile(destination / "journal.jsonl").entries())
-    wanted = raw_of(entries)
-    for sha256 in wanted:
+    for sha256 in raw_of(entries):
         assert Store(destination).raw(raw_path(sha256), sha256)
     return len(entries)
 
@@ -48,17 +43,13 @@ def test_a_backup_holds_the_journal_the_raw_copies_and_the_configuration(book: S
     destination = tmp_path / "stick" / "backup"
     with book.open() as standing:
         assert last_backup(standing.store) is None
-        done = backup(book, destination)
+        done = backed_up(book.folder, destination)
         assert last_backup(standing.store) == done.last
         assert (done.last.entries, done.remarks) == (len(in_file(standing)), ())
     assert check_backup(destination) == done.last.entries
     assert (destination / "journal.jsonl").read_bytes() == book.journal.read_bytes()
     assert (destination / "labbook.toml").read_bytes() == book.toml.read_bytes()
-    of_raw = {path: said for path, said in contents(book.folder).items() if path.startswith("raw/")}
-    assert {path: said for path, said in contents(destination).items() if path.startswith("raw")} == {
-        **of_raw,
-        "raw": "",
-    }
+    assert contents(destination / "raw") == contents(book.folder / "raw")
     assert (done.raw.raw_copies, done.raw.written) == (14, 14)
 
 
@@ -66,7 +57,7 @@ def test_the_second_backup_writes_only_what_is_new_and_mends_what_it_cannot_trus
     whole: SmallBook, tmp_path: Path
 ) -> None:
     destination = tmp_path / "backup"
-    backup(whole, destination)
+    backed_up(whole.folder, destination)
     (destination / "raw" / "kept by hand").write_text("mine")
     first, second, third = sorted(destination.glob("raw/*/*.zst"))[:3]
     inode = third.stat().st_ino
@@ -74,28 +65,30 @@ def test_the_second_backup_writes_only_what_is_new_and_mends_what_it_cannot_trus
     second.chmod(0o644)
     second.write_bytes(third.read_bytes())
     say(whole, "after the first backup")
-    done = backup(whole, destination)
+    done = backed_up(whole.folder, destination)
     assert (done.raw.written, done.raw.replaced) == (2, 1)
     assert third.stat().st_ino == inode
     assert check_backup(destination) == done.last.entries
     assert (destination / "raw" / "kept by hand").read_text() == "mine"
-    assert backup(whole, destination).raw.written == 0
+    assert backed_up(whole.folder, destination).raw.written == 0
 
 
 def test_what_the_book_lacks_is_named_and_the_backup_before_stays(whole: SmallBook, tmp_path: Path) -> None:
     destination = tmp_path / "backup"
-    backup(whole, destination)
+    backed_up(whole.folder, destination)
     before = check_backup(destination)
     say(whole, "later")
     lost = min(whole.folder.glob("raw/*/*.zst"))
     lost.unlink()
-    assert backup(whole, destination).raw.problems == ()  # the copy in the backup is whole: nothing is missing there
+    assert (
+        backed_up(whole.folder, destination).raw.problems == ()
+    )  # the copy in the backup is whole: nothing is missing there
     (destination / lost.relative_to(whole.folder)).unlink()
     say(whole, "later still")
     other = tmp_path / "other"
     for place in (destination, other):
         with refuses(BookDamaged, "14 raw", "copies", lost.name, "ingest the original"):
-            backup(whole, place)
+            backed_up(whole.folder, place)
         kept = list(JournalFile(place / "journal.jsonl.of-damaged-book").entries())
         assert len(kept) == before + 2
         assert len(list(place.glob("raw/*/*.zst"))) == 13
@@ -105,14 +98,14 @@ def test_what_the_book_lacks_is_named_and_the_backup_before_stays(whole: SmallBo
 
 def test_a_folder_that_is_no_backup_of_this_book_is_left_alone(whole: SmallBook, tmp_path: Path) -> None:
     other = small_book(tmp_path / "other", ingested=False, two_people=True)
-    backup(other, tmp_path / "of other")
+    backed_up(other.folder, tmp_path / "of other")
     theirs = tmp_path / "theirs"
     theirs.mkdir()
     (theirs / "thesis.tex").write_text("all of it")
     longer = tmp_path / "longer"
     text = whole.journal.read_bytes()
     say(whole, "in the other copy of the book")
-    backup(whole, longer)
+    backed_up(whole.folder, longer)
     whole.journal.write_bytes(text)
     whole.database.unlink()
     for place, said in (
@@ -124,7 +117,7 @@ def test_a_folder_that_is_no_backup_of_this_book_is_left_alone(whole: SmallBook,
     ):
         before = contents(place)
         with pytest.raises(UsageError, match=said):
-            backup(whole, place)
+            backed_up(whole.folder, place)
         assert contents(place) == before
 
 
@@ -135,18 +128,18 @@ def test_a_scene_of_ones_own_is_in_the_backup(whole: SmallBook, tmp_path: Path) 
         (whole.folder / name).write_text(scene)
     text = whole.toml.read_text()
     whole.toml.write_text(f'{text}\n[simulation]\nscene = "scenes/gravel.toml"\n')
-    assert backup(whole, tmp_path / "backup").remarks == ()
+    assert backed_up(whole.folder, tmp_path / "backup").remarks == ()
     assert (tmp_path / "backup" / "scenes" / "gravel.toml").read_text() == scene
     whole.toml.write_text(f'{text}\n[simulation]\nscene = "../elsewhere.toml"\n')
-    (remark,) = backup(whole, tmp_path / "backup").remarks
+    (remark,) = backed_up(whole.folder, tmp_path / "backup").remarks
     says(remark, "elsewhere.toml")
 
 
 def test_a_damaged_journal_of_a_backup_is_told_and_written_anew(whole: SmallBook, tmp_path: Path) -> None:
-    backup(whole, tmp_path / "backup")
+    backed_up(whole.folder, tmp_path / "backup")
     journal = tmp_path / "backup" / "journal.jsonl"
     journal.write_bytes(journal.read_bytes().replace(b"Nwosu", b"Nwoso", 1))
-    (remark,) = backup(whole, tmp_path / "backup").remarks
+    (remark,) = backed_up(whole.folder, tmp_path / "backup").remarks
     assert "is written anew" in remark
     assert journal.read_bytes() == whole.journal.read_bytes()
 
