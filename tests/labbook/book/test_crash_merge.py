@@ -45,11 +45,8 @@ class Homecoming:
         """Look at what a killed merge left, and merge again."""
         with opened(folder) as book:
             table, mirrored = in_table(book), in_file(book)
-        assert (len(table), len(mirrored)) in (
-            (self.before, self.before),
-            (self.before, self.merged),
-            (self.merged, self.merged),
-        )
+        before, merged = self.before, self.merged
+        assert (len(table), len(mirrored)) in ((before, before), (before, merged), (merged, merged))
         assert mirrored[: len(table)] == table
         with opened(folder) as book:
             merge(book, self.laptop.folder, ADA)

@@ -23,7 +23,7 @@ from labbook.book.rebuilding import Place, Rebuilt, rebuild_database
 from labbook.book.replacing_postgres import replace_postgres
 from labbook.book.replacing_sqlite import replace_sqlite
 from tests.helpers.books import SmallBook, small_book
-from tests.helpers.commands import KILLED, Commands
+from tests.helpers.commands import KILLED, Commands, Running
 from tests.helpers.databases import Rows, all_rows_by_name, server_in_a_soak
 from tests.helpers.postgres import Cluster
 from tests.helpers.schemas import schema_lines
@@ -98,6 +98,11 @@ def schemas(engine: sa.Engine) -> list[str]:
         return [name for name in sa.inspect(connection).get_schema_names() if "rebuil" in name]
 
 
+def execute(engine: sa.Engine, statements: str) -> None:
+    with engine.begin() as connection:
+        connection.exec_driver_sql(statements, execution_options={"no_parameters": True})
+
+
 GUEST = """
 CREATE TABLE public.run (theirs TEXT);
 DROP ROLE IF EXISTS guest;
@@ -112,8 +117,7 @@ def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path
     book = judged_book(tmp_path, postgres_url)
     before = schema_and_rows(postgres_url)
     with book.open() as standing:  # open meanwhile, and usable afterwards
-        with standing.engine.begin() as connection:
-            connection.exec_driver_sql(GUEST)
+        execute(standing.engine, GUEST)
         done = rebuilt(book)
         assert done.old is not None
         assert schemas(standing.engine) == [done.old]
@@ -131,21 +135,13 @@ def test_what_was_lived_on_postgresql_is_made_again_in_its_own_database(tmp_path
         assert rights == [True, True, True, True, False]
         assert schema_and_rows(postgres_url) == before
         for schema in ("labbook", done.old):
-            with (
-                pytest.raises(sa.exc.DBAPIError, match="only ever added"),
-                standing.engine.begin() as connection,
-            ):
-                connection.exec_driver_sql(f"DELETE FROM {schema}.journal")
+            with pytest.raises(sa.exc.DBAPIError, match="only ever added"):
+                execute(standing.engine, f"DELETE FROM {schema}.journal")
         state(standing, note, "afterwards")
         said_alike(standing)
         assert notes(standing)[-1] == "afterwards"
         rebuilt(book)
         assert len(schemas(standing.engine)) == 2
-
-
-def execute(engine: sa.Engine, statements: str) -> None:
-    with engine.begin() as connection:
-        connection.exec_driver_sql(statements, execution_options={"no_parameters": True})
 
 
 @pytest.mark.parametrize(
@@ -155,7 +151,7 @@ def execute(engine: sa.Engine, statements: str) -> None:
         ("CREATE TABLE theirs (x TEXT)", "table theirs"),
         (
             "CREATE TABLE public.photo (run INTEGER CONSTRAINT of_run REFERENCES run (id))",
-            "constraint of_run on table public.photo",
+            "of_run on table public.photo",
         ),
         (
             "CREATE FUNCTION how_many() RETURNS bigint LANGUAGE sql BEGIN ATOMIC SELECT count(*) FROM note; END",
@@ -193,9 +189,7 @@ def test_on_postgresql_one_who_keeps_reading_stops_it(tmp_path: Path, postgres_u
 
 def test_a_role_without_rights_is_told_what_a_rebuild_needs(postgres_url: str, judged: SmallBook) -> None:
     engine = postgres_engine(postgres_url)
-    with engine.begin() as connection:
-        connection.exec_driver_sql("DROP ROLE IF EXISTS visitor")
-        connection.exec_driver_sql("CREATE ROLE visitor LOGIN")
+    execute(engine, "DROP ROLE IF EXISTS visitor; CREATE ROLE visitor LOGIN")
     engine.dispose()
     url = postgres_url.replace("labbook@", "visitor@")
     judged.toml.write_text(f'{judged.toml.read_text()}\n[database]\nurl = "{url}"\n')
@@ -209,7 +203,7 @@ def test_a_role_without_rights_is_told_what_a_rebuild_needs(postgres_url: str, j
 @SERVER_IN_A_SOAK
 def test_what_is_said_while_a_book_is_rebuilt_is_in_it(book: SmallBook, commands: Commands) -> None:
     """One speaks when all that was there is applied, others at any moment."""
-    running = []
+    running: list[Running] = []
 
     def speak(step: str) -> None:
         seq, last = step.split(" ")[0].split("/")
@@ -232,7 +226,7 @@ def test_what_is_said_while_a_book_is_rebuilt_is_in_it(book: SmallBook, commands
 
 @SERVER_IN_A_SOAK
 def test_a_second_rebuild_is_refused_while_one_runs(book: SmallBook) -> None:
-    told = []
+    told: list[object] = []
 
     def again(_step: str) -> None:
         if not told:

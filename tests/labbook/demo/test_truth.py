@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from data_schema.errors import UnknownName
 from labbook.demo.truth import CHAPTER_5, GROUND, Condition, simulated_jump
 from simulator.jump import simulate
 from simulator.scene_file import load_scene
-from tests.helpers.wording import refuses
 
 
 def test_passive_charge_is_the_thesiss_at_twelve_minutes() -> None:
@@ -41,11 +39,6 @@ def test_savings_are_those_of_the_conditions_and_highest_for_the_small_foot_and_
     pooled = {(group.foot, group.k_gain): CHAPTER_5.saving(group.foot, group.k_gain) for group in CHAPTER_5.groups}
     assert max(pooled, key=pooled.__getitem__) == ("small", 400)
     assert CHAPTER_5.as_json()["saving_overall"] == pytest.approx(sum(pooled.values()) / len(pooled))
-
-
-def test_a_foot_that_does_not_exist_is_named_with_the_nearest() -> None:
-    with refuses(UnknownName, "'small 400'"):
-        CHAPTER_5.group("smal", 400)
 
 
 @given(st.sampled_from(CHAPTER_5.conditions), st.floats(0.40, 0.425), st.floats(-0.015, 0.015))
