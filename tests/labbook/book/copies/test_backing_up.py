@@ -10,6 +10,7 @@ import pytest
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal_file import JournalFile
 from ingest.store import Store, raw_path
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.book.copies.backing_up import last_backup
 from labbook.book.copies.copying import raw_of
 from tests.helpers.books import SmallBook, small_book
@@ -160,9 +161,9 @@ def test_killed_after_each_sync_the_next_backup_completes_it(
     tmp_path: Path, commands: Commands, moments: tuple[int, ...]
 ) -> None:
     book = small_book(tmp_path, ingested=False)
-    for log in sorted((book.instruments / "logs").iterdir())[:2]:
-        code, said = commands.run("ingest", log, "--book", book.folder)
-        assert code == 0, said
+    with book.open() as standing:
+        for run in ("r001", "r002"):
+            ingest_file(standing, book.log(run), IngestRequest())
     destination = tmp_path / "backup"
     for number in moments:
         code, said = commands.run("backup", destination, "--book", book.folder, die_after_sync=number)
