@@ -123,7 +123,7 @@ def test_the_page_has_few_words_outside_folds_tables_and_drawings(name: str, mos
     page, folded = Path(made_demo(name).page).read_text(encoding="utf-8"), 1
     while folded:
         page, folded = NOT_RUNNING.subn(" ", page)
-    assert 500 < len(re.sub(r"<[^>]*>", "", page).split()) <= most
+    assert 500 < len(re.sub(r"<[^>]*>", " ", page).split()) <= most
 
 
 def check_numbers(folder: Path, how_many: int) -> None:
