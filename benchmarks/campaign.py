@@ -16,7 +16,7 @@ import pyarrow.parquet as pq
 
 from benchmarks.processes import LABBOOK, ProcessRun, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
-from data_schema.cache_folder import cache_folder
+from data_schema.file_cache import cache_folder
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, LEG_LENGTH
 from labbook.book.opening import DATABASE
 

@@ -15,7 +15,7 @@ import numpy as np
 from benchmarks.inputs import new_book, nth_run
 from benchmarks.processes import LABBOOK, ProcessRun, run_process
 from benchmarks.section import Benchmark, Budget, Section, Table
-from data_schema.cache_folder import cache_folder
+from data_schema.file_cache import cache_folder
 from data_schema.vocabulary import RunKind
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file

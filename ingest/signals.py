@@ -15,6 +15,7 @@ import numpy as np
 from data_schema.vocabulary import FileRole
 from ingest.channels.checks import (
     SIGNED_BY_DIRECTION,
+    check_robot,
     held_rows,
     note_missing,
     note_still_channels,
@@ -24,7 +25,6 @@ from ingest.channels.checks import (
 from ingest.channels.columns import ColumnPlan, Plan, TimePlan, plan_columns, with_calibration
 from ingest.channels.forces import check_plates, orient
 from ingest.channels.names import UNIT_OF_NAME, clean_name, is_cop, normal_unit, parse_header, squash
-from ingest.channels.robot_facts import check_robot
 from ingest.declared import declared_columns, flag_names, note_absent, with_profile_for_names, without
 from ingest.findings import NOTE, FindingCollector
 from ingest.instruments import Instrument, instrument_named

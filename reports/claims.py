@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from reports.content import Claim, ReportContent
+from reports.content import Claim, Comparison, Decision, Equivalence, OverallEquivalence, OverallSavings, ReportContent
 from reports.display import (
     MINUS,
     as_shown,
@@ -26,7 +26,6 @@ from reports.display import (
     value_text,
     with_unit,
 )
-from reports.evidence import Comparison, Decision, Equivalence, OverallEquivalence, OverallSavings
 from reports.naming import control_name, level_names, level_of, levels_name, swept_factor, treatment_name
 from reports.numbers import Number
 

@@ -2,30 +2,660 @@
 
 Every number comes with its unit, uncertainty, n and provenance id. `Undefined` stands where a number does
 not exist, `None` where one does not apply. Values are never rounded here; only their display is.
+
+The results are those of the functions that compute them: comparisons and what stands beside them, hypotheses and
+predictions, drain fit, uncertainty budget, order in the day, sensitivity.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from typing import TYPE_CHECKING, Annotated, Self
 
 from data_schema.outcomes import Outcome
-from reports.evidence import (
-    Anova,
-    BudgetItem,
-    Comparison,
-    DrainFit,
-    Favoured,
-    Look,
-    MeansContrast,
-    Order,
-    OverallEquivalence,
-    OverallSavings,
-    Sensitivity,
-)
-from reports.numbers import Number
-from reports.predicted import Hypothesis, Predictions
+from data_schema.vocabulary import ContrastKind, Rule, Undefined
+from reports import display
+from reports.display import sentence_start
+from reports.numbers import Number, NumberNames, Result, SignificanceTest, Value, t_test
+
+if TYPE_CHECKING:
+    from simulator.steady.published_results import PublishedResult
+
+UNITS = {Rule.PAIRED: "day", Rule.WITHIN: "run", Rule.NONE: ""}
+"""What each rule counts."""
+
+
+@dataclass(frozen=True, slots=True)
+class Equivalence(Result):
+    """Two one-sided tests of apex heights against bounds in m, or in % of the control's mean (`percent`).
+
+    `estimate` is treatment less control in the unit of the bounds, with an interval of level 1 - 2 alpha; `p` is the
+    larger of both, `shown` is None where there is no test. `exploratory` says why the test was not planned, "" where it
+    was.
+    """
+
+    estimate: Number
+    t_low: Number
+    p_low: Number
+    t_high: Number
+    p_high: Number
+    p: Number
+    shown: bool | None
+    low: float
+    high: float
+    percent: bool
+    exploratory: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Decision(Result):
+    """The test that decides a comparison, by the days that hold both of its sides (`stats.days.decision`).
+
+    `difference` is treatment less control; `t` and `p` are those of no difference, t positive for a saving where there
+    are savings, p of no saving where it is `one_sided`. `control_mean` is that over the shared days, `run_sd` the
+    standard deviation of runs within them. `n_control` and `n_treatment` are the runs that the means are of, all where
+    no day is shared; `other` runs, on days without the other side, enter nothing. `rejected` is None where nothing is
+    tested.
+
+    Added where they are known: `adjusted`, p by Holm's method over the `n` tests of the family; `equivalence` by the
+    same days; `charge_missing`, runs without a charge, with any of which something would be claimed.
+    """
+
+    rule: Rule
+    days: tuple[str, ...]
+    difference: Number
+    t: Number
+    p: Number
+    control_mean: Number
+    run_sd: Number
+    n_control: int
+    n_treatment: int
+    other: int
+    rejected: bool | None
+    savings: Number | None = None
+    one_sided: bool = False
+    adjusted: Number | None = None
+    adjusted_rejected: bool | None = None
+    equivalence: Equivalence | None = None
+    charge_missing: tuple[str, ...] = ()
+
+    @property
+    def unit(self) -> str:
+        """What the test counts: "day" (paired on day means), "run" (within days, for these days alone), or ""."""
+        return UNITS[self.rule]
+
+    @property
+    def test(self) -> SignificanceTest:
+        """The test of no difference, or of no saving."""
+        return t_test("by shared days", self.t, self.p, one_sided=self.one_sided)
+
+    @property
+    def test_of_difference(self) -> SignificanceTest:
+        """The same test with the sign of the difference, as it stands beside it."""
+        t, difference = self.t.value, self.difference.value
+        if not isinstance(t, float) or not isinstance(difference, float):
+            return self.test
+        return replace(self.test, statistic=math.copysign(t, difference))
+
+    @property
+    def shown(self) -> bool | None:
+        """Whether a difference is shown, Holm's p included; None where that cannot be told."""
+        if self.rejected is None or self.adjusted_rejected is None:
+            return self.rejected
+        return self.rejected and self.adjusted_rejected
+
+
+@dataclass(frozen=True, slots=True)
+class OverallSavings(Result):
+    """The mean of the savings of several groups, each counted once; `left_out` are groups without a claim.
+
+    `days_measured_only`: a group was compared within days, so that the claim holds for these days. `spread` is the
+    standard deviation of the groups' savings, `heterogeneity_p` the p of the test that all saved the same; `differ` is
+    None where that is not tested. `exploratory` says why the effect was not planned, "" where it was.
+    """
+
+    quantity: Outcome
+    savings: Number
+    t: Number
+    p: Number
+    spread: Number
+    heterogeneity_p: Number
+    groups: tuple[Mapping[str, str], ...]
+    left_out: tuple[Mapping[str, str], ...]
+    days: tuple[str, ...]
+    days_measured_only: bool
+    rejected: bool | None
+    differ: bool | None
+    one_sided: bool = False
+    exploratory: str = ""
+
+    @property
+    def test(self) -> SignificanceTest:
+        """The test of no saving."""
+        return t_test("overall", self.t, self.p, one_sided=self.one_sided)
+
+
+@dataclass(frozen=True, slots=True)
+class OverallEquivalence(Equivalence):
+    """Whether the mean change of apex height of several groups, in percent of each control, lies within the bounds."""
+
+    groups: tuple[Mapping[str, str], ...] = ()
+    left_out: tuple[Mapping[str, str], ...] = ()
+    days: tuple[str, ...] = ()
+    days_measured_only: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class ThesisRoute(Result):
+    """The test of thesis 5.2.1 over all values, whatever their days: an F-test, then the t-test that it chooses.
+
+    `test` is that one's name, "Student" or "Welch"; `difference` is treatment less control with its interval.
+    """
+
+    f: Number
+    f_p: Number
+    test: str
+    t: Number
+    p: Number
+    difference: Number
+    n_control: int
+    n_treatment: int
+
+
+POOLED = "pooled"
+"""The level of a comparison that sets all treated levels together against the control."""
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """A treatment against its control: what decides, and the thesis's route beside it.
+
+    `family` heads a block of the table ("each AD coefficient", "pooled over AD"); `group` holds the levels in
+    common (foot, k_gain); `level` is the AD level as text or "pooled" (`POOLED`). `over_jumps` is the thesis's route
+    over single jumps, in a study that repeats it. `exploratory` says why the comparison is not a planned one, "" where
+    it is.
+    """
+
+    label: str
+    quantity: Outcome
+    group: Mapping[str, str]
+    level: str
+    family: str
+    decision: Decision
+    over_runs: ThesisRoute
+    over_jumps: ThesisRoute | None = None
+    exploratory: str = ""
+
+    @property
+    def opens(self) -> bool:
+        """Whether all levels are pooled: what the page opens with."""
+        return self.level == POOLED
+
+
+@dataclass(frozen=True, slots=True)
+class MeansContrast(Result):
+    """A contrast of condition means by the days that they share, in percentage points of savings or the outcome's unit.
+
+    `levels` of the `factor` are those compared, the second with the first, or those that a line goes through, which
+    levels off `at` one of them; a trend's estimate is for each `per` of the factor. `side` says of which runs a
+    difference is: "control" or "treated". `left_out` counts the combinations of other levels that one side lacks.
+
+    Added where they are known: `adjusted`, p by Holm's method over all contrasts, by which `rejected` then goes;
+    `exploratory`, why it was not planned.
+    """
+
+    kind: ContrastKind
+    quantity: Outcome
+    factor: str
+    levels: tuple[str, ...]
+    side: str
+    per: float
+    at: float | None
+    left_out: int
+    estimate: Number
+    t: Number
+    p: Number
+    rule: Rule
+    days: tuple[str, ...]
+    rejected: bool | None
+    adjusted: Number | None = None
+    exploratory: str = ""
+
+    @property
+    def unit(self) -> str:
+        """What the test counts, as in `Decision`."""
+        return UNITS[self.rule]
+
+    @property
+    def test(self) -> SignificanceTest:
+        """The test that it is 0."""
+        return t_test("contrast", self.t, self.p)
+
+
+@dataclass(frozen=True, slots=True)
+class Anova(Result):
+    """One-way analysis of variance over the swept factor's levels, control left out, within one group, by `n` runs."""
+
+    label: str
+    quantity: Outcome
+    group: Mapping[str, str]
+    f: Number
+    p: Number
+    df_between: int
+    df_within: int
+    n: int
+
+    @property
+    def test(self) -> SignificanceTest:
+        """The F-test."""
+        return SignificanceTest(
+            "one-way ANOVA", self.f.value, (float(self.df_between), float(self.df_within)), self.p.value
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class IdlePoint:
+    """One idle run: how long the robot was on, and the charge that went back in."""
+
+    run: str
+    duration_min: float
+    charge_mah: float
+
+
+@dataclass(frozen=True, slots=True)
+class DrainFit:
+    """One robot's passive drain (thesis 5.1.4): points, line with confidence band (arrays of one length), estimates.
+
+    `at_run` is the drain at `run_duration_min`; `range_sentence` says that it lies outside the fitted range. `robot`
+    names the robot where the report has several.
+    """
+
+    points: tuple[IdlePoint, ...]
+    line_min: tuple[float, ...]
+    line_mah: tuple[float, ...]
+    band_low_mah: tuple[float, ...]
+    band_high_mah: tuple[float, ...]
+    slope: Number
+    intercept: Number
+    r_squared: Number
+    at_run: Number
+    run_duration_min: float
+    range_sentence: str
+    robot: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetItem:
+    """One source of uncertainty of a joule a jump (J); `shared`: common to all runs; `total`: the sum.
+
+    `joules` is for a single run, `of_mean` for the mean over the condition's runs. `within_robot`: what is shared is
+    shared by the runs of one robot, of several.
+    """
+
+    component: str
+    joules: Number
+    of_mean: Number
+    shared: bool
+    note: str = ""
+    total: bool = False
+    within_robot: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class RunPoint:
+    """A run in its day: `deviation_j` is its joules a jump minus the mean of its condition."""
+
+    run: str
+    day: str
+    position: int
+    pack: str
+    joules: float
+    deviation_j: float | None = None
+    control: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class PackMean:
+    """Joules a jump (or the deviation from the condition's mean, as `RunPoint` has it) of one pack's runs."""
+
+    pack: str
+    mean: Number
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """Joules by position in the day and by pack; `sentences` name what is confounded with the day."""
+
+    points: tuple[RunPoint, ...] = ()
+    packs: tuple[PackMean, ...] = ()
+    sentences: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Favoured:
+    """A headline of a group, or over all (None), whose sides lie farther apart in the day than in a random order.
+
+    Mean positions of both sides within shared days, Holm's p of the order, and by outcome the headline adjusted for
+    position in the day; none where the runs leave no slope to adjust by.
+    """
+
+    group: Mapping[str, str] | None
+    control_position: float
+    treated_position: float
+    p: float
+    adjusted: Mapping[Outcome, Number]
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """A headline computed another way ("without exclusions", "other detector"), or without a `day`, "" elsewhere.
+
+    `by_rules`: by one of all rules of onset and take-off, the protocol's among them.
+    """
+
+    label: str
+    number: Number
+    day: str = ""
+    by_rules: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Sensitivity:
+    """One headline: the number as reported and its recomputations.
+
+    `rule_of_all_runs` is the rule that would decide about it without exclusions, "" where that is the same; `group`
+    names the group that it is of, "" where a study has one.
+    """
+
+    headline: str
+    as_reported: Number
+    variants: tuple[Variant, ...]
+    rule_of_all_runs: str = ""
+    group: str = ""
+
+
+_MUCH = 1.02
+"""Times alpha, from which on looks err in more than was planned: less is the rounding of levels."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Which look at growing data this is, and at which level p is compared.
+
+    `runs` are those of the study with a number, of `runs_planned`, None where no plan says. `level` takes the place of
+    `alpha`. `share_in_error` is that of studies without an effect in which one of the looks so far finds one.
+    """
+
+    number: int
+    planned: int
+    runs: int
+    runs_planned: int | None
+    alpha: float
+    level: float
+    share_in_error: float
+
+    @property
+    def unplanned(self) -> bool:
+        """Whether there were more looks than planned, or looks after all planned runs: they err in more than alpha."""
+        return self.number > self.planned or self.share_in_error > _MUCH * self.alpha
+
+
+COVERAGE_FACTOR = 2.0
+"""Standard uncertainties of a prediction that count as its expanded uncertainty, about 95 % (JCGM 100, 6.3)."""
+
+
+class Verdict(StrEnum):
+    """What data say of a hypothesis."""
+
+    HOLDS = "holds"
+    FAILS = "fails"
+    CANNOT_TELL = "cannot tell"
+
+    @classmethod
+    def of_all(cls, verdicts: Sequence[Verdict]) -> Verdict:
+        """Return the verdict on what holds where each part holds, and fails where one fails."""
+        if Verdict.FAILS in verdicts:
+            return cls.FAILS
+        return cls.HOLDS if verdicts and set(verdicts) == {Verdict.HOLDS} else cls.CANNOT_TELL
+
+
+@dataclass(frozen=True, slots=True)
+class HypothesisPart(Result):
+    """One comparison of a hypothesis: the levels `of` what is compared, and in which what it is set `against` differs.
+
+    Without the latter it is set against the control. `measured` has the interval that decides, `simulated` a standard
+    uncertainty, both in percent of the first mean, or in percentage points where `savings` are compared. The claim is
+    that they lie between `low` and `high`, None for no bound; `no_interval` says why `measured` has no interval.
+    """
+
+    of: Mapping[str, str]
+    against: Mapping[str, str]
+    measured: Number
+    simulated: Number
+    verdict: Verdict
+    simulated_verdict: Verdict
+    low: float | None
+    high: float | None
+    no_interval: Undefined | None = None
+    savings: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Hypothesis:
+    """A hypothesis of labbook.toml with its comparisons; `published` is what the source found, "" if unknown."""
+
+    name: str
+    text: str
+    source: str
+    published: str
+    parts: tuple[HypothesisPart, ...]
+
+    @property
+    def verdict(self) -> Verdict:
+        """What was measured says."""
+        return Verdict.of_all([part.verdict for part in self.parts])
+
+    @property
+    def simulated_verdict(self) -> Verdict:
+        """What is simulated says."""
+        return Verdict.of_all([part.simulated_verdict for part in self.parts])
+
+
+class PredictedQuantity(StrEnum):
+    """What is predicted of a condition, in a stored `unit`; its savings are set against the control of its group.
+
+    `heading` heads its table, and `short` a column or an axis.
+    """
+
+    unit: str
+    heading: str
+    short: str
+
+    JOULES = "joules a jump", "J", "Energy of a jump", "energy"
+    APEX = "apex height", "m", "Apex height", "apex"
+    CONTACT_TIME = "contact time", "s", "Contact time", "contact"
+    IMPULSE_HEIGHT = "jump height from impulse", "m", "Jump height from impulse", "impulse height"
+    SAVINGS = "savings", "%", f"{sentence_start(display.SAVINGS)} against the control", display.SAVINGS
+
+    def __new__(cls, name: str, unit: str = "", heading: str = "", short: str = "") -> Self:
+        """Make the member whose value is its name; called with a name alone, the enumeration looks it up."""
+        member = str.__new__(cls, name)
+        member._value_ = name
+        member.unit, member.heading, member.short = unit, heading, short
+        return member
+
+
+ACCURACY = "accuracy"
+"""The part of a prediction's error that is the simulator's own; the others go by the names of what was varied."""
+_NEGLIGIBLE = 0.1
+"""Share of a standard uncertainty that changes it by half a percent."""
+
+
+@dataclass(frozen=True, slots=True)
+class PredictionCheck(Result):
+    """What is predicted of runs as they were made, beside what was measured of them.
+
+    `predicted` carries its standard uncertainty as `se`; `errors` are its parts by their source. `difference` is
+    predicted less measured, `error_ratio` that over the expanded uncertainty of both (the E_n of ISO 13528).
+    `numerical_error` is by how much a simulation a hundred times finer differs, in the unit of the prediction; None
+    where one of the two gives no value.
+    """
+
+    predicted: Number
+    difference: Number
+    error_ratio: Number
+    errors: Annotated[Mapping[str, Number], NumberNames("predicted, error by {}")]
+    numerical_error: float | None
+
+    @property
+    def imprecise(self) -> bool:
+        """Whether the numerical error is above what the error has for it, and a tenth of the error or more."""
+        error, se = self.numerical_error, self.predicted.se
+        if not self.errors or error is None:
+            return bool(self.errors)
+        accounted = [self.errors[ACCURACY].value, _NEGLIGIBLE * se if isinstance(se, float) else 0.0]
+        return all(isinstance(part, float) and error > part for part in accounted)
+
+
+@dataclass(frozen=True, slots=True)
+class Prediction:
+    """One quantity of a condition, or of a pair with its control, measured and predicted.
+
+    `group` holds the levels in common with the control, `level` that of the swept factor or "pooled" (`POOLED`); `n`
+    counts the runs that were measured. `published` is what the thesis has of it.
+    """
+
+    quantity: PredictedQuantity
+    group: Mapping[str, str]
+    level: str
+    control: bool
+    n: int
+    measured: Number
+    check: PredictionCheck
+    published: PublishedResult | None = None
+
+    @property
+    def unsure(self) -> bool:
+        """Whether the expanded uncertainty of the prediction is as large as what is predicted: agreement says nothing.
+
+        Savings may be near 0, and are never unsure.
+        """
+        value, se = self.check.predicted.value, self.check.predicted.se
+        if self.quantity is PredictedQuantity.SAVINGS or isinstance(value, Undefined) or not isinstance(se, float):
+            return False
+        return COVERAGE_FACTOR * se >= abs(value)
+
+    @property
+    def agrees(self) -> bool | None:
+        """Whether both agree, the error ratio within -1 to 1; None where that cannot be decided."""
+        ratio = self.check.error_ratio.value
+        agree = None if isinstance(ratio, Undefined) else abs(ratio) <= 1.0
+        return None if self.unsure and agree else agree
+
+
+@dataclass(frozen=True, slots=True)
+class JudgedGroup(Result):
+    """The predictions of one group: `bias` is predicted less measured, `of_measured` the same as if they were exact."""
+
+    group: Mapping[str, str]
+    bias: Number
+    of_measured: Number
+    p: Number
+    measured: Number
+    predicted: Number
+    days: int
+
+    @property
+    def differs(self) -> bool:
+        """Whether 0 lies outside the interval with the errors of what was measured and of what was assumed."""
+        return _excludes_zero(self.bias)
+
+    @property
+    def agrees_only_by_assumed(self) -> bool:
+        """Whether 0 lies inside it, but outside that with the errors of what was measured alone."""
+        return not self.differs and _excludes_zero(self.of_measured)
+
+
+def _excludes_zero(number: Number) -> bool:
+    low, high = number.ci_low, number.ci_high
+    return isinstance(low, float) and isinstance(high, float) and (low > 0.0 or high < 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Limits(Result):
+    """Predicted less measured over conditions: the mean difference, and its limits of agreement."""
+
+    mean_difference: Number
+    lower_limit: Number
+    upper_limit: Number
+
+
+@dataclass(frozen=True, slots=True)
+class Judged:
+    """One quantity: its groups, the p of no bias in any of them, and Kendall's tau of their order, of several.
+
+    `limits` are those of three conditions or more.
+    """
+
+    quantity: PredictedQuantity
+    groups: tuple[JudgedGroup, ...]
+    joint_p: Number
+    tau: Number | None
+    limits: Limits | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class AssumedInput:
+    """A parameter of the scene without a source: its value, why it was taken, and the most that varying it changed.
+
+    It was raised and lowered by the part `varied_by`; `changes` has the largest part of any condition's error by
+    quantity. `fitted` says that it was fitted to runs of the same study.
+    """
+
+    name: str
+    value: float
+    unit: str
+    why: str
+    varied_by: float
+    changes: Mapping[PredictedQuantity, Value | None]
+    fitted: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Predictions:
+    """All predictions of a report, and what they depend on; `scene` is "" where nothing was predicted.
+
+    `accuracy` is the relative error asked of the simulator, `unmapped` names factors whose levels change nothing in the
+    scene, `unconverted` those whose numbers are a parameter of it as they stand, with its name and unit; `units` has
+    the scene's unit of factors that are one of its parameters, by name. Six count
+    conditions: whose simulated jump hangs on a knife's edge and was simulated either way (`branched`), or only one way
+    (`on_edge`), in which rounding grows beyond the accuracy (`grown`), in which the body gets under the grains
+    (`under_surface`), whose energy book does not close within the accuracy (`open_book`), and whose jump comes to an
+    apex only in one of both simulations, to the accuracy and a hundred times finer (`ends_otherwise`).
+    """
+
+    scene: str = ""
+    accuracy: float = 0.0
+    effects: tuple[str, ...] = ()
+    unmapped: tuple[str, ...] = ()
+    units: Mapping[str, str] = field(default_factory=dict)
+    items: tuple[Prediction, ...] = ()
+    judged: tuple[Judged, ...] = ()
+    assumed: tuple[AssumedInput, ...] = ()
+    branched: int = 0
+    on_edge: int = 0
+    grown: int = 0
+    under_surface: int = 0
+    open_book: int = 0
+    ends_otherwise: int = 0
+    unconverted: tuple[tuple[str, str, str], ...] = ()
+
+    def of(self, quantity: PredictedQuantity) -> tuple[Prediction, ...]:
+        """Return the predictions of one quantity."""
+        return tuple(item for item in self.items if item.quantity is quantity)
 
 
 @dataclass(frozen=True, slots=True)

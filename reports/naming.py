@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from reports.content import Condition, Factor, Level, ReportContent
+from reports.content import Comparison, Condition, Factor, Level, ReportContent
 from reports.display import (
     EQUALS,
     MINUS,
@@ -17,7 +17,6 @@ from reports.display import (
     list_text,
     with_unit,
 )
-from reports.evidence import Comparison
 
 _MEANINGS = {"kg/s": "Damping coefficient", "N/m": "Stiffness"}
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from data_schema.outcomes import Outcome
-from reports.content import ReportContent
+from reports.content import Comparison, Favoured, ReportContent, Sensitivity
 from reports.display import (
     NO_BREAK,
     SAVINGS,
@@ -26,7 +26,6 @@ from reports.display import (
     value_text,
     with_unit,
 )
-from reports.evidence import Comparison, Favoured, Sensitivity
 from reports.naming import levels_name
 from reports.numbers import Number
 

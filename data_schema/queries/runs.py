@@ -18,8 +18,22 @@ from data_schema.tables.design import condition, condition_level, day, factor, l
 from data_schema.tables.equipment import battery, robot
 from data_schema.tables.runs import run
 from data_schema.vocabulary import RunKind, RunState
-from data_schema.where.compiling import DATE, ColumnKind, WhereColumn, as_number, compile_expression
-from data_schema.where.parsing import And, Comparison, Expression, Membership, Not, Operator, Or, Word, parse
+from data_schema.where import (
+    DATE,
+    And,
+    ColumnKind,
+    Comparison,
+    Expression,
+    Membership,
+    Not,
+    Operator,
+    Or,
+    WhereColumn,
+    Word,
+    as_number,
+    compile_expression,
+    parse,
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,7 +14,7 @@ import numpy as np
 
 from ingest.model import FloatArray, IntArray, TextShape
 from ingest.text.cells import may_group
-from ingest.timebase.clock_formats import date_order, day_of, iso_text, parse_stamp
+from ingest.timebase.clock import date_order, day_of, iso_text, parse_stamp
 
 _SAMPLING = (
     "sampl|acqui|digiti|abtast|akwizyc|pr[oó]bkowa|[eé]chantillon|muestreo|adquisi|campionament|amostragem|bemonster"

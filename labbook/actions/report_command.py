@@ -21,8 +21,7 @@ from ingest.store import STORED
 from labbook.book.opening import CONFIGURATION, JOURNAL, Book
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report, numbers_path
 from labbook.book.write_session import Statement, new_uid, now_utc
-from labbook.config.parsing import Configuration
-from labbook.config.settings_of_numbers import settings_of_numbers
+from labbook.config.parsing import Configuration, settings_of_numbers
 from labbook.presenting.report.content import MadeReport, make_report
 from reports.page.printing import print_pdf
 from reports.page.writing import refuse_foreign, report_files, write_report

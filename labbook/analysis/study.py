@@ -34,9 +34,8 @@ from labbook.analysis.prediction.simulating import ALWAYS, SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results import Results, RunResults
 from labbook.analysis.study_data import StudyData
-from reports.evidence import Anova, MeansContrast
+from reports.content import Anova, Hypothesis, Judged, MeansContrast, Prediction
 from reports.numbers import Result
-from reports.predicted import Hypothesis, Judged, Prediction
 from stats.days.order import PositionsCompared
 
 

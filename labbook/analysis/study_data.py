@@ -1,7 +1,11 @@
-"""What an analysis looks at: the facts of the selected runs, read once."""
+"""What an analysis looks at: the facts of the selected runs, read once.
+
+Also which files were read with a profile that labbook.toml has otherwise now; no file is read to tell.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -10,16 +14,40 @@ import sqlalchemy as sa
 from data_schema.errors import UsageError
 from data_schema.queries.charges import ChargeOfRun, charges_by_run, charges_of_runs
 from data_schema.queries.detections import DecisionRow, jump_decisions
-from data_schema.queries.readings import WaitingFile, waiting_files
+from data_schema.queries.files import WaitingFile, configurations_of_readings, settings_under, waiting_files
 from data_schema.queries.runs import RunRow, idle_runs, list_runs, where_columns
 from data_schema.queries.signals import CalibratedChannel, SignalRow, calibrated_channels, signals_of_runs
 from data_schema.queries.study import FactorRow, StudyRow, factors, the_study
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
-from data_schema.where.compiling import compile_where
+from data_schema.where import compile_where
 from labbook.analysis.outcomes.charger_step import with_display_step
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
-from labbook.analysis.outdated_files import outdated_files
-from labbook.config.parsing import Configuration
+from labbook.config.parsing import Configuration, parse_configuration
+
+
+def outdated_files(connection: sa.Connection, configuration: Configuration) -> tuple[str, ...]:
+    """Return the names of the files in use whose reading used a profile that `configuration` lacks or has otherwise."""
+    found = []
+    for key, text in configurations_of_readings(connection).items():
+        then, now = parse_configuration(text, "the book's configuration").profiles, configuration.profiles
+        changed = {name for name, profile in then.items() if profile != now.get(name)}
+        if not changed:
+            continue
+        for file_name, settings in settings_under(connection, key):
+            used = {profile["name"] for profile in json.loads(settings)["declared"]["profiles"]}
+            found += [file_name] if used & changed else []
+    return tuple(found)
+
+
+def outdated_sentence(files: tuple[str, ...]) -> str:
+    """Say how many files are outdated and what reads them again."""
+    named = f"{', '.join(files[:3])}{', ...' if len(files) > 3 else ''}"
+    was = "1 file was" if len(files) == 1 else f"{len(files)} files were"
+    return (
+        f"{was} read with a profile that labbook.toml has otherwise now ({named}), and count as they were read: "
+        "`labbook files reread --all` reads them again"
+    )
+
 
 VERTICAL_FORCE = "force_z"
 

@@ -1,25 +1,229 @@
 """A book: the folder, its configuration, its database, its store and its journal.
 
 Opening never creates and never changes. `labbook init` makes a book, `labbook rebuild` makes its database anew.
+
+labbook.toml proposes, the book decides: what the file adds is stated, what it changes in use is refused.
+
+The tables, through the journal, are the one truth. Additions (a person, a level, a pack) become statements of whoever
+gives the next command; so do changes while the book is still being described, before its first day, plan or file. A
+later change to an existing fact is refused with the `labbook correct` that would make it.
 """
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Iterator
-from dataclasses import dataclass
+import re
+import shlex
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
 from pathlib import Path
+from typing import Any
 
 import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, reading, sqlite_engine
-from data_schema.errors import BookMissing, BookVersion, UsageError, unknown_name
+from data_schema.errors import BookMissing, BookVersion, InputRefused, UsageError, unknown_name
+from data_schema.journal import canonical
 from data_schema.journal_file import JournalFile
+from data_schema.queries.facts import find_uid, read_fact
+from data_schema.queries.files import imported_names
+from data_schema.queries.runs import condition_levels
+from data_schema.queries.study import conditions_by_key, config_in_force, day_uids, person_uid, planned_runs, the_study
 from data_schema.schema import SCHEMA, schema_of
+from data_schema.vocabulary import Action
 from ingest.store import Store
-from labbook.book.proposing import propose
-from labbook.book.write_session import WriteSession, write_session_of
+from labbook.book.write_session import Statement, WriteSession, now_utc, write_session_of
 from labbook.config.parsing import Configuration, parse_configuration
+
+
+def propose(session: WriteSession, configuration: Configuration, *, correcting: bool = False) -> None:
+    """Take over what the configuration adds; raises `InputRefused` when it contradicts existing facts.
+
+    With `correcting`, contradictions are left to the correction that is being stated, and to the next command; factors
+    that no longer fit the book's conditions are refused all the same, for no correction can settle them. The journal
+    keeps the file's text without the database's password, and the hash of the text as it is.
+    """
+    in_force = config_in_force(session.connection)
+    if in_force is not None and in_force.sha256 == configuration.sha256:
+        return
+    faults = [] if in_force is None else _unfitting_factors(session.connection, configuration, in_force.text)
+    if faults:
+        raise InputRefused("\n".join(faults))
+    for name in sorted(configuration.people, key=lambda name: name != session.person):
+        if person_uid(session.connection, name) is None:
+            session.declare("person", name=name, initials=configuration.people[name])
+    changes: list[_Change] = []
+    for kind, label, identity, values in _proposed(session, configuration):
+        uid = _standing(session.connection, kind, identity)
+        if uid is None:
+            session.declare(kind, **identity, **values)
+        else:
+            changes += _differences(session.connection, kind, label, uid, {**identity, **values})
+    if changes and _in_use(session.connection):
+        if correcting:
+            return
+        raise InputRefused("\n".join(change.sentence for change in changes))
+    for change in changes:
+        new, old = {change.field: change.proposed}, {change.field: change.standing}
+        reason = "labbook.toml was changed before anything was measured"
+        session.state(Statement(Action.CORRECT, change.kind, change.uid, new=new, old=old, reason=reason))
+    text = _without_password(configuration)
+    session.declare("config", sha256=configuration.sha256, text=text, read_utc=now_utc())
+
+
+_PASSWORD = re.compile(r"(://[^:/@]*:)[^@]*(?=@)|([?&]\w*password=)[^&]*")
+"""A password in the address of a database, as `user:password@host` or as an option, after what tells it."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Change:
+    """A fact that labbook.toml states otherwise than the book."""
+
+    kind: str
+    label: str
+    uid: str
+    field: str
+    standing: Any
+    proposed: Any
+
+    @property
+    def sentence(self) -> str:
+        assignment = f"{self.field}={'' if self.proposed is None else self.proposed}"
+        command = f"labbook correct {shlex.quote(self.label)} {shlex.quote(assignment)}"
+        return (
+            f"labbook.toml says {self.label} {self.field} = {_shown(self.proposed)}, the book says "
+            f'{_shown(self.standing)}: write that there, or state the change with `{command} --why "..."`.'
+        )
+
+
+def _shown(value: Any) -> str:
+    return "nothing" if value is None else str(value)
+
+
+def _proposed(
+    session: WriteSession, configuration: Configuration
+) -> Iterator[tuple[str, str, dict[str, Any], dict[str, Any]]]:
+    """Yield (kind, label, key values, other values) of each proposed row; parents before what refers to them."""
+    study = configuration.study
+    yield (
+        "study",
+        "study",
+        {"name": study.name},
+        {
+            "kind": str(study.kind),
+            "reference_voltage_v": study.reference_voltage_v,
+            "jumps_nominal": study.jumps_nominal,
+            "time_zone": study.time_zone,
+        },
+    )
+    study_uid = _standing(session.connection, "study", {})
+    for name, factor in configuration.factors.items():
+        yield (
+            "factor",
+            f"factor:{name}",
+            {"study": study_uid, "name": name},
+            {"kind": str(factor.kind), "unit": factor.unit},
+        )
+        factor_uid = find_uid(session.connection, "factor", study=study_uid, name=name)
+        for level in factor.levels:
+            yield (
+                "level",
+                f"level:{name}={level.label}",
+                {"factor": factor_uid, "label": level.label},
+                {"value": level.value, "attributes_json": canonical(dict(level.attributes))},
+            )
+    for name, robot in configuration.robots.items():
+        values = asdict(robot)
+        yield "robot", f"robot:{name}", {"name": name, "valid_from_utc": ""}, values
+    for name, battery in configuration.batteries.items():
+        yield (
+            "battery",
+            f"battery:{name}",
+            {"name": name},
+            {"cells": battery.cells, "capacity_mah": battery.capacity_mah},
+        )
+    for name, instrument in configuration.instruments.items():
+        values = asdict(instrument)
+        yield "instrument", f"instrument:{name}", {"name": name}, values
+
+
+def _standing(connection: sa.Connection, kind: str, identity: Mapping[str, Any]) -> str | None:
+    """Return the uid of a proposed row where it exists already; a book has one study, whatever its name."""
+    if kind == "study":
+        study = the_study(connection)
+        return None if study is None else study.uid
+    return find_uid(connection, kind, **identity)
+
+
+def _differences(
+    connection: sa.Connection, kind: str, label: str, uid: str, proposed: Mapping[str, Any]
+) -> list[_Change]:
+    standing = read_fact(connection, kind, uid, proposed)
+    return [
+        _Change(kind, label, uid, field, standing[field], value)
+        for field, value in proposed.items()
+        if standing[field] != value
+    ]
+
+
+def _unfitting_factors(connection: sa.Connection, configuration: Configuration, text_in_force: str) -> list[str]:
+    """Return where the file's factors no longer fit the book's conditions; unused factors may be dropped."""
+    if not conditions_by_key(connection):
+        return []
+    used: dict[str, set[str]] = {}
+    for levels in condition_levels(connection).values():
+        for name, label in levels.items():
+            used.setdefault(name, set()).add(label)
+    proposed = configuration.factors
+    found = [
+        f"the book has conditions with a level of factor {name}, and labbook.toml no longer names it: put "
+        f"[factors.{name}] back as it was."
+        for name in used
+        if name not in proposed
+    ]
+    found += [
+        f"labbook.toml adds factor {name}, and the book has conditions without a level of it: take [factors.{name}] "
+        "out, or make another book for the wider study."
+        for name in proposed
+        if name not in used
+    ]
+    for name in proposed:
+        if name in used:
+            missing = used[name] - {level.label for level in proposed[name].levels}
+            found += [
+                f"the book has conditions with {name}={label}, and labbook.toml no longer names that level: put it "
+                f"back among the levels of [factors.{name}]."
+                for label in sorted(missing)
+            ]
+    before = parse_configuration(text_in_force, "the book's configuration").factors
+    for name in used.keys() & proposed.keys():
+        stands, control = before[name].control if name in before else None, proposed[name].control
+        if control != stands:
+            found.append(
+                f"labbook.toml says {name} control = {_shown(control)}, the book has conditions under control = "
+                f"{_shown(stands)}: write that there, or make another book for the other comparison."
+            )
+    return found
+
+
+def _without_password(configuration: Configuration) -> str:
+    """Return the file's text without its password, for the journal: its readers need no access to the database."""
+    url = configuration.database.url
+    if url is None:
+        return configuration.text
+    masked = _PASSWORD.sub(lambda found: f"{found[1] or found[2]}***", url)
+    if masked != url and url not in configuration.text:
+        raise InputRefused(
+            "the url under [database] in labbook.toml is written with backslashes, so that its password cannot be kept "
+            "out of the journal: write the url in single quotes, without them."
+        )
+    return configuration.text.replace(url, masked)
+
+
+def _in_use(connection: sa.Connection) -> bool:
+    """Tell whether the book's description has been built on: a day, a plan or a file."""
+    return bool(day_uids(connection) or planned_runs(connection) or imported_names(connection))
+
 
 CONFIGURATION = "labbook.toml"
 DATABASE = "labbook.db"

@@ -21,8 +21,8 @@ from data_schema.disk import write_whole
 from data_schema.errors import BookDamaged, UnknownName
 from data_schema.journal import Entry
 from data_schema.queries.facts import read_fact
-from data_schema.queries.imported_files import links_of_file, signals_of_file
-from data_schema.queries.reports import ReportRow, list_reports
+from data_schema.queries.files import links_of_file, signals_of_file
+from data_schema.queries.history import ReportRow, list_reports
 from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import Action, RunKind, Undefined
 from labbook.analysis.results import numbers_of

@@ -13,9 +13,9 @@ from data_schema.errors import UsageError
 from data_schema.vocabulary import Severity
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.cli.declaring import Declared
-from labbook.config.checks import check_profile
 from labbook.config.local_time import date_named
 from labbook.config.model import ProfileSettings
+from labbook.config.parsing import check_profile
 from labbook.config.profiles import calibration_in, check_unit, declared_channel
 from labbook.config.reading import read_model
 from labbook.terminal import say

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from data_schema.queries.imports import LEG
+from data_schema.queries.files import LEG
 from data_schema.vocabulary import FileRole, IngestStatus, Severity
 from ingest.model import ColumnUse, Finding, ReadFile, TableUse
 from labbook.actions.files.ingesting import FileOutcome

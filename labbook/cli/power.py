@@ -57,7 +57,7 @@ def power(
     from data_schema.errors import UsageError
 
     if test:
-        from labbook.actions.planning.named_test import plan_test
+        from labbook.actions.planning.power import plan_test
 
         given = {f"--{name}": value for name, value in options_given(ctx).items() if value is not None}
         return Shown(*plan_test(test, {name: given[name] for name in given if name not in ("--test", "--json")}))
@@ -69,8 +69,7 @@ def power(
             f"the study is planned as its [analysis] decides, with no use for {' and '.join(idle_options)}: leave that "
             "out, or name one test with --test."
         )
-    from labbook.actions.planning.power import study_power
-    from labbook.actions.planning.power_lines import power_foot, power_head, power_table
+    from labbook.actions.planning.power import power_foot, power_head, power_table, study_power
 
     with opened(book) as opened_book:
         found = study_power(opened_book, request)

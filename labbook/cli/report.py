@@ -34,7 +34,7 @@ def report(
     Example: labbook report --foot small; labbook report --where "k_gain=400 and day>=2021-06-01" --out paper;
     labbook report --summary --pdf
     """
-    from data_schema.queries.imported_files import inbox
+    from data_schema.queries.files import inbox
     from labbook.actions.files.stored_files import waiting_lines, why_waiting
     from labbook.actions.report_command import selection, write
     from labbook.studies.registry import studies_of_book

@@ -11,9 +11,8 @@ from labbook.config.local_time import local_text
 from labbook.terminal import Shown, columns
 
 if TYPE_CHECKING:
-    from data_schema.queries.reports import ReportRow
-    from labbook.actions.upkeep.report_causes import Cause
-    from labbook.actions.upkeep.report_differences import MovedNumber, ReportsCompared
+    from data_schema.queries.history import ReportRow
+    from labbook.actions.upkeep.report_differences import Cause, MovedNumber, ReportsCompared
     from labbook.book.report_numbers import ReportedNumber
 
 app = typer.Typer(no_args_is_help=True)
@@ -32,7 +31,7 @@ def list_command(book: BookOption = None) -> Shown:
 
     Example: labbook reports list
     """
-    from data_schema.queries.reports import list_reports
+    from data_schema.queries.history import list_reports
 
     with reading(book) as (opened_book, connection):
         found, zone = list_reports(connection), opened_book.configuration.study.time_zone

@@ -38,7 +38,7 @@ def list_command(where: WhereOption = None, book: BookOption = None) -> Shown:
     Example: labbook runs list --where "foot=small and not state=void"
     """
     from data_schema.queries.runs import compile_known, list_runs, shown_runs, where_columns
-    from data_schema.where.parsing import parse
+    from data_schema.where import parse
 
     with reading(book) as (_opened_book, connection):
         expression = compile_known(parse(where), where_columns(connection)) if where else None
@@ -156,7 +156,7 @@ def inbox_command(book: BookOption = None) -> Shown:
 
     Example: labbook runs inbox
     """
-    from data_schema.queries.imported_files import inbox
+    from data_schema.queries.files import inbox
     from labbook.actions.files.stored_files import why_waiting
 
     with reading(book) as (_opened_book, connection):

@@ -121,8 +121,7 @@ def sweep(
     from labbook.presenting.simulation.swept import as_data, as_lines
     from simulator.kernel.build import is_compiled
     from simulator.sweep.chunks import why_scalar
-    from simulator.sweep.computing import cluster, threads
-    from simulator.sweep.run import run_sweep
+    from simulator.sweep.run import cluster, run_sweep, threads
     from simulator.sweep.sweep import sweep_by_words
 
     asked = sweep_by_words(
@@ -328,8 +327,8 @@ def warm(
 
     Example: labbook sim warm sim2 bed --lanes
     """
-    from data_schema.cache_folder import CACHE_VARIABLE
     from data_schema.errors import UsageError
+    from data_schema.file_cache import CACHE_VARIABLE
     from simulator.kernel.build import is_cached, kernel_for, why_no_lanes
     from simulator.scene_file import load_scene, shipped_scenes
 

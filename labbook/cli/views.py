@@ -135,7 +135,7 @@ def analysis(book: BookOption = None) -> Shown:
     Example: labbook analysis
     """
     from labbook.analysis.preregistration.planned import planned_analysis
-    from labbook.presenting.report.preregistration import NOT_WATCHED, planned_sentences
+    from labbook.presenting.report.results import NOT_WATCHED, planned_sentences
 
     with reading(book) as (opened_book, connection):
         found = planned_analysis(connection, opened_book.configuration)
@@ -232,7 +232,7 @@ def why(
             found = trace(connection, asked)
         if not check:
             return Shown(found, trace_lines(found))
-        from labbook.actions.upkeep.recomputing import recompute
+        from labbook.actions.upkeep.tracing import recompute
 
         with progress("replaying", None) as step:
             (checked,) = recompute(opened_book, [asked], step)

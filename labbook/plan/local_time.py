@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from zoneinfo import ZoneInfo
 
 from data_schema.errors import InputRefused
-from ingest.timebase.clock_formats import Unclear, date_order, day_of, parse_stamp, seconds_of
+from ingest.timebase.clock import Unclear, date_order, day_of, parse_stamp, seconds_of
 
 FIRST, SECOND = "first", "second"
 _CLOCK = re.compile(r"([0-9]{1,2}):([0-9]{2})(?::([0-9]{2}))?(Z|[+-][0-9]{2}:[0-9]{2})?")

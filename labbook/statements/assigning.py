@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 from data_schema.journal import Entry
 from data_schema.queries.facts import insert_fact, update_fact
-from data_schema.queries.history import statements_about
-from data_schema.queries.imported_files import (
+from data_schema.queries.files import (
     links_of_file,
     links_of_run,
     parts_of_file,
@@ -15,6 +14,7 @@ from data_schema.queries.imported_files import (
     unassigned_charges_of_file,
     unlink_file,
 )
+from data_schema.queries.history import statements_about
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, FileRole
 from labbook.statements.apply_context import ApplyContext, derived_uid, missing_row, run_named

@@ -12,7 +12,7 @@ from typing import Any
 from data_schema.journal import Entry
 from data_schema.queries.charges import charges_naming
 from data_schema.queries.facts import fact_exists, insert_fact, update_fact
-from data_schema.queries.imported_files import files_naming, unassigned_charges_of_file
+from data_schema.queries.files import files_naming, unassigned_charges_of_file
 from data_schema.queries.study import add_condition_levels
 from data_schema.vocabulary import Action, FileRole
 from labbook.statements.apply_context import (

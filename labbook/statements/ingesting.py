@@ -9,11 +9,10 @@ from typing import Any
 
 from data_schema.errors import BookBusy, BookError, InputRefused, UsageError
 from data_schema.journal import Entry, canonical
-from data_schema.queries import imports
+from data_schema.queries import files
 from data_schema.queries.detections import add_detections
 from data_schema.queries.facts import insert_fact, key_of, read_fact
-from data_schema.queries.imported_files import links_of_file, parts_of_file
-from data_schema.queries.readings import last_reading, set_status
+from data_schema.queries.files import last_reading, links_of_file, parts_of_file, set_status
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.declared import flag_of
 from ingest.formats.format import UNKNOWN
@@ -63,9 +62,9 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> None:
         if done.read.charges:
             _update_charges(context, ingest_key, file_uid, done, new, of_file)
     contradicting = runs_contradict(new.get("stated_runs", ()), new["original_name"])
-    imports.add_findings(context.connection, ingest_key, [finding_values(finding) for finding in contradicting])
+    files.add_findings(context.connection, ingest_key, [finding_values(finding) for finding in contradicting])
     if run_uid:
-        imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
+        files.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
 
 
 def runs_contradict(stated: Sequence[str], name: str) -> list[Finding]:
@@ -104,7 +103,7 @@ def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> None:
         of_file = runs.pop() if role is FileRole.CHARGE and len(runs) == 1 else None
         _update_charges(context, ingest_key, before.file_uid, done, new, of_file)
     for run_uid in dict.fromkeys(touched):
-        imports.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
+        files.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
 
 
 def _update_charges(
@@ -209,7 +208,7 @@ def _jumps_mismatch(run: Mapping[str, Any], of_run: Collection[str], done: Prepa
 def _height_zeros(run: Mapping[str, Any], of_run: Collection[str], done: PreparedImport) -> list[Finding]:
     """Return what the standing body says of a height's zero, and where no stance is found though jumps were made."""
     found = []
-    zero_rule, no_stance_rule = imports.LEG
+    zero_rule, no_stance_rule = files.LEG
     for part, stored in zip(done.read.parts, done.parts, strict=True):
         if stored.detection is None or part.part not in of_run or run["kind"] != RunKind.JUMPS:
             continue
@@ -256,7 +255,7 @@ def add_reading(context: ApplyContext, entry: Entry, done: PreparedImport, file_
     status = IngestStatus.WAITING if read.refused else IngestStatus.IMPORTED
     counts = {name: getattr(read, f"rows_{name}") for name in ("read", "kept", "rejected")}
     key = _add(context, entry, status, file_key, (read.format, read.reader_version), role, counts)
-    imports.add_findings(context.connection, key, [finding_values(finding) for finding in read.findings])
+    files.add_findings(context.connection, key, [finding_values(finding) for finding in read.findings])
     return key
 
 
@@ -265,7 +264,7 @@ def add_refusal(context: ApplyContext, entry: Entry) -> None:
     new = entry.new or {}
     reader = (new["reader"], new["reader_version"])
     key = _add(context, entry, IngestStatus.REFUSED, None, reader, None, new["rows"])
-    imports.add_findings(context.connection, key, new["findings"])
+    files.add_findings(context.connection, key, new["findings"])
 
 
 def _add(
@@ -278,7 +277,7 @@ def _add(
     counts: Mapping[str, int],
 ) -> int:
     new = entry.new or {}
-    return imports.add_ingest(
+    return files.add_ingest(
         context.connection,
         person_name=entry.person,
         values={
@@ -328,7 +327,7 @@ def add_signals(
             "time_sha256": stored.time_sha256,
             "recorded_sha256": recorded.get(part.part),
         }
-        imports.add_signal(context.connection, values, _channels(part), _gaps(part))
+        files.add_signal(context.connection, values, _channels(part), _gaps(part))
         if stored.detection is not None:
             add_detections(context.connection, [replace(stored.detection.row, signal_uid=uid)])
 

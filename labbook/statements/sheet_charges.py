@@ -18,7 +18,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.journal import canonical
-from data_schema.queries import imports
+from data_schema.queries import files
 from data_schema.queries.charges import SheetRow, rows_of_file
 from data_schema.queries.facts import find_uid, insert_fact, read_fact, update_fact
 from data_schema.queries.history import history_of_charges, reading_entries
@@ -79,7 +79,7 @@ def update_charges(
     _set_gone(connection, standing.values())
     placed = settle(connection, held, before)
     found += findings_on(connection, placed, held)
-    imports.add_findings(connection, ingest_key, [finding_values(finding) for finding in found])
+    files.add_findings(connection, ingest_key, [finding_values(finding) for finding in found])
 
 
 def mark_charges_gone(context: ApplyContext, file_uid: str) -> None:
@@ -99,7 +99,7 @@ def restore_charges(context: ApplyContext, file_uid: str, ingest_key: int, readi
     for uid in uids:
         update_fact(context.connection, "charge", uid, {"state": str(ChargeState.COUNTED)})
     found = findings_on(context.connection, settle(context.connection, uids), uids)
-    imports.add_findings(context.connection, ingest_key, [finding_values(finding) for finding in found])
+    files.add_findings(context.connection, ingest_key, [finding_values(finding) for finding in found])
 
 
 def _set_gone(connection: sa.Connection, rows: Iterable[SheetRow]) -> None:

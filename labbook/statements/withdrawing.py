@@ -7,9 +7,8 @@ from __future__ import annotations
 
 from data_schema.journal import Entry
 from data_schema.queries.facts import read_fact
+from data_schema.queries.files import findings_of, last_reading, set_status
 from data_schema.queries.history import reading_entries
-from data_schema.queries.imports import findings_of
-from data_schema.queries.readings import last_reading, set_status
 from data_schema.tables.base import private_keys
 from data_schema.tables.files import ingest
 from data_schema.vocabulary import IngestStatus, Severity

@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from data_schema.queries.readings import readings_in_force
+from data_schema.queries.files import readings_in_force
 from data_schema.queries.runs import has_runs
 from labbook.analysis.comparison.pairing import swept_factor
 from labbook.config.studies import STUDIES

@@ -14,8 +14,7 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UsageError
-from data_schema.queries.imported_files import find_files
-from data_schema.queries.readings import ReadingRow, last_reading, readings_in_force
+from data_schema.queries.files import ReadingRow, find_files, last_reading, readings_in_force
 from ingest.store import raw_path
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.named_files import file_named, own_name, read_bytes, readable

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
-from reports.content import ReportContent
+from reports.content import POOLED, Judged, Limits, ReportContent
 from reports.display import as_shown, count_text, general_text, number_text, with_unit
-from reports.evidence import POOLED
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, PALE, is_narrow, light_grid, new_figure, plain_ticks
 from reports.numbers import Number
-from reports.predicted import Judged, Limits
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

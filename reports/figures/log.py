@@ -10,8 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from reports.display import MINUS
-from reports.drawn import LogGap, LogJump, RunLog
+from reports.display import MINUS, LogGap, LogJump, RunLog
 from reports.figures.style import (
     BLACK,
     BLUE,

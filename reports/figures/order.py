@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from reports.content import ReportContent
+from reports.content import ReportContent, RunPoint
 from reports.display import count_text
-from reports.evidence import RunPoint
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLUE, GREY, VERMILLION, is_narrow, light_grid, new_figure
 from reports.naming import swept_factor, swept_words, treatment_label

@@ -6,9 +6,8 @@ import itertools
 from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
-from reports.content import ReportContent
+from reports.content import DrainFit, ReportContent
 from reports.display import count_text, general_text, level_text, list_text, number_text
-from reports.evidence import DrainFit
 from reports.figures.estimation import axis_values
 from reports.figures.kind import FigureKind, absence_text
 from reports.figures.style import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, is_narrow, light_grid, new_figure

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from reports.content import ReportContent
+from reports.content import COVERAGE_FACTOR, POOLED, PredictedQuantity, Prediction, ReportContent
 from reports.display import count_text, general_text, given_text, level_text, sentence_start, shown_unit
-from reports.evidence import POOLED
 from reports.figures.forest import draw_estimate, name_rows
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
 from reports.naming import levels_name
 from reports.numbers import Number
-from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction
 from reports.tables.predictions import block_of, level_text_of
 
 if TYPE_CHECKING:

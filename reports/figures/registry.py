@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from reports.content import ReportContent
 from reports.figures.by_level import BY_LEVEL
-from reports.figures.estimation_of_report import ESTIMATIONS
+from reports.figures.estimation import ESTIMATIONS
 from reports.figures.kind import FigureKind
 from reports.figures.limits_of_agreement import LIMITS_OF_AGREEMENT
 from reports.figures.order import DAY_ORDER

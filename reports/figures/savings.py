@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports import display
-from reports.content import ReportContent
+from reports.content import Comparison, ReportContent
 from reports.display import EQUALS, common_places, interval_text, level_text, sentence_start, value_text
-from reports.evidence import Comparison
 from reports.figures.forest import ForestRow, draw_forest
 from reports.figures.kind import FigureKind
 from reports.figures.style import GREY, is_narrow, light_grid, new_figure, plain_ticks

@@ -6,9 +6,8 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
-from reports.content import ReportContent
+from reports.content import ReportContent, Sensitivity, Variant
 from reports.display import DASH, EQUALS, as_shown, count_text, general_text
-from reports.evidence import Sensitivity, Variant
 from reports.figures.estimation import named_with_unit
 from reports.figures.forest import ForestRow, draw_forest
 from reports.figures.kind import FigureKind

@@ -22,12 +22,19 @@ from reports.figures.by_level import file_name
 from reports.figures.figure_cache import DRAWN, Wanted, cached_figures
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN, is_narrow
-from reports.page.references import references_bib
-from reports.page.sections import Bullets, FigureHere, FiguresBeside, Paragraph, Part, Section, TableHere, sections_of
+from reports.page.sections import (
+    Bullets,
+    FigureHere,
+    FiguresBeside,
+    Paragraph,
+    Part,
+    Section,
+    TableHere,
+    references_bib,
+    sections_of,
+)
 from reports.tables.each_run import name_points, run_anchors
-from reports.tables.formats.as_csv import csv_bytes
-from reports.tables.formats.as_latex import latex_bytes
-from reports.tables.formats.as_macros import macros_bytes
+from reports.tables.formats import csv_bytes, latex_bytes, macros_bytes
 from reports.tables.headlines import HEADLINES
 from reports.tables.registry import TABLES, tables_of
 from reports.tables.table import Table

@@ -14,9 +14,8 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports import fields
 from reports.claims import bounds_text
-from reports.content import ReportContent
+from reports.content import Comparison, Decision, Equivalence, ReportContent
 from reports.display import DASH, SAVINGS, common_places, level_text
-from reports.evidence import Comparison, Decision, Equivalence
 from reports.naming import level_of, levels_name
 from reports.numbers import Number, t_test
 from reports.tables.table import (

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from data_schema.vocabulary import ContrastKind, Undefined
 from reports import fields
-from reports.content import Claim, ReportContent
+from reports.content import Claim, MeansContrast, ReportContent
 from reports.display import (
     MINUS,
     as_shown,
@@ -22,7 +22,6 @@ from reports.display import (
     value_text,
     with_unit,
 )
-from reports.evidence import MeansContrast
 from reports.naming import level_names, swept_factor, title_of
 from reports.tables.comparisons import EXPLORATORY, reasons_note
 from reports.tables.table import (

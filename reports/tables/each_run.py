@@ -13,9 +13,8 @@ from html import escape
 
 from data_schema.outcomes import Outcome
 from reports import fields
-from reports.content import ReportContent, RunValue
+from reports.content import ReportContent, RunPoint, RunValue
 from reports.display import DASH, decimal_text, general_text, shown_unit
-from reports.evidence import RunPoint
 from reports.figures.series import series_of
 from reports.tables.conditions import by_group, factor_cells, factor_columns
 from reports.tables.table import Cell, Column, Columns, Table, TableKind, in_unit, table_of, text_column, words

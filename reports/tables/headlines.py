@@ -6,9 +6,8 @@ from collections.abc import Sequence
 
 from data_schema.outcomes import Outcome
 from reports import fields
-from reports.content import ReportContent
+from reports.content import Comparison, Decision, OverallSavings, ReportContent
 from reports.display import DASH, SAVINGS, common_places
-from reports.evidence import Comparison, Decision, OverallSavings
 from reports.naming import control_name, levels_name, treated_levels, treatment_name
 from reports.numbers import Number
 from reports.tables.comparisons import one_sided_note

@@ -5,10 +5,9 @@ from __future__ import annotations
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports import fields
-from reports.content import ReportContent
+from reports.content import Hypothesis, HypothesisPart, ReportContent
 from reports.display import DASH, common_places, given_text, with_unit
 from reports.naming import control_name, levels_name, treatment_name
-from reports.predicted import Hypothesis, HypothesisPart
 from reports.tables.table import (
     PROVENANCE,
     Cell,

@@ -8,9 +8,20 @@ from dataclasses import replace
 from data_schema.rounding import decimals_for
 from data_schema.vocabulary import Undefined
 from reports import fields
-from reports.content import Assumed, Condition, Day, Factor, Provenance, ReportContent
+from reports.content import (
+    Assumed,
+    BudgetItem,
+    Condition,
+    Day,
+    DrainFit,
+    Factor,
+    IdlePoint,
+    PackMean,
+    Provenance,
+    ReportContent,
+    Sensitivity,
+)
 from reports.display import DASH, EQUALS, common_places, general_text, places_of, shown_unit, with_unit
-from reports.evidence import BudgetItem, DrainFit, IdlePoint, PackMean, Sensitivity
 from reports.naming import group_name, level_value, swept_factor, swept_words
 from reports.numbers import Number, Value
 from reports.tables.table import (

@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from data_schema.vocabulary import Undefined
 from reports import fields
-from reports.content import ReportContent
+from reports.content import AssumedInput, Judged, JudgedGroup, Limits, ReportContent
 from reports.display import (
     EQUALS,
     as_shown,
@@ -27,7 +27,6 @@ from reports.display import (
 )
 from reports.naming import levels_name
 from reports.numbers import Number
-from reports.predicted import AssumedInput, Judged, JudgedGroup, Limits
 from reports.tables.table import (
     PROVENANCE,
     Cell,

@@ -7,12 +7,10 @@ from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports import fields
-from reports.content import ReportContent
+from reports.content import POOLED, AssumedInput, PredictedQuantity, Prediction, ReportContent
 from reports.display import DASH, common_places, given_text, shown_unit, with_unit
-from reports.evidence import POOLED
 from reports.naming import level_name, levels_name, swept_factor, swept_words
 from reports.numbers import Number
-from reports.predicted import AssumedInput, PredictedQuantity, Prediction
 from reports.tables.table import (
     PROVENANCE,
     Cell,

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from data_schema.outcomes import Outcome
 from reports import fields
-from reports.content import ReportContent
+from reports.content import Anova, ReportContent, ThesisRoute
 from reports.display import common_places
-from reports.evidence import Anova, ThesisRoute
 from reports.naming import levels_name, swept_factor, swept_words
 from reports.numbers import SignificanceTest, t_test
 from reports.tables.comparisons import ComparisonRow, difference_columns, table_of_comparisons

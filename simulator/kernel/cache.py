@@ -20,7 +20,8 @@ from numba.core.bytecode import FunctionIdentity
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, _CacheLocator
 from numba.core.runtime.nrt import rtsys
 
-from data_schema.cache_folder import (
+from data_schema.errors import UsageError
+from data_schema.file_cache import (
     CACHE_VARIABLE,
     for_nobody_else,
     forget_old_versions,
@@ -28,7 +29,6 @@ from data_schema.cache_folder import (
     places_above,
     why_not_trusted,
 )
-from data_schema.errors import UsageError
 from simulator.compiled import Function, compiled
 
 

@@ -2,6 +2,8 @@
 
 The chunks depend on the sweep alone, never on who computes them, and no scene on its neighbours: the same bits come out
 whatever the number of cores and the order.
+
+Also what a sweep gives for each jump: names, units, meanings and how they are stored.
 """
 
 from __future__ import annotations
@@ -17,17 +19,49 @@ from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
 from simulator.compiled import Row
-from simulator.error_bars import JUDGED, finer_accuracies
+from simulator.error_bars import JUDGED, NOT_OUTPUTS, finer_accuracies
 from simulator.jump import ILL_CONDITIONED_BELOW, derived, limits_for, rounding_share
 from simulator.kernel.build import Kernel, is_cached, kernel_for, why_no_lanes
 from simulator.kernel.cache import fingerprint
 from simulator.kernel.composition import compose
 from simulator.kernel.interpreter import kernel_for_few
+from simulator.kernel.layout import OUTCOMES
 from simulator.kernel.limits import JUMPS_WANTED
-from simulator.kernel.rows import COLUMNS
+from simulator.kernel.rows import COLUMNS, KERNEL_OUTPUTS, Output
 from simulator.scene import Scene
 from simulator.sweep.design import Design
-from simulator.sweep.outputs import ERRORS, NOT_MADE_FLAG, OUTPUTS, PLACE
+
+NOT_MADE = "not_made"
+"""Outcome of the jumps of a scene after its last: the robot did not come down again."""
+REFUSED = "refused"
+"""Outcome of all jumps of a scene that cannot be simulated, since its values do not fit together."""
+REFUSED_FLAG, NOT_MADE_FLAG = -2, -1
+
+
+OUTCOME_FLAGS = ((REFUSED_FLAG, REFUSED), (NOT_MADE_FLAG, NOT_MADE), *enumerate(OUTCOMES))
+_YES_OR_NO = ((NOT_MADE_FLAG, NOT_MADE), (0, "no"), (1, "yes"))
+OUTPUTS = (
+    replace(KERNEL_OUTPUTS[0], flags=OUTCOME_FLAGS),
+    *KERNEL_OUTPUTS[1:],
+    Output("passive_J", "J", "passive draw of the electronics from touchdown to the jump's end"),
+    Output("cost_J", "J", "cost of the jump: heat, mechanical, drag and passive draw"),
+    Output("ill_conditioned", "1", "whether the jump hangs on a decision or on rounding", "i1", _YES_OR_NO),
+    Output("under_surface", "1", "whether the body gets under the surface of the grains", "i1", _YES_OR_NO),
+    Output("open_book", "1", "whether the energy book does not close within the accuracy", "i1", _YES_OR_NO),
+)
+"""In the order of a chunk's columns: those of the kernel first, then what is computed from them."""
+
+ERRORS = tuple(
+    Output(f"{output.name}_error", output.unit, f"estimated error of {output.name}; NaN where none was estimated")
+    for output in OUTPUTS
+    if output.kind == "f8" and output.name not in NOT_OUTPUTS
+)
+"""What a sweep with error bars gives beside them: columns after those of the outputs."""
+
+FLAGS = ("ill_conditioned", "under_surface", "open_book")
+"""What may be remarked of a jump: a sweep counts the jumps."""
+PLACE = {output.name: place for place, output in enumerate(OUTPUTS)}
+
 
 Block = Row
 FEWEST_IN_LANES, FEWEST_TO_COMPILE = 10_000, 500_000

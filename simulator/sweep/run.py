@@ -2,11 +2,17 @@
 
 The chunks depend on the sweep alone, never on who computes them: the same bits come out whatever the number of cores
 and the order. They lie in a folder beside the file to come, each in a file that has its name once it is on disk.
+
+Chunks are computed by threads on this machine, or by the workers of a Dask cluster. Kernels let the interpreter go
+while they run, so that threads use all cores. On a cluster the same chunks are sent to the workers, and the results
+come back and are stored here: a chunk is a pure function of what is sent, so those of a worker that is lost are
+computed again by another. Libraries that only sweeps need may be absent.
 """
 
 from __future__ import annotations
 
 import contextlib
+import importlib
 import itertools
 import json
 import math
@@ -14,7 +20,7 @@ import os
 import shutil
 import time
 from collections.abc import Callable, Iterator, Mapping
-from concurrent.futures import FIRST_COMPLETED, Future, wait
+from concurrent.futures import FIRST_COMPLETED, Executor, Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,13 +32,90 @@ from data_schema.disk import exclusive_lock, sync, sync_all, write_json
 from data_schema.errors import BookBusy, LabbookError, UsageError
 from simulator.effects.registry import EFFECTS
 from simulator.scene_file import write_scene
-from simulator.sweep.chunks import NOT_MADE_ROW, Block, Recipe, kernel_of, recipe_for, simulate_rows
-from simulator.sweep.computing import Computing, optional
-from simulator.sweep.outputs import FLAGS, NOT_MADE, OUTCOME_FLAGS, PLACE, REFUSED, REFUSED_FLAG
+from simulator.sweep.chunks import (
+    FLAGS,
+    NOT_MADE,
+    NOT_MADE_ROW,
+    OUTCOME_FLAGS,
+    PLACE,
+    REFUSED,
+    REFUSED_FLAG,
+    Block,
+    Recipe,
+    cores,
+    kernel_of,
+    recipe_for,
+    simulate_rows,
+    simulator_here,
+)
 from simulator.sweep.sweep import JUMP, Identity, Sweep, differences, identity_of
 
 if TYPE_CHECKING:
     import xarray
+
+CHUNKS_A_CORE, FEWEST_WAITING = 4, 32
+"""Chunks under way at once: some for every core, and some for workers that join; they bound the memory taken here."""
+CONNECT_WITHIN_S = 10
+
+
+@dataclass(frozen=True, slots=True)
+class Computing:
+    """What chunks are submitted to, how many at once, and whether this process compiles the kernel for it."""
+
+    executor: Executor
+    at_once: int
+    here: bool = True
+
+
+@contextlib.contextmanager
+def threads(count: int | None = None) -> Iterator[Computing]:
+    """Compute on so many threads, one a core where no number is given."""
+    n = count or cores()
+    with ThreadPoolExecutor(n) as pool:
+        try:
+            yield Computing(pool, 2 * n)
+        finally:
+            pool.shutdown(cancel_futures=True)
+
+
+@contextlib.contextmanager
+def cluster(address: str) -> Iterator[Computing]:
+    """Compute on the workers of the scheduler at an address such as tcp://127.0.0.1:8786.
+
+    Raises `UsageError` where there is none, or where a worker has another labbook.
+    """
+    distributed = optional("distributed", "--scheduler")
+    try:
+        # a client that fails on this by itself is closed as Python ends, and complains then of a loop that has gone
+        distributed.comm.get_address_host_port(address)
+        client = distributed.Client(address, timeout=CONNECT_WITHIN_S, set_as_default=False)
+    except (OSError, ValueError) as error:
+        raise UsageError(
+            f"no Dask scheduler answers at {address}: start one with `dask scheduler`, give its tcp:// address, or "
+            "leave --scheduler out to use this machine."
+        ) from error
+    with client:
+        for worker, version in client.run(simulator_here, on_error="return").items():
+            if version != simulator_here():
+                raise UsageError(
+                    f"the worker at {worker} has another simulator ({version}): give it the same labbook, Python and "
+                    "numba."
+                )
+        most = max(FEWEST_WAITING, CHUNKS_A_CORE * sum(client.ncores().values()))
+        yield Computing(client.get_executor(pure=False), most, here=False)
+
+
+def optional(module: str, what_for: str) -> Any:
+    """Import a library; raises `UsageError` with the command that installs it where it is absent."""
+    try:
+        return importlib.import_module(module)
+    except ModuleNotFoundError as error:
+        if error.name is not None and error.name.partition(".")[0] != module.partition(".")[0]:
+            raise
+        raise UsageError(
+            f"{what_for} needs {module}, which is not installed: run `pip install 'robot-labbook[sweeps]'`."
+        ) from error
+
 
 IDENTITY = "sweep"
 """Attribute of the file with what identifies the sweep, as JSON."""

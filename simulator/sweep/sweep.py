@@ -17,12 +17,10 @@ from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
 from simulator.error_bars import finer_accuracy
 from simulator.kernel.rows import Output
-from simulator.scene import Scene, Value
+from simulator.scene import RULES, Scene, Value
 from simulator.scene_file import load_scene, write_scene
-from simulator.scene_rules import RULES
-from simulator.sweep.chunks import simulator_here
+from simulator.sweep.chunks import ERRORS, OUTPUTS, REFUSED, simulator_here
 from simulator.sweep.design import Axis, Design, grid, sobol
-from simulator.sweep.outputs import ERRORS, OUTPUTS, REFUSED
 
 JUMP = "jump"
 """Dimension of the jumps of scenes that have several."""

@@ -22,8 +22,7 @@ from simulator.kernel.layout import APEX, FLIGHT, TOUCHDOWN
 from simulator.parameter import GRAVITY_M_S2
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.sweep.chunks import recipe_of_rows, simulate_rows
-from simulator.sweep.outputs import PLACE
+from simulator.sweep.chunks import PLACE, recipe_of_rows, simulate_rows
 
 FloatArray = NDArray[np.float64]
 

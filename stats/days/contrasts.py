@@ -32,8 +32,18 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
 from stats.checks import as_level, as_number
 from stats.compare.shared_error import CANCELLED, SharedError, joined_variance
-from stats.days.decision import Contrast, Estimate, contrast_of_runs, undefined_estimate
-from stats.days.runs_by_day import Means, RunsByDay, RunsOfCondition, SharedDay, scale_of_runs, weights_of
+from stats.days.decision import (
+    Contrast,
+    Estimate,
+    Means,
+    RunsByDay,
+    RunsOfCondition,
+    SharedDay,
+    contrast_of_runs,
+    scale_of_runs,
+    undefined_estimate,
+    weights_of,
+)
 from stats.scatter import Scale
 from stats.tails import satterthwaite_df, t_quantile, t_two_sided
 

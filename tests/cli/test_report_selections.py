@@ -13,8 +13,7 @@ from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.page.writing import render_page
-from reports.tables.formats.as_csv import csv_bytes
-from reports.tables.formats.as_latex import latex_bytes
+from reports.tables.formats import csv_bytes, latex_bytes
 from reports.tables.registry import TABLES
 from reports.trust import flow_sentence
 from tests.cli.shell import good, labbook, refused, rows

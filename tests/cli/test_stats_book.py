@@ -11,8 +11,7 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
-from reports.content import ReportContent
-from reports.evidence import Comparison
+from reports.content import Comparison, ReportContent
 from reports.numbers import Number
 from tests.cli.shell import good, labbook, refused, unchanged
 from tests.helpers.books import SmallBook, ingest_all, small_book

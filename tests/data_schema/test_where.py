@@ -14,8 +14,20 @@ from hypothesis import strategies as st
 
 from data_schema.errors import UnknownName, UsageError
 from data_schema.vocabulary import RunKind
-from data_schema.where.compiling import ColumnKind, WhereColumn, compile_where, parse
-from data_schema.where.parsing import And, Comparison, Expression, Membership, Not, Operator, Or, Word
+from data_schema.where import (
+    And,
+    ColumnKind,
+    Comparison,
+    Expression,
+    Membership,
+    Not,
+    Operator,
+    Or,
+    WhereColumn,
+    Word,
+    compile_where,
+    parse,
+)
 
 HOSTILE = (
     "'; DROP TABLE run; --",

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from data_schema.queries.charges import charges_by_run
-from data_schema.queries.imported_files import inbox
+from data_schema.queries.files import inbox
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest
 from labbook.actions.files.stored_files import reread_named, restore, withdraw

@@ -4,9 +4,8 @@ import itertools
 import math
 import statistics
 
-from reports.evidence import POOLED
+from reports.content import POOLED, Judged, JudgedGroup, Limits, PredictedQuantity
 from reports.numbers import Number
-from reports.predicted import Judged, JudgedGroup, Limits, PredictedQuantity
 from stats.compare.agreement import FEWEST_DIFFERENCES, limits_of_agreement
 from stats.tails import t_two_sided
 

@@ -160,7 +160,7 @@ assert not np.isnan(rows[0, 0, COLUMN["apex_height_m"]])
 assert np.array_equal(rows[0], rows[1], equal_nan=True) and np.array_equal(rows[0], rows[2], equal_nan=True)
 """
 COLUMN = """
-from simulator.sweep.outputs import PLACE
+from simulator.sweep.chunks import PLACE
 
 assert "viscous_loss_J" in PLACE
 scene = load_scene("sim2").changed(effects_on=["viscous_rail"])

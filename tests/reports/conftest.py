@@ -16,44 +16,40 @@ from labbook.analysis.comparison.thesis_route import thesis_route
 from labbook.config.model import Bounds
 from reports.claims import group_claim
 from reports.content import (
+    Anova,
     Assumed,
+    AssumedInput,
+    BudgetItem,
     Claim,
+    Comparison,
     Condition,
     Day,
+    DrainFit,
     Factor,
     Flow,
-    Level,
-    Provenance,
-    ReportContent,
-    RunValue,
-    Summary,
-)
-from reports.drawn import LogGap, LogJump, RunLog
-from reports.evidence import (
-    Anova,
-    BudgetItem,
-    Comparison,
-    DrainFit,
+    Hypothesis,
+    HypothesisPart,
     IdlePoint,
+    Level,
     MeansContrast,
     Order,
     PackMean,
-    RunPoint,
-    Sensitivity,
-    Variant,
-)
-from reports.numbers import Number
-from reports.page.writing import report_files, write_report
-from reports.predicted import (
-    AssumedInput,
-    Hypothesis,
-    HypothesisPart,
     PredictedQuantity,
     Prediction,
     PredictionCheck,
     Predictions,
+    Provenance,
+    ReportContent,
+    RunPoint,
+    RunValue,
+    Sensitivity,
+    Summary,
+    Variant,
     Verdict,
 )
+from reports.display import LogGap, LogJump, RunLog
+from reports.numbers import Number
+from reports.page.writing import report_files, write_report
 from stats.days.decision import contrast_by_day
 from stats.lines.passive_drain import fit_passive_drain
 from tests.helpers.judged import judged

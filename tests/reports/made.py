@@ -5,9 +5,9 @@ import dataclasses
 import io
 
 from data_schema.outcomes import Outcome
-from reports.evidence import Equivalence, OverallEquivalence, OverallSavings
+from reports.content import Equivalence, OverallEquivalence, OverallSavings
 from reports.numbers import Number
-from reports.tables.formats.as_csv import csv_bytes
+from reports.tables.formats import csv_bytes
 from reports.tables.registry import TABLES
 
 DAYS = ("2021-06-01", "2021-06-02", "2021-06-03", "2021-06-04", "2021-06-07")

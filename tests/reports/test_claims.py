@@ -8,8 +8,7 @@ from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
 from reports.claims import ELSEWHERE, family_claim, group_claim, groups_in_one_sentence, overall_claims
-from reports.content import Factor, Level
-from reports.evidence import Decision
+from reports.content import Decision, Factor, Level
 from reports.naming import level_of, levels_name
 from reports.numbers import Number
 from tests.helpers.wording import says

@@ -5,7 +5,7 @@ import os
 from pathlib import Path
 
 from reports.numbers import Number
-from reports.tables.formats.as_macros import macros_of
+from reports.tables.formats import macros_of
 from reports.tables.registry import TABLES
 from tests.reports.made import overall_equivalence, overall_savings
 

@@ -8,8 +8,7 @@ import re
 import pytest
 
 from data_schema.outcomes import Outcome
-from reports.content import CoarseCharger
-from reports.evidence import Favoured, Look
+from reports.content import CoarseCharger, Favoured, Look
 from reports.figures.style import TWO_COLUMNS_IN, new_figure
 from reports.numbers import Number
 from reports.page import printing

@@ -4,7 +4,7 @@ import dataclasses
 import re
 
 from reports.content import Source
-from reports.page.references import _entries, references_bib, software_sentence
+from reports.page.sections import _entries, references_bib, software_sentence
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 

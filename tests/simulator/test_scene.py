@@ -13,9 +13,8 @@ from hypothesis import strategies as st
 from data_schema.errors import UnknownName, UsageError
 from simulator.declared import parameters_read
 from simulator.parameter import GRAVITY_M_S2
-from simulator.scene import Scene, Value
+from simulator.scene import DEEPEST_M, Scene, Value, least_bearing_ratio
 from simulator.scene_file import load_scene, parse_scene, shipped_scenes, write_scene
-from simulator.scene_rules import DEEPEST_M, least_bearing_ratio
 from tests.helpers.scenes import is_sentence, scene_or_sentence
 from tests.helpers.wording import refuses
 

@@ -11,12 +11,11 @@ import pint
 import pytest
 import xarray as xr
 
-from simulator.jump import simulate
+from simulator.jump import SAMPLE_EVERY_S, simulate
 from simulator.kernel.layout import MODES
 from simulator.parameter import GRAVITY_M_S2
 from simulator.result import SceneResult
 from simulator.scene_file import load_scene, shipped_scenes
-from simulator.trajectory import SAMPLE_EVERY_S
 
 UNITLESS = {"mode", "jump"}
 

@@ -28,8 +28,7 @@ from ingest.text.cells import (
     parse_cell,
 )
 from ingest.text.source import HEAD_LINES, TextSource
-from ingest.timebase.clock import to_utc
-from ingest.timebase.clock_formats import Unclear, date_order, day_of, iso_text, parse_stamp
+from ingest.timebase.clock import Unclear, date_order, day_of, iso_text, parse_stamp, to_utc
 
 _SUMMARIES = frozenset({"total", "totals", "sum", "mean", "average", "summe", "mittel"})
 _TAIL = re.compile(r"\D(\d*)$")

@@ -16,8 +16,7 @@ import sqlalchemy as sa
 
 from data_schema.journal import canonical
 from data_schema.queries.facts import find_uid, read_fact
-from data_schema.queries.imported_files import links_of_file
-from data_schema.queries.imports import findings_of, refused_with
+from data_schema.queries.files import findings_of, links_of_file, refused_with
 from data_schema.queries.runs import runs_named
 from data_schema.queries.signals import every_start
 from data_schema.queries.study import days_with_runs

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.charges import SheetRow, charges_of_run
-from data_schema.queries.imported_files import (
+from data_schema.queries.files import (
     FileRow,
     Link,
     charges_of_file,

@@ -17,8 +17,7 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid
-from data_schema.queries.imported_files import runs_of_file
-from data_schema.queries.imports import ABOUT_RUNS, FirstImport, first_import
+from data_schema.queries.files import ABOUT_RUNS, FirstImport, first_import, runs_of_file
 from data_schema.queries.runs import list_runs, names_beginning
 from data_schema.vocabulary import Action, FileRole, IngestStatus, Severity
 from ingest.formats.format import UNKNOWN

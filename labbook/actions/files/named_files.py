@@ -12,7 +12,7 @@ from pathlib import Path
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
-from data_schema.queries.imported_files import FileRow, find_files, imported_names
+from data_schema.queries.files import FileRow, find_files, imported_names
 from data_schema.vocabulary import IngestStatus
 from labbook.book.opening import CONFIGURATION, DATABASE, JOURNAL
 from labbook.terminal import listed

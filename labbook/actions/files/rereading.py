@@ -19,10 +19,16 @@ from data_schema.journal import canonical
 from data_schema.queries.charges import SheetRow, rows_of_file
 from data_schema.queries.detections import jumps_found, verdicts_waiting
 from data_schema.queries.facts import find_uid
+from data_schema.queries.files import (
+    ABOUT_RUNS,
+    PartRow,
+    ReadingRow,
+    last_reading,
+    links_of_file,
+    parts_of_reading,
+    runs_of_file,
+)
 from data_schema.queries.history import statements_about
-from data_schema.queries.imported_files import links_of_file, runs_of_file
-from data_schema.queries.imports import ABOUT_RUNS
-from data_schema.queries.readings import PartRow, ReadingRow, last_reading, parts_of_reading
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file

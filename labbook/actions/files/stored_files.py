@@ -11,25 +11,24 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_of_runs
-from data_schema.queries.history import statements_about
-from data_schema.queries.imported_files import (
+from data_schema.queries.files import (
+    FindingRow,
     InboxItem,
+    PartRow,
+    ReadingRow,
     charges_of_file,
     file_keys,
     find_files,
-    links_of_file,
-    runs_by_file,
-    runs_of_file,
-)
-from data_schema.queries.imports import FindingRow, findings_of
-from data_schema.queries.readings import (
-    PartRow,
-    ReadingRow,
+    findings_of,
     last_readings,
+    links_of_file,
     parts_of_reading,
     readings_of,
+    runs_by_file,
+    runs_of_file,
     shown_readings,
 )
+from data_schema.queries.history import statements_about
 from data_schema.queries.runs import run_uids_by_name
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from labbook.actions.files.assigning import item_named

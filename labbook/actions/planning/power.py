@@ -1,20 +1,24 @@
-"""`labbook power`: how many runs of each condition the study needs; nothing is drawn, stated or stored."""
+"""`labbook power`: how many runs of each condition the study needs; nothing is drawn, stated or stored.
+
+`labbook power --test`: how likely a test finds what is there, or how many values that needs.
+"""
 
 from __future__ import annotations
 
 import functools
 import math
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import sqlalchemy as sa
 
-from data_schema.errors import UsageError
+from data_schema.errors import UsageError, unknown_name
 from data_schema.outcomes import Outcome
 from data_schema.queries.study import planned_runs
 from data_schema.reasons import Reason
+from data_schema.rounding import interval_text, number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.planning.asked import PowerRequest
 from labbook.actions.planning.power_tests import (
@@ -30,15 +34,95 @@ from labbook.actions.planning.power_tests import (
 )
 from labbook.actions.planning.runs import draw_study_plan
 from labbook.analysis.comparison.pairing import swept_factor
-from labbook.analysis.outcomes.conditions import Spread, run_spread
+from labbook.analysis.outcomes.conditions import SPREAD_LEVEL, Spread, run_spread
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.preregistration.planned import Planned, planned_analysis
+from labbook.analysis.preregistration.planned import FAMILY_OF, Planned, planned_analysis
 from labbook.analysis.results import Results
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import LARGEST_PLAN, Plan
-from stats.planning.power import SampleSize, sample_size
+from reports.display import shown_unit
+from stats.planning.power import Power, SampleSize, power_anova, power_equivalence, power_t, power_welch, sample_size
+from stats.results import as_dict
+
+ALPHA, USUAL_POWER = 0.05, 0.8
+Given = Mapping[str, Any]
+"""The options that were given, by name; those that may be repeated are lists."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Test:
+    """What a test needs and may have, and its power with so many values in the first and in the second group.
+
+    `most` says how often an option may be given, once where it is not there; None: any number of times.
+    """
+
+    needs: tuple[str, ...]
+    may_have: tuple[str, ...]
+    plan: Callable[[Given, float, int, int], Power]
+    most: Mapping[str, int | None]
+
+
+def plan_test(name: str, given: Given) -> tuple[dict[str, Any], list[str]]:
+    """Return the plan with the n given, or the smallest n that reaches the power: as data and in words."""
+    if name not in _TESTS:
+        raise unknown_name("test", name, _TESTS)
+    test = _TESTS[name]
+    if "--n" in given and "--power" in given:
+        raise UsageError("--n asks for the power and --power for the n: give one of the two.")
+    reads = (*test.needs, *test.may_have)
+    idle = [option for option in given if option not in (*reads, "--n", "--power", "--alpha")]
+    if idle:
+        raise UsageError(
+            f"--test {name} has no use for {' and '.join(idle)}: leave that out; it reads {', '.join(reads)}."
+        )
+    for option in test.needs:
+        if option not in given:
+            raise UsageError(f"this test needs {option}: add it, in the unit of the values.")
+    for option, values in given.items():
+        most = test.most.get(option, 1)
+        if isinstance(values, list | tuple) and most is not None and len(values) > most:
+            raise UsageError(f"{option} is given {len(values)} times: this test takes {most} at most.")
+    alpha = given.get("--alpha", ALPHA)
+    if "--n" in given:
+        found = test.plan(given, alpha, given["--n"][0], given["--n"][-1])
+        return {"plan": as_dict(found)}, [found.sentence()]
+    smallest = sample_size(lambda n: test.plan(given, alpha, n, n), given.get("--power", USUAL_POWER))
+    return smallest.to_dict(), [smallest.sentence()]
+
+
+def _t(given: Given, alpha: float, a: int, b: int) -> Power:
+    return power_t(given["--difference"], given["--sd"][0], a, b, alpha, 1 if "--one-sided" in given else 2)
+
+
+def _welch(given: Given, alpha: float, a: int, b: int) -> Power:
+    sds, sides = given["--sd"], 1 if "--one-sided" in given else 2
+    return power_welch(given["--difference"], sds[0], sds[-1], a, b, alpha, sides)
+
+
+def _anova(given: Given, alpha: float, n: int, _same: int) -> Power:
+    return power_anova(given["--mean"], given["--sd"][0], n, alpha)
+
+
+def _tost(given: Given, alpha: float, a: int, b: int) -> Power:
+    mean = given["--mean"][0] if "--mean" in given else None
+    if "--percent" in given and mean is None:
+        raise UsageError("this test needs --mean: add it, for bounds in percent of the control's.")
+    if mean is not None and "--percent" not in given:
+        raise UsageError("--mean is the control's, for bounds in percent of it: add --percent, or leave it out.")
+    low, high, difference = given["--low"], given["--high"], given.get("--difference", 0.0)
+    return power_equivalence(given["--sd"][0], low, high, a, b, alpha, difference=difference, control_mean=mean)
+
+
+_OF_T = ("--difference", "--sd")
+_TESTS: Mapping[str, _Test] = {
+    "t": _Test(_OF_T, ("--one-sided",), _t, {"--n": 2}),
+    "welch": _Test(_OF_T, ("--one-sided",), _welch, {"--sd": 2, "--n": 2}),
+    "anova": _Test(("--mean", "--sd"), (), _anova, {"--mean": None}),
+    "tost": _Test(("--low", "--high", "--sd"), ("--difference", "--percent", "--mean"), _tost, {"--n": 2}),
+}
+
 
 USUAL_N = 10
 _Given = TypeVar("_Given", int, float)
@@ -261,3 +345,101 @@ def _drawn(configuration: Configuration, request: PowerRequest, n: int) -> Plan 
     if n * math.prod(len(factor.levels) for factor in configuration.factors.values()) > LARGEST_PLAN // 2:
         return Undefined(Reason.PLAN_TOO_LARGE)
     return draw_study_plan(configuration, n, request.per_day, request.method, seed=1, idle=request.idle)
+
+
+_NOT_KNOWN = (
+    "Assumed: independent normal values with one standard deviation everywhere, complete runs, and nothing of the "
+    "drain's own error, which cancels where durations are equal; {days}. An effect that is smaller is found less often."
+)
+
+_OF_DAYS = "what differs between days cancels where a drawn plan gives both sides to a day, and days act on both alike"
+
+
+def power_head(found: StudyPower) -> list[str]:
+    """Say what is assumed and by whose decision."""
+    settings, unit = found.planned.settings, found.unit
+    decided = (
+        "as [analysis] decides"
+        if found.planned.stated
+        else "by default, for [analysis] decided nothing"
+        if found.planned.first_measured_utc is None
+        else "though [analysis] decided nothing before the first measurement"
+    )
+    saving, of_mean = found.saving_percent, ""
+    if saving is not None and not isinstance(found.primary.mean, Undefined):
+        of_mean = f", {saving:g} % of the control's {_value(found.primary.mean, unit)}"
+    mean = found.primary.spread
+    so_far = f" (mean of {mean.control_n} so far)" if mean is not None and saving is not None else ""
+    lines = [
+        f"To be found: a difference of {_value(abs(found.difference), unit)} in {found.outcome}{of_mean}{so_far}.",
+        f"Scatter of {found.outcome}: {_scatter(found.primary, unit)}.",
+    ]
+    if settings.apex_bounds is not None and isinstance(found.apex, Assumed) and found.apex is not found.primary:
+        lines.append(f"Scatter of apex height: {_scatter(found.apex, 'm')}.")
+    return [
+        *lines,
+        f"Compared: {FAMILY_OF[settings.family]} of {found.design.swept}, alpha {settings.alpha:g}"
+        f"{' one-sided' if settings.one_sided else ''}, {decided}.",
+    ]
+
+
+def power_table(found: StudyPower) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
+    """Return head and rows: for each test the n of each condition, the size of that plan, and the chance at other n."""
+    ns = list(found.needed[0].powers)
+    at = [f"at n = {n}" for n in ns]
+    head = ("test", "alpha", f"n for {100 * found.target:g} %", "at the CI limits of the SD", "runs", "days", *at)
+    return head, [_row(item, ns) for item in found.needed]
+
+
+def power_foot(found: StudyPower) -> list[str]:
+    """Say what the columns mean, and why a row has no numbers."""
+    of_plan = ""
+    if found.n_of_plan is not None:
+        of_plan = f" The plans that stand have n = {found.n_of_plan} or more."
+    unknown = [f"{item.test}: {item.sentence}" for item in found.needed if isinstance(item.n, Undefined)]
+    notes = [f"{item.test}: {item.note}." for item in found.needed if item.note and not isinstance(item.n, Undefined)]
+    pooled = found.design.sizes(1)[1]
+    treated = f"; a comparison has n controls or more and {pooled} n treated" if pooled > 1 else ""
+    return [
+        f"n counts runs of each condition{treated}; runs and days are the study's.{of_plan}",
+        *unknown,
+        *notes,
+        *([] if found.crossing is None else [found.crossing.sentence]),
+        *(item.sentence for item in found.needed if not isinstance(item.n, Undefined)),
+        _NOT_KNOWN.format(days=_OF_DAYS),
+    ]
+
+
+def _row(item: Needed, ns: list[int]) -> tuple[str, ...]:
+    over = "" if item.n_over_sd is None else " to ".join(map(_count, item.n_over_sd))
+    powers = (item.powers[n] for n in ns)
+    return (
+        item.test,
+        number_text(item.alpha),
+        _count(item.n),
+        over,
+        _count(item.runs),
+        _count(item.days),
+        *("-" if isinstance(power, Undefined) else f"{100 * power:.1f} %" for power in powers),
+    )
+
+
+def _count(n: int | Undefined) -> str:
+    return "-" if isinstance(n, Undefined) else str(n)
+
+
+def _scatter(assumed: Assumed, unit: str) -> str:
+    sd, (shown, factor) = f"standard deviation {_value(assumed.sd, unit)}", shown_unit(unit)
+    spread = assumed.spread
+    if spread is None:
+        return f"{sd}, as stated"
+    return (
+        f"{sd} between runs of a condition "
+        f"({interval_text((factor * spread.sd_low, factor * spread.sd_high), SPREAD_LEVEL, shown)}, "
+        f"{spread.df} degrees of freedom, from {spread.n} so far)"
+    )
+
+
+def _value(value: float, unit: str) -> str:
+    shown, factor = shown_unit(unit)
+    return f"{number_text(factor * value)} {shown}"

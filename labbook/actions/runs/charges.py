@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid
-from data_schema.queries.imported_files import charges_of_file, place_of_charge
+from data_schema.queries.files import charges_of_file, place_of_charge
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, ChargeState, FileRole
 from ingest.formats.chargers.packs import MOST_OF_CAPACITY

@@ -11,7 +11,7 @@ import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.detections import DecisionRow, DetectionRow, WaitingVerdict, jump_decisions, verdicts_waiting
-from data_schema.queries.readings import waiting_files
+from data_schema.queries.files import waiting_files
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.vocabulary import Action, FileRole, ReasonCode, RunKind, TargetKind, Undefined, Verdict

@@ -14,7 +14,7 @@ from typing import TypeAlias
 
 import sqlalchemy as sa
 
-from data_schema.queries.imported_files import find_files
+from data_schema.queries.files import find_files
 from data_schema.queries.runs import RunRow, list_runs, runs_named, runs_of_conditions
 from data_schema.queries.signals import SignalRow
 from data_schema.reasons import Reason

@@ -21,8 +21,7 @@ from labbook.actions.runs.jump_review import RunReview, review
 from labbook.analysis.outcomes.detection import Detections, Log, detect, detection_row, rest_length_m
 from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of
 from labbook.book.opening import Book
-from reports.display import count_text
-from reports.drawn import LogGap, LogJump, RunLog
+from reports.display import LogGap, LogJump, RunLog, count_text
 from reports.figures.kind import FORMS, check_form, svg_bytes
 from reports.figures.log import draw_log
 from reports.page.writing import figure_page

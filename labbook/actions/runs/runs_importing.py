@@ -12,7 +12,7 @@ from typing import Any
 from zoneinfo import ZoneInfo
 
 from data_schema.errors import InputRefused, UsageError
-from data_schema.queries.imported_files import inbox
+from data_schema.queries.files import inbox
 from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.study import day_uids, planned_runs, withdrawn_names
 from data_schema.vocabulary import Action, RunKind, RunState

@@ -1,17 +1,21 @@
-"""What a day at the rig still needs, and which runs of jumps have no joules or no apex height, each with the reason."""
+"""What a day at the rig still needs, and which runs of jumps have no joules or no apex height, each with the reason.
+
+Also the statement of a day's checks.
+"""
 
 from __future__ import annotations
 
+import math
 import shlex
 from collections import Counter
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.charges import charges_of_runs
 from data_schema.queries.detections import verdicts_waiting
+from data_schema.queries.files import inbox, waiting_files
 from data_schema.queries.history import first_measurement, void_reasons
-from data_schema.queries.imported_files import inbox
-from data_schema.queries.readings import waiting_files
 from data_schema.queries.runs import RunRow, runs_of_conditions, runs_of_day
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import checks_by_day, planned_runs
@@ -22,8 +26,9 @@ from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
 from labbook.analysis.outcomes.run_apexes import Judgement, as_protocol, judge, usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity, drain_lines
-from labbook.analysis.outdated_files import outdated_files, outdated_sentence
-from labbook.analysis.study_data import StudyData, gather_about
+from labbook.analysis.study_data import StudyData, gather_about, outdated_files, outdated_sentence
+from labbook.book.naming import ensure_day, study_of
+from labbook.book.write_session import WriteSession
 from labbook.config.local_time import day_named
 from labbook.config.model import HOW_TO_DECIDE, Configuration
 from labbook.terminal import listed
@@ -208,3 +213,28 @@ def _why_no_apex(evidence: StudyData, run: RunRow, has_log: bool, judged: Judgem
         return None
     excluded = Counter(str(item.excluded) for item in judged.jumps)
     return f"no jump counts: {', '.join(excluded)}" if excluded else "no jump was found in the log"
+
+
+def state_check(
+    session: WriteSession,
+    configuration: Configuration,
+    kind: str,
+    value: float | None,
+    unit: str | None,
+    passed: bool,
+    day: str | None,
+) -> str:
+    """State that a check of `[protocol] checks` was made on a day (default: today in the study's time zone).
+
+    Returns the date. Raises `UsageError` for a check that is not listed, a value or a date that is none.
+    """
+    listed = configuration.protocol.checks
+    if kind not in listed:
+        remedy = 'A day\'s checks are those that labbook.toml lists under [protocol], as checks = ["rail_angle"].'
+        raise unknown_name("check", kind, listed, remedy)
+    if value is not None and not math.isfinite(value):
+        raise UsageError(f"--value {value} is not a measurement: give a finite number.")
+    date = day_named("--day", day, configuration.study.time_zone)
+    day_uid = ensure_day(session, study_of(session.connection).uid, date)
+    session.declare("day_check", day=day_uid, kind=kind, value=value, unit=unit, passed=int(passed))
+    return date

@@ -14,12 +14,11 @@ from data_schema.errors import UsageError
 from data_schema.queries.runs import refuse_empty_selection
 from labbook.book.opening import Book
 from labbook.book.write_session import now_utc
-from labbook.presenting.numbers import number_data, published_data, value_data
 from labbook.presenting.report.content import make_report
+from labbook.presenting.report.results import number_data, published_data, value_data
 from labbook.terminal import columns
-from reports.content import ReportContent
+from reports.content import Hypothesis, PredictedQuantity, ReportContent, Verdict
 from reports.display import sentence_start
-from reports.predicted import Hypothesis, PredictedQuantity, Verdict
 from reports.remarks import numerical_text, scene_sentences
 from reports.tables.hypotheses import verdict_sentence
 from reports.tables.prediction_bias import verdict_text

@@ -13,8 +13,7 @@ from labbook.presenting.simulation.published import claims_table
 from reports.figures import thesis_comparisons as comparisons
 from reports.figures import thesis_jumps as single
 from reports.figures.kind import write_figure
-from reports.tables.formats.as_csv import csv_bytes
-from reports.tables.formats.as_markdown import markdown_text
+from reports.tables.formats import csv_bytes, markdown_text
 from simulator.thesis.claims import Finding, chapter_3_findings
 from simulator.thesis.figures import Jumps, ThesisFigures
 

@@ -18,14 +18,13 @@ from data_schema import journal
 from data_schema.disk import exclusive_lock
 from data_schema.engine import writing
 from data_schema.errors import BookDamaged, unknown_name
-from data_schema.queries.imports import raw_copies, signal_files
+from data_schema.queries.files import raw_copies, signal_files
 from data_schema.vocabulary import Action
 from ingest.store import STORED, raw_path
 from labbook.actions.upkeep.health import check_book
 from labbook.book.copies.copying import Counted, raw_of
 from labbook.book.opening import DATABASE, JOURNAL, Book
-from labbook.book.rebuilding import REBUILDING
-from labbook.book.replacing_postgres import drop_old, old_schemas
+from labbook.book.rebuilding import REBUILDING, drop_old, old_schemas
 from labbook.book.report_numbers import numbers_files, numbers_path
 
 QUIET_S = 3600.0

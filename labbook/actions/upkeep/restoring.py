@@ -20,6 +20,7 @@ from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from ingest.store import Store
 from labbook.actions.upkeep.health import check_book
+from labbook.book.altered import Differences, differences
 from labbook.book.copies.backing_up import LAST_BACKUP, LastBackup
 from labbook.book.copies.backing_up import MARKER as OF_BACKUP
 from labbook.book.copies.copying import (
@@ -32,7 +33,6 @@ from labbook.book.copies.copying import (
     raw_of,
     refuse_cut_journal,
 )
-from labbook.book.differing import Differences, differences
 from labbook.book.making import last_configuration
 from labbook.book.opening import (
     CONFIGURATION,

@@ -22,7 +22,7 @@ from labbook.analysis.preregistration.planned import FAMILY_OF, Planned
 from labbook.analysis.results import Algorithm, Results, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import Family
-from reports.evidence import Comparison, Decision, MeansContrast
+from reports.content import Comparison, Decision, MeansContrast
 from reports.numbers import Number, NumberNames, Result
 from stats.groups.multiple import holm
 

@@ -22,11 +22,10 @@ from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.preregistration.planned import Planned
 from labbook.analysis.results import Algorithm, Results
 from labbook.config.model import ContrastSettings, Side
-from reports.evidence import MeansContrast
+from reports.content import MeansContrast
 from reports.numbers import Number
 from stats.days.contrasts import Effect, linear_contrast
-from stats.days.decision import CONTROL, TREATED
-from stats.days.runs_by_day import blocks_of_runs
+from stats.days.decision import CONTROL, TREATED, blocks_of_runs
 
 ALGORITHM = Algorithm("contrast", 2)
 _SIDES = {TREATED: "the level", CONTROL: "the reference"}

@@ -14,7 +14,7 @@ from labbook.analysis.comparison.pairing import Pair, group_label
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.results import Algorithm, Results, T, fingerprint, interval_ends, result_fingerprint
 from labbook.config.model import AnalysisSettings, Bounds
-from reports.evidence import Decision, Equivalence, OverallEquivalence, OverallSavings
+from reports.content import Decision, Equivalence, OverallEquivalence, OverallSavings
 from reports.numbers import Number
 from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day
 from stats.days.overall import overall_equivalence, overall_savings

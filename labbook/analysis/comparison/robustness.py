@@ -44,7 +44,7 @@ from labbook.analysis.outcomes.run_force import RunForce, run_forces_by_rules
 from labbook.analysis.results import Results, RunResults, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings
-from reports.evidence import Decision
+from reports.content import Decision
 from reports.numbers import Result
 from stats.apexes.detectors import DETECTORS
 from stats.days.decision import Contrast

@@ -13,7 +13,7 @@ from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.analysis.results import Algorithm, Results, interval_ends, result_fingerprint
-from reports.evidence import Anova, ThesisRoute
+from reports.content import Anova, ThesisRoute
 from reports.numbers import Number
 from stats.compare.two_sample import compare_two
 from stats.groups.anova import one_way_anova

@@ -9,7 +9,7 @@ from zoneinfo import ZoneInfo
 
 from data_schema.vocabulary import Severity
 from ingest.model import Finding, SignalPart
-from ingest.timebase.clock_formats import day_of, parse_stamp
+from ingest.timebase.clock import day_of, parse_stamp
 
 ABOUT_DAY = "log_day_differs"
 """The rule of a log that begins on another day than its run."""

@@ -14,8 +14,8 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import group_label
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results import Algorithm, Results, fingerprint, result_fingerprint
+from reports.content import Judged, JudgedGroup, Limits, Prediction
 from reports.numbers import Number, Result
-from reports.predicted import Judged, JudgedGroup, Limits, Prediction
 from stats.compare.agreement import (
     FEWEST_DIFFERENCES,
     Bias,

@@ -22,9 +22,8 @@ from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValu
 from labbook.analysis.prediction.predicting import PredictionResult, error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.results import Algorithm, Results, result_fingerprint
-from reports.evidence import Decision
+from reports.content import COVERAGE_FACTOR, Decision, PredictedQuantity, Prediction, PredictionCheck
 from reports.numbers import Number, Value
-from reports.predicted import COVERAGE_FACTOR, PredictedQuantity, Prediction, PredictionCheck
 from stats.tails import t_quantile
 
 

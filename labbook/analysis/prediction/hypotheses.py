@@ -40,9 +40,8 @@ from labbook.analysis.prediction.predicting import error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.results import Algorithm, Results, result_fingerprint
 from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side
-from reports.evidence import Decision
+from reports.content import COVERAGE_FACTOR, Decision, Hypothesis, HypothesisPart, Verdict
 from reports.numbers import Number
-from reports.predicted import COVERAGE_FACTOR, Hypothesis, HypothesisPart, Verdict
 from stats.days.contrasts import Effect, linear_contrast
 from stats.days.decision import Contrast, Estimate
 

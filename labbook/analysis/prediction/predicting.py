@@ -46,8 +46,8 @@ from labbook.analysis.prediction.simulating import (
 from labbook.analysis.results import Algorithm, Results, condition_input, fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
+from reports.content import ACCURACY
 from reports.numbers import Number, NumberNames, Result
-from reports.predicted import ACCURACY
 
 if TYPE_CHECKING:
     from simulator.scene import Scene

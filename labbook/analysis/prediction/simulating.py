@@ -131,8 +131,7 @@ class ManyScenes:
 
         Returns by outcome the means over a scene's jumps, shape (m, scenes); NaN where the robot does not jump.
         """
-        from simulator.sweep.chunks import simulate_on_all_cores
-        from simulator.sweep.outputs import PLACE
+        from simulator.sweep.chunks import PLACE, simulate_on_all_cores
 
         n, m = len(self.rows), len(values)
         table = np.tile(self.rows, (m, 1))

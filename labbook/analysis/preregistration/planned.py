@@ -41,8 +41,8 @@ from labbook.analysis.preregistration.departures import (
 from labbook.analysis.preregistration.looks import look_of
 from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family
 from labbook.config.parsing import parse_configuration
+from reports.content import Look
 from reports.display import list_text
-from reports.evidence import Look
 
 
 def _unselected(now: BookState, configuration: Configuration, selected: frozenset[str]) -> list[Departure]:

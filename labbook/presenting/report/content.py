@@ -19,11 +19,10 @@ from labbook.analysis.results import Results
 from labbook.analysis.study import StudyAnalysis, analyse
 from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
-from labbook.presenting.numbers import numbers_in, provenance
-from labbook.presenting.report import campaign, comparisons, drain, methods, predicted, preregistration
+from labbook.presenting.report import methods, results
+from labbook.presenting.report.results import numbers_in, provenance
 from reports.claims import family_claim, group_claim, overall_claims
-from reports.content import Claim, ReportContent
-from reports.evidence import Comparison
+from reports.content import Claim, Comparison, ReportContent
 from reports.tables.contrasts import contrast_claims
 from stats.apexes.detectors import DETECTORS
 
@@ -97,7 +96,7 @@ def make_report(
     analysis = analyse(computed, detections, evidence, progress, level)
     detector = evidence.configuration.protocol.detector
     void = [run for run in evidence.selected if run.state is RunState.VOID]
-    compared = comparisons.comparisons(analysis)
+    compared = results.comparisons(analysis)
     bare = ReportContent(
         title=f"Report on {evidence.study.name}",
         study=evidence.study.name,
@@ -107,49 +106,49 @@ def make_report(
         configuration_hash=evidence.configuration.sha256[:12],
         detector=f"{detector}, version {DETECTORS[detector].version}",
         people=tuple(people(connection)),
-        days=campaign.days(analysis, checks_by_day(connection)),
-        flow=campaign.flow(analysis, planned_runs(connection), withdrawn_names(connection)),
-        factors=campaign.factors(analysis),
-        conditions=campaign.conditions(analysis),
+        days=results.days(analysis, checks_by_day(connection)),
+        flow=results.flow(analysis, planned_runs(connection), withdrawn_names(connection)),
+        factors=results.factors(analysis),
+        conditions=results.conditions(analysis),
         claims=(),
         comparisons=compared,
         contrasts=tuple(analysis.contrasts),
-        overall=comparisons.overall(analysis),
-        overall_equivalence=comparisons.overall_equivalence(analysis),
+        overall=results.overall(analysis),
+        overall_equivalence=results.overall_equivalence(analysis),
         anovas=tuple(analysis.anovas),
-        drains=drain.drain_fits(analysis),
-        order=campaign.order(analysis),
+        drains=results.drain_fits(analysis),
+        order=results.order(analysis),
         methods=methods.methods(analysis),
         sources=methods.sources(analysis),
         limitations=methods.limitations(analysis),
         outside_limits=methods.outside_limits(analysis),
         exchanged_charges=methods.exchanged_charges(analysis),
         assumed=methods.assumed(analysis),
-        robots=campaign.runs_by_robot(analysis),
-        predictions=predicted.predictions(analysis),
-        hypotheses=predicted.hypotheses(analysis),
+        robots=results.runs_by_robot(analysis),
+        predictions=results.predictions(analysis),
+        hypotheses=results.hypotheses(analysis),
         planned=analysis.planned.stated,
-        decided=preregistration.decision_sentences(analysis.planned),
+        decided=results.decision_sentences(analysis.planned),
         run_before=analysis.planned.run_before or "",
-        departures=preregistration.departures(analysis),
+        departures=results.departures(analysis),
         departed=len(analysis.planned.departures),
-        void=preregistration.void_sentence(void, void_reasons(connection, [run.uid for run in void])),
+        void=results.void_sentence(void, void_reasons(connection, [run.uid for run in void])),
         look=analysis.planned.look,
-        without_charges=comparisons.groups_without_charges(analysis),
-        favoured=comparisons.favoured(analysis),
-        coarse_charger=drain.coarse_charger(analysis),
-        no_equivalence=preregistration.no_equivalence(analysis),
+        without_charges=results.groups_without_charges(analysis),
+        favoured=results.favoured(analysis),
+        coarse_charger=results.coarse_charger(analysis),
+        no_equivalence=results.no_equivalence(analysis),
     )
     used = ("numpy", "scipy", "matplotlib", *(("numba",) if bare.predictions.items else ()))
-    budget, budget_note = drain.budget(analysis, bare)
+    budget, budget_note = results.budget(analysis, bare)
     content = replace(
         bare,
         software=tuple((name, importlib.metadata.version(name)) for name in used),
-        limitations=(*campaign.robot_limitations(analysis, bare), *bare.limitations),
+        limitations=(*results.robot_limitations(analysis, bare), *bare.limitations),
         budget=budget,
         budget_note=budget_note,
-        sensitivity=comparisons.sensitivity(analysis, bare),
-        claims=_warned(bare, _claims(bare, compared, one_level=comparisons.one_level(analysis))),
+        sensitivity=results.sensitivity(analysis, bare),
+        claims=_warned(bare, _claims(bare, compared, one_level=results.one_level(analysis))),
     )
     shown = dict.fromkeys(number.provenance for number in numbers_in(content))
     return MadeReport(replace(content, provenance=provenance(shown, computed)), analysis, computed)

@@ -22,12 +22,11 @@ from labbook.analysis.outcomes.run_energy import (
     usable_charge,
 )
 from labbook.analysis.outcomes.run_force import RunForce, push_off_rules
-from labbook.analysis.outdated_files import outdated_sentence
 from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.study import StudyAnalysis
-from labbook.analysis.study_data import StudyData
+from labbook.analysis.study_data import StudyData, outdated_sentence
 from labbook.config.model import Bounds
-from labbook.presenting.report import campaign
+from labbook.presenting.report import results
 from reports.content import Assumed, Source
 from reports.display import count_text, given_text, list_text
 from reports.naming import swept_words
@@ -44,7 +43,7 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     """Return the methods paragraphs."""
     evidence = analysis.evidence
     protocol = evidence.configuration.protocol
-    swept = next((factor for factor in campaign.factors(analysis) if factor.swept), None)
+    swept = next((factor for factor in results.factors(analysis) if factor.swept), None)
     control, treatment = swept_words(swept).control, (swept.treatment if swept else "") or "treatment"
     ratio = f"({control} - {treatment}) / {control}"
     return (

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 from labbook.presenting.simulation.simulated import assumed_texts
 from reports import fields
 from reports.display import DASH, decimal_text, general_text, given_text, plain_number, with_unit
-from reports.tables.formats.as_markdown import markdown_text
+from reports.tables.formats import markdown_text
 from reports.tables.table import Cell, Column, Columns, Table, table_of, text_column, words
 from simulator.scene import Scene
 from simulator.steady.published_results import CONTRADICTED, VERDICTS, JudgedResult, PublishedResult, contradictions

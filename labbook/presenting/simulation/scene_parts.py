@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Any
 
 from data_schema.errors import unknown_name
-from reports.tables.formats.as_markdown import markdown_text
+from reports.tables.formats import markdown_text
 from reports.tables.table import Column, Row, Table, words
 from simulator.changes import WORDS
 from simulator.declared import all_parameters, readers

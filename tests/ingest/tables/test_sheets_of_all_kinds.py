@@ -20,8 +20,8 @@ from ingest.formats.study_sheets import read_flasks
 from ingest.model import Declarations
 from ingest.read import read_file
 from ingest.tables.sheet import Sheet, SheetFile, SheetRefused, decimal_sign, numbers_of, read_sheet
+from labbook.actions.stats.answering import observe
 from labbook.actions.stats.asked import Values
-from labbook.actions.stats.data import observe
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.sheet_reader import read_run_sheet
 from tests.helpers.wording import refuses, says

@@ -22,8 +22,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, invariant, rule, run_state_machine_as_test
 
 from data_schema.errors import LabbookError
-from data_schema.queries.imported_files import find_files, links_of_file, parts_of_file
-from data_schema.queries.readings import last_readings
+from data_schema.queries.files import find_files, last_readings, links_of_file, parts_of_file
 from data_schema.vocabulary import FileRole, IngestStatus
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign

@@ -12,7 +12,7 @@ import pytest
 
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_by_run
-from data_schema.queries.readings import last_reading
+from data_schema.queries.files import last_reading
 from data_schema.vocabulary import Undefined
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome

@@ -19,10 +19,10 @@ from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.run_energy import drain_lines, passive_drains, run_energies, unused_idle
 from labbook.analysis.results import Results
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting.report.campaign import flow
 from labbook.presenting.report.content import MadeReport
 from labbook.presenting.report.methods import limitations, methods
-from reports.evidence import Decision
+from labbook.presenting.report.results import flow
+from reports.content import Decision
 from reports.numbers import Number
 from stats.lines.passive_drain import PassiveDrain
 from tests.helpers.books import ADA, reported_book

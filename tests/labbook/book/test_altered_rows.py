@@ -16,12 +16,11 @@ import sqlalchemy as sa
 from data_schema.engine import postgres_engine, sqlite_engine
 from data_schema.errors import BookDamaged
 from data_schema.journal import Entry
-from data_schema.queries.reports import list_reports
+from data_schema.queries.history import list_reports
 from data_schema.tables import METADATA
 from data_schema.vocabulary import Action
 from labbook.actions.report_command import state_report
-from labbook.actions.upkeep.recomputing import recompute
-from labbook.actions.upkeep.tracing import ReportOfNumber
+from labbook.actions.upkeep.tracing import ReportOfNumber, recompute
 from labbook.book.altered import Misfit, altered_rows
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rewrite_journal

@@ -10,11 +10,10 @@ from typing import Any
 
 import pytest
 
-from data_schema.queries.reports import list_reports
+from data_schema.queries.history import list_reports
 from data_schema.vocabulary import Action
-from labbook.actions.upkeep.recomputing import recompute
-from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
-from labbook.book.differing import Differences
+from labbook.actions.upkeep.tracing import find_number, recompute, trace, trace_lines
+from labbook.book.altered import Differences
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_path, read_numbers
 from tests.helpers.books import SmallBook, reported_book
 from tests.helpers.upkeep import rebuilt_as_said

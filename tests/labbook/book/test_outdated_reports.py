@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from data_schema.queries.charges import charges_of_run
-from data_schema.queries.reports import list_reports
+from data_schema.queries.history import list_reports
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.stored_files import withdraw

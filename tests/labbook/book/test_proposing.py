@@ -14,7 +14,7 @@ from data_schema.queries.facts import find_uid
 from data_schema.queries.study import config_in_force
 from labbook.actions.report_command import state_report
 from labbook.book.naming import ensure_condition, study_of
-from labbook.book.proposing import propose
+from labbook.book.opening import propose
 from labbook.config.parsing import parse_configuration
 from tests.helpers.books import ADA, SmallBook, small_book, small_toml
 from tests.helpers.statements import said_alike

@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from data_schema.cache_folder import CACHE_VARIABLE
 from data_schema.errors import BookDamaged
+from data_schema.file_cache import CACHE_VARIABLE
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.book import reading_ahead
+from labbook.book import replaying
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.hopping_log import hopping_log
 from tests.helpers.upkeep import rebuilt, rows_with_keys
@@ -25,7 +25,7 @@ FEW, MANY = 8, 12
 
 @pytest.fixture(autouse=True)
 def _few_are_enough_and_none_is_known(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(reading_ahead, "FEWEST", FEW)
+    monkeypatch.setattr(replaying, "FEWEST", FEW)
     monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / "cache"))
     (tmp_path / "cache").mkdir(mode=0o700)
 

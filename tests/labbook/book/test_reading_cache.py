@@ -7,12 +7,11 @@ from pathlib import Path
 
 import pytest
 
-from data_schema.cache_folder import CACHE_VARIABLE
 from data_schema.errors import BookDamaged
-from data_schema.queries.reports import list_reports
+from data_schema.file_cache import CACHE_VARIABLE
+from data_schema.queries.history import list_reports
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.upkeep.recomputing import recompute
-from labbook.actions.upkeep.tracing import ReportOfNumber
+from labbook.actions.upkeep.tracing import ReportOfNumber, recompute
 from labbook.book.report_numbers import read_numbers
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.upkeep import health, rebuilt, rows_with_keys

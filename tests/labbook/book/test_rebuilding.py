@@ -17,11 +17,9 @@ import sqlalchemy as sa
 from data_schema.engine import postgres_engine, sqlite_engine, writing
 from data_schema.errors import BookBusy, BookDamaged, UsageError
 from data_schema.journal_file import NOTHING
-from labbook.book.differing import Differences
+from labbook.book.altered import Differences
 from labbook.book.making import make_sqlite
-from labbook.book.rebuilding import Place, Rebuilt, rebuild_database
-from labbook.book.replacing_postgres import replace_postgres
-from labbook.book.replacing_sqlite import replace_sqlite
+from labbook.book.rebuilding import Place, Rebuilt, rebuild_database, replace_postgres, replace_sqlite
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands, Running
 from tests.helpers.databases import Rows, all_rows_by_name, server_in_a_soak
@@ -252,7 +250,7 @@ def test_one_who_keeps_writing_stops_it(judged: SmallBook) -> None:
 KILLED_WHILE_ALONE = """
 import os, signal, sys
 from pathlib import Path
-from labbook.book.replacing_sqlite import replace_sqlite
+from labbook.book.rebuilding import replace_sqlite
 
 replace_sqlite(Path(sys.argv[1]), Path(sys.argv[2]), lambda: os.kill(os.getpid(), signal.SIGKILL))
 """

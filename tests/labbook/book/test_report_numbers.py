@@ -6,11 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from data_schema.queries.reports import list_reports
+from data_schema.queries.history import list_reports
 from labbook.actions.report_command import state_report, write
 from labbook.actions.runs.correcting import correct
-from labbook.actions.upkeep.recomputing import recompute
-from labbook.actions.upkeep.tracing import find_number
+from labbook.actions.upkeep.tracing import find_number, recompute
 from labbook.analysis.outcomes.detection import FOUND
 from labbook.book.report_numbers import (
     NUMBERS,

@@ -12,8 +12,7 @@ import pytest
 
 from data_schema.errors import UsageError
 from data_schema.journal import Entry
-from data_schema.queries.imported_files import find_files, links_of_file
-from data_schema.queries.readings import waiting_files
+from data_schema.queries.files import find_files, links_of_file, waiting_files
 from data_schema.vocabulary import Action, FileRole
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.rereading import RereadRequest

@@ -12,11 +12,10 @@ import numpy as np
 import pytest
 
 from data_schema.outcomes import Outcome
-from data_schema.queries.reports import list_reports
+from data_schema.queries.history import list_reports
 from data_schema.vocabulary import RunKind
 from labbook.actions.simulate.calibrating import calibrate_book
-from labbook.actions.upkeep.recomputing import recompute
-from labbook.actions.upkeep.tracing import ReportOfNumber
+from labbook.actions.upkeep.tracing import ReportOfNumber, recompute
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.outcomes.run_energy import joules_per_jump
 from labbook.analysis.preregistration.planned import planned_analysis

@@ -12,7 +12,7 @@ from data_schema.outcomes import Outcome
 from labbook.actions.files.assigning import assign
 from labbook.actions.runs.jump_review import decide
 from labbook.presenting.report.content import MadeReport
-from reports.tables.formats.as_csv import csv_bytes
+from reports.tables.formats import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, JUMPS, small_book
 from tests.helpers.decided import reports

@@ -21,12 +21,12 @@ from labbook.book.making import make_book
 from labbook.book.opening import opened
 from labbook.demo.campaign import DemoRun
 from labbook.demo.writers import charger_sheet, run_sheet
-from labbook.presenting.report.campaign import confounded_with_day
 from labbook.presenting.report.content import MadeReport
+from labbook.presenting.report.results import confounded_with_day
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
 from reports.figures.style import TWO_COLUMNS_IN
-from reports.tables.formats.as_csv import csv_bytes
+from reports.tables.formats import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, DAYS, TRUTH, import_sheet, ingest_all, small_runs, small_toml, write_instruments
 from tests.helpers.pages import quick_page

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from data_schema import file_cache
-from data_schema.cache_folder import CACHE_VARIABLE, cache_folder
+from data_schema.file_cache import CACHE_VARIABLE, cache_folder
 from data_schema.outcomes import Outcome
 from reports.figures import figure_cache
 from reports.figures.by_level import file_name

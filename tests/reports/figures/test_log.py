@@ -4,7 +4,7 @@ import xml.etree.ElementTree as ElementTree
 import numpy as np
 import pytest
 
-from reports.drawn import LogGap, LogJump
+from reports.display import LogGap, LogJump
 from reports.figures.kind import svg_bytes
 from reports.figures.log import clock_text, draw_log, envelope
 from tests.helpers.wording import says

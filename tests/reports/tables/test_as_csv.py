@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.tables.formats.as_csv import csv_bytes
+from reports.tables.formats import csv_bytes
 from reports.tables.registry import TABLES
 from reports.tables.table import Cell, Column, Row, Table, value_cell, words
 from tests.helpers.pages import TABLE_NAMES

@@ -6,7 +6,7 @@ import pytest
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.tables.formats.as_latex import latex_bytes, latex_text
+from reports.tables.formats import latex_bytes, latex_text
 from reports.tables.registry import TABLES
 from reports.tables.table import Column, Row, Table, value_cell, words
 from tests.helpers.pages import TABLE_NAMES

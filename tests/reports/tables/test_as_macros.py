@@ -8,7 +8,7 @@ import subprocess
 import pytest
 
 from reports.numbers import Number
-from reports.tables.formats.as_macros import macro_name, macros_bytes, macros_of
+from reports.tables.formats import macro_name, macros_bytes, macros_of
 from tests.reports.made import overall_savings
 
 PDFLATEX = shutil.which("pdflatex")

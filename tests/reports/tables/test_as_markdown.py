@@ -1,6 +1,6 @@
 from __future__ import annotations
 
-from reports.tables.formats.as_markdown import markdown_text
+from reports.tables.formats import markdown_text
 from reports.tables.table import Cell, Column, Row, Table, words
 
 TABLE = Table(

@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 import numba
 import pytest
 
-from data_schema.cache_folder import CACHE_VARIABLE, cache_folder
 from data_schema.errors import UsageError
+from data_schema.file_cache import CACHE_VARIABLE, cache_folder
 from simulator.compiled import compiled
 from simulator.jump import simulate
 from simulator.kernel.build import kernel_for

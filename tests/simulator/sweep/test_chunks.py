@@ -16,9 +16,8 @@ from simulator.kernel.limits import MOST_STEPS, REPEATS
 from simulator.result import JumpResult
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.sweep.chunks import Recipe, recipe_for, simulate_rows
+from simulator.sweep.chunks import ERRORS, OUTPUTS, PLACE, Recipe, recipe_for, simulate_rows
 from simulator.sweep.design import Design
-from simulator.sweep.outputs import ERRORS, OUTPUTS, PLACE
 from simulator.sweep.sweep import Sweep
 from tests.helpers.kernels import interpreted
 from tests.helpers.sweeps import grid_sweep, sobol_sweep

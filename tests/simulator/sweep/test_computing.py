@@ -12,8 +12,7 @@ import distributed
 import pytest
 
 from data_schema.errors import UsageError
-from simulator.sweep.computing import cluster, threads
-from simulator.sweep.run import LIBRARIES, run_sweep
+from simulator.sweep.run import LIBRARIES, cluster, run_sweep, threads
 from tests.helpers.scenes import is_sentence
 from tests.helpers.sweeps import every_byte, grid_sweep, sobol_sweep
 from tests.helpers.wording import refuses, says
@@ -57,7 +56,7 @@ def test_an_absent_library_is_named_before_anything_runs(
 
 @pytest.mark.parametrize("address", ["nowhere", "tcp://127.0.0.1:9", "http//:"])
 def test_a_scheduler_that_does_not_answer(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("simulator.sweep.computing.CONNECT_WITHIN_S", 0.5)
+    monkeypatch.setattr("simulator.sweep.run.CONNECT_WITHIN_S", 0.5)
     with pytest.raises(UsageError) as refused, cluster(address):
         pass
     says(str(refused.value), "no Dask scheduler", address, "start one")

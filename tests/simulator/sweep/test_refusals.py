@@ -11,9 +11,8 @@ import xarray
 from simulator.jump import simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
-from simulator.sweep.computing import threads
-from simulator.sweep.outputs import OUTPUTS
-from simulator.sweep.run import run_sweep
+from simulator.sweep.chunks import OUTPUTS
+from simulator.sweep.run import run_sweep, threads
 from simulator.sweep.sweep import Sweep
 from tests.helpers.scenes import scene_or_sentence
 from tests.helpers.sweeps import every_byte, grid_sweep, sobol_sweep

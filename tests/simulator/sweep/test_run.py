@@ -16,10 +16,8 @@ import xarray
 from data_schema.errors import UsageError
 from simulator.jump import simulate
 from simulator.scene_file import load_scene, parse_scene
-from simulator.sweep.chunks import simulator_here
-from simulator.sweep.computing import Computing, threads
-from simulator.sweep.outputs import ERRORS, FLAGS, OUTPUTS
-from simulator.sweep.run import Finished, part_folder, run_sweep
+from simulator.sweep.chunks import ERRORS, FLAGS, OUTPUTS, simulator_here
+from simulator.sweep.run import Computing, Finished, part_folder, run_sweep, threads
 from simulator.sweep.sweep import Sweep
 from tests.helpers.scenes import is_sentence
 from tests.helpers.sweeps import every_byte, grid_sweep, sobol_sweep

@@ -14,8 +14,7 @@ from data_schema.errors import InputRefused
 from data_schema.vocabulary import Rule, Undefined
 from stats.compare.shared_error import SharedError
 from stats.days.contrasts import Effect, RunsOfCondition, linear_contrast
-from stats.days.decision import contrast_by_day
-from stats.days.runs_by_day import blocks_of_runs
+from stats.days.decision import blocks_of_runs, contrast_by_day
 
 with (Path(__file__).parents[1] / "r" / "contrasts.csv").open() as rows:
     BY_R: dict[str, list[dict[str, str]]] = defaultdict(list)

@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from data_schema.errors import UsageError
-from data_schema.queries.readings import ReadingRow, last_reading, parts_of_reading, readings_of
-from data_schema.queries.reports import list_reports
+from data_schema.queries.files import ReadingRow, last_reading, parts_of_reading, readings_of
+from data_schema.queries.history import list_reports
 from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, IngestStatus
 from labbook.actions.files.assigning import assign

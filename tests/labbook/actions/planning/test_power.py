@@ -14,8 +14,7 @@ from data_schema.errors import UsageError
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.planning.asked import PlanRequest, PowerRequest
-from labbook.actions.planning.power import Needed, StudyPower, study_power
-from labbook.actions.planning.power_lines import power_foot, power_table
+from labbook.actions.planning.power import Needed, StudyPower, power_foot, power_table, study_power
 from labbook.actions.planning.power_tests import Assumed
 from labbook.actions.planning.runs import make_plan
 from labbook.demo.truth import Condition

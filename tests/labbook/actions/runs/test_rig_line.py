@@ -9,7 +9,7 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema.queries.detections import jumps_found
-from data_schema.queries.readings import readings_of
+from data_schema.queries.files import readings_of
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct

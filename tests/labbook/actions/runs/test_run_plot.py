@@ -11,7 +11,7 @@ from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.run_plot import drawn_log, plot_run
 from labbook.book.opening import Book
-from reports.drawn import LogGap
+from reports.display import LogGap
 from tests.helpers.books import ADA, small_book
 from tests.helpers.hopping_log import hopping_log
 from tests.helpers.statements import state

@@ -11,8 +11,7 @@ import pytest
 
 from labbook.actions.simulate.thesis_figures import THESIS_FIGURES
 from labbook.presenting.simulation.published import claims_data, claims_table
-from reports.tables.formats.as_csv import csv_bytes
-from reports.tables.formats.as_markdown import markdown_text
+from reports.tables.formats import csv_bytes, markdown_text
 from simulator.thesis.claims import Claim, Finding, judge_claim
 from tests.helpers.thesis import thesis_figures
 

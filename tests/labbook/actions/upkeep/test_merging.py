@@ -13,8 +13,8 @@ import pytest
 from data_schema.errors import BookDamaged, InputRefused, UnknownName
 from data_schema.queries.charges import charges_by_run
 from data_schema.queries.detections import jump_decisions
-from data_schema.queries.readings import last_reading
-from data_schema.queries.reports import list_reports
+from data_schema.queries.files import last_reading
+from data_schema.queries.history import list_reports
 from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
 from data_schema.vocabulary import Action, PlanMethod

@@ -16,8 +16,13 @@ from labbook.actions.files.stored_files import withdraw
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, unvoid, void
 from labbook.actions.runs.jump_review import decide
-from labbook.actions.upkeep.report_causes import CauseKind
-from labbook.actions.upkeep.report_differences import MovedNumber, ReportsCompared, compare_reports, report_named
+from labbook.actions.upkeep.report_differences import (
+    CauseKind,
+    MovedNumber,
+    ReportsCompared,
+    compare_reports,
+    report_named,
+)
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.outcomes import run_apexes
 from labbook.book.opening import Book

@@ -14,7 +14,7 @@ from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import MadeReport, state_report
 from labbook.demo.writers import bertec_text
 from reports.figures.registry import figures_of
-from reports.tables.formats.as_csv import csv_bytes
+from reports.tables.formats import csv_bytes
 from reports.tables.registry import TABLES, tables_of
 from stats.compare.summary import describe
 from stats.force_plate import Contact, find_contacts, jump_heights

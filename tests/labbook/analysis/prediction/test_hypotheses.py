@@ -19,11 +19,10 @@ from labbook.analysis.comparison.thesis_route import thesis_route
 from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
 from labbook.analysis.prediction.hypotheses import Comparison, _tested
 from labbook.config.model import Alternative, AnalysisSettings
-from reports.evidence import Comparison as Shown
-from reports.evidence import Decision
+from reports.content import Comparison as Shown
+from reports.content import Decision, HypothesisPart, Verdict
 from reports.numbers import Number, Result
-from reports.predicted import HypothesisPart, Verdict
-from reports.tables.formats.as_csv import csv_bytes
+from reports.tables.formats import csv_bytes
 from reports.tables.registry import TABLES
 from stats.compare.shared_error import SharedError
 from stats.days.decision import contrast_by_day

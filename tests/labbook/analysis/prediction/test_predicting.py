@@ -13,8 +13,8 @@ from pathlib import Path
 
 import pytest
 
-from data_schema.cache_folder import CACHE_VARIABLE
 from data_schema.errors import UsageError
+from data_schema.file_cache import CACHE_VARIABLE
 from data_schema.queries.runs import list_runs
 from data_schema.queries.study import LevelRow
 from data_schema.reasons import Reason
@@ -30,9 +30,9 @@ from labbook.analysis.study_data import gather
 from labbook.book.report_numbers import outdated_reports
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.report.content import MadeReport
+from reports.content import PredictedQuantity, Prediction, PredictionCheck
 from reports.display import SAVINGS
 from reports.numbers import Number
-from reports.predicted import PredictedQuantity, Prediction, PredictionCheck
 from simulator.jump import grown_rounding, simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene, parse_scene, write_scene

@@ -1,0 +1,858 @@
+"""Results as a report shows them.
+
+What was measured, in physical units, and how it went (conditions, days, counts, order in the day, robots);
+comparisons, effects over groups and recomputed headlines; passive drain and the uncertainty budget of a joule;
+predictions beside measurements; what was decided about the analysis beforehand and what departs from it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import fields, is_dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from data_schema.outcomes import Outcome
+from data_schema.queries.runs import RunRow
+from data_schema.queries.study import CheckRow, FactorRow, PlannedRow
+from data_schema.reasons import Reason
+from data_schema.vocabulary import FactorKind, ReasonCode, Rule, RunKind, RunState, StudyKind, Undefined
+from data_schema.where import names_in, parse
+from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.comparison.deciding import deciding_runs
+from labbook.analysis.comparison.order import ADJUSTED, OVER_GROUPS
+from labbook.analysis.comparison.pairing import place
+from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
+from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
+from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber, coarse_scatter
+from labbook.analysis.outcomes.run_apexes import RunApexes
+from labbook.analysis.outcomes.run_energy import MAH_MIN, RunEnergy, idle_charges, recharge_of
+from labbook.analysis.prediction.condition_scenes import study_scene, unconverted_factors
+from labbook.analysis.prediction.predicting import PredictionResult
+from labbook.analysis.preregistration.departures import first_named
+from labbook.analysis.preregistration.planned import AS_A_WHOLE, FAMILY_OF, NOTHING_DECIDED, Planned
+from labbook.analysis.results import Results, numbers_of
+from labbook.analysis.study import StudyAnalysis
+from labbook.config.model import HOW_TO_DECIDE, AnalysisSettings, SimulationSettings
+from labbook.config.parsing import Configuration
+from reports.content import (
+    POOLED,
+    AssumedInput,
+    BudgetItem,
+    CoarseCharger,
+    Comparison,
+    Condition,
+    Day,
+    Decision,
+    DrainFit,
+    Factor,
+    Favoured,
+    Flow,
+    Hypothesis,
+    IdlePoint,
+    Judged,
+    Level,
+    Order,
+    OverallEquivalence,
+    OverallSavings,
+    PackMean,
+    PredictedQuantity,
+    Prediction,
+    Predictions,
+    Provenance,
+    ReportContent,
+    RunPoint,
+    RunValue,
+    Sensitivity,
+    Summary,
+    Variant,
+)
+from reports.display import in_sentence, list_text, sentence_start
+from reports.naming import levels_name
+from reports.numbers import Number, Result, Value
+from stats.days.order import PositionsCompared
+
+if TYPE_CHECKING:
+    from simulator.steady.published_results import PublishedResult
+
+
+def factors(analysis: StudyAnalysis) -> tuple[Factor, ...]:
+    """Return the study's factors with the formulas that turn gains into physical values."""
+    return tuple(study_factor(analysis.evidence.configuration, row.name) for row in _considered(analysis))
+
+
+def study_factor(configuration: Configuration, name: str) -> Factor:
+    """Return a factor as labbook.toml names it; levels that are plain numbers have its unit."""
+    settings, gain = configuration.factors.get(name), configuration.gains.get(name)
+    number_unit = settings.unit if settings and settings.kind is FactorKind.NUMBER else None
+    return Factor(
+        name=name,
+        title=(settings.title if settings else None) or name.replace("_", " "),
+        symbol=gain.symbol if gain else "",
+        unit=gain.unit if gain else number_unit or "",
+        slope=gain.slope if gain else None,
+        offset=gain.offset if gain else None,
+        control=settings.control if settings else None,
+        swept=name == pairing.swept_factor(configuration),
+        treatment=(settings.treatment if settings else None) or "",
+        control_name=(settings.control_name if settings else None) or "",
+    )
+
+
+def factor_title(analysis: StudyAnalysis, name: str) -> str:
+    """Return what a factor is called in text: its title in labbook.toml, or its name."""
+    return study_factor(analysis.evidence.configuration, name).title
+
+
+def _considered(analysis: StudyAnalysis) -> list[FactorRow]:
+    """Leave out what labbook.toml no longer names and no condition has: a name that was mistyped at first."""
+    measured = {name for several in analysis.conditions.values() for item in several for name in item.levels}
+    named = analysis.evidence.configuration.factors.keys() | measured
+    return [row for row in analysis.evidence.factors if row.name in named]
+
+
+def conditions(analysis: StudyAnalysis) -> tuple[Condition, ...]:
+    """Return every condition that has a measured quantity, in the order of the factors' levels, the swept one last.
+
+    So the control and the treated conditions of one group stand together.
+    """
+    measured = {outcome: {item.key: item for item in several} for outcome, several in analysis.conditions.items()}
+    every = {key: item for items in measured.values() for key, item in items.items()}
+    known = {row.name: [level.label for level in row.levels] for row in analysis.evidence.factors}
+    ordered = sorted(every.values(), key=lambda item: place(known, analysis.swept, item.levels))
+    return tuple(
+        Condition(
+            levels=_levels(analysis, item.levels),
+            control=item.is_control,
+            summaries={
+                outcome: _summary(analysis, items[item.key]) for outcome, items in measured.items() if item.key in items
+            },
+        )
+        for item in ordered
+    )
+
+
+def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, ...]:
+    gains = analysis.evidence.configuration.gains
+    found = []
+    for row in analysis.evidence.factors:
+        level = next((level for level in row.levels if level.label == labels.get(row.name)), None)
+        if level is None:
+            continue
+        gain = gains.get(row.name)
+        if gain is not None and level.value is not None:
+            found.append(Level(row.name, level.label, gain.physical(level.value), gain.unit, level.value))
+            continue
+        radius_m = json.loads(level.attributes_json).get("radius_m")
+        unit = study_factor(analysis.evidence.configuration, row.name).unit
+        found.append(Level(row.name, level.label, *((level.value, unit) if radius_m is None else (radius_m, "m"))))
+    return tuple(found)
+
+
+def _summary(analysis: StudyAnalysis, values: ConditionValues) -> Summary:
+    jumps = [len(item.result.heights_m) for item in values.runs if isinstance(item.result, RunApexes)]
+    return Summary(
+        mean=values.result.mean,
+        sd=values.result.sd,
+        runs=tuple(_run_value(analysis, item) for item in values.runs),
+        jumps=sum(jumps) or None,
+        robots=dict(Counter(item.run.robot for item in values.runs)),
+    )
+
+
+def _run_value(analysis: StudyAnalysis, item: RunNumber) -> RunValue:
+    if not isinstance(item.result, RunApexes):
+        return RunValue(item.run.name, item.value)
+    jumps = analysis.judgements[item.run.uid].counted
+    return RunValue(item.run.name, item.value, item.result.heights_m, tuple(jump.number for jump in jumps))
+
+
+def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:
+    """Return what was measured on each day, and which checks were made before."""
+    listed = analysis.evidence.configuration.protocol.checks
+    by_day: dict[str, list[RunRow]] = {}
+    for run in analysis.evidence.selected:
+        by_day.setdefault(run.day, []).append(run)
+    found = []
+    for date, runs in by_day.items():
+        made = [check.kind for check in checks.get(date, ()) if check.passed]
+        found.append(
+            Day(
+                date=date,
+                runs=tuple(run.name for run in runs),
+                conditions=tuple(sorted({run.condition_key for run in runs if run.condition_key})),
+                packs=tuple(sorted({run.battery for run in runs})),
+                checks_made=tuple(made),
+                checks_not_made=tuple(kind for kind in listed if kind not in made),
+            )
+        )
+    return tuple(found)
+
+
+def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow], withdrawn: Collection[str] = ()) -> Flow:
+    """Count runs and jumps from the plan to the numbers; of a selection by factors, planned runs of its conditions."""
+    selected = analysis.evidence.selected
+    jump_runs = analysis.evidence.runs
+    used = {
+        outcome: {one.run.uid for condition in conditions for one in condition.runs}
+        for outcome, conditions in analysis.conditions.items()
+    }
+    with_heights = [run for run in jump_runs if run.uid in used[Outcome.APEX]]
+    judged = [item for run in with_heights for item in analysis.judgements[run.uid].jumps]
+    jumps_excluded = Counter(item.excluded for item in judged if item.excluded is not None)
+    return Flow(
+        runs_planned=_planned_count(analysis, planned) or None,
+        runs_done=len(selected),
+        runs_void=sum(run.state is RunState.VOID for run in selected),
+        runs_idle=sum(run.kind is RunKind.IDLE and run.state is not RunState.VOID for run in selected),
+        runs_other=Counter(
+            f"{run.kind} run"
+            for run in selected
+            if run.kind not in (RunKind.JUMPS, RunKind.IDLE) and run.state is not RunState.VOID
+        ),
+        runs_with={outcome: len(runs) for outcome, runs in used.items()},
+        runs_without={
+            outcome: Counter(
+                missing[run.uid].reason if run.uid in missing else outcome.undefined_because
+                for missing in [analysis.results[outcome].missing]
+                for run in jump_runs
+                if run.uid not in runs
+            )
+            for outcome, runs in used.items()
+        },
+        jumps_made=sum(run.jumps_made for run in with_heights),
+        jumps_detected=len(judged),
+        jumps_excluded=dict(jumps_excluded),
+        jumps_analysed=sum(item.excluded is None for item in judged),
+        runs_withdrawn=0 if analysis.evidence.selection else len(withdrawn),
+    )
+
+
+def _planned_count(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> int:
+    """Count the plan's runs; those of a selection are known where it is by factors alone, which the plan has too."""
+    selection = analysis.evidence.selection
+    if not selection:
+        return len(planned)
+    if not names_in(parse(selection)) <= {row.name for row in analysis.evidence.factors}:
+        return 0
+    conditions = {run.condition_key for run in analysis.evidence.selected}
+    return sum((row.condition_key or "") in conditions for row in planned)
+
+
+def order(analysis: StudyAnalysis) -> Order:
+    """Set every run's joules against its position in the day and its pack, as deviations from its condition."""
+    points = [
+        _point(item, item.value - mean)
+        for condition in analysis.conditions[Outcome.JOULES]
+        for mean in [sum(condition.values) / len(condition.values)]
+        for item in condition.runs
+    ]
+    packs = tuple(PackMean(pack, found.deviation) for pack, found in analysis.packs.items())
+    return Order(tuple(points), packs, tuple(confounded_with_day(analysis)))
+
+
+def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
+    """Say which factors are confounded with the day, because most days saw one level of them only.
+
+    A day with a single run shows nothing of the kind and does not count.
+    """
+    runs = [run for run in analysis.evidence.runs if run.levels]
+    by_day: dict[str, list[RunRow]] = {}
+    for run in runs:
+        by_day.setdefault(run.day, []).append(run)
+    days_of = [of_day for of_day in by_day.values() if len(of_day) > 1]
+    sentences, named = [], set()
+    for factor in analysis.evidence.factors:
+        levels = {run.levels.get(factor.name) for run in runs}
+        single = sum(len({run.levels.get(factor.name) for run in of_day}) == 1 for of_day in days_of)
+        if len(levels) > 1 and 2 * single > len(days_of):
+            named.add(factor.name)
+            title = in_sentence(factor_title(analysis, factor.name))
+            sentences.append(
+                f"{_days(single, len(days_of))} all runs had one level of the {title}: "
+                f"differences between its levels are {_confounded(single, len(days_of))} differences between days."
+            )
+    swept = analysis.swept
+    if swept is not None and swept not in named and any(run.is_control for run in runs):
+        without = sum(not any(run.is_control for run in of_day) for of_day in days_of)
+        if 2 * without > len(days_of):
+            sentences.append(
+                f"{_days(without, len(days_of))} there was no control run: differences from the control are "
+                f"{_confounded(without, len(days_of))} differences between days."
+            )
+    return sentences
+
+
+def _days(count: int, days: int) -> str:
+    """Open a sentence with the days of several runs that it is true of."""
+    if count == days:
+        return "On the only day with two or more runs" if days == 1 else "On every day with two or more runs"
+    return f"On {count} of the {days} days with two or more runs"
+
+
+def _confounded(count: int, days: int) -> str:
+    return "confounded with" if count == days else "largely confounded with"
+
+
+def _point(item: RunNumber, deviation_j: float) -> RunPoint:
+    run = item.run
+    return RunPoint(run.name, run.day, run.position_in_day, run.battery, item.value, deviation_j, run.is_control)
+
+
+def runs_by_robot(analysis: StudyAnalysis) -> dict[str, int]:
+    """Count the analysed runs of each robot, in the order in which the robots were used."""
+    used = {uid for found in analysis.results.values() for uid in found.results}
+    return dict(Counter(run.robot for run in analysis.evidence.runs if run.uid in used))
+
+
+def robot_limitations(analysis: StudyAnalysis, content: ReportContent) -> tuple[str, ...]:
+    """Say in which groups the control and the treated runs are not of the same robots; `content` names groups."""
+    found = []
+    for item in analysis.compared:
+        if item.pair.family != pairing.POOLED:
+            continue
+        control, treated = _robots(item.pair.a), _robots(item.pair.b)
+        if control.keys() != treated.keys():
+            name = levels_name(content, item.pair.group)
+            found.append(
+                f"{f'With {name}' if name else 'In this selection'} the control runs are of {_listed(control)} and the "
+                f"treated runs of {_listed(treated)}: the differences may be the robots'."
+            )
+    return tuple(dict.fromkeys(found))
+
+
+def _robots(side: Iterable[ConditionValues]) -> Mapping[str, int]:
+    return Counter(item.run.robot for condition in side for item in condition.runs)
+
+
+def _listed(robots: Mapping[str, int]) -> str:
+    return list_text([f"{robot} ({runs})" for robot, runs in robots.items()])
+
+
+def comparisons(analysis: StudyAnalysis) -> tuple[Comparison, ...]:
+    """Return all comparisons; those of savings without a claim name the runs whose charge would give one."""
+    without_charge = [run for run in analysis.evidence.runs if _only_charge_missing(analysis, run)]
+    found = []
+    for item in analysis.compared:
+        one, decision = item.shown, item.shown.decision
+        if decision.rule is Rule.NONE and item.pair.family == pairing.POOLED and one.quantity.has_savings:
+            missing = deciding_runs(item.pair, without_charge)
+            one = replace(one, decision=replace(decision, charge_missing=missing))
+        found.append(one)
+    return tuple(found)
+
+
+def one_level(analysis: StudyAnalysis) -> bool:
+    """Tell whether each group has one treated level, so that its comparison and that of all levels are the same."""
+    pooled = [item.pair for item in analysis.compared if item.pair.family == pairing.POOLED]
+    return bool(pooled) and all(len(pair.b) == 1 for pair in pooled)
+
+
+def overall(analysis: StudyAnalysis) -> tuple[OverallSavings, ...]:
+    """Return the savings over all groups."""
+    return tuple(
+        replace(result, exploratory=analysis.planned.exploratory(outcome, pairing.POOLED) or "")
+        for outcome, result in analysis.overall.savings.items()
+    )
+
+
+def overall_equivalence(analysis: StudyAnalysis) -> OverallEquivalence | None:
+    """Return the test over all groups that apex heights changed within the bounds."""
+    result = analysis.overall.equivalent
+    if result is None:
+        return None
+    return replace(result, exploratory=analysis.planned.exploratory_equivalence(pairing.POOLED) or "")
+
+
+def sensitivity(analysis: StudyAnalysis, content: ReportContent) -> tuple[Sensitivity, ...]:
+    """Return every pooled headline with its recomputations; `content` knows what groups are called."""
+    found = []
+    pooled = [item for item in analysis.compared if item.pair.family == pairing.POOLED]
+    for item in sorted(pooled, key=lambda item: content.place_of(item.pair.group)):
+        quantity = item.shown.quantity
+        recomputed = [
+            varied
+            for varied in analysis.variations.varied
+            if varied.headline == item.pair.label and varied.quantity is quantity
+        ]
+        group = levels_name(content, item.pair.group)
+        found.append(
+            Sensitivity(
+                f"{'savings' if quantity.has_savings else f'difference of {quantity}'}, {group}",
+                _headline_number(item.shown.decision),
+                tuple(
+                    Variant(
+                        varied.variant,
+                        _headline_number(varied.result),
+                        varied.day,
+                        varied.by_rules,
+                    )
+                    for varied in recomputed
+                ),
+                _rule_of_all_runs(item, recomputed),
+                group,
+            )
+        )
+    return tuple(found)
+
+
+def _rule_of_all_runs(item: Compared, recomputed: Sequence[Varied]) -> str:
+    """Return the rule by which the days of all runs would decide, where exclusions changed it; else ""."""
+    rule = next((one.result.rule for one in recomputed if one.variant == WITHOUT_EXCLUSIONS), None)
+    return "" if rule in (None, item.shown.decision.rule) else str(rule)
+
+
+def _headline_number(decision: Decision) -> Number:
+    """Return the number that the claim states, with the interval it states."""
+    return decision.savings or decision.difference
+
+
+def favoured(analysis: StudyAnalysis) -> tuple[Favoured, ...]:
+    """Return the headlines that the order within days favours, adjusted: that over all groups, else those of groups."""
+    tests = analysis.favoured
+    if OVER_GROUPS in tests:
+        effects = analysis.overall_adjusted
+        adjusted = {outcome: result.savings for outcome, result in effects.savings.items()}
+        if effects.equivalent is not None:
+            adjusted[Outcome.APEX] = effects.equivalent.estimate
+        return (_favoured(None, tests[OVER_GROUPS], adjusted),)
+    pooled = {item.pair.label: item.pair for item in analysis.compared if item.pair.family == pairing.POOLED}
+    return tuple(
+        _favoured(
+            pair.group,
+            tests[pairing.group_label(pair.group)],
+            {
+                varied.quantity: _headline_number(varied.result)
+                for varied in analysis.variations.varied
+                if varied.variant == ADJUSTED and varied.headline == label
+            },
+        )
+        for label, pair in pooled.items()
+        if pairing.group_label(pair.group) in tests
+    )
+
+
+def _favoured(group: Mapping[str, str] | None, test: PositionsCompared, adjusted: Mapping[Outcome, Number]) -> Favoured:
+    claimed = {outcome: adjusted[outcome] for outcome in (Outcome.JOULES, Outcome.APEX) if outcome in adjusted}
+    return Favoured(group, test.control, test.treated, test.p, claimed)
+
+
+def groups_without_charges(analysis: StudyAnalysis) -> tuple[tuple[Mapping[str, str], tuple[str, ...]], ...]:
+    """Return the groups in which no control, or nothing beside it, has a charge, with the runs that lack theirs."""
+    compared = {
+        pairing.group_label(item.pair.group)
+        for item in analysis.compared
+        if item.pair.family == pairing.POOLED and item.shown.quantity is Outcome.JOULES
+    }
+    groups: dict[str, list[RunRow]] = {}
+    for run in analysis.evidence.runs:
+        label = pairing.group_label(_without_swept(analysis, run))
+        if analysis.swept in run.levels and label not in compared:
+            groups.setdefault(label, []).append(run)
+    return tuple(
+        (_without_swept(analysis, runs[0]), names)
+        for runs in groups.values()
+        if len({run.is_control for run in runs}) == 2
+        for names in [tuple(run.name for run in runs if _only_charge_missing(analysis, run))]
+        if names
+    )
+
+
+def _without_swept(analysis: StudyAnalysis, run: RunRow) -> dict[str, str]:
+    return {name: label for name, label in run.levels.items() if name != analysis.swept}
+
+
+def _only_charge_missing(analysis: StudyAnalysis, run: RunRow) -> bool:
+    why = recharge_of(run, analysis.evidence.charges.get(run.uid, []))
+    known = bool(run.duration_s and run.jumps_made)
+    return known and isinstance(why, Undefined) and why.code is Reason.NO_CHARGE
+
+
+_LINE_POINTS = 61
+_DRAIN_FIT = "drain fit"
+"""The source of the budget that runs of one robot share; others are shared by all runs."""
+
+
+def drain_fits(analysis: StudyAnalysis) -> tuple[DrainFit, ...]:
+    """Return points, line and band of each robot's fit, of those that have one."""
+    found = []
+    for robot_uid, drain in analysis.drains.items():
+        line, at_s = drain.line, drain.result.run_duration_s
+        if isinstance(line, Undefined) or at_s is None:
+            continue
+        minutes = np.linspace(0.0, line.duration_max_s * 1.05 / MAH_MIN, _LINE_POINTS)
+        band = [line.at(minute * MAH_MIN) for minute in minutes]
+        found.append(
+            DrainFit(
+                robot=drain.robot,
+                points=tuple(
+                    IdlePoint(run.name, (run.duration_s or 0.0) / MAH_MIN, charge.charge_mah)
+                    for run, charge in idle_charges(analysis.evidence)
+                    if run.robot_uid == robot_uid
+                ),
+                line_min=tuple(float(minute) for minute in minutes),
+                line_mah=tuple(at.charge_mah for at in band),
+                band_low_mah=tuple(at.charge_mah if isinstance(at.ci_low, Undefined) else at.ci_low for at in band),
+                band_high_mah=tuple(at.charge_mah if isinstance(at.ci_high, Undefined) else at.ci_high for at in band),
+                slope=drain.result.slope,
+                intercept=drain.result.intercept,
+                r_squared=drain.result.r_squared,
+                at_run=drain.result.at_run,
+                run_duration_min=at_s / MAH_MIN,
+                range_sentence=line.sentence(at_s),
+            )
+        )
+    return tuple(found)
+
+
+def budget(analysis: StudyAnalysis, content: ReportContent) -> tuple[tuple[BudgetItem, ...], str]:
+    """Return where the uncertainty of joules comes from, for the condition with the most runs, and which that is.
+
+    `content` knows what conditions are called.
+    """
+    found = analysis.budget
+    if found is None:
+        return (), ""
+    terms = {term.name: term for term in found.terms}
+    items = tuple(
+        BudgetItem(
+            name,
+            found.one_run[name],
+            found.mean[name],
+            shared=name in terms and terms[name].shared,
+            note=_budget_note(terms[name]) if name in terms else "",
+            total=name == IN_ALL,
+            within_robot=name == _DRAIN_FIT and len(content.robots) > 1,
+        )
+        for name in (*terms, IN_ALL)
+    )
+    key = found.origin.scope["condition"]
+    condition = next(item for item in analysis.conditions[Outcome.JOULES] if item.key == key)
+    n = len(condition.runs)
+    return items, (
+        f"Shown for {levels_name(content, condition.levels)} ({n} run{'' if n == 1 else 's'}), where 1 mAh is "
+        f"{found.one_mah.value:.2g} J a jump."
+    )
+
+
+def coarse_charger(analysis: StudyAnalysis) -> CoarseCharger | None:
+    """Return the charger's step and the scatter of charges where that is below half a step; None where it is not."""
+    runs = [item for condition in analysis.conditions[Outcome.JOULES] for item in condition.runs]
+    scatter = coarse_scatter(runs)
+    if scatter is None:
+        return None
+    step_mah = max(item.result.step_mah for item in runs if isinstance(item.result, RunEnergy))
+    return CoarseCharger(step_mah, scatter * step_mah)
+
+
+def _budget_note(term: BudgetSource) -> str:
+    notes = [("contained in the scatter", term.in_scatter), ("assumed", term.assumed)]
+    return " and ".join(note for note, holds in notes if holds)
+
+
+def predictions(analysis: StudyAnalysis) -> Predictions:
+    """Return what was predicted; nothing where the study names no scene or has nothing measured."""
+    settings = analysis.evidence.configuration.simulation
+    found = list(analysis.predicted.values())
+    if settings is None or not found:
+        return Predictions()
+    from simulator.declared import all_parameters
+
+    items = tuple(replace(item, published=_published(analysis, item)) for item in _in_order(analysis))
+    measured = {name for several in analysis.conditions.values() for item in several for name in item.levels}
+    mapped = {*settings.factors, *settings.levels}
+    return Predictions(
+        scene=found[0].scene,
+        accuracy=settings.accuracy,
+        effects=found[0].effects,
+        unmapped=tuple(
+            factor_title(analysis, row.name)
+            for row in analysis.evidence.factors
+            if row.name in measured and row.name not in mapped
+        ),
+        unconverted=unconverted_factors(analysis.evidence.configuration, analysis.evidence.factors),
+        units={factor: all_parameters()[name].unit for factor, name in settings.factors.items()},
+        items=items,
+        judged=_judged(analysis),
+        assumed=_assumed(analysis, settings),
+        branched=_conditions(analysis, lambda one: one.branched),
+        on_edge=_conditions(analysis, lambda one: one.close_decision and not one.branched),
+        grown=_conditions(analysis, lambda one: one.relative_error > one.accuracy),
+        under_surface=_conditions(analysis, lambda one: one.under_surface),
+        open_book=_conditions(analysis, lambda one: one.open_book),
+        ends_otherwise=_conditions(analysis, lambda one: one.ends_otherwise),
+    )
+
+
+def hypotheses(analysis: StudyAnalysis) -> tuple[Hypothesis, ...]:
+    """Return the study's hypotheses, each with its comparisons in the order of groups."""
+    return tuple(
+        replace(one, parts=tuple(sorted(one.parts, key=lambda part: _place(analysis, part.of))))
+        for one in analysis.hypotheses
+    )
+
+
+def _conditions(analysis: StudyAnalysis, holds: Callable[[PredictionResult], bool]) -> int:
+    """Count the conditions for which something holds of the prediction with any robot."""
+    return len({key for (key, _robot), one in analysis.predicted.items() if holds(one)})
+
+
+def _in_order(analysis: StudyAnalysis) -> list[Prediction]:
+    """Sort as conditions are shown: by the factors' levels, the swept one last, what is pooled after its levels."""
+    swept = [level.label for row in analysis.evidence.factors if row.name == analysis.swept for level in row.levels]
+
+    def place(item: Prediction) -> tuple[int, list[int], int]:
+        level = swept.index(item.level) if item.level in swept else len(swept)
+        return list(PredictedQuantity).index(item.quantity), _place(analysis, item.group), level
+
+    return sorted(analysis.checked, key=place)
+
+
+def _place(analysis: StudyAnalysis, group: Mapping[str, str]) -> list[int]:
+    """Return where a group stands among all, by the levels of each factor that is not swept."""
+    labels = {row.name: [level.label for level in row.levels] for row in analysis.evidence.factors}
+    return [
+        known.index(group[name]) if name in group else -1 for name, known in labels.items() if name != analysis.swept
+    ]
+
+
+_WITH_FOOT = {StudyKind.BED: True, StudyKind.EMULATOR: False}
+"""Studies of which single conditions are published, and whether a foot was varied."""
+
+
+def _published(analysis: StudyAnalysis, item: Prediction) -> PublishedResult | None:
+    """Return what the thesis has of the apex or saving at these gains, and on the bed with this foot, if anything."""
+    from simulator.steady.published_results import result_of
+
+    configuration, swept = analysis.evidence.configuration, analysis.swept
+    factors = {} if configuration.simulation is None else configuration.simulation.factors
+    of_parameter = {parameter: factor for factor, parameter in factors.items()}
+    gain, foot = of_parameter.get("k_extension", ""), of_parameter.get("foot_radius", "")
+    if _WITH_FOOT.get(configuration.study.kind) is not (foot in item.group):
+        return None
+    if swept is None or of_parameter.get("b_ad") != swept or not {gain, swept} <= configuration.gains.keys():
+        return None
+    of_apex = item.quantity is PredictedQuantity.APEX
+    if not (of_apex or item.quantity is PredictedQuantity.SAVINGS) or not item.group.keys() <= {gain, foot}:
+        return None
+    of_group = [one for one in analysis.conditions[Outcome.JOULES] if item.group.items() <= one.levels.items()]
+    pooled = [one.levels[swept] for one in of_group if not one.is_control]
+    damping_gains = tuple(sorted(map(float, pooled if item.level == POOLED else [item.level])))
+    return result_of(item.group.get(foot, ""), float(item.group[gain]), damping_gains, of_apex=of_apex)
+
+
+def _judged(analysis: StudyAnalysis) -> tuple[Judged, ...]:
+    return tuple(
+        replace(one, groups=tuple(sorted(one.groups, key=lambda each: _place(analysis, each.group))))
+        for one in analysis.biases
+    )
+
+
+def _assumed(analysis: StudyAnalysis, settings: SimulationSettings) -> tuple[AssumedInput, ...]:
+    """Return every assumed input, with the most that varying it changed in any condition."""
+    study = analysis.evidence.configuration.study.name
+    fitted = {name for name, value in study_scene(settings).values.items() if value.fitted_to == study}
+    inputs = {name: about for one in analysis.predicted.values() for name, about in one.assumed.items()}
+    return tuple(
+        AssumedInput(
+            name,
+            about.value,
+            about.unit,
+            about.why,
+            about.varied_by,
+            {quantity: _most(analysis, quantity, name) for quantity in PredictedQuantity},
+            fitted=name in fitted,
+        )
+        for name, about in sorted(inputs.items())
+    )
+
+
+def _most(analysis: StudyAnalysis, quantity: PredictedQuantity, source: str) -> Value | None:
+    """Return the largest part of an error by a source; undefined where one of them is, None where there is none."""
+    checks = [item.check.errors for item in analysis.checked if item.quantity is quantity]
+    values = [errors[source].value for errors in checks if source in errors]
+    undefined = next((value for value in values if isinstance(value, Undefined)), None)
+    if undefined is not None:
+        return undefined
+    return max((value for value in values if isinstance(value, float)), default=None)
+
+
+NOT_WATCHED = (
+    "Not watched: runs never made or never entered, whether a value was corrected to please (that it was is listed), "
+    "the study, the rest of labbook.toml (beside [analysis] and which jumps count), and what was looked at without a "
+    "report; the journal has all but the first and the last of these."
+)
+"""What could depart from the plan and is not looked for."""
+
+_UNIT = "the day where four or more are shared, else the run within shared days"
+
+
+def planned_sentences(planned: Planned) -> tuple[str, ...]:
+    """Say what rules the analysis and since when, then each departure."""
+    return (*decision_sentences(planned), *_departures(planned))
+
+
+def decision_sentences(planned: Planned) -> tuple[str, ...]:
+    """Say what was decided and when; then, where it is so, that nothing shows that this was before the data were seen.
+
+    So it is where runs are dated before the decision, which the book cannot place before their numbers.
+    """
+    settings = _settings(planned)
+    by = "" if planned.stated_utc is None else f" on {planned.stated_utc[:10]} by {planned.stated_by}"
+    if planned.first_measured_utc is None:
+        if not planned.stated:
+            return (f"Nothing is decided about the analysis yet: {HOW_TO_DECIDE}",)
+        where = by or " in labbook.toml, which the book takes over with the next statement"
+        return (f"Decided{where}, and nothing is measured yet: {settings}",)
+    first = planned.first_measured_utc[:10]
+    if not planned.stated:
+        return (
+            f"Nothing was decided about the analysis before the first measurement came into the book on {first}, so "
+            f"every comparison is exploratory. Used are: {settings}",
+        )
+    in_time = f"Decided{by}, before the first measurement came into the book on {first}: {settings}"
+    if planned.run_before is None or planned.stated_utc is None:
+        return (in_time,)
+    return (
+        in_time,
+        f"The first run is dated {planned.run_before}, before the decision: "
+        "nothing shows that the decision was made before the data were seen.",
+    )
+
+
+def _departures(planned: Planned) -> tuple[str, ...]:
+    return tuple(_departure_sentence(text) for text in planned.departures if text != NOTHING_DECIDED)
+
+
+def _departure_sentence(text: str) -> str:
+    """Write a departure of `Planned` as a sentence."""
+    return f"Departure: {text}."
+
+
+def _settings(planned: Planned) -> str:
+    settings, look = planned.settings, planned.look
+    alpha = f"{settings.alpha if look is None else look.alpha:g}"
+    if look is not None and look.planned > 1:
+        alpha += f" over {look.planned} looks by Lan and DeMets' spending of O'Brien and Fleming's type"
+    bounds, one_sided = settings.apex_bounds, " one-sided of a saving" if settings.one_sided else ""
+    unit = "" if bounds is None else "% of the control's" if bounds.percent else "m"
+    within = (
+        "no bounds of apex height"
+        if bounds is None
+        else f"differences of apex height from {bounds.low:g} to {bounds.high:g} {unit} count as none"
+    )
+    return (
+        f"the primary outcome is {settings.primary_outcome}, the family "
+        f"{FAMILY_OF[settings.family]}, alpha {alpha}{one_sided}, the unit "
+        f"{_UNIT}; {within}; {_exclusions(settings)}{_contrasts(settings)}."
+    )
+
+
+def _contrasts(settings: AnalysisSettings) -> str:
+    return f"; contrasts: {', '.join(map(str, settings.contrasts))}" if settings.contrasts else ""
+
+
+def _exclusions(settings: AnalysisSettings) -> str:
+    if ReasonCode.OTHER in settings.exclusions:
+        return "a person may leave out jumps and runs for any reason"
+    listed = ", ".join(str(reason).replace("_", " ") for reason in settings.exclusions)
+    return f"a person may leave out jumps and runs for: {listed or 'no reason'}"
+
+
+def departures(analysis: StudyAnalysis) -> tuple[str, ...]:
+    """Return what departs from it, each with the outcomes that are exploratory for it."""
+    planned = analysis.planned
+    found = []
+    for text in planned.departures if planned.stated else ():
+        of = next((item.quantities for item in planned.further if item.sentence == text), ())
+        exploratory = f" Exploratory for it: {list_text([outcome.plural for outcome in of])}." if of else ""
+        found.append(f"{_departure_sentence(text)}{exploratory}")
+    as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if planned.disallowed_exclusions else ()
+    return (*(found if planned.stated else _departures(planned)), *as_a_whole)
+
+
+def void_sentence(void: Sequence[RunRow], reasons: Mapping[str, str]) -> str:
+    """Name runs that are void by the `reasons` (by uid); "" without one."""
+    names: dict[str, list[str]] = {}
+    for run in void:
+        names.setdefault(reasons.get(run.uid, ""), []).append(run.name)
+    listed = [f"{first_named(several)} ({reason})" for reason, several in names.items()]
+    return f"Void: {'; '.join(listed)}." if listed else ""
+
+
+def no_equivalence(analysis: StudyAnalysis) -> str:
+    """Say why apex heights are not tested for equality, and how that is asked for; "" where they are."""
+    compared = any(item.shown.quantity.has_equivalence for item in analysis.compared)
+    if not compared or analysis.planned.settings.apex_bounds is not None:
+        return ""
+    return (
+        "That a difference of apex height is not told from zero does not show that heights are equal. No test of "
+        "equivalence is made, because labbook.toml states no bounds within which a difference counts as none: write, "
+        "before the first run, `apex_bounds_percent = [-3, 3]` (of the control's mean) or `apex_bounds_m = [-0.005, "
+        "0.005]` under [analysis]."
+    )
+
+
+_PLAIN = (str, int, float, type(None))
+
+
+def numbers_in(value: object) -> Iterator[Number]:
+    """Give every number that was computed of a book, with its id, in a report's content or a part of it."""
+    if isinstance(value, Number):
+        if value.provenance:
+            yield value
+        return
+    if isinstance(value, Mapping):
+        parts: Iterable[object] = value.values()
+    elif is_dataclass(value) and not isinstance(value, type):
+        parts = [getattr(value, one.name) for one in fields(value)]
+    elif isinstance(value, list | tuple):
+        parts = value
+    else:
+        return
+    for part in parts:
+        if not isinstance(part, _PLAIN):
+            yield from numbers_in(part)
+
+
+def provenance(shown: Iterable[str], computed: Results) -> tuple[Provenance, ...]:
+    """Say of each number by its id what it is and how many inputs its result has."""
+    known = {number.provenance: (name, one) for one in computed.made.values() for name, number in numbers_of(one)}
+    found = []
+    for uid in shown:
+        name, result = known[uid]
+        found.append(Provenance(uid, f"{name.replace('_', ' ')}, {_scope(result)}", len(result.origin.inputs)))
+    return tuple(found)
+
+
+def number_data(number: Number) -> dict[str, Any]:
+    """Return a number for JSON, unrounded and in its stored unit."""
+    found = {"value": value_data(number.value), "se": value_data(number.se)}
+    if number.ci_low is not None:
+        ends = {"ci_low": value_data(number.ci_low), "ci_high": value_data(number.ci_high)}
+        found |= {**ends, "ci_level": number.ci_level}
+    if isinstance(number.value, Undefined):
+        found["undefined"] = number.value.reason
+    return found
+
+
+def value_data(value: Value | tuple[float, float] | None) -> Any:
+    """Return a value or an interval for JSON, None where it is undefined."""
+    return None if isinstance(value, Undefined) else value
+
+
+def published_data(item: Prediction | None) -> dict[str, Any] | None:
+    """Return for JSON what the thesis has of a condition, None where it has nothing."""
+    found = None if item is None else item.published
+    if found is None:
+        return None
+    return {name: getattr(found, name) for name in ("id", "where", "published", "unit", "relation")}
+
+
+def _scope(result: Result) -> str:
+    """Say what a result is about in a few words; the family of a comparison is in its label already."""
+    return "; ".join(str(value) for name, value in result.origin.scope.items() if value != "" and name != "family")

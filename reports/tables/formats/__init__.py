@@ -1,1 +1,0 @@
-"""A table, or numbers, as a file: one format each."""
