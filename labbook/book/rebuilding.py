@@ -370,7 +370,8 @@ def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | N
     mirror = JournalFile(journal_path(folder, configuration))
     if mirror.last() is None:
         raise UsageError(
-            f"{mirror.path} holds no entry: there is nothing to rebuild from; `labbook init` makes a book."
+            f"{mirror.path} holds no entry: write it anew from the database with `labbook rebuild --journal`, or make "
+            "a book with `labbook init`."
         )
     replay = Replay(store_of(folder, configuration), mirror, step)
     with exclusive_lock(mirror.path, REBUILDING):

@@ -145,7 +145,10 @@ def _refuse_inside(destination: Path, places: tuple[Path, ...]) -> None:
 def _first(path: Path) -> Entry:
     entry = next(JournalFile(path).entries(), None)
     if entry is None:
-        raise UsageError(f"{path} holds no entry: there is nothing to back up; `labbook init` makes a book.")
+        raise UsageError(
+            f"{path} holds no entry: write it anew from the database with `labbook rebuild --journal`, or make a book "
+            "with `labbook init`."
+        )
     return entry
 
 
