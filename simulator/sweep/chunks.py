@@ -31,6 +31,10 @@ from simulator.kernel.rows import COLUMNS, KERNEL_OUTPUTS, Output
 from simulator.scene import Scene
 from simulator.sweep.design import Design
 
+Block = Row
+FEWEST_IN_LANES, FEWEST_TO_COMPILE = 10_000, 500_000
+"""Jumps of a sweep from which on it is in lanes where they are on disk, and for which they are compiled."""
+
 NOT_MADE = "not_made"
 """Outcome of the jumps of a scene after its last: the robot did not come down again."""
 REFUSED = "refused"
@@ -57,16 +61,8 @@ ERRORS = tuple(
     if output.kind == "f8" and output.name not in NOT_OUTPUTS
 )
 """What a sweep with error bars gives beside them: columns after those of the outputs."""
-
-FLAGS = ("ill_conditioned", "under_surface", "open_book")
-"""What may be remarked of a jump: a sweep counts the jumps."""
-PLACE = {output.name: place for place, output in enumerate(OUTPUTS)}
-
-
-Block = Row
-FEWEST_IN_LANES, FEWEST_TO_COMPILE = 10_000, 500_000
-"""Jumps of a sweep from which on it is in lanes where they are on disk, and for which they are compiled."""
 NOT_MADE_ROW = np.array([np.nan if output.kind == "f8" else float(NOT_MADE_FLAG) for output in (*OUTPUTS, *ERRORS)])
+PLACE = {output.name: place for place, output in enumerate(OUTPUTS)}
 _WITH_ERROR = [PLACE[error.name.removesuffix("_error")] for error in ERRORS]
 _JUDGED = [_WITH_ERROR.index(PLACE[name]) for name in JUDGED]
 _building = threading.Lock()
@@ -228,3 +224,7 @@ def _outputs(recipe: Recipe, found: Block, counts: NDArray[np.int64], passive_w:
     block[:, :, PLACE["ill_conditioned"]] = np.logical_or.accumulate(flags, axis=1)
     block[np.arange(recipe.jumps)[np.newaxis, :] >= counts[:, np.newaxis]] = NOT_MADE_ROW[: len(OUTPUTS)]
     return block
+
+
+FLAGS = ("ill_conditioned", "under_surface", "open_book")
+"""What may be remarked of a jump: a sweep counts the jumps."""

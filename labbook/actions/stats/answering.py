@@ -62,327 +62,6 @@ from stats.groups.tukey import VARIANCES, compare_all_pairs
 from stats.groups.variances import brown_forsythe
 from stats.results import as_dict, with_unit
 
-
-def rows_where(text: str, sheet: Sheet) -> list[bool]:
-    """Tell which rows of a sheet fulfil a condition, decided as that on runs, by a database.
-
-    Raises `UsageError` for a text that cannot be read and for commas that could be decimals or thousands, `UnknownName`
-    for a column that is not there.
-    """
-    asked = {name: _column(sheet, name) for name in sorted(names_in(parse(text)) & sheet.columns.keys())}
-    types = {name: sa.Double if kind is ColumnKind.NUMBER else sa.Text for name, (kind, _cells) in asked.items()}
-    rows = sa.Table("rows", sa.MetaData(), *(sa.Column(f"c{at}", kind) for at, kind in enumerate(types.values())))
-    known = {name: WhereColumn(asked[name][0], column) for name, column in zip(asked, rows.c, strict=True)}
-    unasked = WhereColumn(ColumnKind.TEXT, sa.null())
-    fulfilled = compile_where(text, {name: known.get(name, unasked) for name in sheet.columns})
-    cells = zip(*(cells for _kind, cells in asked.values()), strict=True)
-    with sa.create_engine("sqlite://").begin() as connection:
-        rows.create(connection)
-        connection.execute(rows.insert(), [dict(zip(rows.c.keys(), row, strict=True)) for row in cells])
-        in_order = sa.select(fulfilled).select_from(rows).order_by(sa.literal_column("rowid"))
-        return [known_to_be is True for known_to_be in connection.scalars(in_order)]
-
-
-def _column(sheet: Sheet, name: str) -> tuple[ColumnKind, Sequence[str | float | None]]:
-    """Return a column as it is compared: numbers or dates where all that is filled in are, else words without order."""
-    cells = sheet.columns[name]
-    filled = [cell for cell in cells if not is_blank(cell)]
-    if filled and all(map(is_number_text, filled)):
-        sign = decimal_sign(sheet, [name])
-        numbers = [number_in(cell, sign) for cell in cells]
-        if not any(isinstance(number, CellFault) for number in numbers):
-            return ColumnKind.NUMBER, [number for number in numbers if not isinstance(number, CellFault)]
-    dates = bool(filled) and all(map(DATE.fullmatch, filled))
-    return ColumnKind.DATE if dates else ColumnKind.TEXT, [cell or None for cell in cells]
-
-
-QUANTITIES = {outcome.key: outcome for outcome in Outcome}
-
-
-def observe(given: Values, step: Callable[[str], None]) -> Observations:
-    """Read the values that are asked for; raises `UsageError` for options that do not belong to their source."""
-    if given.missing not in MISSING:
-        raise unknown_name("way with missing values", given.missing, MISSING)
-    return _of_book(given, step) if given.file is None else _of_table(given, given.file)
-
-
-def _of_book(given: Values, step: Callable[[str], None]) -> Observations:
-    for option, value in (("--value", given.value), ("--decimal", given.decimal), ("--day", given.day)):
-        if value is not None:
-            raise UsageError(
-                f"{option} is about a table: name a CSV file first, or leave it out for the book's values."
-            )
-    if given.missing != "refuse":
-        raise UsageError(
-            "--missing is about a table: of a book, runs without a value are left out as in its report, and named."
-        )
-    quantity = given.quantity or "joules"
-    if quantity not in QUANTITIES:
-        raise unknown_name("quantity", quantity, QUANTITIES)
-    asked = ObservationRequest(QUANTITIES[quantity], given.by, given.control, given.where)
-    with opened(given.book) as book, book.reading() as connection:
-        return observations_of_book(connection, book.store, book.configuration, asked, step)
-
-
-def _of_table(given: Values, file: Path) -> Observations:
-    for option, value in (("--quantity", given.quantity), ("--book", given.book)):
-        if value is not None:
-            raise UsageError(f"{option} is about a book and {own_name(file)} is a table: leave one of the two out.")
-    table = read_sheet(
-        SheetFile(own_name(file), read_bytes(file), decimal=given.decimal),
-        "a header such as controller,energy_J and one value a row",
-    )
-    table.refuse()
-    if given.value is None or given.by is None:
-        columns = ", ".join(repr(name) for name in table.columns)
-        raise UsageError(
-            f"a table needs --value and --by, the columns of values and of groups: {own_name(file)} has {columns}."
-        )
-    value, by = given.value, given.by
-    labels, days = (
-        ("",) * len(table.lines) if name is None else table.cells(name, option)
-        for name, option in ((by, "--by"), (given.day, "--day"))
-    )
-    selected = [*range(len(table.lines))]
-    if given.where is not None:
-        selected = [*itertools.compress(selected, rows_where(given.where, table))]
-    table.cells(value, "--value")
-    sign = decimal_sign(table, [value])
-    numbers = dict(zip(selected, numbers_of(table, value, "--value", sign, selected), strict=True))
-    named = [cells for cells, name in ((labels, by), (days, given.day)) if name is not None]
-    lacking = [place for place in selected if numbers[place] is None or not all(cells[place] for cells in named)]
-    if lacking and given.missing == "refuse":
-        raise InputRefused(
-            f"{len(lacking)} of {len(selected)} rows of {own_name(file)} lack a value or a label, the first in line "
-            f"{table.lines[lacking[0]]}: fill them in, or leave them out with --missing drop."
-        )
-    rows = tuple(
-        Observation(numbers[place], labels[place], days[place])
-        for place in selected
-        if all(cells[place] for cells in named)
-    )
-    header = parse_header(value)
-    control = with_control(given.control, by, list(dict.fromkeys(row.label for row in rows)))
-    return Observations(
-        source=own_name(file),
-        quantity=header.suffix_base or header.base if header.unit or header.suffix_unit else value,
-        unit=header.unit or header.suffix_unit or "",
-        by=by,
-        control=control,
-        rows=rows,
-        notes=(*_about(lacking, selected, given, rows, control), *_page(table)),
-    )
-
-
-def _about(
-    lacking: list[int], selected: list[int], given: Values, rows: tuple[Observation, ...], control: str
-) -> list[str]:
-    notes = []
-    if lacking:
-        named = [name for name in (given.by, given.day) if name is not None]
-        notes.append(_lacking_text(len(lacking), len(selected), sum(row.value is None for row in rows), named))
-    if given.control is None and rows:
-        notes.append(f"The control is taken to be {control!r}, the first in order: name another with --control.")
-    labels = {row.label for row in rows}
-    for same, what in (
-        (_alike(filter(is_number_text, labels), _number), "are one number written in several ways"),
-        (_alike(labels, str.casefold), "differ only in capital letters"),
-    ):
-        if same:
-            listed = "; ".join(" and ".join(map(repr, group)) for group in same)
-            notes.append(f"Groups that {what} count as several: {listed}.")
-    return notes
-
-
-def _lacking_text(left_out: int, of: int, without_value: int, named: Sequence[str]) -> str:
-    """Say how many rows are left out and for what, given the columns of labels; one that lacks both counts for these.
-
-    The sentences of results count the rows without a value, for the others belong to no group.
-    """
-    counts = ((without_value, "a value"), (left_out - without_value, f"a label in {' or '.join(map(repr, named))}"))
-    why = " and ".join(f"{count} lack{'s' if count == 1 else ''} {what}" for count, what in counts if count)
-    return f"{left_out} of {of} rows {'is' if left_out == 1 else 'are'} left out: {why}."
-
-
-def _page(table: Sheet) -> list[str]:
-    """Return a note where the text is of a page that was not declared."""
-    return (
-        [] if table.encoding == "utf-8" else [f"{table.file.name} is no UTF-8 text and was read as {table.encoding}."]
-    )
-
-
-def _alike(labels: Iterable[str], key: Callable[[str], str | float]) -> list[list[str]]:
-    """Return the labels that have a key in common: AD and ad by their letters, 0 and 0.0 by their number."""
-    found: dict[str | float, list[str]] = {}
-    for label in sorted(labels):
-        found.setdefault(key(label), []).append(label)
-    return [same for same in found.values() if len(same) > 1]
-
-
-def _number(label: str) -> float:
-    return float(label.replace(",", ".").replace(MINUS, "-"))
-
-
-LONGEST = 48
-"""Letters of a name that a figure has room for."""
-
-
-def draw_pictures(
-    pictures: Mapping[str, Path], observed: Observations, estimation: Callable[[], Estimation], level: float
-) -> None:
-    """Draw and write what is wanted: files by "plot", "qq" (normal quantiles) and "residuals"."""
-    if not pictures:
-        return
-    from reports.figures.estimation import draw_estimation
-    from reports.figures.kind import write_figure
-    from reports.figures.quantiles import draw_quantiles
-    from reports.figures.residuals import draw_residuals
-    from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-
-    width_in = ONE_COLUMN_IN if len(observed.labels) <= 2 else TWO_COLUMNS_IN
-    has_days = any(row.day for row in observed.rows)
-    ordered = in_groups(observed)
-    residuals = residuals_of_groups({label: ordered.values(label) for label in ordered.labels})
-    draw = {
-        "plot": lambda: draw_estimation(estimation(), width_in),
-        "qq": lambda: draw_quantiles(quantiles_of(ordered, residuals, level)),
-        "residuals": lambda: draw_residuals(
-            residual_plot_of(ordered, residuals), TWO_COLUMNS_IN if has_days else width_in
-        ),
-    }
-    for name, path in pictures.items():
-        write_figure(draw[name](), path)
-
-
-def difference_number(
-    value: float | Undefined, interval: tuple[float, float] | Undefined, level: float, unit: str
-) -> Number:
-    """Return a difference with its interval as figures take it."""
-    low, high = (interval, interval) if isinstance(interval, Undefined) else interval
-    return Number(value, unit, ci_low=low, ci_high=high, ci_level=level)
-
-
-def estimation_of(
-    observed: Observations,
-    differences: Mapping[str, Number],
-    bounds: Sequence[float] = (),
-    difference: str = "",
-    interval: str = "",
-) -> Estimation:
-    """Return an estimation plot of all groups; `differences` from the control by a group's label.
-
-    `difference` begins what these are called, `interval` says which method their intervals are of.
-    """
-    known = observed.known()
-    groups = tuple(
-        EstimationGroup(
-            drawn_name(observed, label),
-            tuple(float(row.value) for row in known.rows if row.label == label and row.value is not None),
-        )
-        for label in observed.labels
-    )
-    return Estimation(
-        quantity=_sentence_case(observed.quantity),
-        unit=observed.unit,
-        groups=groups,
-        reference=0,
-        differences=tuple(differences.get(label) for label in observed.labels),
-        bounds=tuple(bounds),
-        difference=f"{difference} {drawn_name(observed, observed.control)}" if difference else "",
-        interval=interval,
-    )
-
-
-def in_groups(observed: Observations) -> Observations:
-    """Return the known observations, group after group."""
-    known = observed.known()
-    place = {label: number for number, label in enumerate(known.labels)}
-    return replace(known, rows=tuple(sorted(known.rows, key=lambda row: place[row.label])))
-
-
-def quantiles_of(ordered: Observations, residuals: Residuals, level: float) -> Quantiles:
-    """Return residuals of ordered observations beside normal quantiles, each with its group."""
-    found = normal_quantiles(residuals, level)
-    order = sorted(range(len(residuals.values)), key=residuals.values.__getitem__)
-    names = {label: drawn_name(ordered, label) for label in ordered.labels}
-    return Quantiles(
-        _sentence_case(ordered.quantity),
-        ordered.unit,
-        found,
-        tuple(names[ordered.rows[place].label] for place in order),
-        tuple(names.values()),
-    )
-
-
-def residual_plot_of(ordered: Observations, residuals: Residuals) -> ResidualPlot:
-    """Return residuals of ordered observations against groups, and against days where these are known."""
-    rows = ordered.rows
-    names = {label: drawn_name(ordered, label) for label in ordered.labels}
-    against = [Against(_axis_name(ordered), tuple(names[row.label] for row in rows), means=False)]
-    days = tuple(row.day for row in rows)
-    if len(set(days)) > 1:
-        against.append(Against("Day", days, order=tuple(sorted(set(days)))))
-    return ResidualPlot(_sentence_case(ordered.quantity), ordered.unit, residuals.values, tuple(against))
-
-
-def as_shown_to_people(observed: Observations) -> Observations:
-    """Return a book's observations with their groups named as in the report; those of a table as they are.
-
-    Where two levels would be shown alike, all keep the names that the book writes.
-    """
-    if observed.configuration is None:
-        return observed
-    shown = {label: drawn_name(observed, label, gain=True).replace(NO_BREAK, " ") for label in observed.labels}
-    if len(set(shown.values())) < len(shown):
-        return observed
-    factor = _factor(observed)
-    return replace(observed, shown=shown, shown_by="" if factor is None else in_sentence(title_of(factor)))
-
-
-def _axis_name(observed: Observations) -> str:
-    """Name what the groups are levels of, at an axis: a factor of the book by its title."""
-    factor = _factor(observed)
-    return _sentence_case(observed.by if factor is None else title_of(factor))
-
-
-def _sentence_case(words: str) -> str:
-    """Return words as they begin at an axis; names such as x and b_ad_gain stay as they are."""
-    named = len(words) == 1 or "_" in words
-    return words if named else f"{words[:1].upper()}{words[1:]}"
-
-
-def drawn_name(observed: Observations, label: str, *, gain: bool = False) -> str:
-    """Name a group: "CE", "d = 186 kg/s", "active damping", "small foot"; groups of a table as the table does.
-
-    With `gain` a level that is one has it behind: "d = 186 kg/s (gain 50)".
-    """
-    configuration, factor = observed.configuration, _factor(observed)
-    if configuration is None or factor is None:
-        name = observed.name(label)
-        return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}\u2026"
-    of_gain = configuration.gains.get(observed.by)
-    if observed.by == pairing.swept_factor(configuration):
-        if label == observed.rest:
-            return factor.treatment or "the treatment"
-        if label == factor.control:
-            return swept_words(factor).control_level
-    try:
-        value = float(label)
-    except ValueError:
-        return observed.name(label) if label == observed.rest else level_name(factor, Level(observed.by, label))
-    if of_gain is None:
-        return level_name(factor, Level(observed.by, label, value, factor.unit))
-    return level_name(factor, Level(observed.by, label, of_gain.physical(value), of_gain.unit, value), gain=gain)
-
-
-def _factor(observed: Observations) -> Factor | None:
-    """Return the factor that makes the groups as the report knows it, None where no factor of a book does."""
-    configuration = observed.configuration
-    if configuration is None or observed.by not in configuration.factors:
-        return None
-    return study_factor(configuration, observed.by)
-
-
 ALPHA = 0.05
 DAYS_LEFT_OUT = "Days are left out of this test; `labbook stats compare` compares within days."
 MOST_GROUPS_IN_PAIRS = 50
@@ -806,3 +485,323 @@ def analyse(question: Question, variances: str) -> Answer:
         lambda: estimation_of(observed, differences, interval=method),
         [*notes, *_days_left_out(observed)],
     )
+
+
+def rows_where(text: str, sheet: Sheet) -> list[bool]:
+    """Tell which rows of a sheet fulfil a condition, decided as that on runs, by a database.
+
+    Raises `UsageError` for a text that cannot be read and for commas that could be decimals or thousands, `UnknownName`
+    for a column that is not there.
+    """
+    asked = {name: _column(sheet, name) for name in sorted(names_in(parse(text)) & sheet.columns.keys())}
+    types = {name: sa.Double if kind is ColumnKind.NUMBER else sa.Text for name, (kind, _cells) in asked.items()}
+    rows = sa.Table("rows", sa.MetaData(), *(sa.Column(f"c{at}", kind) for at, kind in enumerate(types.values())))
+    known = {name: WhereColumn(asked[name][0], column) for name, column in zip(asked, rows.c, strict=True)}
+    unasked = WhereColumn(ColumnKind.TEXT, sa.null())
+    fulfilled = compile_where(text, {name: known.get(name, unasked) for name in sheet.columns})
+    cells = zip(*(cells for _kind, cells in asked.values()), strict=True)
+    with sa.create_engine("sqlite://").begin() as connection:
+        rows.create(connection)
+        connection.execute(rows.insert(), [dict(zip(rows.c.keys(), row, strict=True)) for row in cells])
+        in_order = sa.select(fulfilled).select_from(rows).order_by(sa.literal_column("rowid"))
+        return [known_to_be is True for known_to_be in connection.scalars(in_order)]
+
+
+def _column(sheet: Sheet, name: str) -> tuple[ColumnKind, Sequence[str | float | None]]:
+    """Return a column as it is compared: numbers or dates where all that is filled in are, else words without order."""
+    cells = sheet.columns[name]
+    filled = [cell for cell in cells if not is_blank(cell)]
+    if filled and all(map(is_number_text, filled)):
+        sign = decimal_sign(sheet, [name])
+        numbers = [number_in(cell, sign) for cell in cells]
+        if not any(isinstance(number, CellFault) for number in numbers):
+            return ColumnKind.NUMBER, [number for number in numbers if not isinstance(number, CellFault)]
+    dates = bool(filled) and all(map(DATE.fullmatch, filled))
+    return ColumnKind.DATE if dates else ColumnKind.TEXT, [cell or None for cell in cells]
+
+
+QUANTITIES = {outcome.key: outcome for outcome in Outcome}
+
+
+def observe(given: Values, step: Callable[[str], None]) -> Observations:
+    """Read the values that are asked for; raises `UsageError` for options that do not belong to their source."""
+    if given.missing not in MISSING:
+        raise unknown_name("way with missing values", given.missing, MISSING)
+    return _of_book(given, step) if given.file is None else _of_table(given, given.file)
+
+
+def _of_book(given: Values, step: Callable[[str], None]) -> Observations:
+    for option, value in (("--value", given.value), ("--decimal", given.decimal), ("--day", given.day)):
+        if value is not None:
+            raise UsageError(
+                f"{option} is about a table: name a CSV file first, or leave it out for the book's values."
+            )
+    if given.missing != "refuse":
+        raise UsageError(
+            "--missing is about a table: of a book, runs without a value are left out as in its report, and named."
+        )
+    quantity = given.quantity or "joules"
+    if quantity not in QUANTITIES:
+        raise unknown_name("quantity", quantity, QUANTITIES)
+    asked = ObservationRequest(QUANTITIES[quantity], given.by, given.control, given.where)
+    with opened(given.book) as book, book.reading() as connection:
+        return observations_of_book(connection, book.store, book.configuration, asked, step)
+
+
+def _of_table(given: Values, file: Path) -> Observations:
+    for option, value in (("--quantity", given.quantity), ("--book", given.book)):
+        if value is not None:
+            raise UsageError(f"{option} is about a book and {own_name(file)} is a table: leave one of the two out.")
+    table = read_sheet(
+        SheetFile(own_name(file), read_bytes(file), decimal=given.decimal),
+        "a header such as controller,energy_J and one value a row",
+    )
+    table.refuse()
+    if given.value is None or given.by is None:
+        columns = ", ".join(repr(name) for name in table.columns)
+        raise UsageError(
+            f"a table needs --value and --by, the columns of values and of groups: {own_name(file)} has {columns}."
+        )
+    value, by = given.value, given.by
+    labels, days = (
+        ("",) * len(table.lines) if name is None else table.cells(name, option)
+        for name, option in ((by, "--by"), (given.day, "--day"))
+    )
+    selected = [*range(len(table.lines))]
+    if given.where is not None:
+        selected = [*itertools.compress(selected, rows_where(given.where, table))]
+    table.cells(value, "--value")
+    sign = decimal_sign(table, [value])
+    numbers = dict(zip(selected, numbers_of(table, value, "--value", sign, selected), strict=True))
+    named = [cells for cells, name in ((labels, by), (days, given.day)) if name is not None]
+    lacking = [place for place in selected if numbers[place] is None or not all(cells[place] for cells in named)]
+    if lacking and given.missing == "refuse":
+        raise InputRefused(
+            f"{len(lacking)} of {len(selected)} rows of {own_name(file)} lack a value or a label, the first in line "
+            f"{table.lines[lacking[0]]}: fill them in, or leave them out with --missing drop."
+        )
+    rows = tuple(
+        Observation(numbers[place], labels[place], days[place])
+        for place in selected
+        if all(cells[place] for cells in named)
+    )
+    header = parse_header(value)
+    control = with_control(given.control, by, list(dict.fromkeys(row.label for row in rows)))
+    return Observations(
+        source=own_name(file),
+        quantity=header.suffix_base or header.base if header.unit or header.suffix_unit else value,
+        unit=header.unit or header.suffix_unit or "",
+        by=by,
+        control=control,
+        rows=rows,
+        notes=(*_about(lacking, selected, given, rows, control), *_page(table)),
+    )
+
+
+def _about(
+    lacking: list[int], selected: list[int], given: Values, rows: tuple[Observation, ...], control: str
+) -> list[str]:
+    notes = []
+    if lacking:
+        named = [name for name in (given.by, given.day) if name is not None]
+        notes.append(_lacking_text(len(lacking), len(selected), sum(row.value is None for row in rows), named))
+    if given.control is None and rows:
+        notes.append(f"The control is taken to be {control!r}, the first in order: name another with --control.")
+    labels = {row.label for row in rows}
+    for same, what in (
+        (_alike(filter(is_number_text, labels), _number), "are one number written in several ways"),
+        (_alike(labels, str.casefold), "differ only in capital letters"),
+    ):
+        if same:
+            listed = "; ".join(" and ".join(map(repr, group)) for group in same)
+            notes.append(f"Groups that {what} count as several: {listed}.")
+    return notes
+
+
+def _lacking_text(left_out: int, of: int, without_value: int, named: Sequence[str]) -> str:
+    """Say how many rows are left out and for what, given the columns of labels; one that lacks both counts for these.
+
+    The sentences of results count the rows without a value, for the others belong to no group.
+    """
+    counts = ((without_value, "a value"), (left_out - without_value, f"a label in {' or '.join(map(repr, named))}"))
+    why = " and ".join(f"{count} lack{'s' if count == 1 else ''} {what}" for count, what in counts if count)
+    return f"{left_out} of {of} rows {'is' if left_out == 1 else 'are'} left out: {why}."
+
+
+def _page(table: Sheet) -> list[str]:
+    """Return a note where the text is of a page that was not declared."""
+    return (
+        [] if table.encoding == "utf-8" else [f"{table.file.name} is no UTF-8 text and was read as {table.encoding}."]
+    )
+
+
+def _alike(labels: Iterable[str], key: Callable[[str], str | float]) -> list[list[str]]:
+    """Return the labels that have a key in common: AD and ad by their letters, 0 and 0.0 by their number."""
+    found: dict[str | float, list[str]] = {}
+    for label in sorted(labels):
+        found.setdefault(key(label), []).append(label)
+    return [same for same in found.values() if len(same) > 1]
+
+
+def _number(label: str) -> float:
+    return float(label.replace(",", ".").replace(MINUS, "-"))
+
+
+LONGEST = 48
+"""Letters of a name that a figure has room for."""
+
+
+def draw_pictures(
+    pictures: Mapping[str, Path], observed: Observations, estimation: Callable[[], Estimation], level: float
+) -> None:
+    """Draw and write what is wanted: files by "plot", "qq" (normal quantiles) and "residuals"."""
+    if not pictures:
+        return
+    from reports.figures.estimation import draw_estimation
+    from reports.figures.kind import write_figure
+    from reports.figures.quantiles import draw_quantiles
+    from reports.figures.residuals import draw_residuals
+    from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+
+    width_in = ONE_COLUMN_IN if len(observed.labels) <= 2 else TWO_COLUMNS_IN
+    has_days = any(row.day for row in observed.rows)
+    ordered = in_groups(observed)
+    residuals = residuals_of_groups({label: ordered.values(label) for label in ordered.labels})
+    draw = {
+        "plot": lambda: draw_estimation(estimation(), width_in),
+        "qq": lambda: draw_quantiles(quantiles_of(ordered, residuals, level)),
+        "residuals": lambda: draw_residuals(
+            residual_plot_of(ordered, residuals), TWO_COLUMNS_IN if has_days else width_in
+        ),
+    }
+    for name, path in pictures.items():
+        write_figure(draw[name](), path)
+
+
+def difference_number(
+    value: float | Undefined, interval: tuple[float, float] | Undefined, level: float, unit: str
+) -> Number:
+    """Return a difference with its interval as figures take it."""
+    low, high = (interval, interval) if isinstance(interval, Undefined) else interval
+    return Number(value, unit, ci_low=low, ci_high=high, ci_level=level)
+
+
+def estimation_of(
+    observed: Observations,
+    differences: Mapping[str, Number],
+    bounds: Sequence[float] = (),
+    difference: str = "",
+    interval: str = "",
+) -> Estimation:
+    """Return an estimation plot of all groups; `differences` from the control by a group's label.
+
+    `difference` begins what these are called, `interval` says which method their intervals are of.
+    """
+    known = observed.known()
+    groups = tuple(
+        EstimationGroup(
+            drawn_name(observed, label),
+            tuple(float(row.value) for row in known.rows if row.label == label and row.value is not None),
+        )
+        for label in observed.labels
+    )
+    return Estimation(
+        quantity=_sentence_case(observed.quantity),
+        unit=observed.unit,
+        groups=groups,
+        reference=0,
+        differences=tuple(differences.get(label) for label in observed.labels),
+        bounds=tuple(bounds),
+        difference=f"{difference} {drawn_name(observed, observed.control)}" if difference else "",
+        interval=interval,
+    )
+
+
+def in_groups(observed: Observations) -> Observations:
+    """Return the known observations, group after group."""
+    known = observed.known()
+    place = {label: number for number, label in enumerate(known.labels)}
+    return replace(known, rows=tuple(sorted(known.rows, key=lambda row: place[row.label])))
+
+
+def quantiles_of(ordered: Observations, residuals: Residuals, level: float) -> Quantiles:
+    """Return residuals of ordered observations beside normal quantiles, each with its group."""
+    found = normal_quantiles(residuals, level)
+    order = sorted(range(len(residuals.values)), key=residuals.values.__getitem__)
+    names = {label: drawn_name(ordered, label) for label in ordered.labels}
+    return Quantiles(
+        _sentence_case(ordered.quantity),
+        ordered.unit,
+        found,
+        tuple(names[ordered.rows[place].label] for place in order),
+        tuple(names.values()),
+    )
+
+
+def residual_plot_of(ordered: Observations, residuals: Residuals) -> ResidualPlot:
+    """Return residuals of ordered observations against groups, and against days where these are known."""
+    rows = ordered.rows
+    names = {label: drawn_name(ordered, label) for label in ordered.labels}
+    against = [Against(_axis_name(ordered), tuple(names[row.label] for row in rows), means=False)]
+    days = tuple(row.day for row in rows)
+    if len(set(days)) > 1:
+        against.append(Against("Day", days, order=tuple(sorted(set(days)))))
+    return ResidualPlot(_sentence_case(ordered.quantity), ordered.unit, residuals.values, tuple(against))
+
+
+def as_shown_to_people(observed: Observations) -> Observations:
+    """Return a book's observations with their groups named as in the report; those of a table as they are.
+
+    Where two levels would be shown alike, all keep the names that the book writes.
+    """
+    if observed.configuration is None:
+        return observed
+    shown = {label: drawn_name(observed, label, gain=True).replace(NO_BREAK, " ") for label in observed.labels}
+    if len(set(shown.values())) < len(shown):
+        return observed
+    factor = _factor(observed)
+    return replace(observed, shown=shown, shown_by="" if factor is None else in_sentence(title_of(factor)))
+
+
+def _axis_name(observed: Observations) -> str:
+    """Name what the groups are levels of, at an axis: a factor of the book by its title."""
+    factor = _factor(observed)
+    return _sentence_case(observed.by if factor is None else title_of(factor))
+
+
+def _sentence_case(words: str) -> str:
+    """Return words as they begin at an axis; names such as x and b_ad_gain stay as they are."""
+    named = len(words) == 1 or "_" in words
+    return words if named else f"{words[:1].upper()}{words[1:]}"
+
+
+def drawn_name(observed: Observations, label: str, *, gain: bool = False) -> str:
+    """Name a group: "CE", "d = 186 kg/s", "active damping", "small foot"; groups of a table as the table does.
+
+    With `gain` a level that is one has it behind: "d = 186 kg/s (gain 50)".
+    """
+    configuration, factor = observed.configuration, _factor(observed)
+    if configuration is None or factor is None:
+        name = observed.name(label)
+        return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}\u2026"
+    of_gain = configuration.gains.get(observed.by)
+    if observed.by == pairing.swept_factor(configuration):
+        if label == observed.rest:
+            return factor.treatment or "the treatment"
+        if label == factor.control:
+            return swept_words(factor).control_level
+    try:
+        value = float(label)
+    except ValueError:
+        return observed.name(label) if label == observed.rest else level_name(factor, Level(observed.by, label))
+    if of_gain is None:
+        return level_name(factor, Level(observed.by, label, value, factor.unit))
+    return level_name(factor, Level(observed.by, label, of_gain.physical(value), of_gain.unit, value), gain=gain)
+
+
+def _factor(observed: Observations) -> Factor | None:
+    """Return the factor that makes the groups as the report knows it, None where no factor of a book does."""
+    configuration = observed.configuration
+    if configuration is None or observed.by not in configuration.factors:
+        return None
+    return study_factor(configuration, observed.by)
