@@ -73,7 +73,7 @@ GROUPS = {
     "study": (REPORT, "Studies of the thesis, each from what was measured to its verdict."),
     "stats": (REPORT, "Statistics on a table or on the book: tests, savings, equivalence."),
     "sim": (SIMULATE, "Simulate jumps: one scene, from robot to ground."),
-    "db": (BOOK, "The database: its revision, whether the book is whole, upgrading, copying, clearing up."),
+    "db": (BOOK, "The database: its state, whether the book is whole, clearing up."),
 }
 """Groups of commands, each a module of its name, under which heading they stand, and what they are for."""
 
