@@ -11,7 +11,6 @@ from pathlib import Path
 
 import pytest
 import sqlalchemy as sa
-from sqlalchemy.exc import OperationalError
 
 from data_schema.engine import postgres_engine, reading, sqlite_engine, writing
 from data_schema.errors import BookBusy, BookDamaged, UsageError
@@ -119,20 +118,6 @@ def test_tables_made_in_a_failed_transaction_do_not_stay(empty_engine: sa.Engine
         fail(empty_engine.begin(), "CREATE TABLE half (a INTEGER)", "INSERT INTO half VALUES (1)")
     with reading(empty_engine) as connection:
         assert sa.inspect(connection).get_table_names() == []
-
-
-def test_a_reader_that_becomes_a_writer_fails_whatever_the_timeout(sqlite_with_tables: Path, tmp_path: Path) -> None:
-    """The trap itself: a deferred transaction that has read, when another has written meanwhile."""
-    path = tmp_path / "labbook.db"
-    path.write_bytes(sqlite_with_tables.read_bytes())
-    engine = sqlite_engine(path, busy_timeout_s=3600)
-    with engine.connect() as deferred, deferred.begin():
-        people(deferred)
-        with writing(engine) as connection:
-            connection.exec_driver_sql(PERSON.format("first"))
-        with pytest.raises(OperationalError, match="locked"):
-            deferred.exec_driver_sql(PERSON.format("second"))
-    engine.dispose()
 
 
 def test_a_writer_waits_for_the_other_and_sees_what_it_wrote(engine: sa.Engine) -> None:

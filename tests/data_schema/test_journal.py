@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -267,17 +266,6 @@ def test_a_long_command_that_was_cut_off_is_found_from_the_end(mirror: JournalFi
 
 
 # --- the file
-
-
-def test_a_long_journal_is_read_from_its_end(mirror: JournalFile) -> None:
-    long = {"text": "x" * 3000}
-    entries = chain([{"new": long} for _ in range(1000)])
-    assert len(written(mirror, entries)) > 3 << 20
-    assert mirror.last() == entries[-1]
-    assert mirror.tail(990) == entries[990:]
-    assert mirror.tail(10) == entries[10:]
-    assert mirror.tail(1000) == []
-    assert all(after.prev_hash == before.hash for before, after in pairwise(mirror.entries()))
 
 
 def test_entries_that_do_not_fit_on_the_disk_leave_none_of_them(tmp_path: Path) -> None:

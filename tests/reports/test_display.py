@@ -15,7 +15,6 @@ from reports.display import (
     degrees_text,
     general_text,
     interval_text,
-    level_text,
     number_text,
     p_text,
     significance_text,
@@ -24,14 +23,6 @@ from reports.display import (
 from reports.numbers import Number, SignificanceTest
 from tests.helpers.wording import says
 from tests.reports.made import plain
-
-
-@pytest.mark.parametrize(
-    ("uncertainty", "places"),
-    [(0.42, 2), (0.0312, 3), (1.3, 1), (12.0, 0), (340.0, 0), (0.0999, 2), (9.96, 0), (0.0, 0), (math.inf, 0)],
-)
-def test_two_significant_digits_of_the_uncertainty(uncertainty, places):
-    assert decimals_for(uncertainty) == places
 
 
 def test_a_number_is_written_with_its_error_interval_and_n():
@@ -44,28 +35,6 @@ def test_apex_heights_are_shown_in_millimetres_and_stored_in_metres():
     says(plain(number_text(number)), "438.12", "0.42 mm", "95 %", "437.20", "439.00 mm")
     assert as_shown(number).value == pytest.approx(438.12)
     assert number.value == 0.43812
-
-
-def test_a_level_next_to_one_keeps_its_digits():
-    assert plain(level_text(Number(1.0, "J"))) == "95 % CI"
-    assert plain(level_text(Number(1.0, "J", ci_level=0.9999999))) == "99.99999 % CI"
-
-
-@pytest.mark.parametrize(
-    ("p", "text"),
-    [
-        (0.0234, "p = .023"),
-        (0.0004, "p < .001"),
-        (0.0, "p < .001"),
-        (1.0, "p > .999"),
-        (0.05, "p = .050"),
-        (0.0503, "p = .0503"),
-        (0.04998, "p = .04998"),
-        (0.00104, "p = .00104"),
-    ],
-)
-def test_p_values(p, text):
-    assert plain(p_text(p)) == text
 
 
 def test_a_test_in_words():

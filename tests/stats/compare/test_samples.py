@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-import scipy.stats
 
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.reasons import Reason
@@ -63,15 +62,6 @@ def test_missing_values_are_refused_or_left_out_and_counted() -> None:
     assert found.missing == 2
     assert (found.t, found.p) == (compare_two(A, B).t, compare_two(A, B).p)
     says(found.sentence(), "2 missing")
-
-
-def test_small_sample_by_hand():
-    found = describe([2.0, 4.0, 6.0])
-    assert (found.n, found.mean, found.sd) == (3, 4.0, 2.0)
-    assert found.se == pytest.approx(2.0 / 3.0**0.5, rel=1e-15)
-    low, high = scipy.stats.t.interval(0.95, 2, loc=4.0, scale=found.se)
-    assert (found.ci_low, found.ci_high) == pytest.approx((low, high), rel=1e-12)
-    says(found.sentence("joules", "J"), "joules", "4.0 J", "2", "95 %")
 
 
 def test_what_does_not_exist_is_undefined_field_by_field():

@@ -50,13 +50,6 @@ def test_agrees_with_r(test):
         assert planned(row).power == pytest.approx(float(row["power"]), abs=BOUNDS[test]), row
 
 
-def test_published_values():
-    """Textbook: 64 a group for d = 0.5 at 80 %."""
-    plan = sample_size(lambda n: power_t(0.5, 1.0, n, n)).plan
-    assert plan == power_t(0.5, 1.0, 64, 64)
-    assert power_t(0.5, 1.0, 63, 63).power < 0.8
-
-
 def test_without_effect_exact_tests_reject_at_alpha():
     assert power_t(0.0, 1.0, 3, 8, 0.01).power == pytest.approx(0.01, rel=1e-12)
     assert power_t(0.0, 1.0, 3, 8, 0.01, sides=1).power == pytest.approx(0.01, rel=1e-12)
@@ -94,7 +87,7 @@ def test_the_search_for_a_sample_size_plans_each_size_once():
         asked.append(n)
         return power_t(0.5, 1.0, n, n)
 
-    assert sample_size(plan).plan.group_ns == (64, 64)
+    assert sample_size(plan).plan.group_ns == (64, 64)  # textbook, for d = 0.5 at 80 %
     assert sorted(asked) == sorted(set(asked))
 
 
