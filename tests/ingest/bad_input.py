@@ -7,8 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ingest.model import Declarations, ReadFile
-from ingest.read import read_file
+from tests.ingest.reading import read
 from tests.ingest.synthetic import LOG_HEADER, robot_log, robot_rows, text
 
 LOG = robot_log()
@@ -34,10 +33,6 @@ def counting(cell: str, n: int = 300) -> bytes:
 def with_column(name: str, cell: str) -> bytes:
     """The log with a further column of the same cell."""
     return text(f"{LOG_HEADER},{name}", [f"{row},{cell}" for row in ROWS])
-
-
-def read(data: bytes) -> ReadFile:
-    return read_file(data, Declarations())
 
 
 def with_row(row: str, at: int = 50) -> bytes:

@@ -12,6 +12,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
 from tests.ingest import synthetic_plates as plates
+from tests.ingest.formats.synthetic_chargers import lines
 from tests.ingest.second_parser import MISSING, NUMBER, Row
 from tests.ingest.synthetic import icharger_rows
 
@@ -21,7 +22,7 @@ class Maker:
     """A format: a good file, its lines of header, what separates cells, and each column's channel and factor.
 
     `time` are the columns that make up the time, each with its unit in s; `part` is the name that its signal has where
-    there are several, `ends_at` tells the line where its rows end.
+    there are several, `followed_by` what the line behind its rows begins with.
     """
 
     write: Callable[[], bytes]
@@ -31,7 +32,7 @@ class Maker:
     rate_hz: float
     time: Mapping[int, float] | None = None
     part: str | None = None
-    ends_at: Callable[[str], bool] = lambda _line: False
+    followed_by: str | None = None
     checked: bool = False
 
     def row(self, line: str, place: int) -> Row | None:
@@ -115,55 +116,24 @@ _CHARGER = [
     *(None,) * 7,
 ]
 
+_BERTEC = [("sequence", 1.0), None, ("sync", 1.0), ("aux", 1.0), *_six(1, _ON_PLATE), ("cop_x", 1.0), ("cop_y", -1.0)]
+_OPENSIM = [
+    None,
+    *(column for plate in (1, 2) for quantity in ("force", "cop") for column in _opensim(quantity, plate)),
+    *(column for plate in (1, 2) for column in _opensim("free_moment", plate)),
+]
+_QUALISYS = [("sequence", 1.0), None, *_six(1, _ON_PLATE), ("cop_x", 1e-3), ("cop_y", -1e-3), ("cop_z", -1e-3)]
+_NEXUS = [None, ("sub_frame", 1.0), *_vicon(1), *_vicon(2)]
+_NEXUS_TIME = {0: 1e-2, 1: 1e-3}
+
 MAKERS: Mapping[str, Maker] = {
-    "bertec_text": Maker(
-        lambda: plates.bertec(120),
-        1,
-        ",",
-        [("sequence", 1.0), None, ("sync", 1.0), ("aux", 1.0), *_six(1, _ON_PLATE), ("cop_x", 1.0), ("cop_y", -1.0)],
-        1000.0,
-        {1: 1e-3},
-    ),
+    "bertec_text": Maker(lambda: plates.bertec(120), 1, ",", _BERTEC, 1000.0, {1: 1e-3}),
     "amti_text": Maker(lambda: plates.amti(120), 4, ",", [*_six(1, _ON_PLATE), *_six(2, _ON_PLATE)], 100.0),
     "bioware": Maker(lambda: plates.bioware(120), 18, "\t", [None, *_bioware(1), *_bioware(2)], 1000.0, {0: 1.0}),
-    "opensim": Maker(
-        lambda: plates.opensim(120),
-        7,
-        "\t",
-        [
-            None,
-            *(column for plate in (1, 2) for quantity in ("force", "cop") for column in _opensim(quantity, plate)),
-            *(column for plate in (1, 2) for column in _opensim("free_moment", plate)),
-        ],
-        300.0,
-        {0: 1.0},
-    ),
-    "qualisys_tsv": Maker(
-        lambda: plates.qualisys(120),
-        26,
-        "\t",
-        [("sequence", 1.0), None, *_six(1, _ON_PLATE), ("cop_x", 1e-3), ("cop_y", -1e-3), ("cop_z", -1e-3)],
-        500.0,
-        {1: 1.0},
-    ),
-    "vicon_csv": Maker(
-        lambda: plates.vicon(120),
-        5,
-        ",",
-        [None, ("sub_frame", 1.0), *_vicon(1), *_vicon(2)],
-        1000.0,
-        {0: 1e-2, 1: 1e-3},
-        "devices",
-        lambda line: line.startswith("Trajectories"),
-    ),
+    "opensim": Maker(lambda: plates.opensim(120), 7, "\t", _OPENSIM, 300.0, {0: 1.0}),
+    "qualisys_tsv": Maker(lambda: plates.qualisys(120), 26, "\t", _QUALISYS, 500.0, {1: 1.0}),
+    "vicon_csv": Maker(lambda: plates.vicon(120), 5, ",", _NEXUS, 1000.0, _NEXUS_TIME, "devices", "Trajectories"),
     "icharger_log": Maker(
-        lambda: ("\n".join(icharger_rows(120)) + "\n").encode(),
-        0,
-        ";",
-        _CHARGER,
-        1.0,
-        {2: 1e-3},
-        "channel_1",
-        checked=True,
+        lambda: lines(icharger_rows(120), "\n"), 0, ";", _CHARGER, 1.0, {2: 1e-3}, "channel_1", checked=True
     ),
 }

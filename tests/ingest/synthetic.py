@@ -101,32 +101,19 @@ def twenty_faults() -> tuple[bytes, frozenset[str]]:
     header = b"# rate: 1000 Hz \xb0C\r\n# written by hand\n"
     header += b"time [ms],height [m],leg_length,k_gain,counts,height [m],mode_text,leg_velocity [kg],unused\n"
 
-    def cells(row: int, **changed: str) -> str:
-        values = rows[row].split(",")
-        for position, value in changed.items():
-            values[int(position[1:])] = value
-        return ",".join(values)
-
     rows[100] = "# a remark in the middle"
     rows[101] = header.decode("latin-1").splitlines()[-1]
     rows[200] = "1,2,3"
-    rows[210] = cells(210, _1="ERROR")
-    rows[220] = cells(220, _1="")
-    rows[230] = cells(230, _1="1.#INF")
-    rows[240] = cells(240, _1="2.2e35")
-    rows[250] = cells(250, _0=rows[249].split(",")[0])
-    rows[260] = cells(260, _0=rows[255].split(",")[0])
-    rows[270] = cells(270, _0="99999999")
-    rows[280] = cells(280, _0="")
-    rows[290] = cells(290, _3="1'234.5")
-    rows[300] = cells(300, _3='"12')
-    rows[310] = cells(310, _3='"1,5"')
+    stamps = [row.split(",")[0] for row in rows]
+    for row, place, cell in (
+        *((210, 1, "ERROR"), (220, 1, ""), (230, 1, "1.#INF"), (240, 1, "2.2e35"), (250, 0, stamps[249])),
+        *((260, 0, stamps[255]), (270, 0, "99999999"), (280, 0, ""), (290, 3, "1'234.5"), (300, 3, '"12')),
+        *((310, 3, '"1,5"'), *((later, 0, str(int(stamps[later]) + 5000)) for later in range(1003, len(rows)))),
+    ):
+        cells = rows[row].split(",")
+        rows[row] = ",".join([*cells[:place], cell, *cells[place + 1 :]])
     rows[320] = rows[320].replace(",", ",\0", 1)
     rows[330] = "\x1a"
     del rows[400:403]
-    for later in range(1000, len(rows)):
-        values = rows[later].split(",")
-        values[0] = str(int(values[0]) + 5000)
-        rows[later] = ",".join(values)
     body = "\n".join(rows[:-1]) + "\n" + rows[-1][:12]
     return header + body.encode("latin-1"), TWENTY_RULES

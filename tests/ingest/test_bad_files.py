@@ -15,7 +15,6 @@ from tests.ingest.bad_input import (
     check_one_row_lost,
     clock,
     counting,
-    read,
     with_cell,
     with_column,
     with_heights,
@@ -23,7 +22,7 @@ from tests.ingest.bad_input import (
     with_times,
 )
 from tests.ingest.formats.test_archive import zipped
-from tests.ingest.reading import rules
+from tests.ingest.reading import read, rules
 from tests.ingest.synthetic import LOG_HEADER, text
 
 BYTES = [

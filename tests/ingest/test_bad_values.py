@@ -8,8 +8,7 @@ import pytest
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.read import read_file
 from tests.helpers.wording import says
-from tests.ingest.bad_input import read
-from tests.ingest.reading import channel, refusal, rules
+from tests.ingest.reading import channel, read, refusal, rules
 from tests.ingest.synthetic import text
 
 

@@ -115,7 +115,7 @@ def wrong(name: str, maker: Maker, seed: int) -> str | None:
         return None  # what a header says that was changed, it says
     rows: list[Row | None] = []
     for line in lines[maker.head :]:
-        if maker.ends_at(line) and line is not lines[-1]:
+        if maker.followed_by and line.startswith(maker.followed_by) and line is not lines[-1]:
             break
         if line.strip(" \t\0\x1a" if maker.time is None else ' ",\t\0\x1a') and line not in lines[: maker.head]:
             rows.append(maker.row(line, len(rows)))

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from ingest.model import Declarations, SignalPart
 from ingest.read import read_file
 from ingest.tables.rows import PIECE_BYTES, _take_back
+from tests.ingest.reading import only_part, read
 from tests.ingest.synthetic import LOG_HEADER, robot_rows, text
 
 ORDINARY = st.floats(-1e17, 1e17).filter(lambda x: x == 0 or abs(x) > 1e-29)  # smaller ones are misframed rows
@@ -24,13 +25,6 @@ NUMBERS = st.one_of(
     st.sampled_from(["", "nan", "-nan", "NaN", ".5", "5.", "+7", "-0.0", " 3 ", "0.1", "1e-5", "nan(ind)"]),
 )
 DECIMAL_SIGNS = st.sampled_from([(",", "."), (";", "."), (";", ","), ("\t", ","), ("\t", ".")])
-
-
-def only_part(data: bytes) -> SignalPart:
-    result = read_file(data, Declarations())
-    assert not result.refused, result.findings
-    (part,) = result.parts
-    return part
 
 
 def same(first: SignalPart, second: SignalPart) -> bool:
@@ -55,7 +49,7 @@ def test_fast_and_slow_route_give_identical_values(cells: list[tuple[str, str]],
     clean = text(header, lines)
     # A comment keeps the whole file from being proved clean: it is read line by line.
     slow = text(header, [*lines[:3], "# remark", *lines[3:]])
-    assert same(only_part(clean), only_part(slow))
+    assert same(only_part(read(clean)), only_part(read(slow)))
 
 
 def test_a_file_of_many_pieces_loses_only_its_bad_line() -> None:
@@ -67,7 +61,7 @@ def test_a_file_of_many_pieces_loses_only_its_bad_line() -> None:
     assert (result.rows_kept, result.rows_rejected) == (19_999, 1)
     (finding,) = [finding for finding in result.findings if finding.severity == "row"]
     assert finding.line == 15_002
-    (part,), clean = result.parts, only_part(whole)
+    (part,), clean = result.parts, only_part(read(whole))
     for channel, original in zip(part.channels, clean.channels, strict=True):
         assert np.array_equal(channel.values, np.delete(original.values, 15_000))
     assert [gap.kind for gap in part.gaps] == ["rejected"]
