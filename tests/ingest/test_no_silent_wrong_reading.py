@@ -141,30 +141,6 @@ def test_the_first_of_two_sampling_rates_was_taken() -> None:
     assert "--rate" in finding(read(data), "rates_contradict").message
 
 
-FILETIME = 132_000_000_000_000_000
-
-
-def bertec_sdk(cop: str, n: int = 200) -> bytes:
-    """A log of a program on Bertec's SDK (synthetic): FILETIME stamps, loaded from sample 50 to 149; `cop` unloaded."""
-    names = "Timestamp;Fx1;Fy1;Fz1;Mx1;My1;Mz1;Copx1;Copy1;Copxy1"
-    rows = []
-    for k in range(n):
-        loaded = 50 <= k < 150
-        place = "100.0;-50.0" if loaded else f"{cop};{cop}"
-        fz = 500.0 + k % 3 if loaded else 0.5 * (k % 3 - 1)
-        rows.append(f"{FILETIME + 10_000 * k};1.0;0.5;{fz};{-0.05 * fz};{0.1 * fz};0.0;{place};")
-    return text(names, rows)
-
-
-@pytest.mark.parametrize("cop", ["-11000.5", "2.5e7", "inf", "1.#INF", "nan"])
-def test_the_centre_of_pressure_of_an_unloaded_plate_rejected_rows(cop: str) -> None:
-    """163 of 173 rejected rows of a plate's file were unloaded, their centre of pressure 11 m away."""
-    result = read(bertec_sdk(cop))
-    assert not result.refused
-    assert (result.rows_kept, result.rows_rejected) == (200, 0)
-    assert np.abs(channel(result, "cop_x").values[60:140]) == pytest.approx(np.full(80, 0.1))
-
-
 def coarse_log(n: int = 3600) -> list[str]:
     """Hops of 300 rows, the last 20 of each standing still, seen by sensors of coarse steps and little noise."""
     noise = np.random.default_rng(5)
@@ -437,13 +413,16 @@ COUNTERS = {
 }
 
 
+@pytest.mark.parametrize("name", ["seq", "sample_no", "index", "packet_id", "n"])
 @pytest.mark.parametrize(("numbers", "modulus", "lost"), COUNTERS.values(), ids=COUNTERS.keys())
-def test_lost_samples_are_found_by_a_counter_that_passes_its_end(numbers: list[int], modulus: int, lost: range) -> None:
+def test_lost_samples_are_found_by_a_counter_that_passes_its_end(
+    numbers: list[int], modulus: int, lost: range, name: str
+) -> None:
     """After the first passage no loss was seen any more, before or behind it."""
     rows = [f"{n % modulus if n >= 0 else n},{0.4 + k % 9 / 1e3}" for k, n in enumerate(numbers) if k not in lost]
-    (part,) = read(text("seq,height [m]", rows), Declarations(rate_hz=100.0)).parts
+    (part,) = read(text(f"{name},height [m]", rows), Declarations(rate_hz=100.0)).parts
     (gap,) = part.gaps
-    assert (gap.start_s, gap.samples_missing) == (pytest.approx((lost[0] - 1) / 100), 5)
+    assert (gap.start_s, gap.samples_missing, gap.kind) == (pytest.approx((lost[0] - 1) / 100), 5, "dropped")
     assert part.time_s[-1] == pytest.approx((len(numbers) - 1) / 100)
 
 
@@ -610,18 +589,6 @@ def test_forward_and_vertical_force_exchanged_were_stored() -> None:
     said = {"Fx [N]": ColumnDeclaration("force_z", "N"), "Fz [N]": ColumnDeclaration("force_x", "N")}
     moments = {"Mx": ColumnDeclaration("m1", "N*m"), "My": ColumnDeclaration("m2", "N*m")}
     assert not with_robot(hopping_plate(order="zyx"), columns={**said, **moments}).refused
-
-
-@pytest.mark.parametrize("name", ["sample_no", "index", "packet_id", "n"])
-def test_a_column_that_counts_the_samples_shows_which_are_missing(name: str) -> None:
-    numbers = [k for k in range(300) if not 100 <= k < 115]
-    rows = [f"{k},{0.4 + 0.01 * (k % 7):.2f}" for k in numbers]
-    result = read(text(f"{name},height [m]", rows), Declarations(rate_hz=100.0))
-    (gap,) = result.parts[0].gaps
-    assert (gap.samples_missing, gap.kind) == (15, "dropped")
-    own = Declarations(rate_hz=100.0, columns={name: ColumnDeclaration("counter")})
-    kept = read(text(f"{name},height [m]", rows), own)
-    assert kept.parts[0].gaps == ()
 
 
 def test_forces_of_a_known_robot_are_right_and_of_one_weighed_badly_noted() -> None:

@@ -201,14 +201,6 @@ def test_a_name_of_two_words_beside_one_without_a_unit_is_refused() -> None:
     check_heights(read(["time [s] body_height [m] seq load [N]", *rows]))
 
 
-def test_that_header_again_inside_the_rows_is_skipped() -> None:
-    rows = [f"{t} {h:.5f}" for t, h in zip(TIMES, HEIGHTS, strict=True)]
-    header = "time [s] body_height [m]"
-    result = read([header, *rows[:60], header, *rows[60:]])
-    check_heights(result)
-    assert "header_repeated" in rules(result)
-
-
 def test_a_header_of_other_width_is_refused_with_the_keys_that_decide() -> None:
     rows = [f"{t} {h:.5f} 3" for t, h in zip(TIMES, HEIGHTS, strict=True)]
     said = refusal(read(["time height", *rows]))

@@ -18,31 +18,21 @@ from tests.ingest.synthetic import LOG_HEADER, robot_log, robot_rows, text, twen
 from tests.ingest.test_truncation import EDITS, edited
 
 
-def test_twenty_faults_of_different_kinds_are_all_found_in_one_reading() -> None:
+def test_twenty_faults_of_different_kinds_are_all_found_in_one_reading_by_line_column_and_value_gravest_first() -> None:
     data, faults = twenty_faults()
     result = read_file(data, Declarations())
     assert len(faults) >= 20
     assert faults <= rules(result)
     assert result.refused
-
-
-def test_findings_name_line_column_and_value() -> None:
-    data, _ = twenty_faults()
-    by_rule = {finding.rule: finding for finding in read_file(data, Declarations()).findings}
+    grades = [finding.severity for finding in result.findings]
+    assert grades == sorted(grades, key=[Severity.FILE, Severity.ROW, Severity.NOTE].index)
+    by_rule = {finding.rule: finding for finding in result.findings}
     lines = data.replace(b"\r\n", b"\n").split(b"\n")
     bad_cell = by_rule["not_a_number"]
-    assert bad_cell.line is not None
-    assert b"ERROR" in lines[bad_cell.line - 1]
+    assert b"ERROR" in lines[(bad_cell.line or 0) - 1]
     assert (bad_cell.column, bad_cell.value, bad_cell.severity) == ("height [m]", "ERROR", Severity.ROW)
-    assert by_rule["ragged_row"].line is not None
-    assert lines[by_rule["ragged_row"].line - 1] == b"1,2,3"
+    assert lines[(by_rule["ragged_row"].line or 0) - 1] == b"1,2,3"
     assert by_rule["last_line_cut"].line == len(lines)
-
-
-def test_findings_come_gravest_first() -> None:
-    data, _ = twenty_faults()
-    grades = [finding.severity for finding in read_file(data, Declarations()).findings]
-    assert grades == sorted(grades, key=[Severity.FILE, Severity.ROW, Severity.NOTE].index)
 
 
 def test_a_clean_log_has_no_findings() -> None:
@@ -98,18 +88,11 @@ DECLARED = st.sampled_from(
 )
 
 
-@given(st.binary(max_size=3000), DECLARED)
-def test_any_bytes_give_a_result_or_a_labbook_error(data: bytes, declared: Declarations) -> None:
+SEEDS = [GOOD_FILES[name]() for name in ("delimited_log", "bertec_text", "charger_sheet", "icharger_log")]
+DAMAGED = st.builds(edited, st.sampled_from([*SEEDS, robot_log(20).decode().encode("utf-16")]), EDITS)
+
+
+@given(st.binary(max_size=3000) | DAMAGED, DECLARED)
+def test_any_bytes_and_damaged_files_give_a_result_or_a_labbook_error(data: bytes, declared: Declarations) -> None:
     with contextlib.suppress(LabbookError):
         check_invariants(read_file(data, declared))
-
-
-SEEDS = [GOOD_FILES[name]() for name in ("delimited_log", "bertec_text", "charger_sheet", "icharger_log")]
-
-
-@given(st.sampled_from([*SEEDS, robot_log(20).decode().encode("utf-16")]), EDITS, DECLARED)
-def test_damaged_files_give_a_result_or_a_labbook_error(
-    seed: bytes, edits: list[tuple[float, int, bytes]], declared: Declarations
-) -> None:
-    with contextlib.suppress(LabbookError):
-        check_invariants(read_file(edited(seed, edits), declared))

@@ -76,14 +76,14 @@ SDK_HEADER = "Timestamp;" + ";".join(
 SDK_HEADER += ";Copx1;Copy1;Copxy1;Copx2;Copy2;Copxy2"
 
 
-def sdk(stamp: Callable[[int], str], cop_scale: float, n: int = 2000) -> bytes:
+def sdk(stamp: Callable[[int], str], cop_scale: float, n: int = 2000, unloaded: str = "0") -> bytes:
     """A log of a program on the SDK: `;`, empty columns, CRLF, no final newline."""
     noise = np.random.default_rng(3).normal(0, 2, n)
     rows = []
     for number in range(n):
         fz = (600.0 if number % 1000 < 400 else 0.0) + noise[number]
         plate = [0.0, 0.0, fz, 0.05 * fz, -0.1 * fz, 0.0]
-        cop = f"{0.1 * cop_scale:.5f};{0.05 * abs(cop_scale):.5f};" if fz > 20 else "0;0;"
+        cop = f"{0.1 * cop_scale:.5f};{0.05 * abs(cop_scale):.5f};" if fz > 20 else f"{unloaded};{unloaded};"
         rows.append(f"{stamp(number)};" + ";".join(f"{value:.4f}" for value in plate * 2) + f";{cop};{cop}")
     return "\r\n".join([SDK_HEADER, *rows]).encode()
 
@@ -97,6 +97,14 @@ def test_sdk_log_with_arrival_times_counts_samples_and_fits_the_centre_of_pressu
     assert part.start_utc == "2024-01-17T21:20:00.000000Z"
     assert values(part)["cop_x"][0] == pytest.approx(0.1)  # written in mm with the other sign
     assert "cop_fitted" in rules(result)
+
+
+@pytest.mark.parametrize("unloaded", ["-11000.5", "2.5e7", "inf", "1.#INF", "nan"])
+def test_the_centre_of_pressure_of_an_unloaded_plate_rejects_no_rows(unloaded: str) -> None:
+    """163 of 173 rejected rows of a plate's file were unloaded, their centre of pressure 11 m away."""
+    result = read(sdk(lambda number: f"{number / 1000:.3f}", 1.0, unloaded=unloaded))
+    assert (result.refused, result.rows_kept, result.rows_rejected) == (False, 2000, 0)
+    assert np.abs(channel(result, "cop_x").values[:400]) == pytest.approx(np.full(400, 0.1), abs=1e-5)
 
 
 def test_arrival_times_of_another_rate_are_refused() -> None:
