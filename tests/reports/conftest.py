@@ -6,13 +6,13 @@ from datetime import date, timedelta
 
 import numpy as np
 import pytest
-from scipy import stats as scipy_stats
 
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import ContrastKind, Rule, Undefined
 from labbook.analysis.comparison.deciding import decide_by_contrast, equivalence_by_contrast
 from labbook.analysis.comparison.thesis_route import thesis_route
+from labbook.analysis.prediction.checking import agreement
 from labbook.config.model import Bounds
 from reports.claims import group_claim
 from reports.content import (
@@ -50,7 +50,9 @@ from reports.content import (
 from reports.display import LogGap, LogJump, RunLog
 from reports.numbers import Number
 from reports.page.writing import report_files, write_report
+from stats.compare.summary import describe
 from stats.days.decision import contrast_by_day
+from stats.groups.anova import one_way_anova
 from stats.lines.passive_drain import fit_passive_drain
 from tests.helpers.judged import judged
 from tests.helpers.once import made_once
@@ -90,14 +92,10 @@ class Maker:
         return name
 
     def mean(self, values, unit, what):
-        n, sd = len(values), float(np.std(values, ddof=1))
-        half = float(scipy_stats.t.ppf(0.975, n - 1)) * sd / math.sqrt(n)
-        mean = float(np.mean(values))
-        number = Number(
-            mean, unit, se=sd / math.sqrt(n), shared_se=0.21 if unit == "J" else None, ci_low=mean - half,
-            ci_high=mean + half, df=float(n - 1), n=n, provenance=self.id(what, n),
-        )  # fmt: skip
-        return number, sd
+        found = describe(values)
+        shared, df, key = 0.21 if unit == "J" else None, found.n - 1.0, self.id(what, found.n)
+        ends = {"ci_low": found.ci_low, "ci_high": found.ci_high}
+        return Number(found.mean, unit, found.se, shared, **ends, df=df, n=found.n, provenance=key), found.sd
 
 
 def _levels(foot, k_gain, ad_gain):
@@ -174,11 +172,9 @@ def _comparisons(maker, conditions):
                 level = condition.levels[2].label
                 values = _values(condition, quantity)
                 made.append(_comparison(maker, quantity, group, level, control, values, "each AD gain"))
-            result = scipy_stats.f_oneway(*(_values(c, quantity) for c in of_group[1:]))
-            p = Number(float(result.pvalue), "1", provenance=maker.id(f"ANOVA {foot} {k_gain}", 50))
-            anovas.append(
-                Anova(f"{foot} {k_gain}", quantity, group, Number(float(result.statistic), "1"), p, 4, 45, 50)
-            )
+            found = one_way_anova([_values(c, quantity) for c in of_group[1:]])
+            p = Number(found.p, "1", provenance=maker.id(f"ANOVA {foot} {k_gain}", 50))
+            anovas.append(Anova(f"{foot} {k_gain}", quantity, group, Number(found.f, "1"), p, 4, 45, 50))
     made.sort(key=lambda c: c.family != "pooled over the AD gain")
     return tuple(made), tuple(anovas)
 
@@ -267,11 +263,8 @@ def _sensitivity(comparisons, days):
 
 def _prediction(maker, quantity, group, level, control, n, measured, value, se):
     key = maker.id(f"predicted {quantity}, {' '.join([*group.values(), level])}", 3)
-    difference = value - measured.value
-    end = measured.ci_high if difference > 0 else measured.ci_low
-    ratio = difference / math.hypot(end - measured.value, 2 * se)
     predicted = Number(value, measured.unit, se=se, provenance=key)
-    check = PredictionCheck(predicted, Number(difference, measured.unit), Number(ratio, "1"), {}, 1e-7 * abs(value))
+    check = PredictionCheck(predicted, *agreement(measured, value, se), {}, 1e-7 * abs(value))
     return Prediction(quantity, group, level, control, n, measured, check)
 
 

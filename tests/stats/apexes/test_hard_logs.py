@@ -8,29 +8,18 @@ import pytest
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.apexes.cleaning import CleaningParameters, clean_signal
 from stats.apexes.detectors import find_jumps
-from stats.apexes.jumps import Hop, StanceParameters, find_hops, landing, liftoff_from_leg
 from stats.apexes.standing import rests
 from tests.helpers.hopping_log import FLIGHT_S, REST_LENGTH_M, STANCE_S, apex_s, hopping_log, landing_s
 from tests.helpers.standing_log import REST_LENGTH_M as STANDING_M
 from tests.helpers.standing_log import standing_log
 
 
-def liftoffs(log, leg_m):
-    """Of each hop, from the leg alone."""
-    parameters = StanceParameters()
-    signal = clean_signal(log.time_s, log.height_m, leg_m, np.empty((0, 2)), CleaningParameters())
-    hops = find_hops(signal, REST_LENGTH_M, parameters)
-    return [liftoff_from_leg(signal, hop, REST_LENGTH_M, parameters) for hop in hops]
-
-
-def test_a_leg_that_flies_shorter_than_its_rest_length_still_lifts_off_and_one_not_measured_does_not(bed_log):
+@pytest.mark.parametrize("short_m", [0.0, 0.004])
+def test_a_leg_that_flies_shorter_than_its_rest_length_still_lifts_off(bed_log, short_m):
     log = bed_log(4)
-    assert liftoffs(log, log.leg_m) == pytest.approx(list(log.liftoff_s), abs=0.004)
-    assert liftoffs(log, log.leg_m - 0.004) == pytest.approx(list(log.liftoff_s), abs=0.005)
-    unmeasured = liftoffs(log, np.full(log.time_s.size, np.nan))
-    assert [isinstance(each, Undefined) for each in unmeasured] == [True] * 4
+    found = find_jumps(log.time_s, log.height_m, rest_length_m=REST_LENGTH_M, leg_length_m=log.leg_m - short_m)
+    assert [jump.liftoff_s for jump in found.jumps] == pytest.approx(list(log.liftoff_s), abs=0.005)
 
 
 def test_a_log_that_ends_in_stance_says_so(bed_log):
@@ -38,15 +27,6 @@ def test_a_log_that_ends_in_stance_says_so(bed_log):
     n = int(np.searchsorted(log.time_s, log.touchdown_s[1] + 0.1))
     last = find_jumps(log.time_s[:n], log.height_m[:n], rest_length_m=REST_LENGTH_M).jumps[-1]
     assert last.apex_s == Undefined(Reason.LOG_ENDS_IN_STANCE)
-
-
-@pytest.mark.parametrize(("after_s", "seen"), [(0.45, True), (0.9, False)])
-def test_a_landing_is_seen_or_read_off_the_parabola(after_s, seen):
-    following = Hop(0, 1, 2, Undefined(Reason.AS_SAID, said="not looked for"), 2, 1.0 + after_s)
-    at_s, extrapolated = landing(1.0, 1.27, 9.8, following, 0.27, StanceParameters())
-    assert extrapolated != seen
-    assert at_s == (1.0 + after_s if seen else pytest.approx(1.0 + (2.0 / 9.8) ** 0.5))
-    assert isinstance(landing(1.0, 0.2, 9.8, None, 0.27, StanceParameters())[0], Undefined)
 
 
 @pytest.mark.parametrize("detector", ["published", "robust"])
