@@ -108,7 +108,7 @@ def test_touchdown_and_liftoff(bed_log):
     assert np.max(np.abs(late)) < 0.05
     for jump in with_leg.jumps:
         assert jump.touchdown_s < jump.liftoff_s < jump.apex_s < jump.liftoff_s + jump.flight_time_s
-        assert jump.flags == ("landing_extrapolated",)  # a hand catches it: its landing is read off the parabola
+        assert "landing_extrapolated" in jump.flags  # a hand catches it: its landing is read off the parabola
         falling_s = math.sqrt(2.0 * (jump.apex_height_m - REST_LENGTH_M) / 9.80665)
         assert jump.flight_time_s == pytest.approx(jump.apex_s - jump.liftoff_s + falling_s, abs=0.01)
 
