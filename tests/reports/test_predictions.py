@@ -90,23 +90,19 @@ def test_assumed_inputs_say_what_varying_them_changes(content):
 
 
 def test_sentences_say_what_predictions_rest_on(content):
-    text = told(content)
-    for words in ("scene bed", "raised and lowered (kg_scale by 10 % and foot_mass by 5 %)", "Surface changes nothing",
-                  "In 1 condition a decision", "otherwise is part of the error.", "In 2 conditions a decision",
-                  "otherwise is in no error.", "In 3 conditions sampled active damping, or "
-                  "a slow foot at touchdown, lets rounding grow",
-                  "active damping and motor heat"):  # fmt: skip
-        assert words in text
-    odd = dataclasses.replace(content.predictions, under_surface=1, open_book=2)
-    odd_text = told(dataclasses.replace(content, predictions=odd))
+    sentences = [*map(plain, prediction_sentences(content))]
+    for facts in (("kg_scale", "10 %", "foot_mass", "5 %"), ("1 condition",), ("2 conditions",), ("3 conditions",),
+                  ("active damping", "motor heat"), ("scene bed",)):  # fmt: skip
+        says(sentences, *facts)
+    odd, calm = ({"under_surface": 1, "open_book": 2}, {"branched": 0, "on_edge": 0, "grown": 0})
+    odd_text, calm_text = (
+        told(dataclasses.replace(content, predictions=dataclasses.replace(content.predictions, **change)))
+        for change in (odd, calm)
+    )
     says(odd_text, "1 condition", "under the surface")
     says(odd_text, "2 conditions", "add up within")
-    assert "under the surface" not in text
-    assert "add up" not in text
-    calm = dataclasses.replace(content.predictions, branched=0, on_edge=0, grown=0)
-    text = told(dataclasses.replace(content, predictions=calm))
-    assert "knife" not in text
-    assert "rounding" not in text
+    assert "under the surface" not in told(content)
+    assert not any(f"{count} condition" in calm_text for count in (1, 2, 3))
 
 
 def test_a_level_that_the_scene_takes_as_it_stands_is_named_with_its_unit_there(content):
