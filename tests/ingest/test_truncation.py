@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gzip
+
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, example, given, settings
@@ -9,8 +11,12 @@ from hypothesis import strategies as st
 
 from ingest.model import Declarations, ReadFile
 from ingest.read import read_file
+from tests.ingest.formats.test_archive import LOG, same, zipped
+from tests.ingest.formats.test_excel import LOG as ROWS
+from tests.ingest.formats.test_matlab import HEIGHT_M, METRES, SECONDS, TIME_S, mat
 from tests.ingest.good_files import DECLARED, GOOD_FILES
 from tests.ingest.reading import check_invariants
+from tests.ingest.synthetic_workbooks import workbook
 
 CUTS, LAST_CUTS = 8, 12
 """So many over a file, and so many bytes off its end; a soak cuts everywhere."""
@@ -52,6 +58,36 @@ def test_a_cut_file_is_reported_or_whole(name: str, everywhere: bool) -> None:
     first = max(0, len(whole) - LAST_CUTS)
     for end in {*range(0, first, 1 if everywhere else max(1, first // CUTS)), *range(first, len(whole))}:
         check_cut(name, whole, clean, end)
+
+
+IN_THREE = b"".join(gzip.compress(piece) for piece in (LOG[:1000], LOG[1000:2000], LOG[2000:]))
+VECTORS: dict[str, object] = {"time": TIME_S[:9], "height": HEIGHT_M[:9]}
+PACKED = {
+    "zip": zipped({"a.csv": LOG}),
+    "gzip": gzip.compress(LOG),
+    "gzip in three": IN_THREE,
+    "gzip in gzip": gzip.compress(IN_THREE),
+    "workbook": workbook({"a": ROWS}),
+    "mat, packed": mat(VECTORS, packed=True),
+    "mat 5": mat(VECTORS),
+    "mat 4": mat(VECTORS, "4"),
+}
+
+
+@pytest.mark.parametrize("name", PACKED)
+def test_no_cut_and_no_flipped_byte_of_what_is_packed_gives_other_values(name: str) -> None:
+    """A MAT file that is not packed has no checksum: its values may be others, and nothing breaks."""
+    data, noise = PACKED[name], np.random.default_rng(7)
+    declared = Declarations(**SECONDS, **METRES) if name.startswith("mat") else Declarations()
+    whole = read_file(data, declared)
+    assert not whole.refused
+    for share in range(20):
+        assert read_file(data[: len(data) * share // 20], declared).refused
+    for _ in range(60):
+        mutant = bytearray(data)
+        mutant[int(noise.integers(len(data)))] ^= 1 << int(noise.integers(8))
+        result = read_file(bytes(mutant), declared)
+        assert result.refused or name in ("mat 4", "mat 5") or same(whole, result)
 
 
 TOKENS = st.sampled_from(

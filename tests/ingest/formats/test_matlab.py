@@ -94,20 +94,6 @@ def test_what_is_refused_and_why(data: bytes, rule: str, facts: list[str]) -> No
     says(found.message, *facts)
 
 
-@pytest.mark.parametrize("version", ["4", "5", "packed"])
-def test_no_cut_and_no_flipped_byte_crashes(version: str) -> None:
-    data = mat({"time": TIME_S[:9], "height": HEIGHT_M[:9]}, version[:1].replace("p", "5"), version == "packed")
-    noise = np.random.default_rng(8)
-    for share in range(20):
-        assert read(data[: len(data) * share // 20], **SECONDS, **METRES).refused
-    for _ in range(150):
-        mutant = bytearray(data)
-        mutant[int(noise.integers(len(data)))] ^= 1 << int(noise.integers(8))
-        result = read(bytes(mutant), **SECONDS, **METRES)
-        if version == "packed" and not result.refused:
-            assert result.parts[0].channels[0].values.tolist() == HEIGHT_M[:9].tolist()
-
-
 def test_simulinks_structure_with_time_is_one_table() -> None:
     time = np.arange(400) / 100
     signals = {"values": 400.0 + np.arange(400) % 7, "dimensions": 1.0, "label": "body_height"}
