@@ -4,15 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 import gzip
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-from data_schema.errors import InputRefused
 from ingest.model import Declarations, Limits
 from ingest.read import read_file
-from ingest.spool import read_and_hash
 from tests.ingest.bad_input import LOG, with_row
 from tests.ingest.formats.test_archive import zipped
 from tests.ingest.formats.test_excel import LOG as ROWS
@@ -55,14 +52,6 @@ def test_a_bound_is_named_where_a_file_exceeds_it_and_can_be_raised(name: str, m
         assert any(name in finding.message for finding in result.findings) is named
 
 
-def test_a_larger_file_is_not_read(tmp_path: Path) -> None:
-    path = tmp_path / "log.csv"
-    path.write_bytes(LOG)
-    with pytest.raises(InputRefused, match="largest_file_bytes"):
-        read_and_hash(path, tmp_path, len(LOG) - 1)
-    assert read_and_hash(path, tmp_path, len(LOG))[0] == LOG
-
-
 def test_each_bound_is_tested_here() -> None:
-    tested = {name for name, _, _ in BEYOND} | {"largest_file_bytes"}
+    tested = {name for name, _, _ in BEYOND} | {"largest_file_bytes"}  # where a file is read at all: test_spool.py
     assert tested == {field.name for field in dataclasses.fields(Limits)}

@@ -74,7 +74,9 @@ def test_a_file_beyond_the_bound_is_mapped_and_kept_byte_for_byte(
     path = tmp_path / "log.csv"
     path.write_bytes(data)
     store = Store(tmp_path / "store")
-    assert mapped(read_and_hash(path, tmp_path, 10**9)[0]) is None
+    assert mapped(read_and_hash(path, tmp_path, len(data))[0]) is None
+    with pytest.raises(InputRefused, match="largest_file_bytes"):
+        read_and_hash(path, tmp_path, len(data) - 1)
     monkeypatch.setattr(spool, "LARGE_BYTES", 10_000)
     found, sha256 = store.read_and_hash(path, 10**9)
     assert mapped(found) is not None

@@ -155,8 +155,7 @@ def test_one_group_speaks_for_itself(content):
 
 
 @pytest.mark.parametrize(
-    ("rule", "shown", "told"),
-    [(Rule.PAIRED, True, True), (Rule.WITHIN, True, False), (Rule.PAIRED, False, False)],
+    ("rule", "shown", "told"), [(Rule.PAIRED, True, True), (Rule.WITHIN, True, False), (Rule.PAIRED, False, False)]
 )
 def test_exploratory_groups_are_told_together_where_all_are_equivalent_by_day(content, rule, shown, told):
     within = equivalence(CHANGE, shown=shown)

@@ -46,10 +46,7 @@ def by_runs(comparison):
     return 300.0 / mean * math.sqrt(1.0 / decision.n_treatment + ratio**2 / decision.n_control)
 
 
-@pytest.mark.parametrize(
-    ("times", "said"),
-    [(1.1, "runs"), (3.0, "days")],
-)
+@pytest.mark.parametrize(("times", "said"), [(1.1, "runs"), (3.0, "days")])
 def test_the_third_line_says_what_the_uncertainty_comes_from_and_what_narrows_it(content, times, said):
     se = times * by_runs(content.pooled[0])
     third = plain(trust_sentences(of_one_group(content, se)))[-1]

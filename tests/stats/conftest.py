@@ -61,10 +61,7 @@ def stance(bottom: float, liftoff: float, v_down: float, v_up: float) -> tuple[P
     up = hermite(0.14, bottom, 0.0, liftoff, v_up)
     foot_down = hermite(0.15, 0.0, v_down, -0.02, 0.0)
     foot_up = hermite(0.14, -0.02, 0.0, liftoff - REST_LENGTH_M, 0.0)
-    return (
-        (0.15, down, lambda t: down(t) - foot_down(t)),
-        (0.14, up, lambda t: up(t) - foot_up(t)),
-    )
+    return ((0.15, down, lambda t: down(t) - foot_down(t)), (0.14, up, lambda t: up(t) - foot_up(t)))
 
 
 def free_flight(duration: float, z0: float, v0: float) -> Piece:

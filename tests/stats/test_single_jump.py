@@ -139,10 +139,7 @@ def test_several_jumps_on_a_plate_that_is_empty_before_and_after() -> None:
     empty, around = np.zeros(2400), true.weight_n * step
     before_n, after_n = np.concatenate([empty, around]), np.concatenate([around[::-1], empty])
     before_n, after_n = (part + random.normal(0.0, 1.0, part.size) for part in (before_n, after_n))
-    for parts, wanted in (
-        ([one.force_n for one in made], made),
-        (2 * [before_n, true.force_n, after_n], [true, true]),
-    ):
+    for parts, wanted in (([one.force_n for one in made], made), (2 * [before_n, true.force_n, after_n], [true, true])):
         force_n = np.concatenate(parts)
         found = every_jump(np.arange(force_n.size) / RATE_HZ, force_n)
         assert [jump.height_m for jump in found] == pytest.approx([one.height_m for one in wanted], abs=0.02)

@@ -82,12 +82,7 @@ def test_a_p_value_reads_on_its_side_of_every_level(p, alpha):
 
 @pytest.mark.parametrize(
     ("level", "text"),
-    [
-        (0.95, "95 %"),
-        (1.0 - 0.07, "93 %"),
-        (0.999, "99.9 %"),
-        (1.0 - 2.0 * 0.4999999999, "0.00000002 %"),
-    ],
+    [(0.95, "95 %"), (1.0 - 0.07, "93 %"), (0.999, "99.9 %"), (1.0 - 2.0 * 0.4999999999, "0.00000002 %")],
 )
 def test_a_level_keeps_the_digits_that_tell_it_from_all_and_nothing(level, text):
     assert level_text(level) == text

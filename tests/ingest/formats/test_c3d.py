@@ -156,17 +156,18 @@ def test_a_platform_of_another_type_leaves_its_raw_channels() -> None:
 
 
 @pytest.mark.parametrize(
-    ("at", "what"), [(3, "points"), (5, "analog"), (9, "frames"), (17, "begin"), (21, "rate"), (523, "step")]
+    ("at", "other"),
+    [
+        *((at, None) for at in (3, 5, 9, 17, 21, 523)),  # points, analog, frames, beginning, rate and step
+        *((6, struct.pack("<2H", *frames)) for frames in ((9, 8), (1, 0), (0, 0))),
+    ],
 )
-def test_what_the_header_says_against_the_parameters_is_refused(at: int, what: str) -> None:
+def test_frames_that_cannot_be_and_a_header_against_the_parameters_are_refused(at: int, other: bytes | None) -> None:
     data = bytearray(c3d_bytes(forces(), platform(2)))
-    data[at] ^= 0x55
-    assert read(bytes(data)).refused, what
-
-
-@pytest.mark.parametrize(("first", "last"), [(9, 8), (1, 0), (0, 0)], ids=["first after last", "no frame", "zero"])
-def test_frames_that_cannot_be_are_refused(first: int, last: int) -> None:
-    data = bytearray(c3d_bytes(forces(), platform(2)))
-    data[6:10] = struct.pack("<2H", first, last)
+    other = other or bytes([data[at] ^ 0x55])
+    data[at : at + len(other)] = other
     assert read(bytes(data)).refused
+
+
+def test_a_file_without_a_frame_is_refused() -> None:
     assert read(c3d_bytes(forces()[:0], platform(2))).refused

@@ -107,8 +107,7 @@ def test_openformat_zero_in_hexadecimal_and_several_recordings() -> None:
 
 
 @pytest.mark.parametrize(
-    "header",
-    ["$T$;0;yyyyMMdd", "$T$;x;ddHHmmss", "$F$;1;2", "$F$;1;2;x", "$O$;1;1;1", "$C2$;Temp", "$I$;0"],
+    "header", ["$T$;0;yyyyMMdd", "$T$;x;ddHHmmss", "$F$;1;2", "$F$;1;2;x", "$O$;1;1;1", "$C2$;Temp", "$I$;0"]
 )
 def test_a_header_that_is_not_understood_refuses(header: str) -> None:
     result = read_file(lines([*ZERO, "$I$;500", header, *zero_rows()]), Declarations())

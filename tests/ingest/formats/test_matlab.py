@@ -31,8 +31,7 @@ METRES = {"columns": {"height": ColumnDeclaration("body_height", "m")}}
 @pytest.mark.parametrize("version", ["4", "5"])
 @pytest.mark.parametrize("packed", [False, True])
 def test_vectors_of_one_length_are_channels(version: str, packed: bool) -> None:
-    variables = {"time": TIME_S, "height": HEIGHT_M, "fs": 300.0, "name": "jump", "pulses": np.arange(7.0)}
-    del variables["pulses"]
+    variables = {"time": TIME_S, "height": HEIGHT_M, "fs": 300.0, "name": "jump"}
     result = read(mat(variables, version, packed), **SECONDS, **METRES)
     assert not result.refused
     (part,) = result.parts

@@ -126,11 +126,7 @@ def test_an_idle_plate_has_the_sign_of_the_plate_beside_it(sd_n: float, sign: in
 
 @pytest.mark.parametrize(
     "written",
-    [
-        953 + 3 * np.sin(np.arange(N) / 20) + noise(0.1),
-        -953 + noise(5.0),
-        noise(9.0, -0.45),
-    ],
+    [953 + 3 * np.sin(np.arange(N) / 20) + noise(0.1), -953 + noise(5.0), noise(9.0, -0.45)],
     ids=["quietly loaded", "quietly loaded, downwards", "idle"],
 )
 def test_where_no_load_tells_the_sign_it_stands_as_written_and_a_note_says_so(written: np.ndarray) -> None:

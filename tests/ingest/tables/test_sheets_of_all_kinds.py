@@ -228,8 +228,7 @@ def test_numbers_are_those_that_were_written(written: list[object], delimiter: s
 
 
 @pytest.mark.parametrize(
-    ("cells", "delimiter"),
-    [("1,234 5,678", ";"), ("1.234 -5.678 2", ";"), ("1.234 999", ","), ("1,234", "\t")],
+    ("cells", "delimiter"), [("1,234 5,678", ";"), ("1.234 -5.678 2", ";"), ("1.234 999", ","), ("1,234", "\t")]
 )
 def test_what_could_be_thousands_is_asked_about(cells: str, delimiter: str) -> None:
     with refuses(UsageError, "a.csv", "'v'", "--decimal"):

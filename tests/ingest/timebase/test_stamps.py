@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ingest.model import FloatArray, IntArray
-from ingest.timebase.stamps import burst_starts, from_bursts, from_stamps
+from ingest.timebase.stamps import Timebase, burst_starts, from_bursts, from_stamps
 
 
 def stamps(n: int, rate_hz: float) -> FloatArray:
@@ -20,6 +20,12 @@ def stamps(n: int, rate_hz: float) -> FloatArray:
 
 def ordinals(n: int) -> IntArray:
     return np.arange(n, dtype=np.int64)
+
+
+def by_ticks(seconds: FloatArray) -> Timebase:
+    starts = burst_starts(seconds)
+    assert starts is not None
+    return from_bursts(seconds, ordinals(len(seconds)), starts)
 
 
 @pytest.mark.parametrize("rate_hz", [300.0, 333.0, 1000 / 3, 250.0, 204.0, 1000.0])
@@ -63,15 +69,10 @@ def test_a_late_sample_that_is_made_up_for_is_no_gap() -> None:
 def test_samples_faster_than_the_tick_of_their_clock_are_counted(rate_hz: int, tick: Callable[..., FloatArray]) -> None:
     """1300 to 1500 Hz in whole milliseconds were refused, 1700 Hz became 2000 Hz with losses, 1100 Hz 1000 Hz."""
     seconds = tick(np.arange(6000) * 1000 / rate_hz + 1e-9) / 1000
-    starts = burst_starts(seconds)
-    assert starts is not None
-    axis = from_bursts(seconds, ordinals(6000), starts)
+    axis = by_ticks(seconds)
     assert axis.rate_hz == pytest.approx(rate_hz, rel=1e-6)
     assert axis.gaps == ()
-    kept = np.delete(np.arange(6000), range(3000, 3020))
-    starts = burst_starts(seconds[kept])
-    assert starts is not None
-    lossy = from_bursts(seconds[kept], ordinals(5980), starts)
+    lossy = by_ticks(np.delete(seconds, range(3000, 3020)))
     assert lossy.rate_hz == pytest.approx(rate_hz, rel=1e-3)
     assert sum(gap.samples_missing for gap in lossy.gaps) == pytest.approx(20, abs=1)
     assert lossy.gaps[0].start_s == pytest.approx(3000 / rate_hz, abs=2e-3)
@@ -79,8 +80,5 @@ def test_samples_faster_than_the_tick_of_their_clock_are_counted(rate_hz: int, t
 
 def test_the_digits_of_a_printed_stamp_invent_no_loss() -> None:
     """Six digits are whole milliseconds until 999.999 s and hundredths of a second from there on."""
-    seconds = np.array([float(f"{998 + k / 1000:g}") for k in range(4000)])
-    starts = burst_starts(seconds)
-    assert starts is not None
-    axis = from_bursts(seconds, ordinals(4000), starts)
+    axis = by_ticks(np.array([float(f"{998 + k / 1000:g}") for k in range(4000)]))
     assert (axis.rate_hz, axis.gaps) == (pytest.approx(1000.0, rel=1e-6), ())

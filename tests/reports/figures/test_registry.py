@@ -74,10 +74,7 @@ def test_numbers_that_do_not_exist_are_left_out_or_named(content, name):
     assert "nan" not in kind.alternative(changed)
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["joules_by_level", pytest.param("savings", marks=pytest.mark.soak)],
-)
+@pytest.mark.parametrize("name", ["joules_by_level", pytest.param("savings", marks=pytest.mark.soak)])
 def test_a_dollar_or_a_strange_letter_in_a_name_is_only_text(content, name):
     first, *others = content.conditions
     levels = tuple(dataclasses.replace(level, label="$\\frac{1") for level in first.levels)

@@ -43,10 +43,6 @@ def test_line_ends_of_any_kind_stay_within_a_field():
     assert rows == [{"field_0": "a\nb\nc", "field_1": "d"}]
 
 
-def test_a_negative_number_stays_a_number():
-    assert read(csv_bytes(one_row(value_cell(-1.5, 0))))[0]["field_0"] == "-1.5"
-
-
 def test_a_number_that_does_not_exist_is_empty_and_its_reason_stands_last():
     row = read(
         csv_bytes(
