@@ -14,39 +14,9 @@ from labbook.analysis.comparison.deciding import decide_by_contrast, equivalence
 from labbook.analysis.comparison.thesis_route import thesis_route
 from labbook.analysis.prediction.checking import agreement
 from labbook.config.model import Bounds
+from reports import content as parts
 from reports.claims import group_claim
-from reports.content import (
-    Anova,
-    Assumed,
-    AssumedInput,
-    BudgetItem,
-    Claim,
-    Comparison,
-    Condition,
-    Day,
-    DrainFit,
-    Factor,
-    Flow,
-    Hypothesis,
-    HypothesisPart,
-    IdlePoint,
-    Level,
-    MeansContrast,
-    Order,
-    PackMean,
-    PredictedQuantity,
-    Prediction,
-    PredictionCheck,
-    Predictions,
-    Provenance,
-    ReportContent,
-    RunPoint,
-    RunValue,
-    Sensitivity,
-    Summary,
-    Variant,
-    Verdict,
-)
+from reports.content import BudgetItem, Factor, Flow, Hypothesis, HypothesisPart, Level, PredictedQuantity, Verdict
 from reports.display import LogGap, LogJump, RunLog
 from reports.numbers import Number
 from reports.page.writing import report_files, write_report
@@ -88,7 +58,7 @@ class Maker:
 
     def id(self, what, inputs):
         name = f"{0xA1F03 + 7919 * len(self.provenance):07x}"
-        self.provenance.append(Provenance(name, what, inputs))
+        self.provenance.append(parts.Provenance(name, what, inputs))
         return name
 
     def mean(self, values, unit, what):
@@ -117,9 +87,9 @@ def _condition(maker, foot, k_gain, ad_gain):
     summaries = []
     for values, unit, what in ((joules, "J", "joules a jump"), (apexes, "m", "apex height")):
         mean, sd = maker.mean(values, unit, f"mean {what}, {text}")
-        runs = tuple(RunValue(name, float(value)) for name, value in zip(names, values, strict=True))
-        summaries.append(Summary(mean, Number(sd, unit), runs, jumps=23 * n))
-    return Condition(_levels(foot, k_gain, ad_gain), ad_gain == 0, dict(zip(Outcome, summaries, strict=False)))
+        runs = tuple(parts.RunValue(name, float(value)) for name, value in zip(names, values, strict=True))
+        summaries.append(parts.Summary(mean, Number(sd, unit), runs, jumps=23 * n))
+    return parts.Condition(_levels(foot, k_gain, ad_gain), ad_gain == 0, dict(zip(Outcome, summaries, strict=False)))
 
 
 def _values(condition, quantity):
@@ -150,7 +120,7 @@ def _comparison(maker, quantity, group, level, control, treated, family, headlin
     route = thesis_route(control, treated, quantity.unit, 0.05)
     route = dataclasses.replace(route, difference=named(route.difference, "difference over runs"))
     over_jumps = route if not saves and level == "pooled" else None
-    return Comparison(label, quantity, group, level, family, decision, route, over_jumps)
+    return parts.Comparison(label, quantity, group, level, family, decision, route, over_jumps)
 
 
 def _equivalence(maker, label, found):
@@ -174,7 +144,7 @@ def _comparisons(maker, conditions):
                 made.append(_comparison(maker, quantity, group, level, control, values, "each AD gain"))
             found = one_way_anova([_values(c, quantity) for c in of_group[1:]])
             p = Number(found.p, "1", provenance=maker.id(f"ANOVA {foot} {k_gain}", 50))
-            anovas.append(Anova(f"{foot} {k_gain}", quantity, group, Number(found.f, "1"), p, 4, 45, 50))
+            anovas.append(parts.Anova(f"{foot} {k_gain}", quantity, group, Number(found.f, "1"), p, 4, 45, 50))
     made.sort(key=lambda c: c.family != "pooled over the AD gain")
     return tuple(made), tuple(anovas)
 
@@ -191,8 +161,8 @@ def _drain(maker):
 
     a_minute = [60 * end for end in fit.slope_ci_mah_s()]
     runs = enumerate(zip(minutes.tolist(), charge.tolist(), strict=True))
-    return DrainFit(
-        points=tuple(IdlePoint(f"idle{i:02d}", at, mah) for i, (at, mah) in runs),
+    return parts.DrainFit(
+        points=tuple(parts.IdlePoint(f"idle{i:02d}", at, mah) for i, (at, mah) in runs),
         line_min=tuple(line),
         line_mah=tuple(one.charge_mah for one in band),
         band_low_mah=tuple(one.ci_low for one in band),
@@ -216,21 +186,21 @@ def _order(maker, conditions):
             if position > 14:
                 position, today = 1, today + timedelta(days=1)
             points.append(
-                RunPoint(run.run, today.isoformat(), position, packs[today.day % 2], run.value,
+                parts.RunPoint(run.run, today.isoformat(), position, packs[today.day % 2], run.value,
                          run.value - condition.summaries[Outcome.JOULES].mean.value, condition.control)
             )  # fmt: skip
     means = tuple(
-        PackMean(pack, maker.mean([p.deviation_j for p in points if p.pack == pack], "J", f"pack {pack}")[0])
+        parts.PackMean(pack, maker.mean([p.deviation_j for p in points if p.pack == pack], "J", f"pack {pack}")[0])
         for pack in packs
     )
     sentences = ("The large foot was measured on other days than the small foot: foot and day are confounded.",)
-    return Order(tuple(points), means, sentences)
+    return parts.Order(tuple(points), means, sentences)
 
 
 def _days(points):
     names = list(dict.fromkeys(point.day for point in points))
     return tuple(
-        Day(
+        parts.Day(
             name,
             tuple(point.run for point in points if point.day == name),
             conditions=("small foot, k = 1091 N/m: CE, d = 186, 352 kg/s",),
@@ -252,20 +222,20 @@ def _sensitivity(comparisons, days):
         labels = {"without exclusions": "", "with the published detector": ""}
         labels |= {f"without {day.date}": day.date for day in days}
         variants = tuple(
-            Variant(label, Number(base.value + 0.4 * math.sin(i), "%", se=base.se, ci_low=base.ci_low + 0.4 *
+            parts.Variant(label, Number(base.value + 0.4 * math.sin(i), "%", se=base.se, ci_low=base.ci_low + 0.4 *
                     math.sin(i), ci_high=base.ci_high + 0.4 * math.sin(i), n=base.n), day)
             for i, (label, day) in enumerate(labels.items())
         )  # fmt: skip
         group = f"{comparison.group['foot']} foot, k gain {comparison.group['k_gain']}"
-        sets.append(Sensitivity(f"savings, {group}", base, variants, group=group))
+        sets.append(parts.Sensitivity(f"savings, {group}", base, variants, group=group))
     return tuple(sets)
 
 
 def _prediction(maker, quantity, group, level, control, n, measured, value, se):
     key = maker.id(f"predicted {quantity}, {' '.join([*group.values(), level])}", 3)
     predicted = Number(value, measured.unit, se=se, provenance=key)
-    check = PredictionCheck(predicted, *agreement(measured, value, se), {}, 1e-7 * abs(value))
-    return Prediction(quantity, group, level, control, n, measured, check)
+    check = parts.PredictionCheck(predicted, *agreement(measured, value, se), {}, 1e-7 * abs(value))
+    return parts.Prediction(quantity, group, level, control, n, measured, check)
 
 
 def _predictions(maker, conditions, comparisons):
@@ -283,14 +253,14 @@ def _predictions(maker, conditions, comparisons):
         for saved in [c.decision.savings]
         if saved is not None
     ]  # fmt: skip
-    return Predictions(
+    return parts.Predictions(
         "bed", 1e-6, ("active_damping", "motor_heat"), ("surface",), {"b_ad_gain": "kg/m"}, tuple(items),
         judged(items, lambda what: maker.id(what, 60)),
-        (AssumedInput("kg_scale", 1.4, "1", "fitted", 0.1, {
+        (parts.AssumedInput("kg_scale", 1.4, "1", "fitted", 0.1, {
              PredictedQuantity.JOULES: 1.25, PredictedQuantity.APEX: 0.0042, PredictedQuantity.CONTACT_TIME: 0.002,
              PredictedQuantity.SAVINGS: 0.61,
          }),
-         AssumedInput("foot_mass", 0.2, "kg", "a tenth of the robot", 0.05, {
+         parts.AssumedInput("foot_mass", 0.2, "kg", "a tenth of the robot", 0.05, {
              PredictedQuantity.JOULES: 0.3, PredictedQuantity.APEX: Undefined(Reason.AS_SAID, said="it folds"),
          })),
         branched=1, on_edge=2, grown=3,
@@ -327,7 +297,7 @@ def _contrasts(maker):
             "adjusted": Number(0.088, "1", n=5), "rejected": False, "rule": Rule.PAIRED,
             "days": ("2021-06-01", "2021-06-02", "2021-06-03", "2021-06-04", "2021-06-05"),
         }  # fmt: skip
-        return MeansContrast(**(found | more))
+        return parts.MeansContrast(**(found | more))
 
     points = Number(3.1, "%", se=1.1, ci_low=0.1, ci_high=6.1, n=253, df=4.0, provenance=maker.id("contrast", 12))
     joules = Number(-2.1, "J", se=0.8, ci_low=-4.3, ci_high=0.1, n=80, df=4.0, provenance=maker.id("contrast", 4))
@@ -350,7 +320,7 @@ def make_content(seed=5):
     days = _days(order.points)
     predictions = _predictions(maker, conditions, comparisons)
     hypotheses = _hypotheses(maker, comparisons)
-    content = ReportContent(
+    content = parts.ReportContent(
         title="Active damping on a granular bed", study="granular bed", selection="k_gain in (300, 400)",
         made_at="2021-07-30 14:05", software_version="0.1.0", configuration_hash="9c41f2e07ab3",
         detector="robust", people=("Ada Nwosu (AN)", "Li Wei (LW)"), days=days,
@@ -375,7 +345,7 @@ def make_content(seed=5):
         methods=("Energy is the charge that went back into the pack, less the passive drain, times 15.4 V.",
                  "The unit of analysis is the run; jumps of one run are not independent."),
         limitations=("The bed was stirred by hand.", "The rail angle was read by eye."),
-        assumed=(Assumed("uncertainty of the reference voltage", "0.1 V", "no source", "0 to 0.3 V"),),
+        assumed=(parts.Assumed("uncertainty of the reference voltage", "0.1 V", "no source", "0 to 0.3 V"),),
         provenance=tuple(maker.provenance), predictions=predictions, hypotheses=hypotheses,
     )  # fmt: skip
     claims = tuple(group_claim(content, c) for c in comparisons if c.opens)
@@ -386,12 +356,12 @@ def make_minimal():
     """One condition, no control, no drain, nothing compared."""
     maker = Maker(1)
     condition = _condition(maker, "small", 400, 50)
-    return ReportContent(
+    return parts.ReportContent(
         title="One condition", study="granular bed", selection="", made_at="2021-07-30 14:05",
         software_version="0.1.0", configuration_hash="9c41f2e07ab3", detector="published", people=(), days=(),
         flow=Flow(None, 10, 0, 0, {}, dict.fromkeys(Outcome, 10), {key: {} for key in Outcome}, 250, 250, {}, 250),
         factors=FACTORS, conditions=(condition,),
-        claims=(Claim("Nothing is claimed from one condition."),),
+        claims=(parts.Claim("Nothing is claimed from one condition."),),
     )  # fmt: skip
 
 

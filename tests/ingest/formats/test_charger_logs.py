@@ -35,16 +35,12 @@ def with_field(rows: list[str], place: int, factor: int) -> list[str]:
     return changed
 
 
-def test_an_older_icharger_asks_for_its_rate() -> None:
-    result = read_file(lines(serial_rows()), Declarations())
-    assert (result.format, result.refused) == ("icharger_serial", True)
-    assert "rate_missing" in counts(result)
-
-
 @pytest.mark.parametrize("cells", [6, 8, 10])
 @pytest.mark.parametrize(("mode", "sign"), [(1, 1), (2, 1), (2, -1)])
 def test_an_older_icharger_is_read_at_the_declared_rate(mode: int, sign: int, cells: int) -> None:
-    result = log(serial_rows(mode=mode, sign=sign, cells=cells))
+    rows = serial_rows(mode=mode, sign=sign, cells=cells)
+    asked, result = read_file(lines(rows), Declarations()), log(rows)
+    assert (asked.format, asked.refused, counts(asked)["rate_missing"]) == ("icharger_serial", True, 1)
     assert not result.refused
     (charge,) = result.charges
     assert (charge.charge_mah, charge.duration_s) == (299.0, 598.0)

@@ -9,13 +9,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ingest.model import ColumnDeclaration, Declarations, Profile
+from tests.ingest.formats import synthetic_minitaur as made
 from tests.ingest.formats.synthetic_minitaur import (
     NEW_HEADER,
-    OLD_FORMAT,
-    OLD_NAMES,
     SYNC,
     new_log,
-    new_records,
     old_header,
     old_log,
     old_records,
@@ -29,7 +27,7 @@ def test_the_old_layout_keeps_records_that_hold_the_sync_bytes() -> None:
     assert len(data[len(old_header()) :].split(SYNC)) - 1 > 400  # what splitting at every AA BB would give
     result = read(data)
     assert (result.format, result.refused, result.rows_kept) == ("minitaur_log", False, 400)
-    expected = [struct.unpack("<" + OLD_FORMAT, record[2:]) for record in old_records(times_ms(400))]
+    expected = [struct.unpack("<" + made.OLD_FORMAT, record[2:]) for record in old_records(times_ms(400))]
     found = values(result)
     assert found["q0"].tolist() == [row[4] for row in expected]
     assert found["controller_state"].tolist() == [row[-1] for row in expected]
@@ -75,7 +73,10 @@ def test_user_bytes_are_read_as_declared(by_profile: bool) -> None:
     assert "declared_column_absent" in counts(result)
 
 
-LAYOUTS = {"old": (old_header(), old_records(times_ms(300))), "new": (NEW_HEADER, new_records(times_ms(300), 8))}
+LAYOUTS = {
+    "old": (old_header(), old_records(times_ms(300))),
+    "new": (NEW_HEADER, made.new_records(times_ms(300), 8)),
+}
 
 
 @pytest.mark.parametrize("layout", LAYOUTS)
@@ -122,12 +123,12 @@ def test_a_card_that_was_written_on_again_gives_two_parts() -> None:
 @pytest.mark.parametrize(
     "header",
     [
-        old_header(OLD_NAMES[:-1]),
-        old_header(OLD_NAMES, "I" + "f" * 20 + "s"),
-        old_header(OLD_NAMES, "I" + "f" * 20 + "x"),
-        old_header(OLD_NAMES, "If999999999B"),
-        old_header(OLD_NAMES, "I" + "9999d" * 20 + "B"),
-        old_header(OLD_NAMES, ">" + OLD_FORMAT),
+        old_header(made.OLD_NAMES[:-1]),
+        old_header(made.OLD_NAMES, "I" + "f" * 20 + "s"),
+        old_header(made.OLD_NAMES, "I" + "f" * 20 + "x"),
+        old_header(made.OLD_NAMES, "If999999999B"),
+        old_header(made.OLD_NAMES, "I" + "9999d" * 20 + "B"),
+        old_header(made.OLD_NAMES, ">" + made.OLD_FORMAT),
         old_header(["t"] * 22),
         NEW_HEADER.replace(b"/1/", b"/2/"),
         NEW_HEADER.replace(b"torq8h", b"torq9h"),

@@ -107,8 +107,6 @@ NOT_LOADED = {
         for what, made in {
             "version no int": "Format('hop', '1.5', recognise, read)",
             "name no text": "Format(7, 1, recognise, read)",
-            "read no function": "Format('hop', 1, recognise, 'read')",
-            "score no number": "Format('hop', 1, recognise, read, score='high')",
             "score above all": "Format('hop', 1, recognise, read, score=10**6)",
             "clue in capitals": "Format('hop', 1, recognise, read, clues=(b'HOP1',))",
             "clue of nothing": "Format('hop', 1, recognise, read, clues=(b'',))",

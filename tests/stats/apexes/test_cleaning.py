@@ -2,18 +2,9 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
 
 from data_schema.errors import InputRefused
-from stats.apexes.cleaning import (
-    CleaningParameters,
-    clean_signal,
-    gaps_in_time,
-    running_median_of_five,
-    sampling_interval,
-)
+from stats.apexes.cleaning import CleaningParameters, clean_signal, gaps_in_time, sampling_interval
 
 NO_GAPS = np.empty((0, 2))
 
@@ -26,15 +17,6 @@ def swing(rate_hz=300.0, seconds=4.0, noise_m=0.001, seed=0):
     time_s = np.arange(0.0, seconds, 1.0 / rate_hz)
     height_m = 0.3 + 0.1 * np.sin(2 * np.pi * 1.5 * time_s)
     return time_s, height_m + np.random.default_rng(seed).normal(0.0, noise_m, time_s.size)
-
-
-@given(hnp.arrays(np.float64, st.integers(0, 40), elements=st.floats(-10, 10)))
-def test_the_running_median_is_the_median_of_five_neighbours(values):
-    if values.size < 5:
-        assert np.array_equal(running_median_of_five(values), values)
-    else:
-        expected = np.median(np.lib.stride_tricks.sliding_window_view(values, 5), axis=1)
-        assert np.array_equal(running_median_of_five(values)[2:-2], expected)
 
 
 def test_dropouts_rails_and_missing_values_are_left_out():
