@@ -1,4 +1,3 @@
-import dataclasses
 import math
 
 import pytest
@@ -40,14 +39,12 @@ def test_apex_heights_are_shown_in_millimetres_and_stored_in_metres():
 def test_a_test_in_words():
     test = SignificanceTest("Welch t", -3.4149, (18.23,), 0.0031)
     says(plain(significance_text(test)), "Welch", "t(18.2)", "−3.41", "p = .003")
-    says(plain(significance_text(dataclasses.replace(test, name="Welch"))), "Welch", "t(18.2)", "−3.41", "p = .003")
     anova = SignificanceTest("one-way ANOVA", 1.317, (4.0, 45.0), 0.277)
     says(plain(significance_text(anova)), "one-way ANOVA", "F(4, 45)", "1.32", "p = .277")
     says(plain(significance_text(anova, name=False)), "F(4, 45)", "1.32", "p = .277")
     normal = SignificanceTest("Welch t", 2.1, (Undefined(Reason.NORMAL),), 0.036)
     says(plain(significance_text(normal)), "t(undefined)", "2.10", "p = .036")
     assert plain(degrees_text((4.0, 45.0))) == "4, 45"
-    assert [degrees_text((df,)) for df in (64.0, 63.9999998, 64.04, 18.24)] == ["64", "64", "64", "18.2"]
 
 
 def test_undefined_gives_its_reason_everywhere():

@@ -10,15 +10,7 @@ from hypothesis import strategies as st
 
 from ingest.model import ColumnDeclaration, Declarations, Profile
 from tests.ingest.formats import synthetic_minitaur as made
-from tests.ingest.formats.synthetic_minitaur import (
-    NEW_HEADER,
-    SYNC,
-    new_log,
-    old_header,
-    old_log,
-    old_records,
-    times_ms,
-)
+from tests.ingest.formats.synthetic_minitaur import SYNC, new_log, old_header, old_log, old_records, times_ms
 from tests.ingest.reading import counts, read, values
 
 
@@ -75,7 +67,7 @@ def test_user_bytes_are_read_as_declared(by_profile: bool) -> None:
 
 LAYOUTS = {
     "old": (old_header(), old_records(times_ms(300))),
-    "new": (NEW_HEADER, made.new_records(times_ms(300), 8)),
+    "new": (made.NEW_HEADER, made.new_records(times_ms(300), 8)),
 }
 
 
@@ -130,10 +122,10 @@ def test_a_card_that_was_written_on_again_gives_two_parts() -> None:
         old_header(made.OLD_NAMES, "I" + "9999d" * 20 + "B"),
         old_header(made.OLD_NAMES, ">" + made.OLD_FORMAT),
         old_header(["t"] * 22),
-        NEW_HEADER.replace(b"/1/", b"/2/"),
-        NEW_HEADER.replace(b"torq8h", b"torq9h"),
-        NEW_HEADER.replace(b"torq8h", b"torq"),
-        NEW_HEADER.replace(b"30h", b"30q"),
+        made.NEW_HEADER.replace(b"/1/", b"/2/"),
+        made.NEW_HEADER.replace(b"torq8h", b"torq9h"),
+        made.NEW_HEADER.replace(b"torq8h", b"torq"),
+        made.NEW_HEADER.replace(b"30h", b"30q"),
     ],
 )
 def test_a_header_that_describes_no_record_is_refused(header: bytes) -> None:

@@ -88,6 +88,7 @@ def test_a_tick_is_the_multiple_of_a_unit_that_the_header_says(header: str, step
 def test_the_serial_day_of_a_spreadsheet_gives_the_start_in_the_books_zone() -> None:
     rows = [f"{44348.375 + k / 200 / 86_400:.10f},{h}" for k, h in enumerate(HEIGHTS)]
     refused = refusal(read("time,height [m]", rows))
+    assert refused.rule == "time_unit_missing"
     says(refused.message, "h, d")
     declared = {"columns": {"time": ColumnDeclaration(unit="day")}, "time_zone": "America/New_York"}
     (part,) = read("time,height [m]", rows, **declared).parts
