@@ -8,13 +8,12 @@ from __future__ import annotations
 import gzip
 import io
 import zipfile
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 
 import pytest
 
 from labbook.actions.files.assigning import assign
-from tests.helpers.desk import Desk, desk_at, of_column
+from tests.helpers.desk import Desk, of_column
 from tests.ingest.synthetic_workbooks import workbook
 
 HEADER = "run,charge,other,minutes"
@@ -51,12 +50,6 @@ FILES: dict[str, Callable[[], bytes]] = {
 }
 
 
-@pytest.fixture
-def desk(tmp_path: Path) -> Iterator[Desk]:
-    with desk_at(tmp_path) as desk:
-        yield desk
-
-
 @pytest.mark.parametrize("name", FILES)
 def test_the_book_holds_every_charge_of_every_sheet(desk: Desk, name: str) -> None:
     desk.take(name, FILES[name](), of_column("charge"))
@@ -81,10 +74,3 @@ def test_what_was_said_of_a_charge_stays_with_its_sheet(desk: Desk, name: str) -
     assert desk.charges() == corrected
     desk.read_again(name, of_column("charge"))
     assert desk.charges() == corrected
-
-
-def test_charges_that_come_with_another_reading_are_all_held(desk: Desk) -> None:
-    desk.take("c.zip", FILES["c.zip"](), of_column("other"))
-    assert desk.charges() == {**ALL, "r002": []}
-    desk.read_again("c.zip", of_column("charge"))
-    assert desk.charges() == ALL

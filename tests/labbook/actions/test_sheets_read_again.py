@@ -5,7 +5,6 @@ After each test a rebuild has to make the same rows.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -31,12 +30,6 @@ SHEET = "run,charge,minutes\nr001,0.15,12\nr002,0.16,12\nr003,0.17,12\n,0.18,12\
 AH = of_column("charge", "Ah")
 ONE, OTHER = (f"run,mAh,minutes\nr001,{mah},12\n" for mah in (150, 99))
 OF_NO_RUN = "pack,mAh,minutes\nA,99,12\n"
-
-
-@pytest.fixture
-def desk(tmp_path: Path) -> Iterator[Desk]:
-    with desk_at(tmp_path) as desk:
-        yield desk
 
 
 def found(outcome: FileOutcome, *rules: str) -> dict[str, int]:
@@ -302,11 +295,3 @@ def test_a_part_alone_is_no_charge_of_its_run(desk: Desk) -> None:
     assert not joules_unknown(desk, "r001")
     desk.say(correct, f"charge:{desk.uid_of('r001')}", ["run=none"], "it was not")
     assert desk.charges()["r001"] == [151.0]
-
-
-def test_a_part_is_typed_in_too(desk: Desk) -> None:
-    desk.take("s.csv", "run,mAh\nr001,150\n")
-    desk.type_in("r001", 90.0, add=True)
-    desk.use("-s.csv", "+s.csv")
-    assert sorted(desk.charges()["r001"]) == [90.0, 150.0]
-    assert not joules_unknown(desk, "r001")

@@ -31,19 +31,8 @@ from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.databases import server_in_a_soak
 from tests.helpers.statements import note, state
 from tests.helpers.upkeep import health, rebuilt, rebuilt_as_said
-from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, whole_book
+from tests.helpers.whole_book import copy_of_whole_book, whole_book
 from tests.helpers.wording import refuses, says
-
-
-@pytest.fixture
-def whole(tmp_path: Path) -> SmallBook:
-    return copy_of_whole_book(tmp_path)
-
-
-@pytest.fixture
-def judged(tmp_path: Path) -> SmallBook:
-    """For what needs no report."""
-    return copy_of_judged_book(tmp_path)
 
 
 def engine_of(book: SmallBook, url: str | None = None) -> sa.Engine:
@@ -271,10 +260,7 @@ def test_an_entry_whose_effect_is_there_already_names_the_remedy(judged: SmallBo
         "DROP TRIGGER journal_never_deleted",
         "DELETE FROM journal WHERE seq = (SELECT max(seq) FROM journal)",
     )
-    with (
-        refuses(BookDamaged, "cannot take effect", "labbook rebuild"),
-        judged.open() as book,
-    ):
+    with refuses(BookDamaged, "cannot take effect", "labbook rebuild"), judged.open() as book:
         state_report(book, None, ADA, lambda _step: None)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import sqlite3
 import subprocess
@@ -24,25 +25,13 @@ from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands, Running
 from tests.helpers.databases import Rows, all_rows_by_name, server_in_a_soak
 from tests.helpers.postgres import Cluster
-from tests.helpers.schemas import schema_lines
 from tests.helpers.statements import note, notes, said_alike, state
 from tests.helpers.upkeep import rebuilt, rows_by_name, rows_with_keys
-from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book, judged_book
+from tests.helpers.whole_book import judged_book
 from tests.helpers.wording import refuses
 
 SERVER_IN_A_SOAK = server_in_a_soak("book")
 """For what is settled by the journal before the engine matters."""
-
-
-@pytest.fixture
-def whole(tmp_path: Path) -> SmallBook:
-    return copy_of_whole_book(tmp_path)
-
-
-@pytest.fixture
-def judged(tmp_path: Path) -> SmallBook:
-    """A book without reports, for what does not depend on results: it is rebuilt in a quarter of the time."""
-    return copy_of_judged_book(tmp_path)
 
 
 def test_everything_is_there_again_to_the_row_and_its_keys_and_the_book_goes_on(whole: SmallBook) -> None:
@@ -78,6 +67,29 @@ def test_a_book_moves_to_postgresql_and_back_and_every_row_is_the_same(postgres_
         assert notes(book)[-1] == "said on the server"
         assert len(said_alike(book)) == len(on_sqlite["journal"]) + 2  # and each labbook.toml in between
     assert whole.toml.read_text().split() == toml.split()
+
+
+SCHEMA = """
+SELECT format('column %%s.%%s %%s%%s', c.relname, a.attname, format_type(a.atttypid, a.atttypmod),
+              CASE WHEN a.attnotnull THEN ' NOT NULL' ELSE '' END)
+  FROM pg_attribute a JOIN pg_class c ON c.oid = a.attrelid
+ WHERE c.relnamespace = 'labbook'::regnamespace AND c.relkind = 'r' AND a.attnum > 0 AND NOT a.attisdropped
+UNION ALL
+SELECT format('rule %%s.%%s %%s', conrelid::regclass, conname, pg_get_constraintdef(oid))
+  FROM pg_constraint WHERE connamespace = 'labbook'::regnamespace AND contype IN ('p', 'u', 'c', 'f')
+UNION ALL
+SELECT format('index %%s', indexdef) FROM pg_indexes WHERE schemaname = 'labbook'
+UNION ALL
+SELECT pg_get_triggerdef(oid) FROM pg_trigger WHERE NOT tgisinternal
+UNION ALL
+SELECT pg_get_functiondef(oid) FROM pg_proc WHERE pronamespace = 'labbook'::regnamespace
+"""
+
+
+def schema_lines(connection: sa.Connection) -> list[str]:
+    """What a PostgreSQL database is made of, one line a column, rule, index, trigger or function."""
+    found = connection.exec_driver_sql(SCHEMA).scalars().all()
+    return sorted(re.sub(r"\s+", " ", line).strip() for line in found)
 
 
 def schema_and_rows(url: str) -> tuple[list[str], dict[str, Rows]]:

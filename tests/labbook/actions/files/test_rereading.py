@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from labbook.actions.upkeep.tracing import find_number, trace
 from labbook.book.report_numbers import read_numbers
 from tests.helpers.books import ADA, SmallBook, reported_book, small_book
 from tests.helpers.databases import all_rows_by_name
-from tests.helpers.desk import Desk, Options, desk_at
+from tests.helpers.desk import Desk, Options
 from tests.helpers.statements import said_alike
 from tests.helpers.upkeep import rebuilt_alike
 from tests.helpers.wording import refuses, says
@@ -37,12 +36,6 @@ def home_made(small: SmallBook, run: str = "r001") -> bytes:
     height = lines[0].split(",").index("body_height [m]")
     rows = [(line.split(",")[0], float(line.split(",")[height])) for line in lines[1:]]
     return "".join(["t [ms],z\n", *(f"{t},{1000 * z:.4f}\n" for t, z in rows)]).encode()
-
-
-@pytest.fixture
-def desk(tmp_path: Path) -> Iterator[Desk]:
-    with desk_at(tmp_path) as desk:
-        yield desk
 
 
 def take(desk: Desk, options: Options | None = None, **more: Any) -> FileOutcome:

@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
-
-import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.actions.files.assigning import assign
@@ -14,18 +11,12 @@ from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.analysis.comparison.pairing import POOLED
-from labbook.analysis.preregistration.book_state import (
-    BookHistory,
-    BookState,
-    difference,
-    read_history,
-    state_at,
-)
+from labbook.analysis.preregistration.book_state import BookHistory, BookState, difference, read_history, state_at
 from labbook.book.opening import Book
 from labbook.book.rebuilding import rebuild_database
 from labbook.book.write_session import WriteSession
 from tests.helpers.books import ADA, SmallBook
-from tests.helpers.decided import decided_book, ingests, planned, reports
+from tests.helpers.decided import ingests, planned, reports
 from tests.helpers.wording import says
 
 STATEMENTS: tuple[Callable[[Book, WriteSession], object], ...] = (
@@ -53,11 +44,6 @@ STATEMENTS: tuple[Callable[[Book, WriteSession], object], ...] = (
 def history_of(made: SmallBook) -> BookHistory:
     with made.open() as book, book.reading() as connection:
         return read_history(connection)
-
-
-@pytest.fixture
-def honest(tmp_path: Path) -> SmallBook:
-    return decided_book(tmp_path)
 
 
 def test_a_state_is_what_the_book_held_then(honest: SmallBook) -> None:

@@ -16,17 +16,7 @@ from labbook.book.rebuilding import rebuild_database
 from labbook.demo.writers import bertec_text
 from labbook.presenting.report.content import MadeReport
 from tests.helpers.books import ADA, SmallBook, copy_of, ingest_all, small_book
-from tests.helpers.decided import (
-    DECIDED,
-    assigns,
-    charge_of,
-    corrects,
-    decided_book,
-    ingests,
-    key_of,
-    planned,
-    reports,
-)
+from tests.helpers.decided import DECIDED, assigns, charge_of, corrects, decided_book, ingests, key_of, planned, reports
 from tests.helpers.stated_campaign import plate_record
 from tests.helpers.wording import says
 
@@ -86,12 +76,6 @@ def voided(*runs: str, reason: str = "misfire") -> Step:
                 void(session, run, reason)
 
     return step
-
-
-@pytest.fixture
-def honest(tmp_path: Path) -> SmallBook:
-    """A book whose analysis was decided before everything was ingested."""
-    return decided_book(tmp_path)
 
 
 def reported_once(folder: Path) -> SmallBook:

@@ -2,22 +2,12 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-
-import pytest
-
 from labbook.actions.runs.correcting import void
 from labbook.actions.runs.jump_review import decide
 from labbook.analysis.preregistration.planned import AS_A_WHOLE
 from tests.helpers.books import ADA, SmallBook
-from tests.helpers.decided import corrects, decided_book, reports
+from tests.helpers.decided import corrects, reports
 from tests.helpers.wording import says
-
-
-@pytest.fixture
-def honest(tmp_path: Path) -> SmallBook:
-    """A book whose analysis was decided before everything was ingested."""
-    return decided_book(tmp_path)
 
 
 def departures(made: SmallBook, where: str | None) -> tuple[str, ...]:
