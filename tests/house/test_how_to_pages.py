@@ -52,7 +52,8 @@ def test_two_laptops(book: SmallBook) -> None:
     works(["note", "r001", "squeaked on the laptop"], laptop)
     works(["note", "r002", "squeaked at home"], book.folder)
     dry_run, merge = commands("two-laptops.md")
-    works(dry_run, book.folder)
+    told = works([*dry_run, "--json"], book.folder).json
+    assert (told["entries"], told["raw_copies"]) == ({"note": 1}, 0)
     works(merge, book.folder)
     notes = {text for (text,) in rows(book.folder, "SELECT text FROM note")}
     assert notes >= {"squeaked on the laptop", "squeaked at home"}
