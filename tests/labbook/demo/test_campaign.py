@@ -7,11 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from data_schema.errors import UsageError
 from data_schema.vocabulary import RunKind
 from labbook.demo.campaign import BATTERIES, Campaign, Day, draw_calendar, make_campaign
 from labbook.demo.truth import CHAPTER_5, Condition
-from tests.helpers.wording import refuses
 
 
 @pytest.fixture(scope="module")
@@ -72,9 +70,3 @@ def test_every_day_has_its_controls_and_every_condition_its_runs(seed: int, runs
     assert all(counts[c] == runs for c in CHAPTER_5.conditions if not c.is_control)
     assert all(counts[c] >= runs for c in CHAPTER_5.conditions)
     assert counts.total() == 24 * runs + 30
-
-
-def test_too_few_extra_controls_are_refused_with_the_number_needed() -> None:
-    rng = np.random.default_rng(4)
-    with refuses(UsageError, "0 extra", "days would lack"):
-        draw_calendar(rng, CHAPTER_5, 10, 0)

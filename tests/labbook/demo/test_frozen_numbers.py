@@ -9,8 +9,10 @@ from __future__ import annotations
 import csv
 import io
 import lzma
+import math
 import os
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 
 import pytest
@@ -21,7 +23,40 @@ from labbook.book.opening import Book, opened
 from labbook.book.report_numbers import reported_number
 from labbook.presenting.report.content import make_report
 from tests.helpers.demos import made_demo
-from tests.helpers.frozen_numbers import DATA, NUMBERS, TEXTS, by_name, differs, numbers_in
+
+DATA = Path(__file__).parent / "data"
+RELATIVE = 1e-9
+NUMBERS = ("value", "se", "shared_se", "ci_low", "ci_high", "ci_level", "df", "n")
+TEXTS = ("kind", "scope_json", "name", "unit", "undefined_reason")
+
+
+def numbers_in(data: bytes) -> dict[str, dict[str, str]]:
+    """The frozen numbers of a file by what they are."""
+    return by_name(csv.DictReader(io.StringIO(lzma.decompress(data).decode())))
+
+
+def by_name(rows: Iterable[dict[str, str]]) -> dict[str, dict[str, str]]:
+    """Numbers by kind, scope and name; of several with the same, in their order, each has its place."""
+    seen: Counter[str] = Counter()
+    found = {}
+    for row in rows:
+        name = " ".join(row[text] for text in TEXTS[:3])
+        seen[name] += 1
+        found[f"{name} {seen[name]}"] = row
+    return found
+
+
+def same(frozen: str, now: str) -> bool:
+    """Whether a number is what it was, but for the last digits that another processor may give."""
+    if not frozen or not now:
+        return frozen == now
+    return math.isclose(float(frozen), float(now), rel_tol=RELATIVE, abs_tol=0.0)
+
+
+def differs(frozen: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
+    return [name for name in TEXTS if frozen[name] != now[name]] + [
+        name for name in NUMBERS if not same(frozen[name], now[name])
+    ]
 
 
 def numbers(book: Book) -> Iterator[dict[str, str]]:

@@ -1,7 +1,5 @@
 """What the demonstration takes for true, and its jumps: simulated, stretched to the drop and apex that were drawn."""
 
-import json
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,13 +8,6 @@ from hypothesis import strategies as st
 from labbook.demo.truth import CHAPTER_5, GROUND, Condition, simulated_jump
 from simulator.jump import simulate
 from simulator.scene_file import load_scene
-
-
-def test_passive_charge_is_the_thesiss_at_twelve_minutes() -> None:
-    assert CHAPTER_5.drain.charge_mah(720) == pytest.approx(86.183, abs=1e-12)
-    written = json.loads(json.dumps(CHAPTER_5.as_json()))
-    assert written["passive"]["charge_at_run_duration_mah"] == pytest.approx(86.183)
-    assert written["ground"] == GROUND
 
 
 def test_a_condition_is_a_jump_of_the_scene_on_the_campaigns_ground() -> None:
@@ -53,10 +44,3 @@ def test_a_hop_begins_where_it_is_dropped_and_has_its_apex(
     risen = time_s > hop.switch_s
     assert height_m[risen].max() == pytest.approx(hop.apex_height_m, abs=1e-6)
     assert time_s[risen][np.argmax(height_m[risen])] == pytest.approx(hop.apex_s, abs=0.002)
-
-
-def test_a_jump_as_drawn_from_the_mean_is_the_simulated_one() -> None:
-    jump = simulated_jump("small", 400, 100)
-    hop = jump.hop(float(jump.height_m[0]), jump.apex_height_m)
-    (kept,) = np.nonzero(np.diff(jump.time_s, prepend=-1.0) > 1e-9)
-    np.testing.assert_allclose(hop.motion(jump.time_s[kept])[0], jump.height_m[kept], atol=1e-12)
