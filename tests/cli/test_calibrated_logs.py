@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.cli.shell import good, labbook, refused
+from tests.helpers.known_campaign import EQUIPMENT
 from tests.helpers.standing_log import REST_LENGTH_M, as_csv, standing_log
 from tests.helpers.wording import says
 
@@ -21,24 +22,11 @@ AT_0_2_M = {DAYS[0]: 812, DAYS[1]: 800}
 """What the sensor shows at 0.2 m: it was moved between the days."""
 PER_M = (3071 - 812) / 0.65
 SE_M = 0.001
-EQUIPMENT = f"""
+FACTOR = """
 [factors.b_ad_gain]
 kind = "number"
 levels = [0, 100]
 control = 0
-
-[robots.hopper]
-body_mass_kg = 1.8
-foot_mass_kg = 0.2
-link_1_m = 0.1
-link_2_m = 0.2
-rest_length_m = {REST_LENGTH_M}
-leg_min_m = 0.1
-leg_max_m = 0.3
-
-[batteries.A]
-cells = 4
-capacity_mah = 6600
 """
 PROFILE = """
 [profiles.adc]
@@ -57,7 +45,8 @@ calibrations = [
 def book(folder: Path, more: str = "") -> Path:
     good(labbook("init", "book", "--as", "Ada Nwosu", at=folder))
     toml = folder / "book" / "labbook.toml"
-    toml.write_text(f"{toml.read_text(encoding='utf-8')}\n{EQUIPMENT}{more}", encoding="utf-8")
+    equipment = EQUIPMENT.replace("rest_length_m = 0.27", f"rest_length_m = {REST_LENGTH_M}")
+    toml.write_text(f"{toml.read_text(encoding='utf-8')}\n{FACTOR}{equipment}{more}", encoding="utf-8")
     lines = ["run,position,date,kind,b_ad_gain,battery,robot,duration_s,jumps_made"]
     lines += [f"r{n:03},{n},{DAYS[n > 4]},jumps,{0 if n % 2 else 100},A,hopper,720,10" for n in range(1, 9)]
     (folder / "runs.csv").write_text("\n".join(lines) + "\n")

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 from tests.cli.shell import good, labbook
-from tests.helpers.known_campaign import KnownCampaign, shuffled
+from tests.helpers.known_campaign import KnownCampaign, begun, shuffled
 from tests.helpers.wording import says
 
 CONTRASTS = """
@@ -23,10 +23,7 @@ RUNS = {("large", 0): 1, ("large", 100): 1, ("small", 0): 1, ("small", 100): 1}
 
 def book_of(folder: Path, campaign: KnownCampaign) -> Path:
     campaign.write(folder / "files", 5)
-    book = folder / "book"
-    good(labbook("init", "book", "--as", "Ada Nwosu", at=folder))
-    (book / "labbook.toml").write_bytes((folder / "files" / "labbook.toml").read_bytes())
-    good(labbook("runs", "import", "../files/runs.csv", at=book))
+    book = begun(folder)
     good(labbook("ingest", "../files/charges", at=book))
     return book
 

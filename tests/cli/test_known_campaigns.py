@@ -14,7 +14,7 @@ from labbook.presenting.report.content import make_report
 from reports.content import ReportContent
 from reports.trust import trust_sentences
 from tests.cli.shell import good, labbook
-from tests.helpers.known_campaign import KnownCampaign, Order, shuffled
+from tests.helpers.known_campaign import KnownCampaign, Order, begun, shuffled
 from tests.helpers.wording import says
 
 ONE_FOOT = {("large", 0): 2, ("large", 100): 3}
@@ -57,15 +57,6 @@ class Said:
     saves: bool
     heights_right: bool | None
     warned: frozenset[str]
-
-
-def begun(folder: Path) -> Path:
-    """Make a book with the runs of the files of a folder."""
-    good(labbook("init", "book", "--as", "Ada Nwosu", at=folder))
-    book = folder / "book"
-    (book / "labbook.toml").write_bytes((folder / "files" / "labbook.toml").read_bytes())
-    good(labbook("runs", "import", "../files/runs.csv", at=book))
-    return book
 
 
 def reported(folder: Path) -> ReportContent:

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from tests.cli.shell import good, labbook
 from tests.helpers.hopping_log import REST_LENGTH_M, RISE_M, hopping_log
 
 CONTROL_MAH = 200.0
@@ -15,14 +16,29 @@ CONTROL_MAH = 200.0
 DURATION_S, DRAIN_MAH, DRAIN_MAH_S = 720.0, 2.0, 0.01
 JUMPS = 5
 
-TOML = """
+EQUIPMENT = """
+[robots.hopper]
+body_mass_kg = 1.8
+foot_mass_kg = 0.2
+link_1_m = 0.1
+link_2_m = 0.2
+rest_length_m = 0.27
+leg_min_m = 0.1
+leg_max_m = 0.3
+
+[batteries.A]
+cells = 4
+capacity_mah = 6600
+"""
+
+TOML = f"""
 [study]
 name = "known"
 kind = "bed"
 reference_voltage_v = 15.4
 jumps_nominal = 5
 time_zone = "UTC"
-run_names = "r{:03d}"
+run_names = "r{{:03d}}"
 
 [people]
 "Ada Nwosu" = "AN"
@@ -39,20 +55,7 @@ control = 0
 [protocol]
 run_duration_s = 720
 exclude_first_jumps = 0
-
-[robots.hopper]
-body_mass_kg = 1.8
-foot_mass_kg = 0.2
-link_1_m = 0.1
-link_2_m = 0.2
-rest_length_m = 0.27
-leg_min_m = 0.1
-leg_max_m = 0.3
-
-[batteries.A]
-cells = 4
-capacity_mah = 6600
-
+{EQUIPMENT}
 [analysis]
 apex_bounds_percent = [-3, 3]
 """
@@ -113,6 +116,15 @@ class KnownCampaign:
 
     def _read(self, mah: float) -> str:
         return f"{round(mah / self.step_mah) * self.step_mah:.10g}"
+
+
+def begun(folder: Path) -> Path:
+    """Make a book below a folder with the runs of the files in it."""
+    good(labbook("init", "book", "--as", "Ada Nwosu", at=folder))
+    book = folder / "book"
+    (book / "labbook.toml").write_bytes((folder / "files" / "labbook.toml").read_bytes())
+    good(labbook("runs", "import", "../files/runs.csv", at=book))
+    return book
 
 
 def shuffled(days: int, runs: Mapping[tuple[str, int], int], seed: int) -> list[Order]:

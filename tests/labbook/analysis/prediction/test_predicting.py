@@ -40,6 +40,7 @@ from stats.tails import t_quantile
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, SmallBook, small_book, small_toml
 from tests.helpers.decided import reports
+from tests.helpers.known_campaign import EQUIPMENT
 from tests.helpers.wording import says
 
 SIMULATION = """
@@ -352,20 +353,11 @@ def test_a_corrected_robot_is_simulated_anew_and_names_the_report(tmp_path: Path
 
 
 SMALL_CONTROL = "foot=small and b_ad_gain=0"
-CRICKET = """
-[robots.cricket]
-body_mass_kg = 1.6
-foot_mass_kg = 0.2
-link_1_m = 0.1
-link_2_m = 0.2
-rest_length_m = 0.27
-leg_min_m = 0.1
-leg_max_m = 0.3
-"""
 
 
 def test_a_condition_that_two_robots_ran_is_predicted_as_the_mean_over_its_runs(tmp_path: Path) -> None:
-    book = predicted_book(tmp_path, SIMULATION + CRICKET)
+    cricket = EQUIPMENT.partition("[batteries")[0].replace("hopper", "cricket").replace("1.8", "1.6")
+    book = predicted_book(tmp_path, SIMULATION + cricket)
     with book.open() as standing, standing.session(ADA) as session:
         correct(standing, session, "r001", ["robot=cricket"], "the other one hung there")
     about = reports(book, SMALL_CONTROL).content.predictions
