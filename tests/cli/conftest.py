@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import shutil
 from pathlib import Path
 
 import pytest
@@ -24,6 +25,12 @@ def fresh(tmp_path: Path) -> SmallBook:
 def stated(tmp_path: Path) -> SmallBook:
     """A book whose runs are stated; no file is ingested."""
     return small_book(tmp_path, ingested=False)
+
+
+@pytest.fixture
+def changed(book: Path, tmp_path: Path) -> Path:
+    """A copy of the book that tests of a file only read, whose labbook.toml may be changed."""
+    return shutil.copytree(book, tmp_path / "book")
 
 
 @pytest.fixture

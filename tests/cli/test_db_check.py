@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import contextlib
 import shutil
-import sqlite3
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -87,13 +85,6 @@ def test_damaged_samples_are_named_and_come_back_with_rebuild(whole: SmallBook) 
     found(whole, *((victim.name, "r0", "run `labbook rebuild`") for victim in victims))
     good(labbook("rebuild", at=whole.folder))
     assert check(whole).code == 0
-
-
-def test_an_entry_changed_in_the_database_is_told(whole: SmallBook) -> None:
-    with contextlib.closing(sqlite3.connect(whole.database, isolation_level=None)) as connection:
-        connection.execute("DROP TRIGGER journal_never_changed")
-        connection.execute("UPDATE journal SET reason = 'because' WHERE seq = 3")
-    found(whole, ("journal_never_changed",), ("3", "database was changed", "run `labbook rebuild`"))
 
 
 @pytest.mark.parametrize("how", ["gone", "rubbish"])

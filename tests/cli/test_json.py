@@ -12,10 +12,7 @@ IN_ORDER = {
     "init": ("init ../other --as Ada", {"book"}),
     "config": ("config", {"path", "sha256"}),
     "plan": ("plan --seed 1 --n 2 --per-day 8", {"runs", "days", "controls", "idle", "sheet", "printed"}),
-    "runs import": (
-        "runs import ../instruments/runs.csv",
-        {"stated", "filled_in", "unchanged", "not_made", "remarks"},
-    ),
+    "runs import": ("runs import ../instruments/runs.csv", {"stated", "filled_in", "unchanged", "not_made", "remarks"}),
     "ingest": ("ingest ../instruments/logs", {"status", "format", "runs", "sha256", "findings", "channels"}),
     "channels": ("channels", {"name", "unit", "meaning"}),
     "formats": ("formats", {"formats", "faults"}),

@@ -38,13 +38,6 @@ def book() -> Path:
     return made_once("plate", _make)
 
 
-@pytest.fixture
-def changed(book: Path, tmp_path: Path) -> Path:
-    """A copy of the book whose labbook.toml may be changed."""
-    shutil.copytree(book, tmp_path / "book")
-    return tmp_path / "book"
-
-
 def study(book: Path, *words: str) -> Any:
     return good(labbook("study", "force-plate", "--json", *words, at=book)).json
 
