@@ -91,12 +91,7 @@ class SmallBook:
 
 
 def small_book(
-    folder: Path,
-    *,
-    runs: bool = True,
-    ingested: bool = True,
-    two_people: bool = False,
-    database_url: str | None = None,
+    folder: Path, *, runs: bool = True, ingested: bool = True, two_people: bool = False, database_url: str | None = None
 ) -> SmallBook:
     """Make `folder/book` and `folder/instruments`.
 

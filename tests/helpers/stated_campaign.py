@@ -106,10 +106,7 @@ def hop_motion(hop: PrescribedHop, time_s: FloatArray) -> FloatArray:
     since = time_s[compression] - hop.touchdown_s
     # Compression is an extension seen backwards in time.
     rise, speed, acceleration[compression] = _push(
-        hop.switch_s - time_s[compression],
-        hop.compression_duration_s,
-        hop.touchdown_speed_m_s,
-        _COMPRESSION_POWER,
+        hop.switch_s - time_s[compression], hop.compression_duration_s, hop.touchdown_speed_m_s, _COMPRESSION_POWER
     )
     height[compression], velocity[compression] = hop.switch_height_m + rise, -speed
     if hop.jamming_time_s > 0:

@@ -20,7 +20,7 @@ from labbook.analysis.outcomes.run_energy import drain_lines, passive_drains, ru
 from labbook.analysis.results import Results
 from labbook.analysis.study import StudyAnalysis
 from labbook.presenting.report.content import MadeReport
-from labbook.presenting.report.methods import limitations, methods
+from labbook.presenting.report.methods import limitations
 from labbook.presenting.report.results import flow
 from reports.content import Decision
 from reports.numbers import Number
@@ -124,19 +124,6 @@ def test_leaving_a_day_out_leaves_its_idle_runs_out_of_the_drain_line(analysis: 
     assert refitted.slope_mah_s != whole.slope_mah_s
 
 
-def test_a_day_that_is_left_out_is_one_result_an_estimate(made: MadeReport) -> None:
-    """Neither the lines nor the joules by them, which would be every run again for every day."""
-    rows = {one.origin.uid: one.origin for one in made.computed.made.values()}
-    scopes = {uid: origin.scope for uid, origin in rows.items()}
-    without = [uid for uid, scope in scopes.items() if scope.get("variant", "").startswith("without 2")]
-    assert without
-    assert {rows[uid].kind for uid in without} <= {"decision", "comparison"}
-    for uid in without:
-        (whole,) = [one for one in rows[uid].inputs if one.role == "all days"]
-        assert {**scopes[whole.input_uid], "variant": scopes[uid]["variant"]} == scopes[uid]
-        assert {one.role for one in rows[uid].inputs} == {"all days", "left out"}
-
-
 def charged(names: Sequence[str], change: Callable[[list[Any]], list[Any]]) -> Change:
     """Let runs have other charges."""
 
@@ -237,10 +224,3 @@ def test_a_day_that_the_drain_line_cannot_do_without_is_said(analysis: StudyAnal
     assert {item.quantity for item in analysis.variations.varied if item.variant == f"without {days[0]}"} == {
         Outcome.APEX
     }
-
-
-def test_how_pooled_levels_are_weighted_is_said_where_levels_are_pooled(analysis: StudyAnalysis) -> None:
-    pooled = [replace(item, pair=replace(item.pair, b=item.pair.b * 2)) for item in analysis.compared]
-    weighted = "pooled levels weighted by their runs"
-    assert weighted not in methods(analysis)[-1]
-    says(methods(replace(analysis, compared=pooled))[-1], weighted)

@@ -96,15 +96,3 @@ def test_a_rebuild_does_not_stop_for_a_plugin(tmp_path: Path, install: Install, 
         replace(desk, book=book).read_again("odd.txt", {})
         after = all_rows_by_name(book.engine)
     assert (after["charge"], after["run_file"]) == (before["charge"], before["run_file"])
-
-
-SHARE_A_LINE = """rows = [ChargeRow(n, f"r00{n}", None, 150.0 + n, 1.0, None, None, ChargeMode.CHARGE, None, None, 1)
-            for n in (1, 2, 3)]
-    return Reading((), tuple(rows), 3, 0, FileRole.CHARGE)"""
-
-
-def test_recharges_that_share_a_line_are_all_held(tmp_path: Path, install: Install) -> None:
-    install("1", SHARE_A_LINE)
-    with desk_at(tmp_path) as desk:
-        desk.take("odd.txt", "odd meter\n")
-        assert desk.charges() == {"r001": [151.0], "r002": [152.0], "r003": [153.0], "r004": []}

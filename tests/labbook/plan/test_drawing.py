@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import itertools
 from collections import Counter
 from typing import Any
@@ -208,13 +207,6 @@ def test_impossible_plans_are_refused_in_a_sentence(change: dict[str, Any], word
     request: dict[str, Any] = {"runs_per_condition": 10, "runs_per_day": 12, "seed": 1, **change}
     with refuses(UsageError, words):
         draw_plan(CHAPTER_5, method=PlanMethod.BLOCKED, **request)
-
-
-def test_words_are_the_documented_hashes() -> None:
-    chance = SeededChance(7)
-    for place in range(3):
-        digest = hashlib.sha256(f"labbook 7 {place}".encode()).digest()
-        assert chance.below(2**64) == int.from_bytes(digest[:8], "big")
 
 
 def test_every_order_is_equally_likely() -> None:

@@ -157,14 +157,6 @@ def test_the_control_stands_first_on_an_axis_of_labels(surfaces: Told) -> None:
     assert "control (sand) " in FIGURES["joules_by_level"].alternative(content)
 
 
-def test_control_and_treatment_of_a_group_stand_under_one_heading(surfaces: Told) -> None:
-    for name in ("joules_by_condition", "apex_by_condition"):
-        blocks = TABLES[name].make(surfaces.made.content).blocks
-        assert [block.replace("\u00a0", " ") for block, _ in blocks] == ["drop height = 30 cm", "drop height = 45 cm"]
-        for _, rows in blocks:
-            assert {row.cells[0].text for row in rows} == {"control (sand)", "gravel"}
-
-
 def test_robots_are_counted_in_words_and_in_the_tables_of_conditions(surfaces: Told) -> None:
     says(surfaces.page, "2 robots", "6 runs")
     table = csv_bytes(TABLES["joules_by_condition"].make(surfaces.made.content)).decode()
@@ -195,17 +187,6 @@ def test_without_a_control_level_the_page_says_why_it_claims_nothing(without_con
     says(without_control.page, "Nothing is compared")
     for words in ("F-test", "Fieller", "Savings are", "through the control", "robots:", "all conditions"):
         assert words not in without_control.page
-
-
-def test_without_a_control_level_all_conditions_share_one_panel(without_control: Told) -> None:
-    for name in ("joules_by_level", "apex_by_level"):
-        (axes,) = draw_figure(FIGURES[name], without_control.made.content, TWO_COLUMNS_IN).axes
-        assert [label.get_text() for label in axes.get_xticklabels()] == ["30", "45"]
-        assert axes.get_xlabel() == "Drop height (cm)"
-        says(FIGURES[name].caption(without_control.made.content), "against the drop")
-        words = FIGURES[name].alternative(without_control.made.content)
-        assert "sand surface: " in words
-        assert "treatment" not in words
 
 
 def test_without_a_control_level_every_factor_has_a_column(without_control: Told) -> None:

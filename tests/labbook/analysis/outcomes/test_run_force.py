@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import re
 
 import pytest
 
@@ -18,7 +17,6 @@ from reports.tables.formats import csv_bytes
 from reports.tables.registry import TABLES, tables_of
 from stats.compare.summary import describe
 from stats.force_plate import Contact, find_contacts, jump_heights
-from tests.cli.shell import good, labbook
 from tests.helpers.books import ADA, SmallBook, small_book, small_runs
 from tests.helpers.pages import quick_page
 from tests.helpers.stated_campaign import plate_record
@@ -99,10 +97,3 @@ def test_a_book_without_a_plate_says_nothing_of_it(reports: Reports) -> None:
     content = reports().content
     assert not set(OF_PLATE) & set(content.outcomes)
     assert "Peak force" not in quick_page(content)
-
-
-def test_it_is_compared_on_the_command_line(on_plate: tuple[SmallBook, MadeReport]) -> None:
-    for outcome in OF_PLATE:
-        words = ("stats", "compare", "--quantity", outcome.key, "--where", "foot=small")
-        said = good(labbook(*words, at=on_plate[0].folder)).out
-        assert re.search(r"[\d.]+ (N|ms|mm) \(95 % CI", said), said
