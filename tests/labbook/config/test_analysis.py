@@ -146,12 +146,6 @@ def test_everything_of_a_simulation_is_read() -> None:
     )
 
 
-def test_a_scene_alone_is_enough() -> None:
-    alone = parsed('[simulation]\nscene = "bed"\n').simulation
-    assert alone is not None
-    assert (alone.accuracy, alone.varied_by, alone.assumed, alone.factors) == (1e-6, 0.1, (), {})
-
-
 OWN = '[simulation]\nscene = "scenes/own.toml"\n'
 SCENE = 'title = "a \\"quoted\\" title" # \N{EURO SIGN}, \x7f\r\n[robot]\n'
 
