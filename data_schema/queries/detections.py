@@ -52,7 +52,10 @@ class DetectionRow:
 
 @dataclass(frozen=True, slots=True)
 class DecisionRow:
-    """A person's verdict on the jump nearest to `anchor_s` of a signal; later ones replace earlier ones."""
+    """A person's verdict on the jump nearest to `anchor_s` of a signal; later ones replace earlier ones.
+
+    `blind`: the person did not see which run, and so which condition, the jump was of.
+    """
 
     uid: str
     signal_sha256: str
@@ -65,6 +68,7 @@ class DecisionRow:
     version: int | None
     person: str
     at_utc: str
+    blind: bool
 
 
 def add_detections(connection: sa.Connection, found: Sequence[DetectionRow]) -> None:
@@ -169,9 +173,10 @@ def jump_decisions(
     if wanted is not None and len(wanted) <= CHUNK:
         query = query.where(decision.c.signal_sha256.in_(wanted))
     found: dict[str, list[DecisionRow]] = {}
-    for uid, sha256, anchor_s, verdict, reason, *rest in connection.execute(query):
+    for uid, sha256, anchor_s, verdict, reason, *others, blind in connection.execute(query):
         if wanted is not None and sha256 not in wanted:
             continue
+        rest: list[Any] = [*others, bool(blind)]
         row = DecisionRow(uid, sha256, anchor_s, Verdict(verdict), ReasonCode(reason), *rest)
         for signal_sha256 in holds_for.get(sha256, {sha256}):
             found.setdefault(signal_sha256, []).append(row)

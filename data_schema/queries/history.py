@@ -23,13 +23,16 @@ from data_schema.vocabulary import Action, ChargeState, IngestStatus
 
 @dataclass(frozen=True, slots=True)
 class RunFileRow:
-    """A file that is linked to a run, or has a charge of it."""
+    """A file that is linked to a run, or has a charge of it, and by which reader and settings it was read."""
 
     name: str
     role: str
     n_bytes: int
     sha256: str
     store_path: str
+    reader: str
+    reader_version: int
+    settings: Mapping[str, Any]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,12 +53,23 @@ def files_of_run(connection: sa.Connection, run_uid: str) -> list[RunFileRow]:
         sa.select(charge.c.file).where(charge.c.run == of_run, charge.c.file.is_not(None), counted),
     )
     query = (
-        sa.select(ingest.c.original_name, ingest.c.role, file.c.n_bytes, file.c.sha256, file.c.store_path)
+        sa.select(
+            *columns_of(
+                RunFileRow,
+                ingest,
+                name=ingest.c.original_name,
+                n_bytes=file.c.n_bytes,
+                sha256=file.c.sha256,
+                store_path=file.c.store_path,
+                settings=ingest.c.declared_json,
+            )
+        )
         .join(file, ingest.c.file == file.c.id)
         .where(file.c.id.in_(linked), IN_USE)
         .order_by(ingest.c.id)
     )
-    return [RunFileRow(*row) for row in connection.execute(query)]
+    rows: list[list[Any]] = [[*row[:-1], json.loads(row[-1])] for row in connection.execute(query)]
+    return [RunFileRow(*row) for row in rows]
 
 
 def notes_of(connection: sa.Connection, uid: str) -> list[NoteRow]:

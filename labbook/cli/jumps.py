@@ -34,19 +34,20 @@ class OfJumps:
 
 @app.command("list")
 def list_command(run: RunArgument, book: BookOption = None) -> Shown:
-    """List the jumps found in a run, which of them count, and why others do not.
+    """List the jumps found in a run, which of them count, why others do not, and who reviewed which.
 
     Touchdown and apex are times on the log's own clock; a misfire has no apex. docs/your-own-data.md has the keys of
     --json.
 
     Example: labbook jumps list r017
     """
-    from labbook.actions.runs.jump_review import jump_lines, review
+    from labbook.actions.runs.jump_review import jump_lines, review, review_lines
 
     with reading(book) as (opened_book, connection):
         found = review(opened_book, connection, run)
     head, rows, waiting = jump_lines(found)
-    return Shown(found, [*columns(head, rows), *waiting] if rows else ["no jumps found.", *waiting])
+    jumps = [*columns(head, rows), *review_lines(found.reviewed, found.not_reviewed)] if rows else ["no jumps found."]
+    return Shown(found, [*jumps, *waiting])
 
 
 @app.command("reject")

@@ -38,7 +38,7 @@ def today(
 
 
 def show(run: Annotated[str, typer.Argument(help="The run.")], book: BookOption = None) -> Shown:
-    """Show a run: facts, files with channels and gaps, charges, notes, and what was stated about it.
+    """Show a run: facts, jumps that a person reviewed, files with channels and gaps, charges, notes, its history.
 
     Example: labbook show r017
     """

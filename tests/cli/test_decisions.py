@@ -7,8 +7,10 @@ from typing import Any
 
 import pytest
 
+from data_schema.vocabulary import ReasonCode, Verdict
 from tests.cli.shell import good, labbook, refused, rows, unchanged
-from tests.helpers.books import SmallBook
+from tests.helpers.books import ADA, BEN, SmallBook, small_book
+from tests.helpers.statements import judge_blind
 from tests.helpers.wording import says
 
 
@@ -41,6 +43,28 @@ def test_verdicts_are_rows_that_are_only_added_and_can_be_taken_back(whole: Smal
     assert verdicts[:2] == [("reject", "touched_by_hand", None), ("accept", "looks_right", "looked again")]
     assert verdicts[2:] == [("reject", "misfire", None)] * 2 + [("clear", "other", None)] * 2
     assert rows(whole.folder, "SELECT * FROM jump ORDER BY id") == raw
+
+
+def test_jumps_that_a_person_reviewed_are_told_from_the_others(tmp_path: Path) -> None:
+    """By whom, and whether blind; one whose verdict was taken back is not reviewed any more."""
+    book = small_book(tmp_path, two_people=True)
+    alone = good(labbook("show", "r001", "--json", at=book.folder)).json
+    assert (alone["reviewed"], alone["not_reviewed"]) == ([], [1, 2, 3])
+    good(labbook("jumps", "accept", "r001", "1", "3", "--as", "BO", at=book.folder))
+    good(labbook("jumps", "clear", "r001", "3", "--as", "AN", at=book.folder))
+    with book.open() as opened:
+        judge_blind(opened, "r001", 2, Verdict.REJECT, ReasonCode.MISFIRE)
+    reviewed = [
+        {"verdict": "accept", "reason_code": "looks_right", "person": BEN, "blind": False, "jumps": [1]},
+        {"verdict": "reject", "reason_code": "misfire", "person": ADA, "blind": True, "jumps": [2]},
+    ]
+    for words in (("show", "r001"), ("jumps", "list", "r001")):
+        found = good(labbook(*words, "--json", at=book.folder)).json
+        assert (found["reviewed"], found["not_reviewed"]) == (reviewed, [3])
+        said = good(labbook(*words, at=book.folder)).out
+        says(said, "jump 1", "accepted", BEN)
+        says(said, "jump 2", "rejected", ADA, "blind", "misfire")
+        says(said, "1 of 3 jumps", "not")
 
 
 def test_correction_keeps_the_old_value_and_who_said_why(whole: SmallBook) -> None:

@@ -9,7 +9,8 @@ from typing import Any, TypeVar
 
 from data_schema import journal
 from data_schema.journal import Entry
-from data_schema.vocabulary import Action
+from data_schema.vocabulary import Action, ReasonCode, Verdict
+from labbook.actions.runs.jump_review import review
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid
@@ -30,6 +31,27 @@ def note(session: WriteSession, text: str, run: str = "r001") -> None:
     target = run_named(session.connection, run).uid
     new = {"target_kind": "run", "target_uid": target, "text": text}
     session.state(Statement(Action.NOTE, "note", new_uid(), new=new))
+
+
+def judge_blind(book: Book, run: str, number: int, verdict: Verdict, reason: ReasonCode, person: str = ADA) -> None:
+    """State a verdict on a jump as one who does not see which run it is of."""
+    with book.session(person) as session:
+        found = review(book, session.connection, run)
+        item = next(item for item in found.jumps if item.jump.number == number)
+        new = {
+            "target_kind": "jump",
+            "target_uid": found.run.uid,
+            "signal_sha256": item.signal_sha256,
+            "anchor_s": item.jump.apex_s,
+            "verdict": str(verdict),
+            "reason_code": str(reason),
+            "note": None,
+            "old_value": item.jump.apex_height_m,
+            "algorithm": found.detections[0].algorithm,
+            "version": found.detections[0].version,
+            "blind": 1,
+        }
+        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new))
 
 
 def notes(book: Book) -> list[str]:

@@ -16,12 +16,22 @@ from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.vocabulary import Action, FileRole, ReasonCode, RunKind, TargetKind, Undefined, Verdict
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
-from labbook.analysis.outcomes.run_apexes import JudgedJump, Rules, anchor_of, judge, usable_logs
+from labbook.analysis.outcomes.run_apexes import (
+    JudgedJump,
+    Reviewed,
+    anchor_of,
+    judge,
+    not_reviewed,
+    reviewed,
+    rules_of,
+    usable_logs,
+)
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, is_allowed, planned_analysis
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid
 from labbook.config.parsing import Configuration
+from labbook.terminal import listed
 from stats.apexes.jumps import FLAGS
 
 
@@ -30,12 +40,15 @@ class RunReview:
     """A run's logs in their order, what the study's detector finds in them, and what counts.
 
     `waiting` are verdicts that fit no jump of the logs any more, `lost` those on samples that are not in force.
+    `reviewed` and `not_reviewed` have the numbers of the jumps on which a person's verdict stands, and of the others.
     """
 
     run: RunRow
     signals: tuple[SignalRow, ...]
     detections: tuple[DetectionRow, ...]
     jumps: tuple[JudgedJump, ...]
+    reviewed: tuple[Reviewed, ...]
+    not_reviewed: tuple[int, ...]
     waiting: tuple[DecisionRow, ...]
     lost: tuple[WaitingVerdict, ...] = ()
 
@@ -84,11 +97,11 @@ def _judged(
     detections: tuple[DetectionRow, ...],
 ) -> RunReview:
     """Judge jumps by the protocol and by the verdicts that stand now."""
-    protocol = book.configuration.protocol
     decisions = jump_decisions(connection, [signal.sha256 for signal in signals])
-    judgement = judge(detections, decisions, Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps))
+    judgement = judge(detections, decisions, rules_of(book.configuration.protocol))
     lost = tuple(verdicts_waiting(connection, run.uid))
-    return RunReview(run, signals, detections, judgement.jumps, judgement.waiting, lost)
+    jumps = judgement.jumps
+    return RunReview(run, signals, detections, jumps, reviewed(jumps), not_reviewed(jumps), judgement.waiting, lost)
 
 
 def resolve_jumps(texts: Sequence[str], found: RunReview) -> list[int]:
@@ -218,7 +231,7 @@ _NUMBERS = re.compile(r"([0-9]{1,9})(?:-([0-9]{1,9}))?")
 
 def jump_lines(found: RunReview) -> tuple[tuple[str, ...], list[tuple[str, ...]], list[str]]:
     """Return head and rows of the list of jumps, and lines: what the flags in it mean, and each verdict that waits."""
-    head = ("jump", "touchdown", "apex", "height", "+-", "flight time", "counts", "flags")
+    head = ("jump", "touchdown", "apex", "height", "+-", "flight time", "counts", "reviewed", "flags")
     rows: list[tuple[str, ...]] = [
         (
             str(item.jump.number),
@@ -228,6 +241,7 @@ def jump_lines(found: RunReview) -> tuple[tuple[str, ...], list[tuple[str, ...]]
             "" if item.jump.apex_height_se_m is None else f"{item.jump.apex_height_se_m * 1e3:.2f} mm",
             "" if item.jump.flight_time_s is None else f"{item.jump.flight_time_s * 1e3:.0f} ms",
             "yes" if item.excluded is None else f"no: {item.excluded}",
+            "" if item.decision is None else _said(item.decision),
             " ".join(item.jump.flags),
         )
         for item in found.jumps
@@ -239,6 +253,22 @@ def jump_lines(found: RunReview) -> tuple[tuple[str, ...], list[tuple[str, ...]]
     raised = {flag for item in found.jumps for flag in item.jump.flags}
     meant = [f"{flag}: {meaning}." for flag, meaning in FLAGS.items() if flag in raised]
     return head, rows, [*meant, *waiting, *(verdict.sentence for verdict in found.lost)]
+
+
+def _said(verdict: DecisionRow | Reviewed) -> str:
+    return f"{verdict.verdict}ed by {verdict.person}{', blind' if verdict.blind else ''}"
+
+
+def review_lines(found: Sequence[Reviewed], others: Sequence[int]) -> list[str]:
+    """Say which jumps of a run were reviewed, by whom, and how many were not; nothing where there are none."""
+    lines = []
+    for item in found:
+        several = "s" if len(item.jumps) > 1 else ""
+        lines.append(f"jump{several} {listed([*map(str, item.jumps)])} {_said(item)} ({item.reason_code})")
+    if others:
+        n_jumps = len(others) + sum(len(item.jumps) for item in found)
+        lines.append(f"{len(others)} of {n_jumps} jumps not reviewed by a person")
+    return lines
 
 
 def reason_remarks(

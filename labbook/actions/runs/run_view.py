@@ -11,6 +11,7 @@ import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.charges import ChargeOfRun, charges_of_run
+from data_schema.queries.detections import jump_decisions
 from data_schema.queries.history import EntryRow, NoteRow, RunFileRow, files_of_run, history_of_run, notes_of
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import (
@@ -21,18 +22,28 @@ from data_schema.queries.signals import (
     gaps_of,
     signals_of_runs,
 )
-from data_schema.rounding import decimals_for, fixed_text, known_error, number_text
+from data_schema.rounding import decimals_for, fixed_text, known_error
+from data_schema.rounding import number_text as plain_number_text
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
+from labbook.actions.runs.jump_review import review_lines
 from labbook.analysis.outcomes.conditions import measure, number_of
-from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
-from labbook.analysis.outcomes.run_apexes import calibrated_for_other_day, jumps_found_in_run
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found
+from labbook.analysis.outcomes.run_apexes import (
+    Reviewed,
+    calibrated_for_other_day,
+    detected_in_run,
+    judge,
+    not_reviewed,
+    reviewed,
+    rules_of,
+)
 from labbook.analysis.outcomes.run_force import PushOffRules, force_of_run
 from labbook.analysis.results import Results
 from labbook.analysis.study_data import VERTICAL_FORCE, gather_about
 from labbook.book.naming import changes_in_words, run_named, study_of
 from labbook.config.local_time import local_text
 from labbook.config.parsing import Configuration
-from reports.display import as_shown
+from reports.display import as_shown, number_text
 from reports.numbers import Number
 
 WIDTH = 100
@@ -52,7 +63,9 @@ class RunView:
     """A run with all that belongs to it.
 
     `from_plate` has what its record of a force plate gives, by the keys of outcomes; empty without one.
-    `jumps_found` are the flights with an apex in its logs; None where it has no log, or they do not count, with why.
+    `jumps_found` counts the flights with an apex in its logs, or says why they do not count; None without a log.
+    `reviewed` and `not_reviewed` have the numbers of the jumps on which a person's verdict stands, and of the others.
+    Joules and apex height are None of a run that has none by its kind, or is void.
     """
 
     run: RunRow
@@ -62,12 +75,13 @@ class RunView:
     calibrated_for_other_day: str | None
     charges: tuple[ChargeOfRun, ...]
     notes: tuple[NoteRow, ...]
-    jumps_found: int | None
-    jumps_do_not_count: str | None
+    jumps_found: int | Undefined | None
+    reviewed: tuple[Reviewed, ...]
+    not_reviewed: tuple[int, ...]
     history: tuple[EntryRow, ...]
     history_in_words: tuple[str, ...]
-    joules_per_jump: float | None
-    mean_apex_height_m: float | None
+    joules_per_jump: Number | None
+    mean_apex_height: Number | None
     from_plate: Mapping[str, Number]
     time_zone: str
 
@@ -84,7 +98,10 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
     signals = signals_of_runs(connection, run_uids=[run.uid])
     logs = [signal for signal in signals if signal.role == FileRole.LOG and BODY_HEIGHT in signal.channels]
     forces = [signal for signal in signals if signal.role == FileRole.FORCE and VERTICAL_FORCE in signal.channels]
-    found = jumps_found_in_run(detections, run, logs, protocol.detector) if logs else None
+    found = detected_in_run(detections, run, logs, protocol.detector) if logs else None
+    detected = () if found is None or isinstance(found, Undefined) else found
+    decisions = jump_decisions(connection, [one.signal_sha256 for one in detected])
+    jumps = judge(detected, decisions, rules_of(protocol)).jumps
     calibrated = calibrated_channels(connection, run.uid)
     other_day = calibrated_for_other_day(run, logs, calibrated)
     return RunView(
@@ -95,27 +112,30 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         calibrated_for_other_day=None if other_day is None else other_day.reason,
         charges=charges,
         notes=tuple(notes_of(connection, run.uid)),
-        jumps_found=found if isinstance(found, int) else None,
-        jumps_do_not_count=found.reason if isinstance(found, Undefined) else None,
+        jumps_found=jumps_found(item.jump for item in jumps) if isinstance(found, tuple) else found,
+        reviewed=reviewed(jumps),
+        not_reviewed=not_reviewed(jumps),
         history=history,
         history_in_words=tuple(_in_words(connection, item, zone) for item in history),
-        joules_per_jump=numbers[Outcome.JOULES],
-        mean_apex_height_m=numbers[Outcome.APEX],
+        joules_per_jump=numbers.get(Outcome.JOULES),
+        mean_apex_height=numbers.get(Outcome.APEX),
         from_plate=_from_plate(detections, forces, PushOffRules(protocol.onset, protocol.take_off)) if forces else {},
         time_zone=zone,
     )
 
 
-def _numbers(detections: Detections, configuration: Configuration, run: RunRow) -> dict[Outcome, float | None]:
-    """Return a run's joules and mean apex height, None where it has none."""
-    found: dict[Outcome, float | None] = {Outcome.JOULES: None, Outcome.APEX: None}
+def _numbers(detections: Detections, configuration: Configuration, run: RunRow) -> dict[Outcome, Number]:
+    """Return a run's joules and mean apex height, or why it has none; nothing of a run not of jumps, or void."""
     if run.kind is not RunKind.JUMPS or run.state is RunState.VOID:
-        return found
+        return {}
     data, computed = gather_about(detections.connection, configuration, [run]), Results()
-    for outcome in found:
-        result = measure(outcome, computed, detections, data).results.get(run.uid)
-        value = None if result is None else number_of(result, outcome).value
-        found[outcome] = value if isinstance(value, float) else None
+    found = {}
+    for outcome in (Outcome.JOULES, Outcome.APEX):
+        measured = measure(outcome, computed, detections, data)
+        result = measured.results.get(run.uid)
+        found[outcome] = (
+            Number(measured.missing[run.uid], outcome.unit) if result is None else number_of(result, outcome)
+        )
     return found
 
 
@@ -139,10 +159,10 @@ def view_lines(view: RunView) -> list[str]:
         f"{run.jumps_made} jumps made{_found(view)}",
         f"  started {started}, duration {'unknown' if run.duration_s is None else f'{run.duration_s:g} s'}",
     ]
-    if view.joules_per_jump is not None:
-        lines.append(f"  energy {view.joules_per_jump:.1f} J a jump")
-    if view.mean_apex_height_m is not None:
-        lines.append(f"  mean apex {view.mean_apex_height_m * 1e3:.1f} mm")
+    for what, number in (("energy of a jump", view.joules_per_jump), ("mean apex", view.mean_apex_height)):
+        if number is not None and not isinstance(number.value, Undefined):
+            lines.append(f"  {what} {number_text(number)}")
+    lines += [f"  {line}" for line in review_lines(view.reviewed, view.not_reviewed)]
     lines += _plate_lines(view.from_plate)
     lines += [
         f"  file {item.name} ({item.role}, {item.n_bytes} bytes, sha256 {item.sha256[:12]})" for item in view.files
@@ -187,7 +207,7 @@ def _plate_lines(from_plate: Mapping[str, Number]) -> list[str]:
             continue
         se = number.se if isinstance(number.se, float) else 0.0
         error = f" ± {fixed_text(se, decimals_for(se))}" if known_error(se) else ""
-        found.append(f"  {outcome} {number_text(number.value, error=se)}{error} {number.unit}")
+        found.append(f"  {outcome} {plain_number_text(number.value, error=se)}{error} {number.unit}")
     return [*found, *(f"  no {' or '.join(names)}: {reason}" for reason, names in reasons.items())]
 
 
@@ -205,8 +225,8 @@ def _lacking(view: RunView) -> list[str]:
 
 
 def _found(view: RunView) -> str:
-    if view.jumps_do_not_count is not None:
-        return f", none counted in its logs ({view.jumps_do_not_count})"
+    if isinstance(view.jumps_found, Undefined):
+        return f", none counted in its logs ({view.jumps_found.reason})"
     return "" if view.jumps_found is None else f", {view.jumps_found} found"
 
 

@@ -21,7 +21,7 @@ from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import CalibratedChannel, SignalRow
 from data_schema.queries.sources import InputRow
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined, Verdict
+from data_schema.vocabulary import ReasonCode, Undefined, Verdict
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found, rest_length_m
 from labbook.analysis.results import (
     Algorithm,
@@ -33,6 +33,7 @@ from labbook.analysis.results import (
     signal_input,
 )
 from labbook.analysis.study_data import StudyData
+from labbook.config.model import ProtocolSettings
 from reports.numbers import Number, Result
 from stats.apexes.jumps import ZERO_DOUBTFUL
 from stats.compare.shared_error import SharedError
@@ -77,11 +78,42 @@ class Judgement:
 
 
 @dataclass(frozen=True, slots=True)
+class Reviewed:
+    """Jumps of a run, by their numbers, on which the same verdict of the same person stands."""
+
+    verdict: Verdict
+    reason_code: ReasonCode
+    person: str
+    blind: bool
+    jumps: tuple[int, ...]
+
+
+def reviewed(jumps: Sequence[JudgedJump]) -> tuple[Reviewed, ...]:
+    """Return the jumps of a run that a person reviewed, those with the same verdict together."""
+    found: dict[tuple[Verdict, ReasonCode, str, bool], list[int]] = {}
+    for item in jumps:
+        if (said := item.decision) is not None:
+            alike = said.verdict, said.reason_code, said.person, said.blind
+            found.setdefault(alike, []).append(item.jump.number)
+    return tuple(Reviewed(*alike, tuple(numbers)) for alike, numbers in found.items())
+
+
+def not_reviewed(jumps: Sequence[JudgedJump]) -> tuple[int, ...]:
+    """Return the numbers of the jumps without a verdict; a stance without an apex counts neither way."""
+    return tuple(item.jump.number for item in jumps if item.decision is None and item.jump.apex_height_m is not None)
+
+
+@dataclass(frozen=True, slots=True)
 class Rules:
     """What the protocol excludes without asking."""
 
     exclude_first_jumps: int
     exclude_gap_jumps: bool
+
+
+def rules_of(protocol: ProtocolSettings) -> Rules:
+    """Return the rules of a protocol."""
+    return Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps)
 
 
 def judge(
@@ -218,7 +250,7 @@ class ApexVariant:
 def as_protocol(evidence: StudyData) -> ApexVariant:
     """Return the protocol's own way."""
     protocol = evidence.configuration.protocol
-    return ApexVariant(protocol.detector, Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps))
+    return ApexVariant(protocol.detector, rules_of(protocol))
 
 
 def without_exclusions(evidence: StudyData) -> ApexVariant:
@@ -260,16 +292,23 @@ def calibrated_for_other_day(
     return None
 
 
-def jumps_found_in_run(
+def detected_in_run(
     detections: Detections, run: RunRow, logs: Sequence[SignalRow], detector: str
-) -> int | Undefined:
-    """Count the jumps found of a run over all its `logs` with a body height, or say why they do not count."""
+) -> tuple[DetectionRow, ...] | Undefined:
+    """Find the jumps of a run in all its `logs` with a body height, or say why they do not count."""
     usable = usable_logs(run, logs)
     if isinstance(usable, Undefined):
         return usable
     length_m = rest_length_m(detections.connection, run.robot_uid)
-    found = detections.of({run.uid: usable}, detector, length_m)[run.uid]
-    return sum(jumps_found(detection.jumps) for detection in found)
+    return tuple(detections.of({run.uid: usable}, detector, length_m)[run.uid])
+
+
+def jumps_found_in_run(
+    detections: Detections, run: RunRow, logs: Sequence[SignalRow], detector: str
+) -> int | Undefined:
+    """Count the jumps found of a run over all its `logs` with a body height, or say why they do not count."""
+    found = detected_in_run(detections, run, logs, detector)
+    return found if isinstance(found, Undefined) else sum(jumps_found(detection.jumps) for detection in found)
 
 
 def _in_number_order(name: str) -> list[tuple[str, int]]:

@@ -28,7 +28,7 @@ def detection(*jumps: JumpRow, algorithm: str = "robust", version: int = 1) -> D
 def said(verdict: Verdict, anchor_s: float = 1.0, height_m: float = 0.2, version: int = 1) -> DecisionRow:
     reason, at_utc = ReasonCode.OTHER, f"2026-01-0{version}T00:00:00Z"
     return DecisionRow(
-        f"v{version}", "hash", anchor_s, verdict, reason, None, height_m, "robust", version, "ada", at_utc
+        f"v{version}", "hash", anchor_s, verdict, reason, None, height_m, "robust", version, "ada", at_utc, blind=False
     )
 
 
