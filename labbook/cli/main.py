@@ -66,7 +66,7 @@ TAKE_FACTORS = ("report", "compare", "calibrate")
 """Commands that take the study's own factors as options, which only the book knows."""
 
 GROUPS = {
-    "runs": (RIG, "Runs: list them, import a run sheet, see what has no run yet."),
+    "runs": (RIG, "Runs: list them, what differs between two, import a run sheet, see what has no run yet."),
     "files": (RIG, "Files of the instruments: how they were read, reading them again, taking them out of use."),
     "jumps": (JUDGE, "Jumps of a run: list, reject, accept, clear."),
     "reports": (REPORT, "Reports that were made: list, show, what moved between two, and by what."),

@@ -1,4 +1,4 @@
-"""`labbook runs`: list, import, inbox, dismiss, restore."""
+"""`labbook runs`: list, diff, import, inbox, dismiss, restore."""
 
 import contextlib
 from collections.abc import Mapping, Sequence
@@ -19,7 +19,7 @@ from labbook.cli.common import (
     tell,
     tell_statement,
 )
-from labbook.terminal import Shown, columns, for_program, listed, plain
+from labbook.terminal import Shown, columns, for_program, listed, plain, with_files
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -59,6 +59,40 @@ def run_lines(rows: "Sequence[Sequence[Any]]") -> list[str]:
             for name, date, position, kind, key, pack, duration_s, jumps, starts, state in rows
         ],
     )
+
+
+@app.command("diff")
+def diff_command(
+    first: Annotated[str, typer.Argument(metavar="RUN", help="A run.")],
+    second: Annotated[str, typer.Argument(metavar="OTHER", help="Another run.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw both body heights: a .png, .svg or .pdf file, or .html, which zooms."),
+    ] = None,
+    book: BookOption = None,
+) -> Shown:
+    """Set two runs side by side and show what differs: facts, files and how they were read, channels, charges,
+    numbers, verdicts.
+
+    Numbers have their standard errors; sampling rates are alike where they differ by less than a thousandth. In the
+    figure, time 0 is the lift-off of each run's first flight, or the start of each log where one has no flight.
+
+    Example: labbook runs diff r017 r018 --out both.png
+    """
+    from labbook.actions.runs.run_diff import compare_runs, difference_lines, plot_runs
+    from labbook.actions.runs.run_plot import PICTURES
+    from labbook.actions.runs.run_view import run_view
+    from labbook.analysis.outcomes.detection import Detections
+    from reports.figures.kind import check_form
+
+    check_form("--out", out, PICTURES)
+    with reading(book) as (opened_book, connection):
+        detections = Detections(connection, opened_book.store)
+        views = [run_view(detections, opened_book.configuration, name) for name in (first, second)]
+        found = compare_runs(*views)
+        if out is not None:
+            plot_runs(opened_book, connection, (found.first, found.second), out)
+    return with_files(plain(found), difference_lines(found, views[0].time_zone), {"figure": out})
 
 
 @app.command("import")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 import textwrap
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,6 +19,7 @@ from reports.figures.style import (
     GREEN,
     GREY,
     ORANGE,
+    PALE,
     PURPLE,
     TWO_COLUMNS_IN,
     VERMILLION,
@@ -59,6 +62,64 @@ def draw_log(log: RunLog) -> Figure:
         if log.jumps or log.gaps:
             legend_below(figure, panels, 4)
         return figure
+
+
+def draw_logs_overlaid(first: RunLog, second: RunLog) -> Figure:
+    """Draw two runs' logs over each other: all of them above, the first jump of each below, where both have one.
+
+    Time 0 is the lift-off of each run's first flight, or where one has none the start of each log. No line crosses a
+    gap. A log ends before a gap of unknown length, for when the next one began is not known.
+    """
+    logs = (first, second)
+    jumps = [_first_flight(log) for log in logs]
+    flights = [jump for jump in jumps if jump is not None]
+    both_fly = len(flights) == len(logs)
+    origins_s = [float(jump.lift_off_s or 0.0) for jump in flights] if both_fly else [_start_s(log) for log in logs]
+    with publication_style():
+        figure = new_figure(TWO_COLUMNS_IN, 5.2 if both_fly else 3.0)
+        panels = figure.subplots(2 if both_fly else 1, 1, squeeze=False)[:, 0]
+        panels[0].set_title(f"Runs {first.run} and {second.run}", loc="left")
+        for log, origin_s, look in zip(logs, origins_s, _OVERLAID, strict=True):
+            for axes in panels:
+                _overlay(axes, log, origin_s, look)
+        if both_fly:
+            windows = [_window(jump) for jump in flights]
+            ends = [(end - origin_s) for window, origin_s in zip(windows, origins_s, strict=True) for end in window]
+            panels[0].axvspan(min(ends), max(ends), color=PALE, linewidth=0, zorder=0)
+            panels[1].set_xlim(min(ends), max(ends))
+            panels[1].set_title("First flight of each, shaded above", loc="left")
+        for axes in panels:
+            axes.set_ylabel("Body height (m)")
+            light_grid(axes)
+        panels[-1].set_xlabel(f"Time from {'the first lift-off' if both_fly else 'the start of the log'} of each (s)")
+        legend_below(figure, panels[:1], 1)
+        return figure
+
+
+_OVERLAID: tuple[dict[str, Any], ...] = (
+    {"color": BLUE, "linewidth": 1.2, "zorder": 2},
+    {"color": VERMILLION, "linewidth": 0.7, "zorder": 3},
+)
+"""How two logs are told apart, in grey too: the second is thinner, and lies above."""
+
+
+def _first_flight(log: RunLog) -> LogJump | None:
+    return next((jump for jump in log.jumps if jump.lift_off_s is not None and jump.apex_height_m is not None), None)
+
+
+def _start_s(log: RunLog) -> float:
+    return float(log.time_s[0]) if log.time_s.size else 0.0
+
+
+def _overlay(axes: Axes, log: RunLog, origin_s: float, look: dict[str, Any]) -> None:
+    """Draw a log as far as its times are known, on an axis that begins at an origin."""
+    end_s = min((gap.start_s for gap in log.gaps if not gap.length_known), default=math.inf)
+    known = log.time_s <= end_s
+    label = f"{log.run}: {log.title}{'' if known.all() else ', up to its restart'}"
+    for times, heights in _unbroken(log, log.time_s[known], log.body_height_m[known]):
+        thin_s, thin_m = envelope(times, heights)
+        axes.plot(thin_s - origin_s, thin_m, label=label, **look)
+        label = ""
 
 
 def _panel_jump(log: RunLog) -> LogJump | None:
@@ -148,11 +209,18 @@ def _draw_trace(
         known = axes.get_legend_handles_labels()[1]
         shade = _GAP_COLOURS.get(gap.kind, ORANGE)
         axes.axvspan(gap.start_s, gap.end_s, color=shade, alpha=0.35, linewidth=0, label="" if kind in known else kind)
-    breaks = [int(np.searchsorted(time_s, gap.start_s, side="right")) for gap in log.gaps]
-    for times, heights in zip(np.split(time_s, breaks), np.split(height_m, breaks), strict=True):
+    for times, heights in _unbroken(log, time_s, height_m):
         axes.plot(*envelope(times, heights), color=BLACK, linewidth=0.6, zorder=2)
     if samples:
         axes.plot(time_s, height_m, ".", color=BLACK, markersize=2, markeredgewidth=0, zorder=2)
+
+
+def _unbroken(
+    log: RunLog, time_s: NDArray[np.float64], height_m: NDArray[np.float64]
+) -> Iterator[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+    """Yield the stretches between gaps, which no line crosses."""
+    breaks = [int(np.searchsorted(time_s, gap.start_s, side="right")) for gap in log.gaps]
+    yield from zip(np.split(time_s, breaks), np.split(height_m, breaks), strict=True)
 
 
 def envelope(

@@ -18,6 +18,10 @@ IN_ORDER = {
     "formats": ("formats", {"formats", "faults"}),
     "charge": ("charge r001 112", {"run", "charge", "charge_mah", "rig"}),
     "runs list": ("runs list", {"name", "state", "levels", "day"}),
+    "runs diff": (
+        "runs diff r001 r002 --out both.svg",
+        {"first", "second", "facts", "files", "channels", "charges", "numbers", "verdicts", "figure"},
+    ),
     "runs inbox": ("runs inbox", set()),
     "assign": ("assign nameless.csv r007", {"files", "run", "said", "rig", "reports"}),
     "check": ("check rail_angle", {"day", "kind", "passed"}),

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import sqlalchemy as sa
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
@@ -22,9 +23,12 @@ from labbook.analysis.outcomes.detection import Detections, Log, detect, detecti
 from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of
 from labbook.book.opening import Book
 from reports.display import LogGap, LogJump, RunLog, count_text
-from reports.figures.kind import FORMS, check_form, svg_bytes
+from reports.figures.kind import FORMS, check_form, svg_bytes, write_figure
 from reports.figures.log import draw_log
 from reports.page.writing import figure_page
+
+PICTURES = (*FORMS, ".html")
+"""Endings of the files that logs are drawn to."""
 
 _NO_FLIGHT = (Reason.NO_FALL, Reason.NO_FREE_FLIGHT)
 """Why a stance without an apex is a misfire; where samples are missing, that is not known."""
@@ -54,16 +58,19 @@ def picture_named(run: str) -> Path:
 
 def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None, out: Path) -> PlottedRun:
     """Draw a run's logs to a file in the form of its ending; `jump` is the one that is shown enlarged."""
-    check_form("--out", out, (*FORMS, ".html"))
+    check_form("--out", out, PICTURES)
     picture, remark = drawn_log(book, connection, name, jump)
-    figure = draw_log(picture)
-    if out.suffix.lower() == ".html":
-        title = f"Run {name}: {picture.title}"
-        page = figure_page(svg_bytes(figure), title, f"{title}. Body height over time, with {_found(picture)}.")
-        out.write_text(page, encoding="utf-8")
-    else:
-        figure.savefig(out)
+    shows = f"Body height over time, with {_found(picture)}"
+    write_picture(draw_log(picture), out, f"Run {name}: {picture.title}", shows)
     return PlottedRun(out, remark)
+
+
+def write_picture(figure: Figure, out: Path, title: str, shows: str) -> None:
+    """Write a figure to a file in the form of its ending; a page says its title, and what it shows."""
+    if out.suffix.lower() == ".html":
+        out.write_text(figure_page(svg_bytes(figure), title, f"{title}. {shows}."), encoding="utf-8")
+    else:
+        write_figure(figure, out)
 
 
 def drawn_log(book: Book, connection: sa.Connection, name: str, jump: int | None) -> tuple[RunLog, str]:

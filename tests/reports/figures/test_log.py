@@ -6,7 +6,7 @@ import pytest
 
 from reports.display import LogGap, LogJump
 from reports.figures.kind import svg_bytes
-from reports.figures.log import clock_text, draw_log, envelope
+from reports.figures.log import clock_text, draw_log, draw_logs_overlaid, envelope
 from tests.helpers.wording import says
 
 NAMED = {"apex", "not used", "touchdown", "lift-off", "enlarged below"}
@@ -94,3 +94,49 @@ def test_a_restart_of_unknown_length_breaks_the_axis_and_its_times_begin_again(r
     assert ticks[5:7] == [(65.0, "0:00"), (80.0, "0:15")]
     says(panel.get_title("left"), "6", "0:11.7")  # at 76.65 s of the axis
     assert "gap (restart, of unknown length)" in named(figure)
+
+
+def moved(log, by_s):
+    """The same log, begun later."""
+    jumps = [
+        dataclasses.replace(
+            jump, at_s=jump.at_s + by_s, touchdown_s=jump.touchdown_s + by_s, lift_off_s=jump.lift_off_s + by_s
+        )
+        for jump in log.jumps
+    ]
+    gaps = [dataclasses.replace(gap, start_s=gap.start_s + by_s, end_s=gap.end_s + by_s) for gap in log.gaps]
+    return dataclasses.replace(log, run="r0043", time_s=log.time_s + by_s, jumps=tuple(jumps), gaps=tuple(gaps))
+
+
+def traces(axes):
+    """The points of each colour, those of one log after the other."""
+    found = {}
+    for line in axes.lines:
+        found.setdefault(line.get_color(), []).append(np.asarray(line.get_xydata()))
+    return [np.concatenate(several) for several in found.values()]
+
+
+def test_two_logs_lie_over_each_other_from_their_first_lift_off_or_else_their_start(run_log):
+    for log, panels in ((run_log, 2), (dataclasses.replace(run_log, jumps=()), 1)):
+        figure = draw_logs_overlaid(log, moved(log, 7.5))
+        assert len(figure.axes) == panels
+        first, second = traces(figure.axes[0])
+        np.testing.assert_allclose(first, second, atol=1e-9)
+        at_0_s = log.jumps[0].lift_off_s if log.jumps else log.time_s[0]
+        assert first[:, 0].min() == pytest.approx(log.time_s[0] - at_0_s)
+        says([text.get_text() for text in figure.legends[0].get_texts()], "r0043")
+        says(figure.axes[-1].get_xlabel(), "(s)")
+        says(figure.axes[-1].get_ylabel(), "(m)")
+        ElementTree.fromstring(svg_bytes(figure))
+
+
+def test_a_log_ends_where_its_times_are_not_known(run_log):
+    cut = dataclasses.replace(run_log, gaps=(LogGap(50.0, 55.0, "restart", length_known=False),), jumps=())
+    first, second = traces(draw_logs_overlaid(cut, dataclasses.replace(run_log, jumps=())).axes[0])
+    assert first[:, 0].max() == pytest.approx(50.0, abs=0.1)
+    assert second[:, 0].max() > 100.0
+
+
+def test_a_log_without_samples_lies_beside_one_with_them(run_log):
+    empty = dataclasses.replace(run_log, time_s=np.empty(0), body_height_m=np.empty(0), jumps=(), gaps=())
+    ElementTree.fromstring(svg_bytes(draw_logs_overlaid(run_log, empty)))
