@@ -58,6 +58,23 @@ def flow_sentence(content: ReportContent) -> str:
     return f"{'; '.join(parts)}."
 
 
+def review_sentence(content: ReportContent) -> str:
+    """Say how many of the jumps analysed a person reviewed, and how many verdicts were blind; "" without jumps."""
+    flow = content.flow
+    if not flow.jumps_analysed:
+        return ""
+    verdicts, blind = flow.jumps_reviewed + flow.jumps_rejected, flow.verdicts_blind
+    analysed = count_text(flow.jumps_analysed, "jump")
+    text = f"A person reviewed {flow.jumps_reviewed or 'none'} of the {analysed} analysed"
+    if flow.jumps_rejected:
+        text += f" and rejected {flow.jumps_rejected} more"
+    if verdicts == 1:
+        text += f", {'' if blind else 'not '}blind"
+    elif verdicts:
+        text += f"; {blind or 'none'} of these {verdicts} verdicts {'were' if blind > 1 else 'was'} given blind"
+    return f"{text}."
+
+
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
     """Return how far to trust the answer: days, looks, order, charger, odd runs, plan, one day less, uncertainty."""
     if not content.planned:

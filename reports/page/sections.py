@@ -20,7 +20,7 @@ from reports.tables.each_run import run_anchors
 from reports.tables.formats import latex_text
 from reports.tables.prediction_bias import verdict_text
 from reports.tables.predictions import PREDICTED
-from reports.trust import flow_sentence, sentences_on_rules, trust_sentences
+from reports.trust import flow_sentence, review_sentence, sentences_on_rules, trust_sentences
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +110,7 @@ def _answer(content: ReportContent) -> Section:
         parts.append(Paragraph(f"Nothing is claimed from this selection: {_why_no_claim(content)}.", lead=True))
     parts.append(TableHere("headlines"))
     parts.append(FiguresBeside(tuple(f"{outcome.key}_by_level" for outcome in (Outcome.JOULES, Outcome.APEX))))
-    parts.append(Paragraph(flow_sentence(content)))
+    parts.append(Paragraph(" ".join(filter(None, (flow_sentence(content), review_sentence(content))))))
     parts.append(Bullets(tuple(map(Paragraph, trust_sentences(content)))))
     return Section("answer", "Answer", tuple(parts))
 

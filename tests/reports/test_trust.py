@@ -9,7 +9,7 @@ import pytest
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.numbers import Number
-from reports.trust import flow_sentence, trust_sentences
+from reports.trust import flow_sentence, review_sentence, trust_sentences
 from tests.helpers.wording import says
 from tests.reports import made
 from tests.reports.made import changed as changed_decisions
@@ -72,6 +72,29 @@ def test_the_flow_line_says_how_many_runs_were_withdrawn_from_the_plan(content):
     (said,) = plain([flow_sentence(dataclasses.replace(content, flow=flow))])
     says(said, "280", "272", "8", "4")
     assert flow_sentence(content) != said
+
+
+@pytest.mark.parametrize(
+    ("reviewed", "rejected", "blind", "said"),
+    [
+        (0, 0, 0, ("none", "5751 jumps")),
+        (12, 0, 0, ("12", "5751 jumps", "none", "12 verdicts", "blind")),
+        (12, 5, 3, ("12", "5751 jumps", "5 more", "3", "17 verdicts", "blind")),
+        (0, 1, 1, ("none", "5751 jumps", "1 more", "blind")),
+    ],
+)
+def test_a_sentence_says_how_many_jumps_a_person_reviewed(content, reviewed, rejected, blind, said):
+    counts = {"jumps_reviewed": reviewed, "jumps_rejected": rejected, "verdicts_blind": blind}
+    flow = dataclasses.replace(content.flow, **counts)
+    sentence = review_sentence(dataclasses.replace(content, flow=flow))
+    says(sentence, *said)
+    assert sentence.count(".") == 1
+    assert ("blind" in sentence) is (reviewed + rejected > 0)
+
+
+def test_nothing_is_said_of_review_where_no_jump_is_analysed(content):
+    flow = dataclasses.replace(content.flow, jumps_analysed=0)
+    assert review_sentence(dataclasses.replace(content, flow=flow)) == ""
 
 
 def test_a_day_of_idle_runs_alone_outside_the_selection_is_no_day_left_out(content):

@@ -19,7 +19,7 @@ from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.queries.study import CheckRow, FactorRow, PlannedRow
 from data_schema.reasons import Reason
-from data_schema.vocabulary import FactorKind, ReasonCode, Rule, RunKind, RunState, StudyKind, Undefined
+from data_schema.vocabulary import FactorKind, ReasonCode, Rule, RunKind, RunState, StudyKind, Undefined, Verdict
 from data_schema.where import names_in, parse
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparisons import Compared
@@ -204,6 +204,9 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow], withdrawn: Coll
     with_heights = [run for run in jump_runs if run.uid in used[Outcome.APEX]]
     judged = [item for run in with_heights for item in analysis.judgements[run.uid].jumps]
     jumps_excluded = Counter(item.excluded for item in judged if item.excluded is not None)
+    analysed = [item for item in judged if item.excluded is None]
+    reviewed = [item.decision for item in analysed if item.decision is not None]
+    rejected = [one for item in judged if (one := item.decision) is not None and one.verdict is Verdict.REJECT]
     return Flow(
         runs_planned=_planned_count(analysis, planned) or None,
         runs_done=len(selected),
@@ -227,8 +230,11 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow], withdrawn: Coll
         jumps_made=sum(run.jumps_made for run in with_heights),
         jumps_detected=len(judged),
         jumps_excluded=dict(jumps_excluded),
-        jumps_analysed=sum(item.excluded is None for item in judged),
+        jumps_analysed=len(analysed),
         runs_withdrawn=0 if analysis.evidence.selection else len(withdrawn),
+        jumps_reviewed=len(reviewed),
+        jumps_rejected=len(rejected),
+        verdicts_blind=sum(one.blind for one in (*reviewed, *rejected)),
     )
 
 

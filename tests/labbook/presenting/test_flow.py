@@ -5,10 +5,12 @@ from __future__ import annotations
 import csv
 import io
 import re
+from pathlib import Path
 
 import pytest
 
 from data_schema.outcomes import Outcome
+from data_schema.vocabulary import ReasonCode, Verdict
 from labbook.actions.files.assigning import assign
 from labbook.actions.runs.jump_review import decide
 from labbook.presenting.report.content import MadeReport
@@ -17,6 +19,7 @@ from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, JUMPS, small_book
 from tests.helpers.decided import reports
 from tests.helpers.pages import quick_page
+from tests.helpers.statements import judge_blind, state
 from tests.helpers.wording import says
 
 RUNS, IDLE = 12, 4
@@ -51,6 +54,27 @@ def test_jumps_are_those_of_the_runs_with_heights(made: MadeReport) -> None:
     assert (flow.jumps_made, flow.jumps_detected) == (JUMPS * (RUNS - 2),) * 2
     assert flow.jumps_analysed + sum(flow.jumps_excluded.values()) == flow.jumps_detected
     assert not any("misfire" in reason for reason in flow.jumps_excluded)
+
+
+def test_verdicts_of_people_are_counted_on_the_first_page(tmp_path: Path) -> None:
+    """Of the jumps analysed and of those left out by a person; a verdict that was taken back is none."""
+    made = small_book(tmp_path)
+    with made.open() as book:
+        for run, numbers, verdict, reason in (
+            ("r001", [1, 2], "accept", "looks_right"),
+            ("r002", [3], "reject", "misfire"),
+            ("r003", [1], "accept", "looks_right"),
+            ("r003", [1], "clear", "other"),
+        ):
+            state(book, decide, run, numbers, verdict, reason, None)
+        judge_blind(book, "r005", 1, Verdict.REJECT, ReasonCode.TOUCHED_BY_HAND)
+        judge_blind(book, "r005", 2, Verdict.ACCEPT, ReasonCode.LOOKS_RIGHT)
+    content = reports(made).content
+    flow = content.flow
+    assert (flow.jumps_reviewed, flow.jumps_rejected, flow.verdicts_blind) == (3, 2, 2)
+    assert flow.jumps_analysed == flow.jumps_detected - sum(flow.jumps_excluded.values())
+    page = re.sub(r"\s+", " ", quick_page(content)).replace("\u00a0", " ")
+    says(page, f"reviewed 3 of the {flow.jumps_analysed} jumps", "2 more", "2 of these 5 verdicts", "blind")
 
 
 def test_table_and_page_give_both_counts(made: MadeReport) -> None:
