@@ -45,6 +45,8 @@ COMMANDS = {
     "calibrate-sensor": (RIG, "calibrate_sensor"),
     "show": (JUDGE, "views"),
     "plot": (JUDGE, "views"),
+    "web": (JUDGE, "web"),
+    "review": (JUDGE, "web"),
     "report": (REPORT, "report"),
     "compare": (REPORT, "views"),
     "calibrate": (REPORT, "calibrate"),

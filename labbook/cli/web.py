@@ -1,0 +1,83 @@
+"""`labbook web` and `labbook review`: the book as a page in a browser of this machine."""
+
+import contextlib
+import webbrowser
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from labbook.cli.common import AsOption, BookOption
+from labbook.terminal import Shown, for_program, say
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+HostOption = Annotated[
+    str,
+    typer.Option(help="Another address of this machine: whoever reaches it and has the link can read and judge."),
+]
+PortOption = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 takes any that is free.")]
+ReadOnlyOption = Annotated[bool, typer.Option("--read-only", help="Show everything, state nothing.")]
+QuietOption = Annotated[bool, typer.Option("--no-browser", help="Print the address, open no browser.")]
+
+
+def web(
+    host: HostOption = "127.0.0.1",
+    port: PortOption = 0,
+    read_only: ReadOnlyOption = False,
+    no_browser: QuietOption = False,
+    book: BookOption = None,
+    person: AsOption = None,
+) -> Shown:
+    """Open the book as a page in the browser: runs, each run's log, and reviewing jumps by keyboard. Ctrl-C ends it.
+
+    The page is for this machine alone, under an address with a token of its own; nothing is fetched from elsewhere.
+
+    Example: labbook web --as AN
+    """
+    return _serve(book, person, "", host=host, port=port, read_only=read_only, no_browser=no_browser)
+
+
+def review(
+    host: HostOption = "127.0.0.1",
+    port: PortOption = 0,
+    no_browser: QuietOption = False,
+    book: BookOption = None,
+    person: AsOption = None,
+) -> Shown:
+    """Review jumps by keyboard, one at a time, on a page in the browser. Ctrl-C ends it.
+
+    Every verdict is a statement in the book, saved at its key. The page lists the keys with `?`.
+
+    Example: labbook review --as AN
+    """
+    return _serve(book, person, "review", host=host, port=port, read_only=False, no_browser=no_browser)
+
+
+def _serve(
+    folder: "Path | None", person: str | None, view: str, *, host: str, port: int, read_only: bool, no_browser: bool
+) -> Shown:
+    from data_schema.errors import UsageError
+    from labbook.book.opening import find_folder, opened
+
+    try:
+        from labbook.web.serving import Served, serve
+    except ModuleNotFoundError as error:
+        raise UsageError(
+            f"the page needs {error.name}, which is not installed: `pip install 'robot-labbook[web]'`."
+        ) from error
+    with opened(folder) as book:
+        speaker = "" if read_only and person is None else book.speaker(person)
+    quiet = for_program()
+
+    def ready(served: Served) -> None:
+        if quiet:
+            typer.echo(f'{{"url": "{served.url}"}}')
+        else:
+            say(f"{served.url}\nCtrl-C ends it.")
+        if not no_browser:
+            with contextlib.suppress(webbrowser.Error):
+                webbrowser.open(served.url)
+
+    serve(find_folder(folder), speaker, ready, host=host, port=port, read_only=read_only, view=view)
+    return Shown({"served": view or "runs"}, [])

@@ -1,0 +1,63 @@
+"""Pages from the templates of reports, and the files of style and script that they load."""
+
+from __future__ import annotations
+
+import importlib.resources
+from functools import cache
+from typing import Any
+
+import jinja2
+from starlette.requests import Request
+from starlette.responses import HTMLResponse, PlainTextResponse, Response
+
+from labbook.web.book import OpenBook
+
+_KINDS = {".css": "text/css", ".js": "text/javascript"}
+
+
+@cache
+def _environment() -> jinja2.Environment:
+    return jinja2.Environment(
+        loader=jinja2.PackageLoader("reports", "templates/web"),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def page(request: Request, template: str, view: str, **values: Any) -> HTMLResponse:
+    """Answer with a page; `view` is the entry of the menu that it belongs to."""
+    book: OpenBook = request.app.state.book
+    text = (
+        _environment()
+        .get_template(template)
+        .render(
+            view=view,
+            study=book.current().configuration.study.name,
+            person=book.person,
+            read_only=book.read_only,
+            **values,
+        )
+    )
+    return HTMLResponse(text)
+
+
+@cache
+def _static() -> dict[str, tuple[bytes, str]]:
+    """Return the files that a page may load, by name; no path of a request reaches the file system."""
+    folder = importlib.resources.files("reports").joinpath("templates", "web")
+    return {
+        entry.name: (entry.read_bytes(), kind)
+        for entry in folder.iterdir()
+        for ending, kind in _KINDS.items()
+        if entry.name.endswith(ending)
+    }
+
+
+def static(request: Request) -> Response:
+    """Answer with a file of style or script."""
+    found = _static().get(request.path_params["name"])
+    if found is None:
+        return PlainTextResponse("There is no such file.\n", 404)
+    return Response(found[0], media_type=found[1])

@@ -1,0 +1,36 @@
+// What every view uses: answers of the server, and the colours of the page.
+export const ask = async (path, options) => {
+  const response = await fetch(path, options);
+  if (response.ok) return response;
+  const said = await response.text();
+  let sentence = said;
+  try { sentence = JSON.parse(said).error; } catch { /* a plain sentence */ }
+  throw Object.assign(new Error(sentence), { status: response.status });
+};
+export const askJson = async (path) => (await ask(path)).json();
+export const post = async (path, data) => (await ask(path, {
+  method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(data),
+})).json();
+export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
+export const byId = (id) => document.getElementById(id);
+
+// Samples come as times (float64, s), heights (float32, m), and leg lengths (float32, m) where there are any.
+export const samplesOf = async (run, count) => {
+  const data = await (await ask(`/api/runs/${encodeURIComponent(run)}/samples`)).arrayBuffer();
+  return {
+    time: new Float64Array(data, 0, count),
+    height: new Float32Array(data, 8 * count, count),
+    leg: data.byteLength > 12 * count ? new Float32Array(data, 12 * count, count) : null,
+  };
+};
+
+// Calls `look` when the book has a new entry; the browser connects again by itself.
+export const onChange = (look) => {
+  const events = new EventSource("/api/events");
+  let last = null;
+  events.addEventListener("message", (event) => {
+    const now = JSON.parse(event.data).entries;
+    if (last !== null && now !== last) look();
+    last = now;
+  });
+};

@@ -1,0 +1,127 @@
+// The table of runs: sorted by a click on a head, narrowed by chips or by --where's language, drawn a page at a time.
+import { askJson, byId, onChange } from "/static/common.js";
+
+const AT_ONCE = 300;
+const text = (value) => (value === null || value === undefined ? "" : String(value));
+const jumpsText = (run) => (run.found === null ? text(run.made || "") : `${run.found}/${run.made}`);
+const COLUMNS = [
+  { title: "run", of: (run) => run.name },
+  { title: "day", of: (run) => `${run.day} ${String(run.position_in_day).padStart(4)}`, shown: (run) => run.day },
+  { title: "condition", of: (run) => run.condition || run.kind },
+  { title: "J a jump", of: (run) => run.joules_per_jump, shown: (run) => text(run.joules_per_jump?.toFixed(1)), number: true },
+  { title: "apex, mm", of: (run) => run.apex_height_m, shown: (run) => (run.apex_height_m === null ? "" : (run.apex_height_m * 1000).toFixed(1)), number: true },
+  { title: "jumps", of: (run) => run.found, shown: jumpsText, number: true },
+  { title: "count", of: (run) => run.counted, number: true },
+  { title: "reviewed", of: (run) => run.reviewed, number: true },
+  { title: "look at", of: (run) => run.flags.join("; "), className: "flags" },
+];
+let book = null;
+let sorted = { column: 1, down: false };
+let chosen = {};
+let shown = AT_ONCE;
+
+const kept = () => {
+  const runs = book.runs.filter((run) => Object.entries(chosen).every(([factor, levels]) => levels.size === 0 || levels.has(run.levels[factor])));
+  const { of } = COLUMNS[sorted.column];
+  const empty = (value) => value === null || value === undefined || value === "";
+  return runs.sort((one, other) => {
+    const [a, b] = [of(one), of(other)];
+    if (empty(a) || empty(b)) return empty(a) - empty(b);
+    const order = typeof a === "number" ? a - b : a.localeCompare(b, undefined, { numeric: true });
+    return sorted.down ? -order : order;
+  });
+};
+
+const cell = (column, run) => {
+  const made = document.createElement("td");
+  if (column.number) made.className = "number";
+  if (column.className) made.className = column.className;
+  if (column === COLUMNS[0]) {
+    const link = document.createElement("a");
+    link.href = `/runs/${encodeURIComponent(run.name)}`;
+    link.textContent = run.name;
+    made.append(link);
+  } else {
+    made.textContent = (column.shown ?? ((one) => text(column.of(one))))(run);
+  }
+  return made;
+};
+
+const draw = () => {
+  const runs = kept();
+  const rows = runs.slice(0, shown).map((run) => {
+    const row = document.createElement("tr");
+    if (run.state === "void") row.className = "void";
+    row.append(...COLUMNS.map((column) => cell(column, run)));
+    return row;
+  });
+  document.querySelector("#runs tbody").replaceChildren(...rows);
+  byId("more").hidden = runs.length <= shown;
+  const reviewed = runs.reduce((sum, run) => sum + (run.reviewed ?? 0), 0);
+  const found = runs.reduce((sum, run) => sum + (run.found ?? 0), 0);
+  const plan = book.planned ? `, ${book.planned_made} of ${book.planned} planned` : "";
+  byId("progress").textContent = `${runs.length} runs${plan}; ${reviewed} of ${found} jumps reviewed; `
+    + `${runs.filter((run) => run.flags.length && run.state !== "void").length} runs to look at.`;
+  document.querySelectorAll("#runs thead th").forEach((head, place) => {
+    head.ariaSort = place === sorted.column ? (sorted.down ? "descending" : "ascending") : "none";
+  });
+};
+
+const heads = () => {
+  const made = COLUMNS.map((column, place) => {
+    const head = document.createElement("th");
+    head.scope = "col";
+    if (column.number) head.className = "number";
+    const button = document.createElement("button");
+    button.type = "button";
+    button.textContent = column.title;
+    button.addEventListener("click", () => {
+      sorted = { column: place, down: sorted.column === place && !sorted.down };
+      draw();
+    });
+    head.append(button);
+    return head;
+  });
+  document.querySelector("#runs thead tr").replaceChildren(...made);
+};
+
+const chips = () => {
+  const made = book.factors.map((factor) => {
+    const group = document.createElement("span");
+    group.append(factor.title);
+    factor.levels.forEach((level) => {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = level;
+      button.ariaPressed = Boolean(chosen[factor.name]?.has(level));
+      button.addEventListener("click", () => {
+        const levels = chosen[factor.name] ??= new Set();
+        if (!levels.delete(level)) levels.add(level);
+        button.ariaPressed = levels.has(level);
+        draw();
+      });
+      group.append(button);
+    });
+    return group;
+  });
+  byId("chips").replaceChildren(...made);
+};
+
+const load = async () => {
+  const where = byId("where").value.trim();
+  try {
+    book = await askJson(`/api/runs${where ? `?where=${encodeURIComponent(where)}` : ""}`);
+    byId("refused").textContent = "";
+  } catch (error) {
+    byId("refused").textContent = error.message;
+    return;
+  }
+  chips();
+  draw();
+};
+
+heads();
+byId("filter").addEventListener("submit", (event) => { event.preventDefault(); load(); });
+byId("more").addEventListener("click", () => { shown += AT_ONCE; draw(); });
+await load();
+onChange(load);

@@ -1,0 +1,113 @@
+// One run: its trace, which zooms and moves, and all its jumps one over the other.
+import { askJson, byId, colour, onChange, samplesOf } from "/static/common.js";
+import { Axes, blocksOf, boxOf, drawLine, fitted, placeOf, rangeOf } from "/static/trace.js";
+
+const canvas = byId("trace");
+
+const markOf = (jump) => (jump.misfire ? "\u00d7" : jump.excluded ? "\u25cb" : "\u25cf");
+
+const start = async () => {
+  const run = canvas.dataset.run;
+  let log = await askJson(`/api/runs/${encodeURIComponent(run)}/log`);
+  const samples = await samplesOf(run, log.samples);
+  const { time, height } = samples;
+  const blocks = blocksOf(height);
+  const heights = rangeOf(height);
+  const whole = [time[0], time[time.length - 1]];
+  let view = [...whole];
+  let wanted = false;
+
+  const draw = () => {
+    wanted = false;
+    const { context, width, height: tall } = fitted(canvas);
+    const axes = new Axes(boxOf(width, tall), view, heights);
+    axes.draw(context, "time (s)", "body height (mm)");
+    context.save();
+    axes.clip(context);
+    context.fillStyle = colour("gap");
+    log.gaps.forEach((gap) => context.fillRect(axes.x(gap.start_s), axes.box.top, Math.max(1, axes.x(gap.end_s) - axes.x(gap.start_s)), axes.box.height));
+    context.strokeStyle = colour("trace");
+    context.lineWidth = 1;
+    const from = Math.max(0, placeOf(time, view[0]) - 1);
+    const to = Math.min(time.length, placeOf(time, view[1]) + 1);
+    drawLine(context, axes, samples, from, to, blocks);
+    context.textAlign = "center";
+    context.textBaseline = "bottom";
+    context.font = "11px system-ui, sans-serif";
+    log.jumps.forEach((jump) => {
+      if (jump.at_s < view[0] || jump.at_s > view[1]) return;
+      const top = jump.apex_height_m === null ? axes.box.top + 14 : Math.max(axes.y(jump.apex_height_m * 1000) - 2, axes.box.top + 14);
+      context.fillStyle = jump.excluded ? colour("bad") : colour("good");
+      context.fillText(`${markOf(jump)}`, axes.x(jump.at_s), top);
+      if (axes.box.width / (view[1] - view[0]) > 12) context.fillText(jump.number, axes.x(jump.at_s), top - 11);
+    });
+    context.restore();
+  };
+  const again = () => { if (!wanted) { wanted = true; requestAnimationFrame(draw); } };
+  const timeAt = (event) => {
+    const box = boxOf(canvas.clientWidth, canvas.clientHeight);
+    return view[0] + (event.offsetX - box.left) / box.width * (view[1] - view[0]);
+  };
+  const show = (from, to) => {
+    const length = Math.min(Math.max(to - from, 0.05), whole[1] - whole[0]);
+    const begin = Math.min(Math.max(from, whole[0]), whole[1] - length);
+    view = [begin, begin + length];
+    again();
+  };
+  canvas.addEventListener("wheel", (event) => {
+    event.preventDefault();
+    const at = timeAt(event);
+    const by = event.deltaY > 0 ? 1.25 : 0.8;
+    show(at - (at - view[0]) * by, at + (view[1] - at) * by);
+  }, { passive: false });
+  canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
+  canvas.addEventListener("pointermove", (event) => {
+    if (event.buttons) {
+      const moved = event.movementX / boxOf(canvas.clientWidth, 100).width * (view[1] - view[0]);
+      show(view[0] - moved, view[1] - moved);
+    }
+    const place = Math.min(placeOf(time, timeAt(event)), time.length - 1);
+    byId("at").textContent = `${time[place].toFixed(3)} s, ${(height[place] * 1000).toFixed(1)} mm`;
+  });
+  canvas.addEventListener("dblclick", () => show(...whole));
+  canvas.addEventListener("keydown", (event) => {
+    const step = (view[1] - view[0]) / 5;
+    const act = { ArrowLeft: [-step, -step], ArrowRight: [step, step], "+": [step, -step], "-": [-step, step] }[event.key];
+    if (act) { event.preventDefault(); show(view[0] + act[0], view[1] + act[1]); }
+  });
+
+  const drawOverlay = () => {
+    const { context, width, height: tall } = fitted(byId("overlay"));
+    const jumps = log.jumps.filter((jump) => jump.lift_off_s !== null && jump.apex_height_m !== null);
+    if (!jumps.length) return;
+    const longest = Math.max(...jumps.map((jump) => 2 * (jump.at_s - jump.lift_off_s)));
+    const spans = [-0.3 * longest, 1.15 * longest];
+    const axes = new Axes(boxOf(width, tall), spans, heights);
+    axes.draw(context, "time after lift-off (s)", "body height (mm)");
+    context.save();
+    axes.clip(context);
+    context.globalAlpha = 0.55;
+    jumps.forEach((jump) => {
+      const shifted = { time: time.subarray(placeOf(time, jump.lift_off_s + spans[0]), placeOf(time, jump.lift_off_s + spans[1])), height: null };
+      const first = placeOf(time, jump.lift_off_s + spans[0]);
+      context.strokeStyle = jump.excluded ? colour("bad") : colour("trace");
+      context.setLineDash(jump.excluded ? [3, 3] : []);
+      context.beginPath();
+      shifted.time.forEach((at, place) => context.lineTo(axes.x(at - jump.lift_off_s), axes.y(height[first + place] * 1000)));
+      context.stroke();
+    });
+    context.restore();
+  };
+
+  const drawAll = () => { draw(); drawOverlay(); };
+  new ResizeObserver(drawAll).observe(canvas);
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
+  onChange(async () => { log = await askJson(`/api/runs/${encodeURIComponent(run)}/log`); drawAll(); });
+};
+
+document.addEventListener("keydown", (event) => {
+  if (event.target !== document.body) return;
+  const link = { ArrowLeft: "before", ArrowRight: "after" }[event.key];
+  if (link) byId(link)?.click();
+});
+if (canvas) await start();
