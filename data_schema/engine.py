@@ -66,7 +66,10 @@ def sqlite_engine(path: Path, *, busy_timeout_s: float = BUSY_TIMEOUT_S, scratch
 
     def connect(options: str) -> sqlite3.Connection:
         location = f"{path.resolve().as_uri()}?{options}"
-        return sqlite3.connect(location, uri=True, isolation_level=None, timeout=busy_timeout_s)
+        # The pool gives a connection to one thread at a time, not always to that which made it.
+        return sqlite3.connect(
+            location, uri=True, isolation_level=None, timeout=busy_timeout_s, check_same_thread=False
+        )
 
     still = not writable and _at_rest(path)
     options = "mode=rw" if writable else "mode=ro&immutable=1" if still else "mode=ro"

@@ -16,14 +16,16 @@ HostOption = Annotated[
     str,
     typer.Option(help="Another address of this machine: whoever reaches it and has the link can read and judge."),
 ]
-PortOption = Annotated[int, typer.Option(min=0, max=65535, help="The port; 0 takes any that is free.")]
+PortOption = Annotated[
+    int | None, typer.Option(min=0, max=65535, help="The port; without it the book's own, 0 takes any that is free.")
+]
 ReadOnlyOption = Annotated[bool, typer.Option("--read-only", help="Show everything, state nothing.")]
 QuietOption = Annotated[bool, typer.Option("--no-browser", help="Print the address, open no browser.")]
 
 
 def web(
     host: HostOption = "127.0.0.1",
-    port: PortOption = 0,
+    port: PortOption = None,
     read_only: ReadOnlyOption = False,
     no_browser: QuietOption = False,
     book: BookOption = None,
@@ -40,7 +42,7 @@ def web(
 
 def review(
     host: HostOption = "127.0.0.1",
-    port: PortOption = 0,
+    port: PortOption = None,
     no_browser: QuietOption = False,
     book: BookOption = None,
     person: AsOption = None,
@@ -55,7 +57,14 @@ def review(
 
 
 def _serve(
-    folder: "Path | None", person: str | None, view: str, *, host: str, port: int, read_only: bool, no_browser: bool
+    folder: "Path | None",
+    person: str | None,
+    view: str,
+    *,
+    host: str,
+    port: int | None,
+    read_only: bool,
+    no_browser: bool,
 ) -> Shown:
     from data_schema.errors import UsageError
     from labbook.book.opening import find_folder, opened

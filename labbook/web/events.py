@@ -28,7 +28,7 @@ async def _events(request: Request) -> Response:
     book: OpenBook = request.app.state.book
 
     async def told() -> AsyncIterator[str]:
-        last = None
+        last = -1
         while not await request.is_disconnected():
             try:
                 now = await run_in_threadpool(_entries, book)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import secrets
 import socket
 from collections.abc import Callable
@@ -11,10 +12,13 @@ from pathlib import Path
 import uvicorn
 
 from data_schema.errors import UsageError
+from data_schema.file_cache import cache_folder, for_nobody_else, why_not_trusted
 from labbook.web.app import application
 from labbook.web.book import OpenBook
 
 LOOPBACK = "127.0.0.1"
+_PORTS = range(8700, 9700)
+"""Of a book, one that follows from its folder, so that a page that is open finds a server that was started again."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,24 +36,19 @@ def serve(
     ready: Callable[[Served], None],
     *,
     host: str = LOOPBACK,
-    port: int = 0,
+    port: int | None = None,
     read_only: bool = False,
     view: str = "",
 ) -> None:
-    """Serve a book until Ctrl-C; calls `ready` when the page can be opened. Port 0 takes any that is free.
+    """Serve a book until Ctrl-C; calls `ready` when the page can be opened.
 
-    Raises `UsageError` where nothing can be served there.
+    Without `port` it is the book's own, or any that is free where that is taken. Raises `UsageError` where nothing can
+    be served there.
     """
-    token = secrets.token_hex(16)
+    token = _token(folder)
     book = OpenBook(folder, person, read_only)
     book.current()
-    try:
-        listening = socket.create_server((host, port))
-    except OSError as error:
-        raise UsageError(
-            f"nothing can be served at {host}:{port} ({error.strerror or error}): give another --port or --host."
-        ) from error
-    with listening:
+    with _listening(host, port, folder) as listening:
         taken = listening.getsockname()[1]
         names = {host, "localhost"} if host == LOOPBACK else {host}
         app = application(book, token, {f"{name}:{taken}" for name in names})
@@ -61,3 +60,37 @@ def serve(
             server.run(sockets=[listening])
         finally:
             book.close()
+
+
+def _name_of(folder: Path) -> str:
+    return hashlib.sha256(str(folder.resolve()).encode()).hexdigest()
+
+
+def _listening(host: str, port: int | None, folder: Path) -> socket.socket:
+    own = _PORTS[int(_name_of(folder)[:8], 16) % len(_PORTS)]
+    for tried in (own, 0) if port is None else (port,):
+        try:
+            return socket.create_server((host, tried))
+        except OSError as error:
+            if port is not None or tried == 0:
+                raise UsageError(
+                    f"nothing can be served at {host}:{tried} ({error.strerror or error}): give another --port or "
+                    "--host."
+                ) from error
+    raise AssertionError("one of two ports is tried last")
+
+
+def _token(folder: Path) -> str:
+    """Return the secret of a book's page: drawn once, and kept where nobody else may read; else drawn each time."""
+    path = cache_folder("web") / f"{_name_of(folder)[:20]}.token"
+    drawn = secrets.token_hex(16)
+    try:
+        if not path.exists():
+            with for_nobody_else():
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.touch(0o600)
+                path.write_text(drawn, encoding="ascii")
+        known = path.read_text(encoding="ascii")
+        return known if len(known) == len(drawn) and not why_not_trusted(path) else drawn
+    except (OSError, ValueError):
+        return drawn

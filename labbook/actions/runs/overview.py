@@ -23,7 +23,8 @@ from labbook.config.model import Configuration
 class RunSummary:
     """A run as a list shows it: energy in J a jump, mean apex height in m, jumps by number; None where there is none.
 
-    `detected` are the jumps and misfires of the logs, `found` the flights with an apex, `counted` the jumps that count, `reviewed` those with a person's verdict.
+    `detected` are the jumps and misfires of the logs, `found` the flights with an apex, `counted` the jumps that count,
+    `reviewed` those with a person's verdict.
     `flags` say in few words what is odd.
     """
 

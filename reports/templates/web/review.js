@@ -34,7 +34,7 @@ const loaded = new Map();
 const ahead = () => {
   for (let step = 0; step <= AHEAD; step += 1) {
     const run = runs[at.run + step];
-    if (run) logOf(run).then((log) => { loaded.set(run, log); draw(); }).catch((error) => { trouble = error.message; status(); });
+    if (run) logOf(run).then((log) => { loaded.set(run, log); draw(); work(); }).catch((error) => { trouble = error.message; status(); });
   }
   [...loaded.keys()].filter((run) => Math.abs(runs.indexOf(run) - at.run) > 20).forEach((run) => { loaded.delete(run); logs.delete(run); });
 };
@@ -85,8 +85,9 @@ const draw = () => {
   const { time, height } = log.trace;
   const next = log.jumps[at.jump + 1];
   const begin = jump.touchdown_s ?? jump.lift_off_s ?? jump.at_s - 0.4;
-  const end = next ? (next.touchdown_s ?? next.at_s) : (jump.apex_height_m === null ? jump.at_s + 0.6 : 2 * jump.at_s - (jump.lift_off_s ?? jump.at_s - 0.3) + 0.3);
-  const room = 0.35 * (end - begin);
+  const until = jump.at_s + (jump.apex_height_m === null ? 0.6 : 2.5 * (jump.at_s - begin));
+  const end = next ? Math.min(until, next.touchdown_s ?? next.at_s) : until;
+  const room = 0.15 * (end - begin);
   const view = [begin - room, end + room];
   const from = Math.max(0, placeOf(time, view[0]) - 1);
   const to = Math.min(time.length, placeOf(time, view[1]) + 1);
@@ -129,8 +130,9 @@ const draw = () => {
   context.setLineDash([2, 4]);
   context.lineWidth = 1;
   context.strokeStyle = context.fillStyle = colour("soft");
-  [[jump.touchdown_s, "touchdown"], [jump.lift_off_s, "lift-off"]].forEach(([moment, name]) => {
+  [[jump.touchdown_s, "touchdown ", "right"], [jump.lift_off_s, " lift-off", "left"]].forEach(([moment, name, side]) => {
     if (moment === null) return;
+    context.textAlign = side;
     context.beginPath();
     context.moveTo(axes.x(moment), axes.box.top + 18);
     context.lineTo(axes.x(moment), axes.box.top + axes.box.height);
@@ -263,16 +265,24 @@ const KEYS = {
   g: () => { byId("goto").showModal(); byId("target").select(); },
   "?": () => byId("help").showModal(),
 };
-document.addEventListener("keydown", (event) => {
-  if (event.ctrlKey || event.metaKey || event.altKey) return;
-  if (byId("reasons").open) {
-    const chosen = document.querySelector(`#reasons [data-key="${CSS.escape(event.key)}"]`);
-    if (chosen) { event.preventDefault(); chosen.click(); }
-    return;
+// Keys wait for the log of the next run, so that a burst of them loses none.
+const pressed = [];
+const work = () => {
+  while (pressed.length && here()) {
+    const key = pressed.shift();
+    if (byId("reasons").open) document.querySelector(`#reasons [data-key="${CSS.escape(key)}"]`)?.click();
+    else KEYS[key]?.();
   }
-  if (document.querySelector("dialog[open]")) return;
-  const act = KEYS[event.key];
-  if (act) { event.preventDefault(); act(); }
+};
+document.addEventListener("keydown", (event) => {
+  const asked = document.querySelector("dialog[open]");
+  if (event.ctrlKey || event.metaKey || event.altKey || (asked && asked.id !== "reasons")) return;
+  if (!(asked ? document.querySelector(`#reasons [data-key="${CSS.escape(event.key)}"]`) : KEYS[event.key])) {
+    if (pressed.length === 0 || event.key.length > 1) return;
+  }
+  event.preventDefault();
+  pressed.push(event.key);
+  work();
 });
 document.querySelectorAll(".keys button").forEach((button) => button.addEventListener("click", () => { button.blur(); KEYS[button.dataset.key](); }));
 document.querySelectorAll("#reasons button").forEach((button) => button.addEventListener("click", () => {

@@ -82,18 +82,19 @@ const start = async () => {
     if (!jumps.length) return;
     const longest = Math.max(...jumps.map((jump) => 2 * (jump.at_s - jump.lift_off_s)));
     const spans = [-0.3 * longest, 1.15 * longest];
-    const axes = new Axes(boxOf(width, tall), spans, heights);
+    const flights = jumps.map((jump) => height.subarray(placeOf(time, jump.lift_off_s + spans[0]), placeOf(time, jump.lift_off_s + spans[1])));
+    const ranges = flights.map(rangeOf);
+    const axes = new Axes(boxOf(width, tall), spans, [Math.min(...ranges.map(([low]) => low)), Math.max(...ranges.map(([, high]) => high))]);
     axes.draw(context, "time after lift-off (s)", "body height (mm)");
     context.save();
     axes.clip(context);
     context.globalAlpha = 0.55;
-    jumps.forEach((jump) => {
-      const shifted = { time: time.subarray(placeOf(time, jump.lift_off_s + spans[0]), placeOf(time, jump.lift_off_s + spans[1])), height: null };
+    jumps.forEach((jump, number) => {
       const first = placeOf(time, jump.lift_off_s + spans[0]);
       context.strokeStyle = jump.excluded ? colour("bad") : colour("trace");
       context.setLineDash(jump.excluded ? [3, 3] : []);
       context.beginPath();
-      shifted.time.forEach((at, place) => context.lineTo(axes.x(at - jump.lift_off_s), axes.y(height[first + place] * 1000)));
+      flights[number].forEach((high, place) => context.lineTo(axes.x(time[first + place] - jump.lift_off_s), axes.y(high * 1000)));
       context.stroke();
     });
     context.restore();

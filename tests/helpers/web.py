@@ -1,0 +1,86 @@
+"""A real server of a book's page, and requests to it as a browser makes them."""
+
+from __future__ import annotations
+
+import contextlib
+import http.client
+import json
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlsplit
+
+ROOT = Path(__file__).parents[2]
+
+
+@dataclass
+class Server:
+    """A process of `labbook web`, and the address with the token that it printed."""
+
+    process: subprocess.Popen[str]
+    url: str
+
+    @property
+    def port(self) -> int:
+        port = urlsplit(self.url).port
+        assert port is not None
+        return port
+
+    @property
+    def base(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    @property
+    def token(self) -> str:
+        return self.url.partition("token=")[2]
+
+    def kill(self) -> None:
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait()
+
+    def ask(
+        self, path: str, data: Any = None, *, headers: Mapping[str, str] | None = None, method: str | None = None
+    ) -> tuple[int, bytes, http.client.HTTPMessage]:
+        """Ask with the cookie, and post `data` as JSON; `headers` come on top, one that is "" is left out."""
+        sent = {"Cookie": f"labbook={self.token}", "Host": f"127.0.0.1:{self.port}"}
+        body = None if data is None else json.dumps(data).encode()
+        if body is not None:
+            sent |= {"Origin": self.base, "Content-Type": "application/json"}
+        sent |= headers or {}
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
+        with contextlib.closing(connection):
+            connection.putrequest(method or ("GET" if body is None else "POST"), path, skip_host=True)
+            for name, value in {**sent, "Content-Length": str(len(body or b""))}.items():
+                if value:
+                    connection.putheader(name, value)
+            connection.endheaders(body)
+            answer = connection.getresponse()
+            return answer.status, answer.read(), answer.headers
+
+    def json(self, path: str, data: Any = None) -> Any:
+        status, body, _headers = self.ask(path, data)
+        assert status == 200, body
+        return json.loads(body)
+
+
+@contextlib.contextmanager
+def served(book: Path, *words: str, port: int = 0) -> Iterator[Server]:
+    """Serve a book's page in a process of its own until the end of the block."""
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    environment.pop("LABBOOK_AS", None)
+    script = "from labbook.cli.start import main; main()"
+    command = [sys.executable, "-c", script, "web", "--json", "--no-browser", "--book", str(book), "--port", str(port)]
+    with subprocess.Popen([*command, *words], stdout=subprocess.PIPE, text=True, env=environment) as process:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        try:
+            yield Server(process, json.loads(line)["url"])
+        finally:
+            if process.poll() is None:
+                process.send_signal(signal.SIGINT)
+            process.wait(timeout=20)

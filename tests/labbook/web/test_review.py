@@ -1,0 +1,160 @@
+"""Jumps judged by keyboard in a real browser: each verdict is a row of the book, whatever happens to the server."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+import sqlalchemy as sa
+
+from data_schema.tables.runs import decision
+from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.web import Server, served
+
+sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: the page is not driven")
+BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
+pytestmark = pytest.mark.skipif(BROWSER is None, reason="Chromium is not installed: the page is not driven")
+
+NARROW = {"width": 400, "height": 800}
+WIDE = {"width": 1280, "height": 860}
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    with sync_api.sync_playwright() as playwright:
+        started = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        yield started
+        started.close()
+
+
+@pytest.fixture
+def book(tmp_path: Path) -> SmallBook:
+    return small_book(tmp_path, two_people=True)
+
+
+@pytest.fixture
+def page(browser: Any) -> Iterator[Any]:
+    """A page that fails the test for an error of its scripts, or a request to elsewhere."""
+    context = browser.new_context(viewport=WIDE)
+    made = context.new_page()
+    wrong: list[str] = []
+    made.on("pageerror", lambda error: wrong.append(str(error)))
+    made.on("request", lambda request: wrong.append(request.url) if "127.0.0.1" not in request.url else None)
+    made.on("console", lambda message: wrong.append(message.text) if "Content Security" in message.text else None)
+    yield made
+    context.close()
+    assert wrong == []
+
+
+def opened(page: Any, server: Server, path: str = "/review?run=r003") -> None:
+    page.goto(server.url)
+    page.goto(server.base + path)
+    until(lambda: bool(page.text_content("#number")))
+
+
+def verdicts(book: SmallBook) -> list[tuple[str, str, str | None]]:
+    """The verdicts in the book in their order: which, the reason, and by whom."""
+    with book.open() as opened_book, opened_book.reading() as connection:
+        rows = connection.execute(sa.select(decision.c.verdict, decision.c.reason_code).order_by(decision.c.id))
+        return [(row.verdict, row.reason_code) for row in rows]
+
+
+def until(holds: Callable[[], bool], seconds: float = 15.0) -> None:
+    end = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.05)
+
+
+def all_saved(page: Any) -> None:
+    until(lambda: "waiting" not in page.text_content("#saved"))
+
+
+def test_keys_become_rows_of_the_book(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.keyboard.press("a")
+        page.keyboard.press("r")
+        page.keyboard.press("t")
+        all_saved(page)
+        assert verdicts(book) == [("accept", "looks_right"), ("reject", "touched_by_hand")]
+        page.keyboard.press("u")
+        all_saved(page)
+        assert verdicts(book)[2:] == [("clear", "other")]
+        assert "2 of" in page.text_content("#number")  # undone where it was given
+        page.keyboard.press("b")
+        until(lambda: "accepted" in page.text_content("#verdict"))
+        page.reload()
+        until(lambda: "accepted" in page.text_content("#verdict"))
+
+
+def test_the_rest_of_a_run_is_accepted_at_one_key(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        jumps = server.json("/api/runs/r003/log")["jumps"]
+        opened(page, server)
+        page.keyboard.press("Shift+A")
+        all_saved(page)
+        doubted = page.text_content("#doubts")
+        assert {verdict for verdict, _reason in verdicts(book)} <= {"accept"}
+        assert len(verdicts(book)) <= len(jumps)
+        assert bool(verdicts(book)) or doubted
+
+
+def test_a_burst_of_keys_loses_none(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        found = server.json("/api/queue")
+        opened(page, server, "/review")
+        for _ in range(found["jumps"]):
+            page.keyboard.press("a")
+        all_saved(page)
+        assert server.json("/api/queue")["reviewed"] == found["jumps"]
+    assert verdicts(book) == [("accept", "looks_right")] * found["jumps"]
+
+
+def test_verdicts_wait_for_a_server_that_was_killed(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.keyboard.press("a")
+        all_saved(page)
+        server.kill()
+        page.keyboard.press("r")
+        page.keyboard.press("m")
+        until(lambda: "waiting" in page.text_content("#saved"))
+        assert verdicts(book) == [("accept", "looks_right")]
+        with served(book.folder, "--as", ADA, port=server.port):
+            until(lambda: len(verdicts(book)) == 2)
+            all_saved(page)
+    assert verdicts(book) == [("accept", "looks_right"), ("reject", "misfire")]
+
+
+def test_two_pages_see_each_other(browser: Any, page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        page.goto(server.url)
+        page.wait_for_selector("#runs tbody tr")
+        found = server.json("/api/queue")["jumps"]
+        server.json("/api/verdicts", {"run": "r003", "numbers": [1], "verdict": "accept", "reason": "looks_right"})
+        until(lambda: "1 of" in page.text_content("#progress"))
+        assert found > 1
+
+
+@pytest.mark.parametrize("path", ["/", "/runs/r003", "/review"])
+def test_nothing_runs_off_the_window_and_everybody_can_read_it(browser: Any, book: SmallBook, path: str) -> None:
+    from axe_core_python.sync_playwright import Axe
+
+    context = browser.new_context(bypass_csp=True)  # for what looks at the page, which is no script of its own
+    page = context.new_page()
+    with served(book.folder, "--as", ADA) as server:
+        for size, scheme in ((WIDE, "light"), (NARROW, "dark")):
+            page.set_viewport_size(size)
+            page.emulate_media(color_scheme=scheme)
+            page.goto(server.url)
+            page.goto(server.base + path)
+            page.wait_for_timeout(500)
+            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+            found = Axe().run(page, options={"resultTypes": ["violations"]})
+            assert [one["id"] for one in found["violations"] if one["impact"] in ("serious", "critical")] == []
+    context.close()
