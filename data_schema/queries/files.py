@@ -108,6 +108,12 @@ def imported_names(connection: sa.Connection) -> list[str]:
     return [row.original_name for row in connection.execute(_imported())]
 
 
+def newest_files(connection: sa.Connection, most: int) -> list[FileRow]:
+    """Return the files that were read last, the newest first."""
+    newest = _imported().order_by(None).order_by(ingest.c.id.desc()).limit(most)
+    return [FileRow(*[*row[:-1], IngestStatus(row[-1])]) for row in connection.execute(newest)]
+
+
 def links_of_file(connection: sa.Connection, file_uid: str) -> list[Link]:
     """Return which runs the parts of a file belong to."""
     return _links(connection, _LINKS_OF_FILE, file_uid)

@@ -34,6 +34,7 @@ def web(
     """Open the book as a page in the browser: runs, each run's log, and reviewing jumps by keyboard. Ctrl-C ends it.
 
     The page is for this machine alone, under an address with a token of its own; nothing is fetched from elsewhere.
+    --json prints one document with the address at the start, and one at the end.
 
     Example: labbook web --as AN
     """
@@ -89,4 +90,4 @@ def _serve(
                 webbrowser.open(served.url)
 
     serve(find_folder(folder), speaker, ready, host=host, port=port, read_only=read_only, view=view)
-    return Shown({"served": view or "runs"}, [])
+    return Shown({"ended": True}, [])

@@ -32,7 +32,7 @@ def _page(request: Request) -> Response:
         lines=[line.strip() for line in view_lines(view)[1:]],
         before=names[place - 1] if place else None,
         after=names[place + 1] if place + 1 < len(names) else None,
-        has_log=view.jumps_found is not None,
+        has_log=isinstance(view.jumps_found, int),
     )
 
 

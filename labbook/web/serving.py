@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import secrets
 import socket
@@ -57,7 +58,8 @@ def serve(
         )
         ready(Served(f"http://{host}:{taken}/{view}?token={token}", host, taken))
         try:
-            server.run(sockets=[listening])
+            with contextlib.suppress(KeyboardInterrupt):  # the way to end it
+                server.run(sockets=[listening])
         finally:
             book.close()
 
