@@ -29,6 +29,7 @@ from __future__ import annotations
 
 import math
 import sys
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -373,6 +374,20 @@ def _negative(ci: tuple[float, float] | Undefined) -> tuple[float, float] | Unde
     return ci if isinstance(ci, Undefined) else (-ci[1], -ci[0])
 
 
+def rule_of_days(days_treated: Iterable[str], days_control: Iterable[str]) -> Rule:
+    """Return the rule by which runs of these days are compared, each run by its day, whatever they measured."""
+    treated, control = Counter(days_treated), Counter(days_control)
+    shared = treated.keys() & control.keys()
+    return _rule(len(shared), *(sum(side[day] for day in shared) - len(shared) for side in (control, treated)))
+
+
+def _rule(days: int, df_control: int, df_treated: int) -> Rule:
+    """Return the rule by the number of shared days, and by how many runs of each side they have beyond one a block."""
+    if days >= LEAST_DAYS:
+        return Rule.PAIRED
+    return Rule.WITHIN if days and min(df_control, df_treated) >= 1 else Rule.NONE
+
+
 def contrast_by_day(
     treated: ArrayLike,
     control: ArrayLike,
@@ -413,9 +428,10 @@ def contrast_of_runs(runs: RunsByDay, *, scale: Scale | None = None, paired: boo
     by_day: dict[str, list[SharedDay]] = {}
     for each in shared_days:
         by_day.setdefault(each.day, []).append(each)
-    if paired and len(by_day) >= LEAST_DAYS:
+    rule = _rule(len(by_day) if paired else min(len(by_day), 1), df_control, df_treated)
+    if rule is Rule.PAIRED:
         return _paired(tuple(map(one_day, by_day.values())), scale, counts, runs)
-    if shared_days and min(df_control, df_treated) >= 1:
+    if rule is Rule.WITHIN:
         return _within(shared_days, (df_control, df_treated), scale, counts, runs)
     if not runs.control or not runs.treated:
         why = Undefined(Reason.GROUP_EMPTY, group=TREATED if runs.control else CONTROL)

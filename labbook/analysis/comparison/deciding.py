@@ -16,7 +16,7 @@ from labbook.analysis.results import Algorithm, Results, T, fingerprint, interva
 from labbook.config.model import AnalysisSettings, Bounds
 from reports.content import Decision, Equivalence, OverallEquivalence, OverallSavings
 from reports.numbers import Number
-from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day
+from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day, rule_of_days
 from stats.days.overall import overall_equivalence, overall_savings
 from stats.tails import t_upper
 
@@ -59,20 +59,25 @@ def fingerprints_of_contrast(pair: Pair) -> tuple[InputRow, ...]:
     )
 
 
-def deciding_runs(pair: Pair, without: Sequence[RunRow]) -> tuple[str, ...]:
-    """Name the runs of a pair's group without a value any of which, had it one, would give a pair without a claim one.
+def makes_claim(runs: Iterable[RunRow]) -> bool:
+    """Tell whether the control's runs and the others would give a claim: their days decide, whatever their values."""
+    days: dict[bool, list[str]] = {True: [], False: []}
+    for run in runs:
+        days[run.is_control].append(run.day)
+    return rule_of_days(days[False], days[True]) is not Rule.NONE
 
-    Which days hold which runs decides that, whatever their values.
+
+def deciding_runs(with_value: Sequence[RunRow], without: Sequence[RunRow]) -> tuple[RunRow, ...]:
+    """Return the runs without a value any of which, had it one, would give a group without a claim one.
+
+    `with_value` are the group's runs with a value, `without` others of the group.
     """
-    days = [[item.run.day for item in runs_of(side)] for side in (pair.a, pair.b)]
-
-    def claims(more: RunRow) -> bool:
-        control, treated = ([*each, *([more.day] if more.is_control is is_control else [])]
-                            for each, is_control in zip(days, (True, False), strict=True))  # fmt: skip
-        layout = contrast_by_day([0.0] * len(treated), [0.0] * len(control), days_treated=treated, days_control=control)
-        return layout.rule is not Rule.NONE
-
-    return tuple(run.name for run in without if pair.group.items() <= run.levels.items() and claims(run))
+    places: dict[tuple[str, bool], bool] = {}
+    for run in without:
+        place = run.day, run.is_control
+        if place not in places:
+            places[place] = makes_claim([*with_value, run])
+    return tuple(run for run in without if places[run.day, run.is_control])
 
 
 def record_for_pairs(

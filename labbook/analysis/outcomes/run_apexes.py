@@ -13,7 +13,7 @@ import math
 import re
 import shlex
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow
@@ -316,25 +316,40 @@ def _in_number_order(name: str) -> list[tuple[str, int]]:
     return [(text, int(digits or 0)) for text, digits in re.findall(r"(\D*)(\d*)", name)]
 
 
-def run_apexes(computed: Results, detections: Detections, evidence: StudyData, variant: ApexVariant) -> ApexResults:
-    """Compute the apex heights of every selected jump run that has logs."""
-    logs: dict[str, tuple[SignalRow, ...]] = {}
+def logs_that_count(
+    runs: Sequence[RunRow],
+    logs: Mapping[str, Sequence[SignalRow]],
+    calibrated: Mapping[str, Sequence[CalibratedChannel]],
+) -> tuple[dict[str, tuple[SignalRow, ...]], dict[str, Undefined]]:
+    """Return the logs that each run's apexes come from, by the run's uid, and why the other runs have none."""
+    found: dict[str, tuple[SignalRow, ...]] = {}
     missing: dict[str, Undefined] = {}
-    for run in evidence.runs:
-        usable = usable_logs(run, evidence.logs.get(run.uid, []))
+    for run in runs:
+        usable = usable_logs(run, logs.get(run.uid, []))
         if not isinstance(usable, Undefined):
-            other_day = calibrated_for_other_day(run, usable, evidence.calibrated)
+            other_day = calibrated_for_other_day(run, usable, calibrated)
             usable = usable if other_day is None else other_day
         if isinstance(usable, Undefined):
             missing[run.uid] = usable
         else:
-            logs[run.uid] = usable
+            found[run.uid] = usable
+    return found, missing
+
+
+def detected_by_robot(
+    detections: Detections, runs: Sequence[RunRow], logs: Mapping[str, tuple[SignalRow, ...]], detector: str
+) -> Iterator[tuple[str, float, dict[str, tuple[DetectionRow, ...]]]]:
+    """Yield each robot's uid, its leg's rest length in m, and what is found in the logs of its runs, by their uid."""
+    for robot in sorted({run.robot_uid for run in runs if run.uid in logs}):
+        of_robot = {run.uid: logs[run.uid] for run in runs if run.robot_uid == robot and run.uid in logs}
+        length_m = rest_length_m(detections.connection, robot)
+        yield robot, length_m, detections.of(of_robot, detector, length_m)
+
+
+def run_apexes(computed: Results, detections: Detections, evidence: StudyData, variant: ApexVariant) -> ApexResults:
+    """Compute the apex heights of every selected jump run that has logs."""
+    logs, missing = logs_that_count(evidence.runs, evidence.logs, evidence.calibrated)
     runs = {run.uid: run for run in evidence.runs}
-    robots = sorted({runs[uid].robot_uid for uid in logs})
-    lengths_m = {robot: rest_length_m(detections.connection, robot) for robot in robots}
-    by_robot: dict[str, dict[str, tuple[SignalRow, ...]]] = {robot: {} for robot in robots}
-    for uid, several in logs.items():
-        by_robot[runs[uid].robot_uid][uid] = several
     results: dict[str, RunApexes] = {}
     judgements: dict[str, Judgement] = {}
     calibrated = {
@@ -349,13 +364,12 @@ def run_apexes(computed: Results, detections: Detections, evidence: StudyData, v
         "exclude_gap_jumps": variant.rules.exclude_gap_jumps,
         "heed_decisions": variant.heed_decisions,
     }
-    for robot, of_robot in by_robot.items():
-        found = detections.of(of_robot, variant.detector, lengths_m[robot])
+    for robot, length_m, found in detected_by_robot(detections, evidence.runs, logs, variant.detector):
         for uid, detected in found.items():
             judgements[uid] = judge(detected, evidence.decisions if variant.heed_decisions else {}, variant.rules)
             inputs = [run_input(runs[uid])]
             inputs += [signal_input(log, f"log {place}") for place, log in enumerate(logs[uid], start=1)]
-            inputs.append(fingerprint("robot", "robot", robot, repr(lengths_m[robot])))
+            inputs.append(fingerprint("robot", "robot", robot, repr(length_m)))
             inputs += [
                 InputRow("detection", "detection", f"{item.algorithm}, version {item.version}", item.key)
                 for item in detected

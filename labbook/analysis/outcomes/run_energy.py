@@ -94,6 +94,12 @@ def recharge_of(run: RunRow, charges: Sequence[ChargeOfRun]) -> Recharge | Undef
     return Recharge(sum(item.charge_mah for item in charged), resolution_mah, tuple(charged))
 
 
+def only_charge_missing(runs: Sequence[RunRow], charges: Mapping[str, Sequence[ChargeOfRun]]) -> list[RunRow]:
+    """Return the runs of jumps that would have joules if they had a charge; `charges` are by the run's uid."""
+    known = [(run, recharge_of(run, charges.get(run.uid, ()))) for run in runs if run.duration_s and run.jumps_made]
+    return [run for run, why in known if isinstance(why, Undefined) and why.code is Reason.NO_CHARGE]
+
+
 def idle_charges(evidence: StudyData) -> list[tuple[RunRow, Recharge]]:
     """Return the idle runs that can be fitted: with a duration and a charge."""
     found = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in evidence.idle]

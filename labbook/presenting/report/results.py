@@ -18,19 +18,18 @@ import numpy as np
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.queries.study import CheckRow, FactorRow, PlannedRow
-from data_schema.reasons import Reason
 from data_schema.vocabulary import FactorKind, ReasonCode, Rule, RunKind, RunState, StudyKind, Undefined, Verdict
 from data_schema.where import names_in, parse
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.comparisons import Compared
-from labbook.analysis.comparison.deciding import deciding_runs
+from labbook.analysis.comparison.deciding import deciding_runs, runs_of
 from labbook.analysis.comparison.order import ADJUSTED, OVER_GROUPS
 from labbook.analysis.comparison.pairing import place
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber, coarse_scatter
 from labbook.analysis.outcomes.run_apexes import RunApexes
-from labbook.analysis.outcomes.run_energy import MAH_MIN, RunEnergy, idle_charges, recharge_of
+from labbook.analysis.outcomes.run_energy import MAH_MIN, RunEnergy, idle_charges, only_charge_missing
 from labbook.analysis.prediction.condition_scenes import study_scene, unconverted_factors
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.preregistration.departures import first_named
@@ -341,13 +340,17 @@ def _listed(robots: Mapping[str, int]) -> str:
 
 def comparisons(analysis: StudyAnalysis) -> tuple[Comparison, ...]:
     """Return all comparisons; those of savings without a claim name the runs whose charge would give one."""
-    without_charge = [run for run in analysis.evidence.runs if _only_charge_missing(analysis, run)]
+    without_charge = only_charge_missing(analysis.evidence.runs, analysis.evidence.charges)
     found = []
     for item in analysis.compared:
         one, decision = item.shown, item.shown.decision
         if decision.rule is Rule.NONE and item.pair.family == pairing.POOLED and one.quantity.has_savings:
-            missing = deciding_runs(item.pair, without_charge)
-            one = replace(one, decision=replace(decision, charge_missing=missing))
+            group = item.pair.group.items()
+            missing = deciding_runs(
+                [number.run for side in (item.pair.a, item.pair.b) for number in runs_of(side)],
+                [run for run in without_charge if group <= run.levels.items()],
+            )
+            one = replace(one, decision=replace(decision, charge_missing=tuple(run.name for run in missing)))
         found.append(one)
     return tuple(found)
 
@@ -463,19 +466,13 @@ def groups_without_charges(analysis: StudyAnalysis) -> tuple[tuple[Mapping[str, 
         (_without_swept(analysis, runs[0]), names)
         for runs in groups.values()
         if len({run.is_control for run in runs}) == 2
-        for names in [tuple(run.name for run in runs if _only_charge_missing(analysis, run))]
+        for names in [tuple(run.name for run in only_charge_missing(runs, analysis.evidence.charges))]
         if names
     )
 
 
 def _without_swept(analysis: StudyAnalysis, run: RunRow) -> dict[str, str]:
     return {name: label for name, label in run.levels.items() if name != analysis.swept}
-
-
-def _only_charge_missing(analysis: StudyAnalysis, run: RunRow) -> bool:
-    why = recharge_of(run, analysis.evidence.charges.get(run.uid, []))
-    known = bool(run.duration_s and run.jumps_made)
-    return known and isinstance(why, Undefined) and why.code is Reason.NO_CHARGE
 
 
 _LINE_POINTS = 61

@@ -16,7 +16,7 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
 from stats.compare.shared_error import SharedError
-from stats.days.decision import Contrast, contrast_by_day
+from stats.days.decision import Contrast, contrast_by_day, rule_of_days
 from stats.days.overall import overall_equivalence, overall_savings
 from tests.helpers.campaigns import DESIGNS, LAYOUTS, campaign
 from tests.helpers.wording import refuses, says
@@ -93,6 +93,14 @@ def test_which_runs_there_are_decides_the_rule() -> None:
     assert (nowhere.counts.other_control, nowhere.counts.other_treated, nowhere.counts.control) == (2, 2, 0)
     without_days = contrast_by_day([1.5, 1.2, 1.1], [1.0, 2.0])
     assert (without_days.rule, without_days.df) == (Rule.WITHIN, 1)
+
+
+@given(*[st.lists(st.sampled_from("abcde"), min_size=1, max_size=9)] * 2)
+def test_the_rule_of_days_is_that_of_the_contrast_of_their_runs(treated: list[str], control: list[str]) -> None:
+    contrast = contrast_by_day(
+        [1.0 + n for n in range(len(treated))], [2.0] * len(control), days_treated=treated, days_control=control
+    )
+    assert rule_of_days(treated, control) is contrast.rule
 
 
 def test_without_a_claim_there_is_an_estimate_and_no_test() -> None:
