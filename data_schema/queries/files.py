@@ -226,12 +226,13 @@ def unassigned_charges_of_file(connection: sa.Connection, file_uid: str) -> list
 
 @dataclass(frozen=True, slots=True)
 class InboxItem:
-    """A file, or a row of a charger sheet, that belongs to no run yet."""
+    """A file, or a row of a charger sheet, that belongs to no run yet; `uid` is that of the file or of the charge."""
 
     what: str
     name: str
     stated_run: str | None
     detail: str
+    uid: str
 
 
 _NEVER_WAITING = (FileRole.CHARGE, FileRole.SHEET)
@@ -251,7 +252,7 @@ def inbox(connection: sa.Connection) -> list[InboxItem]:
         .order_by(ingest.c.id)
     )
     items = [
-        InboxItem("file", row.original_name, row.stated_run, f"{row.reader}, {row.rows_kept} rows, {row.uid}")
+        InboxItem("file", row.original_name, row.stated_run, f"{row.reader}, {row.rows_kept} rows, {row.uid}", row.uid)
         for row in files
     ]
     items += _loose_parts(connection)
@@ -264,7 +265,11 @@ def inbox(connection: sa.Connection) -> list[InboxItem]:
     )
     items += [
         InboxItem(
-            "charge", f"{row.original_name}#{row.row_number}", row.stated_run, f"{row.charge_mah:g} mAh, {row.uid}"
+            "charge",
+            f"{row.original_name}#{row.row_number}",
+            row.stated_run,
+            f"{row.charge_mah:g} mAh, {row.uid}",
+            row.uid,
         )
         for row in charges
     ]
@@ -283,7 +288,9 @@ def _loose_parts(connection: sa.Connection) -> list[InboxItem]:
         .order_by(signal.c.id)
     )
     return [
-        InboxItem("part", f"{row.original_name}#{row.part}", None, f"{row.reader}, {row.n_samples} rows, {row.uid}")
+        InboxItem(
+            "part", f"{row.original_name}#{row.part}", None, f"{row.reader}, {row.n_samples} rows, {row.uid}", row.uid
+        )
         for row in rows
     ]
 
@@ -400,6 +407,17 @@ def findings_of(connection: sa.Connection, ingest_uid: str, rules: Sequence[str]
     if rules is not None:
         query = query.where(finding.c.rule.in_(rules))
     return [FindingRow(*[*row[:-1], tuple(json.loads(row[-1]))]) for row in connection.execute(query)]
+
+
+def values_found(connection: sa.Connection, rule: str) -> dict[str, str]:
+    """Return the first value that a rule found in each reading in force, by the SHA-256 of the file."""
+    query = (
+        sa.select(ingest.c.sha256, finding.c.value)
+        .join(finding, finding.c.ingest == ingest.c.id)
+        .where(ingest.c.status == IngestStatus.IMPORTED, finding.c.rule == rule, finding.c.value.is_not(None))
+        .order_by(finding.c.id.desc())
+    )
+    return {row.sha256: row.value for row in connection.execute(query)}
 
 
 def add_signal(

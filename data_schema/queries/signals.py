@@ -228,6 +228,32 @@ def calibrated_channels(
     return {uid: tuple(channels) for uid, channels in found.items()}
 
 
+@dataclass(frozen=True, slots=True)
+class SourceColumn:
+    """The column of a file that a channel was read from, and by what: `stored = sign * (scale * raw + ...)`."""
+
+    name: str
+    unit: str | None
+    scale: float
+    sign: int
+    calibrated: bool
+
+
+def source_columns(connection: sa.Connection, signal_uids: Sequence[str], channel_name: str) -> dict[str, SourceColumn]:
+    """Return the column that each of some signals has a channel from, by the signal's uid."""
+    about = (channel.c.source_name, channel.c.source_unit, channel.c.scale, channel.c.sign)
+    query = (
+        sa.select(signal.c.uid, *about, channel.c.calibration_json.is_not(None))
+        .join(channel, channel.c.signal == signal.c.id)
+        .where(channel.c.name == channel_name)
+    )
+    return {
+        uid: SourceColumn(*values)
+        for some in in_chunks(signal_uids)
+        for uid, *values in connection.execute(query.where(signal.c.uid.in_(some)))
+    }
+
+
 def gaps_of(connection: sa.Connection, signal_uid: str) -> tuple[GapRow, ...]:
     """Return the gaps of one signal by their start."""
     return gaps_by_signal(connection, [signal_uid])[signal_uid]

@@ -104,7 +104,7 @@ def check_command(
     for count, what in waiting:
         if count:
             doing = f"{what}s wait" if count > 1 else f"{what} waits"
-            lines.append(f"{count} {doing} for a person: `labbook today` says which.")
+            lines.append(f"{count} {doing} for a person: `labbook attention` says which.")
     if found.left_out.sentence:
         lines.append(found.left_out.sentence)
     if found.orphans:

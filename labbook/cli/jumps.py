@@ -1,11 +1,12 @@
 """`labbook jumps`: see what was found in a run, reject or accept jumps."""
 
+import contextlib
 from dataclasses import dataclass
 from typing import Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, opened, reading, stating, tell
+from labbook.cli.common import AsOption, BookOption, opened, reading, tell
 from labbook.terminal import Shown, columns
 
 app = typer.Typer(no_args_is_help=True)
@@ -72,17 +73,22 @@ def accept_command(jumps: OfJumps, reason: ReasonOption = "looks_right") -> Show
 def clear_command(jumps: OfJumps) -> Shown:
     """Take verdicts back: the protocol's rules decide again.
 
-    `waiting` in place of numbers takes back those that were given on an earlier reading of the log.
+    `waiting` in place of numbers takes back those that were given on an earlier reading of the log, and those that fit
+    none of the jumps found now.
 
     Example: labbook jumps clear r017 4; labbook jumps clear r017 waiting
     """
     if jumps.numbers != ["waiting"]:
         return _decide(jumps, "clear", "other")
-    from labbook.actions.runs.jump_review import clear_waiting
+    from data_schema.errors import UsageError
+    from labbook.actions.runs.jump_review import clear_waiting, review
 
-    run = jumps.run
-    with stating(jumps.book, jumps.person) as (_opened_book, session):
-        count = clear_waiting(session, run, jumps.note)
+    run, found = jumps.run, None
+    with opened(jumps.book) as opened_book:
+        with contextlib.suppress(UsageError), opened_book.reading() as connection:
+            found = review(opened_book, connection, run)
+        with opened_book.session(jumps.person) as session:
+            count = clear_waiting(opened_book, session, run, jumps.note, found)
     return Shown({"run": run, "cleared": count}, [f"{run}: {count} waiting verdicts taken back."])
 
 

@@ -33,7 +33,8 @@ RIG, JUDGE, REPORT, SIMULATE, BOOK = "Day at the rig", "Look and judge", "Report
 
 COMMANDS = {
     "ingest": (RIG, "ingest"),
-    "today": (RIG, "views"),
+    "today": (RIG, "attention"),
+    "attention": (RIG, "attention"),
     "note": (RIG, "statements"),
     "charge": (RIG, "statements"),
     "check": (RIG, "statements"),

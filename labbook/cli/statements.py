@@ -76,8 +76,8 @@ def check(
     Example: labbook check rail_angle --value 0.4 --unit deg
     """
     from data_schema.queries.study import checks_by_day
+    from labbook.actions.runs.day_checks import state_check
     from labbook.actions.runs.remarks import remarks_on_check
-    from labbook.actions.runs.to_do import state_check
 
     with stating(book, person) as (opened_book, session):
         earlier = [check for checks in checks_by_day(session.connection).values() for check in checks]

@@ -1,4 +1,4 @@
-"""Commands that only read: today, show, plot, channels, formats, config, analysis, compare, why."""
+"""Commands that only read: show, plot, channels, formats, config, analysis, compare, why."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,34 +7,7 @@ import typer
 
 from data_schema.errors import BookDamaged
 from labbook.cli.common import BookOption, WhereOption, opened, options_given, reading
-from labbook.terminal import Shown, columns, plain, progress
-
-
-def today(
-    day: Annotated[str | None, typer.Option(metavar="DATE", help="Another day, as 2021-06-01.")] = None,
-    book: BookOption = None,
-) -> Shown:
-    """List what a day still needs: logs without charge, charges without log, logs that do not count, checks not made.
-
-    Runs of jumps without joules or without apex heights are named with the reason, and runs whose charge is below what
-    the electronics alone draw, a line for each; so are runs whose joules are out of control limits, where 99.73 %
-    of runs lie that are like the other ones of their condition, three or more.
-
-    Planned runs that were not made are listed of all plans and days, for a plan's days are not bound to dates. The last
-    line says when the last backup was made.
-
-    Example: labbook today
-    """
-    from data_schema import journal
-    from labbook.actions.runs.to_do import to_do, to_do_lines
-    from labbook.analysis.outcomes.detection import Detections
-    from labbook.book.copies.backing_up import backup_line, last_backup
-
-    with reading(book) as (opened_book, connection):
-        found = to_do(Detections(connection, opened_book.store), opened_book.configuration, day)
-        last, (entries, _hash) = last_backup(opened_book.store), journal.head(connection)
-    lines = [*to_do_lines(found), backup_line(last, entries)]
-    return Shown({**plain(found), "last_backup": last}, lines)
+from labbook.terminal import Shown, columns, progress
 
 
 def show(run: Annotated[str, typer.Argument(help="The run.")], book: BookOption = None) -> Shown:

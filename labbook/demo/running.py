@@ -18,8 +18,8 @@ from labbook.actions.files.named_files import files_of
 from labbook.actions.planning.runs import PlannedEntry, state_plan
 from labbook.actions.report_command import write
 from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.runs_importing import import_runs
-from labbook.actions.runs.to_do import state_check
 from labbook.book.making import make_book
 from labbook.book.opening import CONFIGURATION, Book, opened
 from labbook.demo.records import MARK, CampaignFiles, Record

@@ -239,11 +239,15 @@ def _zero_remedy(height: ChannelData, flag: str, zero_m: float, done: PreparedIm
     """Return how the zero of a height is stated, in the unit of its column."""
     if height.calibration is not None:
         return f"Correct the calibration of column {height.source_name!r}"
-    unit = height.source_unit or "m"
-    offset, se = -height.sign * zero_m / height.scale, _ZERO_SE_M / height.scale
     named = shlex.quote(done.settings.declared.file_name or "NAME")
-    column = f"{flag}={BODY_HEIGHT}:{unit},offset={offset:.4g},offset_se={se:.2g}"
+    column = zero_declared(flag, height.source_unit, height.sign, height.scale, zero_m)
     return f'Say `labbook files reread {named} --column "{column}"`, with one offset for all logs of a sensor'
+
+
+def zero_declared(flag: str, source_unit: str | None, sign: int, scale: float, zero_m: float) -> str:
+    """Return what `--column` is given so that a height's zero, in m, is taken off; `sign` and `scale` are its own."""
+    offset, se = -sign * zero_m / scale, _ZERO_SE_M / scale
+    return f"{flag}={BODY_HEIGHT}:{source_unit or 'm'},offset={offset:.4g},offset_se={se:.2g}"
 
 
 def add_reading(context: ApplyContext, entry: Entry, done: PreparedImport, file_key: int, role: FileRole) -> int:

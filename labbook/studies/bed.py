@@ -146,7 +146,7 @@ def ask(asked: Asked) -> Found[BedStudy]:
         raise InputRefused(
             f"no group of the runs ({options.where or 'all'}) has joules of the control and of another {damping}, which"
             f" the study compares: run both, or select both by --where."
-            f"{f' Missing: {why}; `labbook today` says more.' if why else ''}"
+            f"{f' Missing: {why}; `labbook attention` says more.' if why else ''}"
         )
     unsimulated = "Not simulated: labbook.toml has no [simulation]." if configuration.simulation is None else ""
     tables = {kind.name: kind.make(content).records for kind in tables_of(content) if not kind.by_run}

@@ -70,6 +70,8 @@ FLAGS: dict[str, str] = {
     ZERO_DOUBTFUL: "the body stands higher than the leg is long: found from that level, its height as measured",
 }
 """Flags a jump can carry, and what they mean."""
+HEIGHT_DOUBTFUL = frozenset({"few_samples_before", "few_samples_after", "caught_early", "curvature_off"})
+"""Flags for which a person should look whether the apex height of one jump is right."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from labbook.analysis.preregistration.planned import AS_A_WHOLE
 from tests.cli.shell import good, labbook
+from tests.helpers.attention import told
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.wording import says
 
@@ -13,16 +14,16 @@ EXAMPLE = '\n[analysis]\nprimary_outcome = "joules"\nalpha = 0.05\napex_bounds_p
 
 
 def test_today_says_that_nothing_is_decided_until_it_is_or_it_is_too_late(stated: SmallBook) -> None:
-    undecided = "nothing is decided about the analysis: write [analysis] in labbook.toml"
-    assert undecided in good(labbook("today", at=stated.folder)).out
+    undecided = "analysis_undecided"
+    assert undecided in told(stated.folder, "today")
     assert "yet: write [analysis]" in good(labbook("analysis", at=stated.folder)).out
     plain = stated.toml.read_text()
     stated.toml.write_text(plain + EXAMPLE)
-    assert undecided not in good(labbook("today", at=stated.folder)).out
+    assert undecided not in told(stated.folder, "today")
     says(good(labbook("analysis", at=stated.folder)).out, "book takes over")
     stated.toml.write_text(plain)
     good(labbook("ingest", stated.log("r001"), at=stated.folder))
-    assert undecided not in good(labbook("today", at=stated.folder)).out
+    assert undecided not in told(stated.folder, "today")
     (line,) = good(labbook("analysis", at=stated.folder)).out.splitlines()
     says(line, "comparison is exploratory")
 

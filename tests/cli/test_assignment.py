@@ -12,6 +12,7 @@ from typing import Any
 import pytest
 
 from tests.cli.shell import contents, good, labbook, refused, rows, unchanged
+from tests.helpers.attention import told
 from tests.helpers.books import SmallBook
 from tests.helpers.wording import says
 
@@ -72,7 +73,7 @@ def test_unknown_run_waits_in_the_inbox_and_is_used_once_assigned(stated: SmallB
     answer = good(labbook("ingest", nameless, at=stated.folder))
     says(answer.out, "labbook runs inbox")
     assert "LOG0007.csv" in good(labbook("runs", "inbox", at=stated.folder)).out
-    says(good(labbook("today", at=stated.folder)).out, "in the inbox", "1")
+    assert [one["file"] for one in told(stated.folder, "today")["inbox"]] == ["LOG0007.csv"]
     with unchanged(stated.folder):
         refused(labbook("jumps", "list", "r001", at=stated.folder), 2, "run r001 has no log")
         assert "LOG0007" not in good(labbook("show", "r001", at=stated.folder)).out

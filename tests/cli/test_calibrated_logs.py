@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 from tests.cli.shell import good, labbook, refused
+from tests.helpers.attention import told
 from tests.helpers.known_campaign import EQUIPMENT
 from tests.helpers.standing_log import REST_LENGTH_M, as_csv, standing_log
 from tests.helpers.wording import says
@@ -126,17 +127,19 @@ def test_logs_read_with_an_earlier_calibration_are_named_until_they_are_read_aga
     (tmp_path / "r003.csv").write_text(as_csv("t [ms],body_height [m]", *standing_log(3, 10)[:2], 5))
     good(labbook("ingest", *logs, "../r003.csv", at=at))
     today = ("today", "--day", DAYS[0])
-    assert good(labbook(*today, "--json", at=at)).json["files_outdated"] == []
+    assert "file_outdated" not in told(at, *today)
     toml = at / "labbook.toml"
     toml.write_text(toml.read_text(encoding="utf-8").replace("height = [0.20, 0.85]", "height = [0.21, 0.86]"))
     advice = ("2 files", "r001.txt, r002.txt", "labbook files reread --all")
     says(page(at).partition("Limitations")[2], *advice)
-    says(good(labbook(*today, at=at)).out, *advice)
-    told = good(labbook("ingest", *logs, "../r003.csv", at=at)).out
-    says(told, "r001.txt, r002.txt", "labbook files reread --all")
-    assert told.count("reread") == 1
+    outdated = told(at, *today)["file_outdated"]
+    assert [one["file"] for one in outdated] == ["r001.txt", "r002.txt"]
+    assert {one["command"] for one in outdated} == {"labbook files reread --all"}
+    said = good(labbook("ingest", *logs, "../r003.csv", at=at)).out
+    says(said, "r001.txt, r002.txt", "labbook files reread --all")
+    assert said.count("reread") == 1
     good(labbook("files", "reread", "--all", at=at))
-    assert good(labbook(*today, "--json", at=at)).json["files_outdated"] == []
+    assert "file_outdated" not in told(at, *today)
     assert "reread --all" not in page(at)
 
 
@@ -148,13 +151,14 @@ def test_a_zero_that_is_off_is_named_with_the_command_that_mends_it(tmp_path: Pa
     sentence = says(answer.out, "height_zero_doubtful", "labbook files reread")
     says(answer.out, "10 of 10 jumps found")
     today = ("today", "--day", DAYS[0])
-    for told in (page(at).partition("Limitations")[2], good(labbook(*today, at=at)).out):
-        says(told, "r001", "too high", "labbook files show r001.txt")
+    says(page(at).partition("Limitations")[2], "r001", "too high", "labbook files show r001.txt")
     (command,) = re.findall(r"`labbook (files reread .*?)`", sentence)
+    (doubtful,) = told(at, *today)["zero_doubtful"]
+    assert shlex.split(doubtful["command"])[1:] == shlex.split(command)
     says(good(labbook("files", "show", "r001.txt", at=at)).out, command)
     good(labbook(*shlex.split(command), at=at))
     assert "too high" not in page(at)
-    assert good(labbook(*today, "--json", at=at)).json["zero_doubtful"] == {}
+    assert "zero_doubtful" not in told(at, *today)
     assert shown(at, "r001")["mean_apex_height"]["value"] == pytest.approx(float(apexes_m.mean()), abs=0.003)
 
 

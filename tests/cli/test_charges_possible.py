@@ -7,6 +7,7 @@ import datetime
 import pytest
 
 from tests.cli.shell import good, labbook
+from tests.helpers.attention import told
 from tests.helpers.books import SmallBook
 from tests.helpers.wording import says
 
@@ -64,9 +65,9 @@ def test_ah_under_a_heading_in_mah_is_refused_unless_declared(stated: SmallBook)
 
 def test_a_charge_above_its_pack_that_came_otherwise_is_told_by_today_and_the_report(whole: SmallBook) -> None:
     good(labbook("correct", "r001", "mah=9000", "--why", "misread", at=whole.folder))
-    says(
-        good(labbook("today", "--day", "2021-06-14", at=whole.folder)).out, "too much charged: r001", "9000 mAh", "6600"
-    )
+    (found,) = told(whole.folder, "today", "--day", "2021-06-14")["charge_above_pack"]
+    assert found["run"] == "r001"
+    says(found["what"], "9000 mAh", "6600")
     good(labbook("report", "--out", "page", at=whole.folder))
     assert "(r001) is more than the pack holds" in (whole.folder / "page" / "report.html").read_text()
 

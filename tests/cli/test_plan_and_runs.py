@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.cli.shell import contents, good, labbook, refused, rows, unchanged
+from tests.helpers.attention import runs_told, told
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.tomls import without
 from tests.helpers.wording import says
@@ -78,7 +79,7 @@ def test_plan_is_filled_in_row_by_row(fresh: SmallBook) -> None:
     lines = table(sheet)
     waiting = good(labbook("runs", "import", "runs.csv", "--json", at=fresh.folder)).json
     assert (waiting["stated"], len(waiting["not_made"])) == ([], 14)
-    says(good(labbook("today", "--day", "2021-06-01", at=fresh.folder)).out, "plans and days", "14")
+    assert len(planned_not_made(fresh)) == 14
 
     first = next(line for line in lines if line["kind"] == "jumps")
     refused(labbook("show", first["run"], at=fresh.folder), 2, "planned", "labbook runs import")
@@ -100,7 +101,7 @@ def test_plan_is_filled_in_row_by_row(fresh: SmallBook) -> None:
     with unchanged(fresh.folder):
         again = good(labbook("runs", "import", "runs.csv", "--json", at=fresh.folder)).json
     assert (again["stated"], again["filled_in"], again["unchanged"]) == ([], [], [first["run"]])
-    says(good(labbook("today", "--day", "2021-06-01", at=fresh.folder)).out, "plans and days", "13")
+    assert len(planned_not_made(fresh)) == 13
 
 
 def test_contradictions_with_the_book_are_refused_all_at_once_as_a_sheet_has_them(stated: SmallBook) -> None:
@@ -126,19 +127,22 @@ def test_contradictions_with_the_book_are_refused_all_at_once_as_a_sheet_has_the
 
 def test_today_lists_what_a_day_still_needs(stated: SmallBook) -> None:
     day = ("today", "--day", "2021-06-14")
-    shown = good(labbook(*day, at=stated.folder)).out
-    says(shown, "2021-06-14: 8 runs.")
-    says(shown, "neither log nor", "8", "r001", "r002")
-    says(shown, "checks not made (1)", "lubrication")
+    says(good(labbook(*day, at=stated.folder)).out, "2021-06-14: 8 runs")
+    assert runs_told(stated.folder, "charge_missing", *day) == [f"r00{n}" for n in range(1, 9)]
+    assert runs_told(stated.folder, "log_missing", *day) == [f"r00{n}" for n in range(1, 7)]
+    assert [one["command"] for one in told(stated.folder, *day)["check_not_made"]] == [
+        "labbook check lubrication --day 2021-06-14"
+    ]
     sheets = stated.instruments / "charger"
     good(labbook("ingest", stated.log("r001"), stated.log("r002"), sheets / "2021-06-14.csv", at=stated.folder))
-    found = good(labbook(*day, "--json", at=stated.folder)).json
-    assert (found["log_without_charge"], found["charge_without_log"]) == ([], ["r003", "r004", "r005", "r006"])
+    assert runs_told(stated.folder, "charge_missing", *day) == []
+    assert runs_told(stated.folder, "log_missing", *day) == ["r003", "r004", "r005", "r006"]
     good(labbook("check", "lubrication", "--day", "2021-06-14", at=stated.folder))
     good(labbook("ingest", stated.instruments / "logs", at=stated.folder))
-    says(good(labbook(*day, at=stated.folder)).out, "no passive-drain fit", "r001", "r002")
+    (line,) = told(stated.folder, *day)["no_drain_line"]
+    says(line["costs"], "r001", "r002")
     good(labbook("ingest", sheets / "2021-06-16.csv", at=stated.folder))
-    says(good(labbook(*day, at=stated.folder)).out, "2021-06-14", "8 runs", "nothing is missing")
+    says(good(labbook(*day, at=stated.folder)).out, "nothing needs attention")
 
 
 def test_checks_are_kept_with_value_unit_person_and_verdict(stated: SmallBook) -> None:
@@ -178,7 +182,7 @@ def test_withdrawn_plan_leaves_what_was_made_and_makes_room_for_another(fresh: S
         refused(labbook("plan", "--withdraw", "--seed", "8", "--why", "x", at=fresh.folder), 2, "plans with seed 7")
     done = good(labbook("plan", "--withdraw", "--why", "new foot", "--json", at=fresh.folder)).json
     assert (len(done["withdrawn"]), done["made"]) == (13, [first["run"]])
-    assert "planned, not done" not in good(labbook("today", at=fresh.folder)).out
+    assert planned_not_made(fresh) == []
     with unchanged(fresh.folder):
         again = good(labbook("runs", "import", "runs.csv", "--json", at=fresh.folder)).json
         assert (again["not_made"], len(again["withdrawn"])) == ([], 13)
@@ -196,7 +200,7 @@ def test_withdrawn_plan_leaves_what_was_made_and_makes_room_for_another(fresh: S
     good(labbook(*PLAN, "--out", "next.csv", at=fresh.folder))
     drawn = {line["run"] for line in table(fresh.folder / "next.csv")}
     assert not drawn & {line["run"] for line in lines}  # a sheet of the withdrawn plan may still be around
-    says(good(labbook("today", at=fresh.folder)).out, "plans and days", "14")
+    assert len(planned_not_made(fresh)) == 14
 
 
 def test_what_is_odd_is_told_after_the_summary_and_refuses_nothing(fresh: SmallBook) -> None:
@@ -240,32 +244,30 @@ def test_a_run_that_differs_from_its_plan_or_has_almost_its_name_is_remarked(fre
     says(told, idle["run"], "an idle run")
     says(told[-1], renamed, "is another run", planned_name, "their names differ")
 
-    assert planned_name in planned_not_done(fresh)
+    assert planned_name in planned_not_made(fresh)
     good(labbook("correct", renamed, f"name={planned_name}", "--why", "typed large", at=fresh.folder))
-    assert planned_name not in planned_not_done(fresh)
+    assert planned_name not in planned_not_made(fresh)
     before = contents(fresh.folder).rows
     good(labbook("rebuild", at=fresh.folder))
     assert contents(fresh.folder).rows == before
 
 
-def planned_not_done(book: SmallBook) -> list[str]:
-    found: list[str] = good(labbook("today", "--json", at=book.folder)).json["planned_not_done"]
-    return found
+def planned_not_made(book: SmallBook) -> list[str]:
+    return runs_told(book.folder, "planned_not_made", "today")
 
 
 def test_today_and_ingest_say_that_a_second_log_takes_the_first_out_of_the_count(whole: SmallBook) -> None:
     day = ("today", "--day", "2021-06-14")
     again = whole.folder / "r001 again.csv"
     again.write_bytes(b"".join(whole.log("r003").read_bytes().splitlines(keepends=True)[:-1]))
-    told = ("look again", "run r001", "2 log", "1 start")
-    says(good(labbook("ingest", again, "--run", "r001", at=whole.folder)).out, *told)
-    says(good(labbook(*day, at=whole.folder)).out.splitlines(), *told[2:], "r001")
-    assert [*good(labbook(*day, "--json", at=whole.folder)).json["logs_do_not_count"]] == ["r001"]
+    said_of_it = ("look again", "run r001", "2 log", "1 start")
+    says(good(labbook("ingest", again, "--run", "r001", at=whole.folder)).out, *said_of_it)
+    assert runs_told(whole.folder, "logs_too_many", *day) == ["r001"]
     good(labbook("assign", again.name, "none", "--why", "another run's", at=whole.folder))
     said = good(labbook("assign", again.name, "r001", at=whole.folder)).out.splitlines()
-    says(said, *told, "none of them counts", "labbook assign FILE none")
+    says(said, *said_of_it, "none of them counts", "labbook assign FILE none")
     good(labbook("correct", "r001", "starts=2", "--why", "it was switched on twice", at=whole.folder))
-    assert "do not count" not in good(labbook(*day, at=whole.folder)).out
+    assert runs_told(whole.folder, "logs_too_many", *day) == []
 
 
 def test_plan_says_what_it_leaves_open(fresh: SmallBook) -> None:
@@ -283,13 +285,14 @@ def test_plan_says_what_it_leaves_open(fresh: SmallBook) -> None:
 def test_checks_are_those_of_the_lab_and_none_where_it_lists_none(fresh: SmallBook) -> None:
     listed = 'checks = ["rail_angle", "lubrication"]'
     without(fresh.folder, re.escape(listed), 'checks = ["plate zeroed"]')
-    says(good(labbook("today", at=fresh.folder)).out, "checks not made (1)", "plate zeroed")
+    (found,) = told(fresh.folder, "today")["check_not_made"]
+    says(found["command"], "labbook check 'plate zeroed'")
     refused(labbook("check", "rail_angle", at=fresh.folder), 2, "rail_angle", "'plate zeroed'", "[protocol]")
     good(labbook("check", "plate zeroed", at=fresh.folder))
     good(labbook("plan", "--seed", "1", "--n", "2", at=fresh.folder))
     assert "plate zeroed" in (fresh.folder / "runs.html").read_text()
     without(fresh.folder, re.escape('checks = ["plate zeroed"]'))
-    assert good(labbook("today", "--day", "2021-06-01", "--json", at=fresh.folder)).json["checks_not_made"] == []
+    assert "check_not_made" not in told(fresh.folder, "today", "--day", "2021-06-01")
 
 
 def test_a_lab_names_its_runs_as_it_does(fresh: SmallBook) -> None:

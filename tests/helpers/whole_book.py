@@ -13,9 +13,9 @@ from labbook.actions.planning.runs import make_plan
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, void
+from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
-from labbook.actions.runs.to_do import state_check
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, BEN, DAYS, SmallBook, ingest_all, on_server, small_book
 from tests.helpers.once import made_once

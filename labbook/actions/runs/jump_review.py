@@ -180,10 +180,15 @@ def _stands(standing: DecisionRow | None, person: str, verdict: str, reason: str
     return present == (person, verdict, reason, note)
 
 
-def clear_waiting(session: WriteSession, name: str, note: str | None) -> int:
-    """Take back the verdicts of a run that were given on samples that are not in force; returns how many."""
+def clear_waiting(book: Book, session: WriteSession, name: str, note: str | None, found: RunReview | None) -> int:
+    """Take back the verdicts of a run that wait; returns how many.
+
+    These are those on samples that are not in force, and those that fit no jump of the run, whose review is `found`;
+    None where it cannot be reviewed.
+    """
     run = run_named(session.connection, name)
-    waiting = verdicts_waiting(session.connection, run.uid)
+    unfit = () if found is None else _judged(book, session.connection, run, found.signals, found.detections).waiting
+    waiting: list[WaitingVerdict | DecisionRow] = [*verdicts_waiting(session.connection, run.uid), *unfit]
     for verdict in waiting:
         _state_verdict(session, run, verdict.signal_sha256, verdict.anchor_s, Verdict.CLEAR, ReasonCode.OTHER, note, {})
     return len(waiting)

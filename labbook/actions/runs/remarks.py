@@ -90,11 +90,24 @@ def remarks_on(
 ) -> list[Remark]:
     """Apply the rules to runs, given by name: all rules, or those that look at one of `columns`."""
     rows = runs_named(connection, runs)
+    facts = facts_about(connection, configuration, rows)
+    found = []
+    for name, rule in RULES.items():
+        if columns is None or rule.columns.intersection(columns):
+            odd = {row.name: rule.odd(row, facts) for row in rows}
+            messages = {run: text for run, text in odd.items() if text is not None}
+            for several in [messages] if rule.alike else [{run: text} for run, text in messages.items()]:
+                found += _remark(name, several)
+    return found
+
+
+def facts_about(connection: sa.Connection, configuration: Configuration, rows: Sequence[RunRow]) -> Facts:
+    """Read what the rules look at of some runs."""
     uids = [row.uid for row in rows]
     signals: dict[str, list[SignalRow]] = {uid: [] for uid in uids}
     for signal in signals_of_runs(connection, run_uids=uids):
         signals[signal.run_uid].append(signal)
-    facts = Facts(
+    return Facts(
         study_of(connection),
         configuration,
         days_with_runs(connection),
@@ -104,14 +117,6 @@ def remarks_on(
         same_samples(connection, uids),
         {row.run_name: row for row in planned_runs(connection) if row.run_name is not None},
     )
-    found = []
-    for name, rule in RULES.items():
-        if columns is None or rule.columns.intersection(columns):
-            odd = {row.name: rule.odd(row, facts) for row in rows}
-            messages = {run: text for run, text in odd.items() if text is not None}
-            for several in [messages] if rule.alike else [{run: text} for run, text in messages.items()]:
-                found += _remark(name, several)
-    return found
 
 
 def remarks_on_check(earlier: Sequence[CheckRow], kind: str, value: float | None, unit: str | None) -> list[Remark]:

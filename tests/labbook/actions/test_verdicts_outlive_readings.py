@@ -62,7 +62,7 @@ def test_a_reading_with_other_times_lets_verdicts_wait_by_name(judged: SmallBook
             (waiting,) = verdicts_waiting(connection)
             lines = jump_lines(review(book, connection, "r002"))[2]
         assert waiting.sentence in lines
-        assert [state(book, clear_waiting, "r002", None) for _ in range(2)] == [1, 0]
+        assert [state(book, clear_waiting, "r002", None, None) for _ in range(2)] == [1, 0]
     rebuilt_alike(judged)
 
 

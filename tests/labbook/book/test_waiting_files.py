@@ -18,11 +18,10 @@ from labbook.actions.files.assigning import assign
 from labbook.actions.files.rereading import RereadRequest
 from labbook.actions.files.stored_files import files_to_reread, list_files, reread_named
 from labbook.actions.runs.jump_review import decide, review
-from labbook.actions.runs.to_do import to_do, to_do_lines
-from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.study_data import gather
 from labbook.book.naming import run_named
 from labbook.book.rebuilding import Rebuilt
+from tests.helpers.attention import found_in
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.desk import Desk, desk_at
 from tests.helpers.once import made_once
@@ -73,8 +72,7 @@ def test_it_is_listed_and_its_numbers_say_why_they_are_undefined(waiting: tuple[
         assert {file.name for file in waiting_files(connection)} == {SHEET, LOG}
         remarks = {item.reading.name: item.remark for item in list_files(connection)}
         says(remarks[LOG], "for a declaration")
-        lines = to_do_lines(to_do(Detections(connection, book.store), book.configuration, None))
-        assert sum("waits for" in line for line in lines) == 2
+        assert {one.file for one in found_in(book)["file_waits"]} == {SHEET, LOG}
         with refuses(UsageError, "r001.csv"):
             review(book, connection, "r001")
         evidence = gather(connection, book.configuration, None)

@@ -17,10 +17,10 @@ from labbook.actions.runs.jump_review import jump_lines, review, without_apex
 from labbook.actions.runs.rig_line import rig_lines_of, rig_lines_of_runs
 from labbook.actions.runs.run_plot import plot_run
 from labbook.actions.runs.run_view import run_view, view_lines
-from labbook.actions.runs.to_do import to_do, to_do_lines
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.book.opening import Book
+from tests.helpers.attention import found_in
 from tests.helpers.books import ADA, small_book
 from tests.helpers.hopping_log import apex_s, hopping_log, landing_s
 from tests.helpers.statements import state
@@ -119,11 +119,11 @@ def test_a_charge_below_the_passive_drain_is_said_of_the_run_and_of_its_day(tmp_
         (fine,) = rig_lines_of_runs(book, ["r002"])
         state(book, correct, "r002", ["mah=10"], "for this test")
         (line,) = rig_lines_of_runs(book, ["r002"])
-        with book.reading() as connection:
-            day = to_do_lines(to_do(Detections(connection, book.store), book.configuration, "2021-06-14"))
+        (day,) = found_in(book, day="2021-06-14")["charge_below_drain"]
     assert line.concern == "charge_below_drain" != fine.concern
     says(line.text, "10 mAh", "86.2 mAh", "12 min", "labbook show r002")
-    says(day, "too little charged", "r002", "86.2 mAh")
+    assert day.run == "r002"
+    says(day.what, "10 mAh", "86.2 mAh")
 
 
 def test_control_limits_begin_at_0_joules(tmp_path: Path) -> None:

@@ -31,7 +31,6 @@ from labbook.actions.runs.correcting import correct, unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.run_view import run_view
 from labbook.actions.runs.runs_importing import import_runs
-from labbook.actions.runs.to_do import to_do, to_do_lines
 from labbook.actions.upkeep.merging import Merged, merge
 from labbook.actions.upkeep.report_differences import report_named
 from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
@@ -40,6 +39,7 @@ from labbook.book.making import make_book
 from labbook.book.opening import Book
 from labbook.book.report_numbers import read_numbers
 from tests.cli.shell import contents, labbook, refused
+from tests.helpers.attention import found_in
 from tests.helpers.books import ADA, BEN, SmallBook, copy_of, instrument_files, small_book, small_toml
 from tests.helpers.once import made_once
 from tests.helpers.statements import in_table, note, said_alike, state
@@ -184,7 +184,7 @@ def test_what_the_laptop_says_comes_home(lab: SmallBook, laptop: SmallBook) -> N
         assert len(show_file(connection, "r009.csv").readings) == 2
         remarks = {item.reading.name: item.remark for item in list_files(connection)}
         says(remarks["r002.csv"], "withdrawn by", BEN)
-        assert "r012" in " ".join(to_do_lines(to_do(detections, book.configuration, "2021-06-16")))
+        assert "r012" in {one.run for several in found_in(book, day="2021-06-16").values() for one in several}
         logs = [signal.sha256 for signal in signals_of_runs(connection)]
         said = [said for some in jump_decisions(connection, logs).values() for said in some]
         assert {(one.person, str(one.verdict)) for one in said} == {(ADA, "reject"), (BEN, "reject")}

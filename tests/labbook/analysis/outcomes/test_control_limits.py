@@ -16,10 +16,9 @@ from data_schema.vocabulary import RunKind
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.rig_line import rig_lines_of_runs
-from labbook.actions.runs.to_do import to_do, to_do_lines
 from labbook.analysis.outcomes.control_limits import limits_of, runs_outside
-from labbook.analysis.outcomes.detection import Detections
 from reports.trust import trust_sentences
+from tests.helpers.attention import found_in
 from tests.helpers.books import ADA, small_book
 from tests.helpers.charged_book import Made, charged_book
 from tests.helpers.decided import reports
@@ -96,13 +95,10 @@ def test_a_run_outside_is_named_at_the_rig_in_the_day_and_in_the_report(tmp_path
                 correct(book, session, name, ["foot=small", "b_ad_gain=0"], "the runs of this test")
             correct(book, session, "r014", ["mah=600"], "the run of this test")
         (line,) = rig_lines_of_runs(book, ["r014"])
-        with book.reading() as connection:
-            detections = Detections(connection, book.store)
-            days = [to_do(detections, book.configuration, day) for day in ("2021-06-14", "2021-06-16")]
+        days = [found_in(book, day=day).get("outside_limits", []) for day in ("2021-06-14", "2021-06-16")]
         notes = trust_sentences(state_report(book, None, ADA, lambda _step: None).content)
     says(line.text, "OUTSIDE the control limits")
-    assert [day.outside_limits for day in days] == [(), ("r014",)]
-    says(to_do_lines(days[1]), "control limits", "r014")
+    assert [[one.run for one in day] for day in days] == [[], ["r014"]]
     says(list(notes), "1 run lies", "control limits", "r014")
 
 
