@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from labbook.actions.runs.attention import CHECKS, Gravity
 from labbook.config.parsing import parse_configuration
 from labbook.demo.files import book_toml
 from labbook.demo.truth import CHAPTER_5
@@ -44,6 +45,16 @@ def test_a_book_is_backed_up_and_brought_back(book: SmallBook) -> None:
     query = "SELECT uid, charge_mah FROM charge ORDER BY uid"
     assert rows(again, query) == rows(book.folder, query)
     works(prune, book.folder)
+
+
+def test_a_day_at_the_rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LABBOOK_AS", "Ada Nwosu")
+    book = small_book(tmp_path / "book", ingested=False)
+    for words in commands("day-at-the-rig.md"):
+        works(words, book.folder)
+    page = (DOCS / "day-at-the-rig.md").read_text(encoding="utf-8")
+    assert [code for code in CHECKS if f"`{code}`" not in page] == []
+    assert [gravity for gravity in Gravity if f"`{gravity}`" not in page] == []
 
 
 def test_two_laptops(book: SmallBook) -> None:

@@ -45,7 +45,7 @@ class Gravity(StrEnum):
 
     WRONG = "wrong"
     """What is stored cannot be so, and counts."""
-    CLAIM = "costs a claim"
+    CLAIM = "claim lost"
     """The report makes no claim for want of it."""
     MISSING = "missing"
     """A run has no number for want of it."""
@@ -179,7 +179,7 @@ def _found(
     """Return what was found, of the run's day where one is named, and the command of these words behind `labbook`."""
     parts = [(word,) if isinstance(word, str) else word for word in words]
     return Found(
-        what=what,
+        what=what.removesuffix("."),
         command=shlex.join(["labbook", *("".join(each) for each in parts)]),
         fill_in=tuple(dict.fromkeys(str(part) for each in parts for part in each if isinstance(part, Blank))),
         day=run.day if run is not None else day,
@@ -462,9 +462,8 @@ def _judged(facts: Facts) -> Iterator[tuple[RunRow, Judgement]]:
 def _jumps_differ(facts: Facts) -> Iterator[Found]:
     """Set jumps found beside jumps made; a stance that was not jumped from, a misfire, is a jump made."""
     for run, judgement in _judged(facts):
-        found = jumps_found(one.jump for one in judgement.jumps)
-        at_most = len(judgement.jumps)
-        if found and not found <= run.jumps_made <= at_most:
+        found, at_most = jumps_found(one.jump for one in judgement.jumps), len(judgement.jumps)
+        if found and run.jumps_made and not found <= run.jumps_made <= at_most:
             off = run.jumps_made - at_most
             how = f"{off} missing, misfires counted" if off > 0 else f"{found - run.jumps_made} too many"
             what = f"{found} jumps are found in run {run.name} and {run.jumps_made} were made ({how})"
