@@ -248,9 +248,9 @@ def source_columns(connection: sa.Connection, signal_uids: Sequence[str], channe
         .where(channel.c.name == channel_name)
     )
     return {
-        uid: SourceColumn(*values)
+        uid: SourceColumn(name, unit, scale, sign, bool(calibrated))
         for some in in_chunks(signal_uids)
-        for uid, *values in connection.execute(query.where(signal.c.uid.in_(some)))
+        for uid, name, unit, scale, sign, calibrated in connection.execute(query.where(signal.c.uid.in_(some)))
     }
 
 

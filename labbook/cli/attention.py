@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from labbook.cli.common import BookOption, WhereOption, reading
-from labbook.terminal import Shown, listed, plain
+from labbook.terminal import Shown, listed, plain, progress
 
 if TYPE_CHECKING:
     from labbook.actions.runs.attention import Attention, Finding
@@ -37,8 +37,9 @@ def attention(
     from labbook.config.local_time import date_named
 
     date = date_named("--day", day) if day else None
-    with reading(book) as (opened_book, connection):
-        found = look(Detections(connection, opened_book.store), opened_book.configuration, day=date, where=where)
+    with reading(book) as (opened_book, connection), progress("attention", None) as step:
+        detections = Detections(connection, opened_book.store, step)
+        found = look(detections, opened_book.configuration, day=date, where=where)
     return Shown(_data(found), attention_lines(found))
 
 

@@ -368,6 +368,32 @@ def test_files_of_one_name_are_told_apart_in_the_commands(tmp_path: Path) -> Non
     assert "inbox" not in told(place.book.folder)
 
 
+def test_a_log_that_was_taken_off_its_run_is_given_back_by_the_command(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path), tmp_path)
+    place.say("assign", "r001.csv", "none", *WHY)
+    place.say("ingest", place.file("LOG0007.csv", shorter(place.book.log("r002"))))
+    (found,) = told(place.book.folder, "attention", "--where", "foot=small")["inbox"]
+    assert (found["run"], found["day"], found["fill_in"]) == ("r001", "2021-06-14", [])
+    assert "inbox" not in told(place.book.folder, "attention", "--where", "foot=large")
+    assert [one["file"] for one in told(place.book.folder, "today", "--day", "2021-06-16")["inbox"]] == ["LOG0007.csv"]
+    place.say(*shlex.split(found["command"])[1:])
+    assert "log_missing" not in told(place.book.folder)
+
+
+def test_on_postgresql_the_same_is_found(tmp_path: Path, postgres_url: str) -> None:
+    found = []
+    for name, url in (("here", None), ("there", postgres_url)):
+        place = Place(small_book(tmp_path / name, database_url=url), tmp_path)
+        high_zero(place)
+        place.correct("r002", "mah=10")
+        place.correct("r003", "date=2021-05-14")
+        place.say("files", "withdraw", "r004.csv", *WHY)
+        place.say("assign", "2021-06-14.csv#5", "none", *WHY)
+        found.append(good(labbook("attention", "--json", at=place.book.folder)).json)
+    assert found[0] == found[1]
+    assert {"zero_doubtful", "charge_below_drain", "charge_date"} <= {one["code"] for one in found[0]["findings"]}
+
+
 def test_a_long_list_is_folded_and_the_json_has_all(tmp_path: Path) -> None:
     at = small_book(tmp_path, ingested=False).folder
     out = good(labbook("attention", at=at)).out

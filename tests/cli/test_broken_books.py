@@ -12,7 +12,17 @@ import pytest
 from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
 
-READING = ("runs list", "runs inbox", "today", "show r001", "jumps list r001", "why 0123", "plot r001", "db status")
+READING = (
+    "runs list",
+    "runs inbox",
+    "today",
+    "attention",
+    "show r001",
+    "jumps list r001",
+    "why 0123",
+    "plot r001",
+    "db status",
+)
 WRITING = ("note r001 x", "ingest labbook.toml", "void r001 --reason x", "report", "plan --seed 1", "check rail_angle")
 
 

@@ -13,7 +13,6 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from enum import StrEnum
 from typing import TypeAlias, TypedDict
-from zoneinfo import ZoneInfo
 
 from data_schema.queries.charges import ChargeOfRun
 from data_schema.queries.history import void_reasons
@@ -22,6 +21,7 @@ from data_schema.queries.signals import SignalRow, SourceColumn
 from data_schema.reasons import Reason
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from data_schema.where import compile_where
+from ingest.channels.names import parse_header
 from ingest.declared import flag_names
 from labbook.actions.files.stored_files import Waiting
 from labbook.actions.runs import remarks
@@ -126,8 +126,7 @@ class Attention:
 def attention(
     detections: Detections, configuration: Configuration, *, day: str | None = None, where: str | None = None
 ) -> Attention:
-    """Look at the whole book, at one day, or at the runs that fulfil `where`; of these alone, what is of no run is
-    left out.
+    """Look at the whole book, at one day, or at the runs that fulfil `where`; then what is of no run is left out.
 
     Raises `UsageError` for a `where` that no run fulfils.
     """
@@ -137,12 +136,12 @@ def attention(
     asked = [run for run in rows if day in (None, run.day)]
     facts = gather_facts(detections, configuration, asked, day)
     selected = {run.name for run in asked}
-    every = [finding for code, check in CHECKS.items() for finding in check.findings(code, facts)]
     found = [
         one
-        for one in every
-        if day in (None, one.day) or one.day is None
-        if where is None or one.run in selected or (one.run is None and one.day is not None)
+        for code, check in CHECKS.items()
+        for one in check.findings(code, facts)
+        if not check.of_book or (one.day is None or day in (None, one.day))
+        if not check.of_book or where is None or one.run in selected
     ]
     order, codes = list(Gravity), list(CHECKS)
     found.sort(key=lambda one: (order.index(one.gravity), codes.index(one.code), one.day or ""))
@@ -238,8 +237,8 @@ def _charge_waits(facts: Facts) -> Iterator[Found]:
         if each.contradicts:
             item, run = each.item, facts.by_name.get(each.item.stated_run or "")
             what = (
-                f"{item.name} ({item.detail.partition(',')[0]}) waits in the inbox, since {each.why}: if that one is "
-                f"wrong correct it, if both are parts of one add this, else dismiss it"
+                f"{item.name} ({item.detail}) waits in the inbox, since {each.why}: if that one is wrong correct it, "
+                "if both are parts of one add this, else dismiss it"
             )
             yield _found(what, "runs", "dismiss", _item_word(facts, each), "--why", Blank.WHY, run=run, file=item.name)
 
@@ -247,8 +246,7 @@ def _charge_waits(facts: Facts) -> Iterator[Found]:
 def _item_word(facts: Facts, each: Waiting) -> str:
     """Return how a command names an item of the inbox: as the inbox does, where that is of one file alone."""
     name, mark, place = each.item.name.rpartition("#") if each.item.what != "file" else (each.item.name, "", "")
-    alone = facts.called(name, "") == name
-    if alone:
+    if facts.called(name, "") == name:
         return each.item.name
     return f"charge:{each.item.uid}" if each.item.what == "charge" else f"{each.item.uid}{mark}{place}"
 
@@ -258,18 +256,17 @@ def _inbox(facts: Facts) -> Iterator[Found]:
         item, run = each.item, facts.by_name.get(each.item.stated_run or "")
         if each.contradicts:
             continue
-        unknown = item.stated_run is not None and run is None
-        why = f"the book has no run {item.stated_run}" if unknown else "it is said to belong to none"
-        why = "it names no run, or two" if item.stated_run is None else why
-        words = (
-            ("runs", "import", Blank.FILE) if unknown else ("assign", _item_word(facts, each), _run_of(item.stated_run))
-        )
-        what = f"{item.name} waits in the inbox: {why}"
-        yield _found(what, *words, run=run, file=item.name, costs="no number rests on it")
-
-
-def _run_of(stated: str | None) -> str:
-    return Blank.RUN if stated is None else stated
+        words: tuple[Word, ...] = "assign", _item_word(facts, each), Blank.RUN
+        why = "it names no run, or two"
+        if run is not None:
+            words, why = (
+                ("assign", _item_word(facts, each), run.name),
+                "it was taken off the run that it names",
+            )
+        elif item.stated_run is not None:
+            words, why = ("runs", "import", Blank.FILE), f"the book has no run {item.stated_run}"
+        costs = "no number rests on it"
+        yield _found(f"{item.name} waits in the inbox: {why}", *words, run=run, file=item.name, costs=costs)
 
 
 def _charge_below_drain(facts: Facts) -> Iterator[Found]:
@@ -315,26 +312,20 @@ _RECHARGED_WITHIN = datetime.timedelta(days=7)
 
 
 def _charge_date(facts: Facts) -> Iterator[Found]:
-    zone = ZoneInfo(facts.evidence.study.time_zone)
+    """Question a recharge that ended before its run, or long after it: one of both dates is wrong."""
     for run in facts.runs:
         before = remarks.RULES["charge_before_run"].odd(run, facts.about)
         for charge in facts.about.charges.get(run.uid, ()):
-            if charge.ended_utc is None:
+            other = differing_day(charge.ended_utc, run.day, facts.evidence.study.time_zone)
+            late = other is not None and other.of_log - other.of_run > _RECHARGED_WITHIN
+            if charge.ended_utc is None or (before is None and not late):
                 continue
-            ended = datetime.datetime.fromisoformat(charge.ended_utc).astimezone(zone).date()
-            late = ended - datetime.date.fromisoformat(run.day) > _RECHARGED_WITHIN
-            if before is None and not late:
-                continue
-            words: tuple[Word, ...] = (
-                "correct",
-                f"charge:{charge.uid}",
-                ("ended_utc=", Blank.INSTANT),
-                "--why",
-                Blank.WHY,
-            )
-            other_day = ended.isoformat() != run.day
-            what = before or f"run {run.name} is of {run.day} and its charge ended on {ended}"
-            yield _found(what, *(_redate(facts, run, ended.isoformat()) if other_day else words), run=run)
+            instant = ("ended_utc=", Blank.INSTANT)
+            words: tuple[Word, ...] = "correct", f"charge:{charge.uid}", instant, "--why", Blank.WHY
+            if other is not None and not other.swapped:
+                words = _redate(facts, run, str(other.of_log))
+            what = before or f"run {run.name} is of {run.day} and its charge ended at {charge.ended_original}"
+            yield _found(what, *words, run=run)
             break
 
 
@@ -439,7 +430,7 @@ def _file_word(facts: Facts, log: SignalRow) -> str:
 def _flag(column: SourceColumn) -> str:
     """Return how `--column` names a column, to be filled in where its name cannot stand on a command line."""
     (flag,) = flag_names([column.name])
-    return flag if flag in column.name else Blank.COLUMN
+    return flag if flag in (column.name, parse_header(column.name).base) else Blank.COLUMN
 
 
 def _no_jump_found(facts: Facts) -> Iterator[Found]:
@@ -588,10 +579,14 @@ def _analysis_undecided(facts: Facts) -> Iterator[Found]:
 
 @dataclass(frozen=True, slots=True)
 class Check:
-    """A check: how grave what it finds is, where that costs no claim, and how it looks at the facts."""
+    """A check: how grave what it finds is, where that costs no claim, and how it looks at the facts.
+
+    `of_book`: it looks at the whole book, whichever runs and days are asked about.
+    """
 
     gravity: Gravity
     look: Callable[[Facts], Iterable[Found]]
+    of_book: bool = False
 
     def findings(self, code: str, facts: Facts) -> list[Finding]:
         """Return what it finds, under the check's code."""
@@ -620,24 +615,24 @@ CHECKS: Mapping[str, Check] = {
     "no_jump_found": Check(Gravity.MISSING, _no_jump_found),
     "no_jump_counts": Check(Gravity.MISSING, _no_jump_counts),
     "calibration_of_other_day": Check(Gravity.MISSING, _calibration_of_other_day),
-    "file_waits": Check(Gravity.MISSING, _file_waits),
+    "file_waits": Check(Gravity.MISSING, _file_waits, of_book=True),
     "run_open": Check(Gravity.MISSING, _run_open),
     "log_day_differs": Check(Gravity.DOUBTFUL, _log_day_differs),
     "charge_date": Check(Gravity.DOUBTFUL, _charge_date),
     "date_in_future": Check(Gravity.DOUBTFUL, _odd("date_in_future", ("date=", Blank.DATE))),
     "date_long_ago": Check(Gravity.DOUBTFUL, _odd("date_long_ago", ("date=", Blank.DATE))),
     "outside_limits": Check(Gravity.DOUBTFUL, _outside_limits),
-    "charge_waits": Check(Gravity.DOUBTFUL, _charge_waits),
+    "charge_waits": Check(Gravity.DOUBTFUL, _charge_waits, of_book=True),
     "pack_differs": Check(Gravity.DOUBTFUL, _odd("pack_differs", ("battery=", Blank.PACK))),
     "jumps_differ": Check(Gravity.DOUBTFUL, _jumps_differ),
     "jumps_unusual": Check(Gravity.DOUBTFUL, _odd("jumps_unusual", ("jumps=", Blank.JUMPS))),
     "duration_unusual": Check(Gravity.DOUBTFUL, _odd("duration_unusual", ("minutes=", Blank.MINUTES))),
     "verdict_waits": Check(Gravity.DOUBTFUL, _verdict_waits),
     "jumps_doubtful": Check(Gravity.DOUBTFUL, _jumps_doubtful),
-    "file_outdated": Check(Gravity.DOUBTFUL, _file_outdated),
-    "inbox": Check(Gravity.TO_DO, _inbox),
+    "file_outdated": Check(Gravity.DOUBTFUL, _file_outdated, of_book=True),
+    "inbox": Check(Gravity.TO_DO, _inbox, of_book=True),
     "check_not_made": Check(Gravity.TO_DO, _check_not_made),
-    "planned_not_made": Check(Gravity.TO_DO, _planned),
-    "analysis_undecided": Check(Gravity.TO_DO, _analysis_undecided),
+    "planned_not_made": Check(Gravity.TO_DO, _planned, of_book=True),
+    "analysis_undecided": Check(Gravity.TO_DO, _analysis_undecided, of_book=True),
 }
 """The checks by the code of what they find; of one gravity in this order."""

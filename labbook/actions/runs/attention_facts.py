@@ -39,7 +39,7 @@ class Facts:
     count, `judgements` has its jumps; `charge_costs` and `log_costs` say which claim a run's missing charge or log
     costs. `outside` are the uids of runs out of their control limits. `zeros` has the zero in m that is too high, by
     the file's SHA-256, `heights` the columns of these files and of those without a jump, by the signal's uid.
-    `file_names` counts the files of each name, `positions` has the highest position of each day.
+    `file_names` counts the files of each name, `positions` says whose each position of a day is.
     """
 
     evidence: StudyData
@@ -146,8 +146,9 @@ def _claims_lost(
     def grouped(runs: Iterable[RunRow]) -> dict[str, list[RunRow]]:
         found: dict[str, list[RunRow]] = {}
         for run in runs:
-            group = {name: label for name, label in run.levels.items() if name != swept}
-            found.setdefault(group_label(group), []).append(run)
+            if swept in run.levels:
+                group = {name: label for name, label in run.levels.items() if name != swept}
+                found.setdefault(group_label(group), []).append(run)
         return found
 
     costs: dict[str, str] = {}
