@@ -22,6 +22,7 @@ from benchmarks import (
     stance,
     studies,
     sweep_million,
+    web,
 )
 from benchmarks.document import document, section_text, table_text, verdict_line
 from benchmarks.section import Benchmark
@@ -41,6 +42,7 @@ BENCHMARKS: dict[str, Benchmark] = {
         *campaign.BENCHMARKS,
         *report_costs.BENCHMARKS,
         studies.BENCHMARK,
+        web.BENCHMARK,
     )
 }
 """In the order of the document."""
