@@ -136,7 +136,7 @@ def measure(say: Callable[[str], None]) -> Section:
         "The page",
         f"Chromium without a graphics card. {KEYS} times `a` on the review of the demonstration ({queued} jumps "
         "queued), from the key until the frame after it; every verdict is in the book at the end. A log of "
-        f"{SAMPLES} samples, zoomed {FRAMES} times. The overview of {RUNS} runs, loaded again, until its rows stand there.",
+        f"{SAMPLES} samples, zoomed {FRAMES} times. The overview of {RUNS} runs, loaded again, until its rows stand.",
         (
             Budget("from a key to the next jump painted (p95)", 50.0, "ms", p95, why=_NO_BROWSER),
             Budget("a run of a million samples, zoomed", 30.0, "frames/s", frames, at_least=True, why=_NO_BROWSER),
