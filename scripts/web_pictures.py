@@ -14,7 +14,7 @@ from pathlib import Path
 from playwright.sync_api import sync_playwright
 
 DOCUMENTS = Path(__file__).resolve().parents[1] / "docs" / "web"
-VIEWS = {"runs": "/", "run": "/runs/r002", "review": "/review?run=r006", "live": "/live"}
+VIEWS = {"runs": "/", "attention": "/attention", "run": "/runs/r002", "review": "/review?run=r006", "live": "/live"}
 SIZES = {"": (1280, 800, "light"), "_narrow_dark": (400, 800, "dark")}
 
 

@@ -141,7 +141,7 @@ def test_two_pages_see_each_other(browser: Any, page: Any, book: SmallBook) -> N
         assert found > 1
 
 
-@pytest.mark.parametrize("path", ["/", "/runs/r003", "/review"])
+@pytest.mark.parametrize("path", ["/", "/attention", "/runs/r003", "/review", "/live"])
 def test_nothing_runs_off_the_window_and_everybody_can_read_it(browser: Any, book: SmallBook, path: str) -> None:
     from axe_core_python.sync_playwright import Axe
 
