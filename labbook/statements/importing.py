@@ -67,6 +67,8 @@ class ReadSettings:
 class PartJumps:
     """The jumps found in a part as they are stored, the signal's uid left blank, and where the body stands too high.
 
+    `misfires` counts the stances after which no flight came.
+
     Without any jump, the 1st and the 99th percentile of the heights say how high the body was.
     """
 
@@ -74,6 +76,7 @@ class PartJumps:
     rest_length_m: float
     zero_m: float
     height_range_m: tuple[float, float] | None
+    misfires: int
 
 
 @dataclass(frozen=True, slots=True)
@@ -216,7 +219,8 @@ def _stored_part(part: SignalPart, sha256: str, store_path: str, found: Detectio
             heights = next(channel.values for channel in part.channels if channel.name == BODY_HEIGHT)
             low_m, high_m = np.nanpercentile(heights, (1.0, 99.0))
             height_range_m = (float(low_m), float(high_m))
-        jumps = PartJumps(row, float(found.parameters["rest_length_m"]), found.found.zero_m, height_range_m)
+        misfires = sum(jump.misfired for jump in found.found.jumps)
+        jumps = PartJumps(row, float(found.parameters["rest_length_m"]), found.found.zero_m, height_range_m, misfires)
     return StoredPart(sha256, store_path, times_sha256(part.time_s), jumps)
 
 

@@ -58,7 +58,13 @@ class Jump:
         """Why there is no apex height, or None where there is one."""
         return self.apex_height_m.reason if isinstance(self.apex_height_m, Undefined) else None
 
+    @property
+    def misfired(self) -> bool:
+        """Whether no flight followed the stance; where samples are missing, that is not known."""
+        return isinstance(self.apex_height_m, Undefined) and self.apex_height_m.code in _NO_FLIGHT
 
+
+_NO_FLIGHT = (Reason.NO_FALL, Reason.NO_FREE_FLIGHT)
 ZERO_DOUBTFUL = "zero_doubtful"
 """The flag of jumps that are found only where heights count from a higher level."""
 FLAGS: dict[str, str] = {

@@ -47,12 +47,18 @@ class RigLine:
     """A line about a run at the rig, and what is wrong with it, "" where nothing is.
 
     `concern` is a rule of `remarks`, or `logs_too_many`, `charge_below_drain`, `jumps_differ` by `jumps_off`, or
-    `outside_limits`.
+    `outside_limits`. The numbers in the text: `jumps_found` is None where no log was read, `misfires` counts those of
+    the logs just read; a remark has none.
     """
 
     text: str
     concern: str = ""
     jumps_off: int = 0
+    run: str = ""
+    jumps_found: int | Undefined | None = None
+    jumps_made: int | None = None
+    misfires: int = 0
+    joules_per_jump: float | Undefined | None = None
 
 
 def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLine]]:
@@ -78,7 +84,7 @@ def rig_lines_of(book: Book, outcomes: Sequence[FileOutcome]) -> list[list[RigLi
         remarks = remarks_on(connection, book.configuration, list(files), ["starts", "samples"])
         remarks += remarks_on(connection, book.configuration, charged, ["charge_mah"])
     for remark in remarks:
-        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", remark.rule))
+        found[last[remark.first]].append(RigLine(f"look again: {remark.message}", remark.rule, run=remark.first))
     return found
 
 
@@ -129,7 +135,7 @@ def _line(
     jumps: bool,
 ) -> RigLine:
     parts = [f"run {run.name}:"]
-    found: int | Undefined = run.jumps_made
+    found: int | Undefined | None = None
     in_book = evidence.logs.get(run.uid, [])
     if (jumps and in_book) or any(stored.detection is not None for prepared in files for stored in prepared.parts):
         found = jumps_found_in_run(detections, run, in_book, evidence.configuration.protocol.detector)
@@ -139,19 +145,24 @@ def _line(
         for prepared in files
         for part, stored in zip(prepared.read.parts, prepared.parts, strict=True)
     }
+    misfires = sum(stored.detection.misfires for prepared in files for stored in prepared.parts if stored.detection)
+    if misfires:
+        parts.append(f"{misfires} misfire{'' if misfires == 1 else 's'},")
     if logs:
         parts.append(f"{_gaps(logs.values())}{_source_of_gaps(files, evidence.logs.get(run.uid, []))},")
-    joules, outside = _joules(joules_of(run, evidence, drains), limits)
+    joules_per_jump = joules_of(run, evidence, drains)
+    joules, outside = _joules(joules_per_jump, limits)
     too_little = too_little_charged(run, evidence, drains)
     text = " ".join([*parts, joules]) + (f"; look again: {too_little}" if too_little else "")
-    off = 0 if isinstance(found, Undefined) else abs(found - run.jumps_made)
+    off = abs(found - run.jumps_made) if isinstance(found, int) else 0
     concerns = {
         "logs_too_many": isinstance(found, Undefined),
         "charge_below_drain": too_little is not None,
         "jumps_differ": off > 0,
         "outside_limits": outside,
     }
-    return RigLine(text, next((concern for concern, is_so in concerns.items() if is_so), ""), off)
+    concern = next((concern for concern, is_so in concerns.items() if is_so), "")
+    return RigLine(text, concern, off, run.name, found, run.jumps_made, misfires, joules_per_jump)
 
 
 def _jumps(run: RunRow, found: int | Undefined, logs: Sequence[SignalRow]) -> str:

@@ -16,8 +16,6 @@ from numpy.typing import NDArray
 from data_schema.errors import UsageError
 from data_schema.queries.detections import JumpRow
 from data_schema.queries.signals import SignalRow, gaps_of
-from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
 from labbook.actions.runs.jump_review import RunReview, review
 from labbook.analysis.outcomes.detection import Detections, Log, detect, detection_row, rest_length_m
 from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of
@@ -29,9 +27,6 @@ from reports.page.writing import figure_page
 
 PICTURES = (*FORMS, ".html")
 """Endings of the files that logs are drawn to."""
-
-_NO_FLIGHT = (Reason.NO_FALL, Reason.NO_FREE_FLIGHT)
-"""Why a stance without an apex is a misfire; where samples are missing, that is not known."""
 
 _NOT_IN_NAMES = re.compile(r'[\x00-\x1f\x7f/\\:*?"<>|]')
 """What no file's name may hold on some system."""
@@ -131,8 +126,7 @@ def _misfires(book: Book, connection: sa.Connection, found: RunReview, logs: Map
     for sha256 in lost:
         detection = detect(logs[sha256], detector, length_m)
         for row, jump in zip(detection_row(detection, "", sha256).jumps, detection.found.jumps, strict=True):
-            why = jump.apex_height_m
-            if isinstance(why, Undefined) and why.code in _NO_FLIGHT:
+            if jump.misfired:
                 uids.add(row.uid)
     return uids
 

@@ -82,7 +82,10 @@ def test_a_misfire_is_told_by_its_reason_not_by_how_the_reason_is_worded(book: B
     last_ms = float(content.splitlines()[-1].partition(b",")[0])
     held = "".join(f"{last_ms + 4 * row:.3f},{0.33 + 1e-5 * (row % 3):.6f},15.4\n" for row in range(1, 1001))
     path.write_bytes(content + held.encode())  # the robot is lifted, and held
-    ingest_file(book, path, IngestRequest(run=RUN, person=ADA))
+    outcome = ingest_file(book, path, IngestRequest(run=RUN, person=ADA))
+    ((line,),) = rig_lines_of(book, [outcome])
+    assert (line.run, line.jumps_found, line.jumps_made, line.misfires) == (RUN, 10, 10, 1)
+    says(line.text, "10 jumps", "1 misfire")
     with book.engine.begin() as connection:
         connection.execute(
             sa.text("UPDATE jump SET undefined_reason = 'other words' WHERE undefined_reason IS NOT NULL")
