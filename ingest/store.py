@@ -28,6 +28,9 @@ RAW_COMPRESSION_LEVEL = 1
 """Level 1 takes two thirds of the time of level 3, and its copies of logs are no larger (docs/performance.md)."""
 
 
+_FIRST_BYTES, _MORE_BYTES = 1 << 12, 1 << 20
+"""Logs of two runs differ within the first block; those that go on alike are read in larger ones."""
+
 STORED = ("raw", "signals", "numbers")
 """The folders of a store: raw copies, samples, and the numbers of reports."""
 
@@ -94,6 +97,30 @@ class Store:
                 "original file again."
             )
         return data
+
+    def is_beginning(self, store_path: str, data: bytes) -> bool | None:
+        """Tell which of a stored copy and other bytes begins with the other, reading no further than they are alike.
+
+        True where `data` begins with the copy, a tail of NULs aside, which programs that allocate a file beforehand
+        fill later; False where the copy begins with `data`; None where neither does. Raises `BookDamaged` when the copy
+        cannot be read.
+        """
+        import pyarrow as pa
+
+        place, block = 0, _FIRST_BYTES
+        try:
+            with pa.input_stream(str(self.root / store_path), compression="zstd") as stream:
+                while piece := stream.read(block):
+                    beside = data[place : place + len(piece)]
+                    if piece != beside:
+                        return _only_nul_differs(piece, beside, stream, place)
+                    place, block = place + len(piece), _MORE_BYTES
+        except (OSError, pa.ArrowInvalid) as error:
+            raise BookDamaged(
+                f"the raw copy {store_path} cannot be read ({error}): restore it from a backup, or ingest the original "
+                "file again."
+            ) from error
+        return True
 
     def restore_raw(self, data: bytes, sha256: str) -> bool:
         """Put back a raw copy that is missing or was changed; returns whether it had to be."""
@@ -181,6 +208,19 @@ class Store:
 
     def _sync_names(self, path: str) -> None:
         sync_names((self.root / path).parent, self.root)
+
+
+def _only_nul_differs(piece: bytes, beside: bytes, stream: pa.NativeFile, place: int) -> bool | None:
+    """Answer `Store.is_beginning` at the first piece of a copy, at `place`, that is not what the other bytes have."""
+    if len(beside) < len(piece) and piece.startswith(beside):
+        return False  # also where there is nothing left beside it
+    written = piece.rstrip(b"\0")
+    if place + len(written) == 0 or not beside.startswith(written):
+        return None
+    while more := stream.read(_MORE_BYTES):
+        if more.strip(b"\0"):
+            return None
+    return True
 
 
 def _compress_blocks(data: bytes, handle: pa.NativeFile) -> None:

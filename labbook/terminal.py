@@ -79,11 +79,15 @@ def say(line: str, *, err: bool = False) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Shown:
-    """What a command answers: data for programs, lines for people, who see the data where there are none; exit code."""
+    """What a command answers: data for programs, lines for people, who see the data where there are none; exit code.
+
+    `one_line`: its JSON is on one line, as of a command that has told of other things before, a document a line.
+    """
 
     data: object
     lines: Sequence[str] | None = None
     code: int = 0
+    one_line: bool = False
 
 
 _FOR_PROGRAM = ContextVar("what is printed is for a program", default=False)
@@ -101,8 +105,18 @@ def show(answer: Callable[[], Shown], as_json: bool) -> int:
         shown = answer()
     finally:
         _FOR_PROGRAM.reset(before)
-    emit(shown.data, shown.lines or (), as_json or shown.lines is None)
+    emit(shown.data, shown.lines or (), as_json or shown.lines is None, one_line=shown.one_line)
     return shown.code
+
+
+def tell_now(data: object, lines: Sequence[str]) -> bool:
+    """Print something that happens while a command runs: a line of JSON, or lines for people; False if nobody reads."""
+    heard = emit(data, lines, for_program(), one_line=True)
+    with contextlib.suppress(BrokenPipeError):
+        sys.stdout.flush()
+        return heard
+    _let_nobody_read()
+    return False
 
 
 def with_files(data: Mapping[str, Any], lines: Sequence[str], files: Mapping[str, Path | None]) -> Shown:
@@ -111,16 +125,24 @@ def with_files(data: Mapping[str, Any], lines: Sequence[str], files: Mapping[str
     return Shown({**data, **written}, [*lines, *written.values()])
 
 
-def emit(data: object, lines: Sequence[str], as_json: bool) -> None:
-    """Print `data` as JSON, or the lines for people; a reader who has seen enough (`| head`) is no error."""
+def emit(data: object, lines: Sequence[str], as_json: bool, *, one_line: bool = False) -> bool:
+    """Print `data` as JSON, or the lines for people; a reader who has seen enough (`| head`) is no error, but False."""
     said = [] if as_json else printable_items(lines)
     if as_json:
-        said = [printable_json(json.dumps(plain(data), ensure_ascii=False, indent=2, allow_nan=False))]
+        indent = None if one_line else 2
+        said = [printable_json(json.dumps(plain(data), ensure_ascii=False, indent=indent, allow_nan=False))]
     try:
         if said:
             typer.echo("\n".join(said))  # at once: a line each takes a second of a list of a hundred thousand
     except BrokenPipeError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _let_nobody_read()
+        return False
+    return True
+
+
+def _let_nobody_read() -> None:
+    """Let what is printed from now on go nowhere."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 NOT_IN_JSON = {"json": False}

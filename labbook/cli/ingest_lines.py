@@ -50,7 +50,7 @@ def outcome_lines(outcome: FileOutcome, missing: MissingHeight | None = None, *,
     loud = [] if missing is None else missing_height_lines(outcome.name, missing)
     found = () if outcome.read is None else outcome.read.findings
     findings = [finding for finding in found if remarks or not _is_remark(finding)]
-    return [*loud, file_head(outcome), *(f"  {line}" for line in finding_lines(findings))]
+    return [*loud, file_head(outcome), *(f"  {line}" for line in (*finding_lines(findings), *outcome.messages))]
 
 
 def file_line(outcome: FileOutcome) -> str:
@@ -93,7 +93,8 @@ def file_head(outcome: FileOutcome) -> str:
     if outcome.runs and outcome.prepared is None:
         where = f"would belong to {where}"
     rejected = f", {read.rows_rejected} rejected" if read.rows_rejected else ""
-    return f"{outcome.name}: {read.format}, {read.rows_kept} rows kept{rejected}, {where}."
+    instead = f" In place of {listed(outcome.replaced)}, its beginning, now withdrawn." if outcome.replaced else ""
+    return f"{outcome.name}: {read.format}, {read.rows_kept} rows kept{rejected}, {where}.{instead}"
 
 
 def _knows_all(read: ReadFile) -> bool:
@@ -124,6 +125,7 @@ def taken_json(taken: Taken) -> dict[str, Any]:
         "changes": outcome.changes,
         "said": list(outcome.messages),
         "raw_restored": outcome.raw_restored,
+        "replaced": list(outcome.replaced),
         "rig": [line.text for line in taken.rig],
         "missing_body_height": taken.missing,
     }

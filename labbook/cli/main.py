@@ -33,6 +33,7 @@ RIG, JUDGE, REPORT, SIMULATE, BOOK = "Day at the rig", "Look and judge", "Report
 
 COMMANDS = {
     "ingest": (RIG, "ingest"),
+    "watch": (RIG, "watch"),
     "today": (RIG, "attention"),
     "attention": (RIG, "attention"),
     "note": (RIG, "statements"),

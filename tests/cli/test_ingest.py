@@ -17,6 +17,7 @@ from tests.ingest.synthetic import SHEET, bertec_acquire, icharger_rows, robot_l
 KEYS = {
     "status", "format", "runs", "rows_read", "rows_kept", "rows_rejected", "channels", "findings", "sha256",
     "file", "first_import", "raw_restored", "changes", "said", "rig", "missing_body_height",
+    "replaced",
 }  # fmt: skip
 CHANNEL_KEYS = {"name", "unit", "rate_hz", "n"}
 FINDING_KEYS = {"severity", "rule", "line", "column", "count", "message", "more_lines", "value"}

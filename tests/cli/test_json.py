@@ -1,7 +1,8 @@
-"""With `--json` every command prints one JSON document and nothing else."""
+"""With `--json` every command prints one JSON document and nothing else; `watch` one a line, as things happen."""
 
 from __future__ import annotations
 
+import json
 import shlex
 from pathlib import Path
 
@@ -14,6 +15,7 @@ IN_ORDER = {
     "plan": ("plan --seed 1 --n 2 --per-day 8", {"runs", "days", "controls", "idle", "sheet", "printed"}),
     "runs import": ("runs import ../instruments/runs.csv", {"stated", "filled_in", "unchanged", "not_made", "remarks"}),
     "ingest": ("ingest ../instruments/logs", {"status", "format", "runs", "sha256", "findings", "channels"}),
+    "watch": ("watch ../instruments/logs --once", {"event"}),
     "channels": ("channels", {"name", "unit", "meaning"}),
     "formats": ("formats", {"formats", "faults"}),
     "charge": ("charge r001 112", {"run", "charge", "charge_mah", "rig"}),
@@ -53,7 +55,8 @@ def test_every_command_prints_one_json_document(tmp_path: Path) -> None:
     for name, (words, keys) in IN_ORDER.items():
         if name == "assign":
             good(labbook("ingest", "nameless.csv", at=book.folder))
-        found = good(labbook(*shlex.split(words), "--json", at=book.folder)).json
+        answer = good(labbook(*shlex.split(words), "--json", at=book.folder))
+        found = [json.loads(line) for line in answer.out.splitlines()] if name == "watch" else answer.json
         if isinstance(found, list):
             assert all(keys <= set(item) for item in found), name
             assert found or not keys, name

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import shlex
 import shutil
@@ -55,6 +56,20 @@ def test_a_day_at_the_rig(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> No
     page = (DOCS / "day-at-the-rig.md").read_text(encoding="utf-8")
     assert [code for code in CHECKS if f"`{code}`" not in page] == []
     assert [gravity for gravity in Gravity if f"`{gravity}`" not in page] == []
+
+
+def test_folders_are_watched(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LABBOOK_AS", "Ada Nwosu")
+    stated = small_book(tmp_path / "book", ingested=False)
+    watch, today, for_programs = commands("watch.md")
+    works(watch, stated.folder)
+    works(today, stated.folder)
+    assert rows(stated.folder, "SELECT count(*) FROM file") == [(14,)]
+    assert {json.loads(line)["event"] for line in works(for_programs, stated.folder).out.splitlines()} == {
+        "watching",
+        "known",
+        "ended",
+    }
 
 
 def test_two_laptops(book: SmallBook) -> None:

@@ -17,7 +17,7 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid
-from data_schema.queries.files import ABOUT_RUNS, FirstImport, first_import, runs_of_file
+from data_schema.queries.files import ABOUT_RUNS, FileRow, FirstImport, first_import, runs_of_file
 from data_schema.queries.runs import list_runs, names_beginning
 from data_schema.vocabulary import Action, FileRole, IngestStatus, Severity
 from ingest.formats.format import UNKNOWN
@@ -31,7 +31,14 @@ from labbook.actions.files.against_book import (
     with_findings_of_book,
 )
 from labbook.actions.files.named_files import own_name
-from labbook.actions.files.rereading import take_known
+from labbook.actions.files.replacing import (
+    Beginnings,
+    beginnings,
+    state_links,
+    whole_of,
+    withdraw_beginnings,
+)
+from labbook.actions.files.rereading import take_known, with_declared
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, new_uid
 from labbook.config.parsing import Configuration
@@ -54,7 +61,8 @@ class IngestRequest:
     """What was asked for with a file: the run it belongs to, what was declared about it, and whether only to try.
 
     `batch` is the same for all files that one command takes in, None where it takes one; `again` lets what is declared
-    also hold for files of a batch that the book has.
+    also hold for files of a batch that the book has. `replace_beginnings`: files of the same name that were taken in
+    while this one was still being written are withdrawn for it (`replacing`).
     """
 
     run: str | None = None
@@ -63,6 +71,7 @@ class IngestRequest:
     person: str | None = None
     batch: str | None = None
     again: bool = False
+    replace_beginnings: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +81,7 @@ class FileOutcome:
     `name` is the file's own, or more of its path where a command takes several of one name. Where the book had its
     bytes, `first` is their first import, and `messages` tell what was done with the declarations given; `changes` lists
     what another reading changed, None where there was none. `of_other_run`: these bytes came before under a name that
-    states another run.
+    states another run. `replaced` are the uids of files that were withdrawn because this one begins with their bytes.
     """
 
     name: str
@@ -86,6 +95,11 @@ class FileOutcome:
     messages: tuple[str, ...] = ()
     changes: tuple[str, ...] | None = None
     of_other_run: bool = False
+    replaced: tuple[str, ...] = ()
+
+
+HAS_MORE = "The book has all of it, and more: nothing to add."
+"""What is said of a file that one of its name in the book begins with."""
 
 
 def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
@@ -106,14 +120,25 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     with book.reading() as connection:
         run_uid = _run_uid(connection, request.run)
         first = first_import(connection, sha256)
+        earlier = None
+        if request.replace_beginnings:
+            whole = whole_of(connection, book.store, own_name(path), data, sha256)
+            if whole is not None:
+                return _has_more(connection, path, sha256, whole)
+            earlier = beginnings(connection, book.store, own_name(path), data, sha256)
     if first is not None:
         restored = not request.dry_run and book.store.restore_raw(data, sha256)
         return _known(book, path, request, first, sha256, restored)
-    options = dict(request.options or {})
-    settings, read, stated = read_for_run(book, data, path, options, request.run)
+    options, run = dict(request.options or {}), request.run
+    if earlier is not None:
+        options = with_declared(earlier.options, options)
+        if run is None and (link := earlier.run) is not None:
+            run, run_uid = link.run_name, link.run_uid
+    settings, read, stated = read_for_run(book, data, path, options, run)
     if read.role is FileRole.SHEET and request.run is not None:
         raise UsageError(f"{own_name(path)} is for a study and belongs to no run: leave --run out.")
-    of_run = request.run or (stated[0] if len(stated) == 1 else None)
+    stated = () if earlier is not None and earlier.unlinked else stated
+    of_run = run or (stated[0] if len(stated) == 1 else None)
     with book.reading() as connection:
         read = refused_without_columns(read, options) if request.batch is None else read
         read = refused_by_book(connection, read, of_run, notes=request.dry_run)
@@ -128,7 +153,15 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     prepared = store_reading(book.store, data, sha256, read, settings)
     remember(prepared)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
-    return _stored(book, path, request, prepared, run_uid, stated, options, modified_utc)
+    stored = _stored(book, path, request, data, prepared, run_uid, stated, options, modified_utc, earlier)
+    return ingest_file(book, path, request) if stored is None else stored
+
+
+def _has_more(connection: sa.Connection, path: Path, sha256: str, whole: FileRow) -> FileOutcome:
+    """Say that the book has more of a file than there is now, as while it is copied a second time."""
+    first = first_import(connection, whole.sha256)
+    assert first is not None  # noqa: S101 - it is in use
+    return FileOutcome(own_name(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first, messages=(HAS_MORE,))
 
 
 def _known(
@@ -254,12 +287,15 @@ def _stored(
     book: Book,
     path: Path,
     request: IngestRequest,
+    data: bytes,
     prepared: PreparedImport,
     run_uid: str | None,
     stated: tuple[str, ...],
     options: dict[str, Any],
     modified_utc: str,
-) -> FileOutcome:
+    earlier: Beginnings | None,
+) -> FileOutcome | None:
+    """State what was read, all or nothing; None where others stated meanwhile what it is to replace."""
     read, sha256 = prepared.read, prepared.sha256
     new: dict[str, Any] = {
         "sha256": sha256,
@@ -278,13 +314,32 @@ def _stored(
         if read.refused:
             state_refusal(session, new, prepared)
             return FileOutcome(own_name(path), sha256, IngestStatus.REFUSED, read)
+        replaced: tuple[str, ...] = ()
+        messages: tuple[str, ...] = ()
+        if request.replace_beginnings:
+            now = beginnings(session.connection, book.store, own_name(path), data, sha256)
+            if now != earlier:  # another program was faster, or one that was killed had stated it
+                return None
+        if earlier is not None:
+            replaced, messages = withdraw_beginnings(session, earlier, sha256, read.charges)
         uid = new_uid()
         session.state(
             Statement(Action.INGEST, "ingest", uid, new={**new, **as_read(prepared), "run": run_uid}, prepared=prepared)
         )
+        if earlier is not None and request.run is None:
+            state_links(session, earlier, sha256, [part.part for part in read.parts])
         runs = runs_of_file(session.connection, sha256)
         read = with_findings_of_book(session.connection, uid, read, ABOUT_RUNS)
-    return FileOutcome(own_name(path), sha256, IngestStatus.IMPORTED, read, runs, prepared=prepared)
+    return FileOutcome(
+        own_name(path),
+        sha256,
+        IngestStatus.IMPORTED,
+        read,
+        runs,
+        prepared=prepared,
+        messages=messages,
+        replaced=replaced,
+    )
 
 
 def without_samples(outcome: FileOutcome) -> FileOutcome:

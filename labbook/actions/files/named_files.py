@@ -14,6 +14,7 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.queries.files import FileRow, find_files, imported_names
 from data_schema.vocabulary import IngestStatus
+from ingest.store import STORED
 from labbook.book.opening import CONFIGURATION, DATABASE, JOURNAL
 from labbook.terminal import listed
 
@@ -121,7 +122,12 @@ def _is_of_book(path: Path, book_folder: Path) -> bool:
         first = path.resolve().relative_to(book_folder.resolve()).parts[0]
     except ValueError:
         return False
-    return first in ("raw", "signals", "reports", CONFIGURATION, JOURNAL) or first.startswith(DATABASE)
+    return is_own_name(first)
+
+
+def is_own_name(name: str) -> bool:
+    """Tell whether what has this name in a book's folder is the book's own."""
+    return name in (*STORED, "reports", CONFIGURATION, JOURNAL) or name.startswith(DATABASE)
 
 
 def read_bytes(path: Path) -> bytes:

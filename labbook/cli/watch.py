@@ -1,0 +1,182 @@
+"""`labbook watch`: take in what instruments write into folders, as soon as it is complete."""
+
+import contextlib
+import signal
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from labbook.actions.files.watching import Happening
+
+from data_schema.errors import UsageError
+from data_schema.vocabulary import IngestStatus
+from labbook.cli.common import AsOption, BookOption
+from labbook.cli.declaring import Declared
+from labbook.terminal import Shown, listed, say, tell_now
+
+
+def watch(
+    folders: Annotated[list[Path], typer.Argument(metavar="FOLDER...", help="Folders that instruments write to.")],
+    once: Annotated[bool, typer.Option("--once", help="Take in what is there, and end.")] = False,
+    still: Annotated[
+        float | None,
+        typer.Option(metavar="SECONDS", help="How long a file is unchanged that is complete; 0.15 if not given."),
+    ] = None,
+    *,
+    declared: Declared,
+    book: BookOption = None,
+    person: AsOption = None,
+) -> Shown:
+    """Watch folders: ingest each file once it is complete, and say how its run does. Ctrl-C ends it.
+
+    What was there before is taken in first, unless the book has it. A file that was taken in half-written is withdrawn
+    for the whole one. A file that is refused is tried again when it changes, and when labbook.toml does. Hidden files
+    and those called .part, .tmp, .crdownload or ~ are left out.
+    With --json one JSON document a line is printed as things happen.
+
+    Example: labbook watch /media/stick/logs; labbook watch logs charger --once
+    """
+    from ingest.formats.registry import plugins
+    from labbook.actions.files.ingesting import IngestRequest
+    from labbook.actions.files.watching import STILL_S
+    from labbook.actions.files.watching import watch as watch_folders
+    from labbook.book.write_session import new_uid
+    from labbook.cli.file_options import declared_options
+
+    if still is not None and not 0.0 < still <= _MOST_STILL_S:
+        raise UsageError(f"--still {still:g} is no time to wait: give seconds above 0, at most {_MOST_STILL_S:g}.")
+    for fault in plugins().faults:
+        say(fault, err=True)
+    request = IngestRequest(options=declared_options(declared), person=person, batch=new_uid())
+    sum_up = _Sum()
+    with _until_ctrl_c() as stop:
+        happenings = watch_folders(book, folders, request, stop, still_s=STILL_S if still is None else still, once=once)
+        with contextlib.closing(happenings):
+            for happened in happenings:
+                sum_up.add(happened)
+                if not tell_now(_as_json(happened), _as_lines(happened)):
+                    break
+    return Shown(sum_up.data, [sum_up.line], 2 if once and (sum_up.refused or sum_up.trouble) else 0, one_line=True)
+
+
+_MOST_STILL_S = 600.0
+
+
+@dataclass
+class _Sum:
+    """What happened in all: how many files were imported, and what became last of each other one."""
+
+    imported: int = 0
+    replaced: int = 0
+    known: set[str] = field(default_factory=set)
+    refused: set[str] = field(default_factory=set)
+    trouble: set[str] = field(default_factory=set)
+    left: tuple[str, ...] = ()
+
+    def add(self, happened: "Happening") -> None:
+        """Count what happened."""
+        from labbook.actions.files.watching import Arrived, Known, Left, Trouble
+
+        match happened:
+            case Arrived(outcome):
+                for names in (self.refused, self.trouble):
+                    names.discard(outcome.name)
+                self.imported += outcome.status is IngestStatus.IMPORTED
+                self.replaced += len(outcome.replaced)
+                if outcome.status is IngestStatus.DUPLICATE:
+                    self.known.add(outcome.name)
+                elif outcome.status is IngestStatus.REFUSED:
+                    self.refused.add(outcome.name)
+            case Known(files):
+                self.known.update(files)
+                for names in (self.refused, self.trouble):
+                    names.difference_update(files)
+            case Trouble(about, message):
+                (self.trouble.add if message else self.trouble.discard)(about)
+            case Left(files):
+                self.left = files
+
+    @property
+    def data(self) -> dict[str, Any]:
+        """The sum for programs."""
+        counts = {name: len(getattr(self, name)) for name in ("known", "refused", "trouble")}
+        return {
+            "event": "ended",
+            "imported": self.imported,
+            "replaced": self.replaced,
+            **counts,
+            "left": list(self.left),
+        }
+
+    @property
+    def line(self) -> str:
+        """The sum in one line."""
+        in_place = f" ({self.replaced} of them in place of what was their beginning)" if self.replaced else ""
+        return f"{self.imported} imported{in_place}, {len(self.known)} there already, {len(self.refused)} refused."
+
+
+@contextlib.contextmanager
+def _until_ctrl_c() -> "Iterator[Callable[[], bool]]":
+    """Let Ctrl-C end what goes on after the file in hand, a second one at once; yields what tells if it was pressed."""
+    pressed: list[bool] = []
+    before = signal.getsignal(signal.SIGINT)
+
+    def on_interrupt(number: int, frame: FrameType | None) -> None:
+        if pressed and callable(before):
+            before(number, frame)
+        pressed.append(True)
+
+    if callable(before):  # else it is to be ignored, as under nohup
+        signal.signal(signal.SIGINT, on_interrupt)
+    try:
+        yield lambda: bool(pressed)
+    finally:
+        signal.signal(signal.SIGINT, before)
+
+
+def _as_json(happened: "Happening") -> dict[str, Any]:
+    """Return what happened for programs."""
+    from labbook.actions.files.watching import Arrived, Known, Left, Trouble, Watching
+    from labbook.cli.ingest_lines import Taken, taken_json
+
+    match happened:
+        case Watching(folders):
+            return {"event": "watching", "folders": folders}
+        case Arrived(outcome, rig, missing):
+            return {"event": "file", **taken_json(Taken(outcome, rig, missing)), "runs_now": rig}
+        case Known(files, outdated):
+            return {"event": "known", "files": files, "outdated": outdated}
+        case Trouble(about, message):
+            return {"event": "trouble" if message else "over", "about": about, "said": message}
+        case Left(files):
+            return {"event": "left", "files": files}
+
+
+def _as_lines(happened: "Happening") -> list[str]:
+    """Return what happened for people: what became of a file, and below it, apart from the rest, how its runs do."""
+    from labbook.actions.files.rereading import OUTDATED
+    from labbook.actions.files.watching import Arrived, Known, Left, Trouble, Watching
+    from labbook.cli.ingest_lines import file_line, outcome_lines
+
+    match happened:
+        case Watching(folders):
+            return [f"watching {listed([str(folder) for folder in folders])}; Ctrl-C ends it."]
+        case Arrived(outcome, rig, missing):
+            if outcome.first is not None:
+                return [file_line(outcome)]
+            lines = outcome_lines(outcome, missing, remarks=False)
+            return [*lines, *(f"  {'LOOK' if line.concern else 'ok  '}  {line.text}" for line in rig), ""]
+        case Known(files, outdated):
+            more = f" Of {outdated}: {OUTDATED}" if outdated else ""
+            return [f"{len(files)} files are in the book already: {listed(files, 4)}.{more}"]
+        case Trouble(about, message):
+            return [f"{about}: {message or 'it is there again.'}"]
+        case Left(files):
+            return [f"not taken in, for they are empty or were still being written: {listed(files)}."]
