@@ -177,6 +177,6 @@ def _as_lines(happened: "Happening") -> list[str]:
             more = f" Of {outdated}: {OUTDATED}" if outdated else ""
             return [f"{len(files)} files are in the book already: {listed(files, 4)}.{more}"]
         case Trouble(about, message):
-            return [f"{about}: {message or 'it is there again.'}"]
+            return [f"{about}: {message or 'that is over.'}"]
         case Left(files):
             return [f"not taken in, for they are empty or were still being written: {listed(files)}."]

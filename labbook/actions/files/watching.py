@@ -316,18 +316,22 @@ def watch(
         with book.session(request.person):
             pass  # what a command that was killed left in the journal file takes effect
         yield Watching(tuple(folders))
-        first_s = now_s = 0.0
+        first_s, now_s, at_fault = 0.0, 0.0, False
         while not stop():
             if (stamp := _stamp(book_folder)) != configured:
                 configured = stamp
                 try:
                     opened = open_book(book_folder)
                 except LabbookError as error:
+                    at_fault = True
                     yield Trouble(CONFIGURATION, str(error))
                 else:
                     book.close()
                     book = opened
                     watched.try_refused_again()
+                    if at_fault:
+                        at_fault = False
+                        yield Trouble(CONFIGURATION, "")
             now_s = time.monotonic()
             first_s = first_s or now_s
             troubles = watched.look(now_s)
