@@ -22,6 +22,7 @@ from benchmarks import (
     stance,
     studies,
     sweep_million,
+    watch,
     web,
 )
 from benchmarks.document import document, section_text, table_text, verdict_line
@@ -31,6 +32,7 @@ BENCHMARKS: dict[str, Benchmark] = {
     benchmark.name: benchmark
     for benchmark in (
         ingest_log.BENCHMARK,
+        watch.BENCHMARK,
         large_files.BENCHMARK,
         channel_back.BENCHMARK,
         runs_list.BENCHMARK,
