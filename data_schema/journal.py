@@ -26,7 +26,7 @@ from data_schema.errors import BookDamaged, BookVersion
 from data_schema.tables.journal import journal, person
 from data_schema.vocabulary import Action
 
-JOURNAL_SCHEMA = 2
+JOURNAL_SCHEMA = 3
 """The number of the form of a journal's lines: rises with what an earlier labbook could not read."""
 GENESIS = "0" * 64
 """The hash that the first entry follows."""

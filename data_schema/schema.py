@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from data_schema.tables import METADATA
 from data_schema.tables.journal import labbook
 
-SCHEMA = 5
+SCHEMA = 6
 """Rises with every change of the tables, or of what is stored in them."""
 
 

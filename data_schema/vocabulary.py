@@ -179,10 +179,15 @@ class TargetKind(StrEnum):
 
 
 class Verdict(StrEnum):
-    """What a person decided; `clear` takes the earlier verdict back."""
+    """What a person decided; `clear` takes the earlier verdict back.
+
+    `move` puts the apex of a jump at another time, `add` states a jump that the detector has not.
+    """
 
     ACCEPT = "accept"
     REJECT = "reject"
+    MOVE = "move"
+    ADD = "add"
     CLEAR = "clear"
 
 
@@ -196,6 +201,14 @@ class ReasonCode(StrEnum):
     SENSOR_FAULT = "sensor_fault"
     LOOKS_RIGHT = "looks_right"
     OTHER = "other"
+
+
+class ReviewOrder(StrEnum):
+    """The order in which jumps are looked at."""
+
+    DOUBT = "doubt"
+    RUN = "run"
+    SHUFFLED = "shuffled"
 
 
 class ContrastKind(StrEnum):

@@ -10,8 +10,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from stats.apexes.detectors import find_jumps
-    from stats.compare.agreement import limits_of_agreement
+    from stats.apexes.detectors import find_jumps, jump_at
+    from stats.compare.agreement import cohen_kappa, limits_of_agreement
     from stats.compare.shared_error import SharedError, describe_shared
     from stats.compare.summary import autocorrelation, describe
     from stats.compare.two_sample import compare_two
@@ -37,6 +37,8 @@ if TYPE_CHECKING:
 
 _MODULE_OF = {
     "find_jumps": "apexes.detectors",
+    "jump_at": "apexes.detectors",
+    "cohen_kappa": "compare.agreement",
     "limits_of_agreement": "compare.agreement",
     "SharedError": "compare.shared_error",
     "describe_shared": "compare.shared_error",
@@ -74,6 +76,7 @@ __all__ = [
     "autocorrelation",
     "bartlett",
     "brown_forsythe",
+    "cohen_kappa",
     "compare_all_pairs",
     "compare_two",
     "contrast_by_day",
@@ -86,6 +89,7 @@ __all__ = [
     "fit_stiffness",
     "force_points",
     "holm",
+    "jump_at",
     "levene",
     "limits_of_agreement",
     "linear_contrast",

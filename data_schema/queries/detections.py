@@ -54,7 +54,8 @@ class DetectionRow:
 class DecisionRow:
     """A person's verdict on the jump nearest to `anchor_s` of a signal; later ones replace earlier ones.
 
-    `blind`: the person did not see which run, and so which condition, the jump was of.
+    `blind`: it was given without sight of condition, run and the verdicts of others. `at_s` is where a person put the
+    apex of a jump that was moved or added.
     """
 
     uid: str
@@ -68,7 +69,8 @@ class DecisionRow:
     version: int | None
     person: str
     at_utc: str
-    blind: bool
+    blind: bool = False
+    at_s: float | None = None
 
 
 def add_detections(connection: sa.Connection, found: Sequence[DetectionRow]) -> None:
@@ -173,11 +175,10 @@ def jump_decisions(
     if wanted is not None and len(wanted) <= CHUNK:
         query = query.where(decision.c.signal_sha256.in_(wanted))
     found: dict[str, list[DecisionRow]] = {}
-    for uid, sha256, anchor_s, verdict, reason, *others, blind in connection.execute(query):
+    for uid, sha256, anchor_s, verdict, reason, *rest, blind, at_s in connection.execute(query):
         if wanted is not None and sha256 not in wanted:
             continue
-        rest: list[Any] = [*others, bool(blind)]
-        row = DecisionRow(uid, sha256, anchor_s, Verdict(verdict), ReasonCode(reason), *rest)
+        row = DecisionRow(*[uid, sha256, anchor_s, Verdict(verdict), ReasonCode(reason), *rest, bool(blind), at_s])
         for signal_sha256 in holds_for.get(sha256, {sha256}):
             found.setdefault(signal_sha256, []).append(row)
     return found
@@ -229,15 +230,18 @@ class WaitingVerdict:
     reason_code: str
     person: str
     at_utc: str
+    at_s: float | None
     file_name: str | None
 
     @property
     def sentence(self) -> str:
         """Say what waits, and how it is settled."""
+        again = f"labbook jumps {self.verdict} {self.run}{'' if self.verdict is Verdict.ADD else ' NUMBER'}"
+        again += f" --at {self.at_s:.3f}" if self.at_s is not None else ""
         return (
             f"waiting for review: run {self.run}: {self.verdict} at {self.anchor_s:.3f} s ({self.reason_code}) by "
-            f"{self.person} on {self.at_utc} was given on samples that are not in force: give it again with `labbook "
-            f"jumps {self.verdict} {self.run} NUMBER`, then `labbook jumps clear {self.run} waiting`."
+            f"{self.person} on {self.at_utc} was given on samples that are not in force: give it again with "
+            f"`{again}`, then `labbook jumps clear {self.run} waiting`."
         )
 
 
@@ -253,6 +257,7 @@ def verdicts_waiting(connection: sa.Connection, run_uid: str | None = None) -> l
             decision.c.reason_code,
             person.c.name,
             decision.c.at_utc,
+            decision.c.at_s,
         )
         .join(run, run.c.uid == decision.c.target_uid)
         .join(person, decision.c.person == person.c.id)

@@ -76,7 +76,11 @@ _QUERIES: dict[str, sa.Select[Any]] = {
     .order_by(ingest.c.id.desc()),
     "detection": sa.select(sa.type_coerce(_UID, sa.Text).label("jumps found by")),
     "decision": sa.select(
-        decision.c.verdict, decision.c.reason_code.label("because"), person.c.name.label("by"), decision.c.at_utc
+        decision.c.verdict,
+        decision.c.at_s.label("apex at"),
+        decision.c.reason_code.label("because"),
+        person.c.name.label("by"),
+        decision.c.at_utc,
     )
     .join(person, decision.c.person == person.c.id)
     .where(decision.c.uid == _UID),

@@ -109,6 +109,7 @@ decision = table(
     text_column("target_uid"),
     text_column("signal_sha256", optional=True),
     real_column("anchor_s", optional=True),
+    real_column("at_s", optional=True),
     text_column("verdict"),
     text_column("reason_code"),
     text_column("note", optional=True),
@@ -126,6 +127,7 @@ decision = table(
         "target_kind <> 'jump' OR (signal_sha256 IS NOT NULL AND anchor_s IS NOT NULL)",
         name="jump_has_anchor",
     ),
+    sa.CheckConstraint("(verdict IN ('move', 'add')) = (at_s IS NOT NULL)", name="placed_apex_has_time"),
     sa.Index("ix_decision_target", "target_kind", "target_uid"),
     sa.Index("ix_decision_signal_sha256", "signal_sha256"),
 )

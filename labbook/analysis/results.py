@@ -162,9 +162,9 @@ def signal_input(signal: SignalRow, role: str) -> InputRow:
     return InputRow(role, "signal", signal.sha256, signal.sha256)
 
 
-def decision_input(decision: DecisionRow) -> InputRow:
-    """Name a person's verdict; it never changes."""
-    return fingerprint("decision", "decision", decision.uid, decision.uid)
+def decision_input(decision: DecisionRow, method: str = "") -> InputRow:
+    """Name a person's verdict, which never changes, and the method that measures what it speaks of."""
+    return fingerprint("decision", "decision", decision.uid, f"{decision.uid}{method}")
 
 
 def condition_input(run: RunRow) -> InputRow:

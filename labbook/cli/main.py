@@ -72,7 +72,7 @@ TAKE_FACTORS = ("report", "compare", "calibrate")
 GROUPS = {
     "runs": (RIG, "Runs: list them, what differs between two, import a run sheet, see what has no run yet."),
     "files": (RIG, "Files of the instruments: how they were read, reading them again, taking them out of use."),
-    "jumps": (JUDGE, "Jumps of a run: list, reject, accept, clear."),
+    "jumps": (JUDGE, "Jumps: what to look at, list, reject, accept, move, add, clear, who agrees."),
     "reports": (REPORT, "Reports that were made: list, show, what moved between two, and by what."),
     "study": (REPORT, "Studies of the thesis, each from what was measured to its verdict."),
     "stats": (REPORT, "Statistics on a table or on the book: tests, savings, equivalence."),

@@ -31,6 +31,7 @@ from stats.apexes.jumps import (
     Jumps,
     StanceParameters,
     find_hops,
+    flight_around,
     gap_in_flight,
     jump_without_apex,
     landing,
@@ -172,9 +173,15 @@ def robust_jumps(
     Dropouts and spikes are left out, stances found on a running median, and a parabola fitted to raw samples from
     lift-off to where the body leaves it, at most `half_window_s` to either side.
     """
+    signal = clean_signal(time_s, body_height_m, leg_length_m, gaps, parameters.stance.cleaning)
+    return _flown(signal, find_hops(signal, rest_length_m, parameters.stance), gaps, rest_length_m, parameters)
+
+
+def _flown(
+    signal: CleanSignal, hops: list[Hop], gaps: Floats, rest_length_m: float, parameters: RobustParameters
+) -> tuple[Jump, ...]:
+    """Return the jumps of stances in their order, each with the flight about its maximum."""
     stance, window = parameters.stance, parameters.window
-    signal = clean_signal(time_s, body_height_m, leg_length_m, gaps, stance.cleaning)
-    hops = find_hops(signal, rest_length_m, stance)
     liftoffs = [liftoff_from_leg(signal, hop, rest_length_m, stance) for hop in hops]
     fitted = fit_flights(signal, hops, liftoffs, rest_length_m, stance.gravity_m_s2, window)
     flights = [flight if isinstance(flight, Undefined) else _checked(flight, parameters) for flight in fitted]
@@ -268,6 +275,7 @@ __all__ = [
     "PublishedParameters",
     "RobustParameters",
     "find_jumps",
+    "jump_at",
 ]
 
 Parameters = PublishedParameters | RobustParameters
@@ -324,12 +332,7 @@ def find_jumps(
             f"give {type(chosen.parameters).__name__} or leave them out."
         )
     rest_length_m = as_number("the rest length", rest_length_m, above=0.0)
-    time, height = np.asarray(time_s, dtype=np.float64), np.asarray(body_height_m, dtype=np.float64)
-    leg: Floats | None = None if leg_length_m is None else np.asarray(leg_length_m, dtype=np.float64)
-    missing = np.empty((0, 2)) if gaps is None else np.asarray(gaps, dtype=np.float64).reshape(-1, 2)
-    check_log(time, height, leg, missing)
-    if gaps is None:
-        missing = gaps_in_time(time)
+    time, height, leg, missing = _arrays(time_s, body_height_m, leg_length_m, gaps)
     found: tuple[Jump, ...] = ()
     zero_m = 0.0
     if time.size:
@@ -352,6 +355,60 @@ def find_jumps(
         zero_m=zero_m,
         jumps=found,
     )
+
+
+def _arrays(
+    time_s: ArrayLike, body_height_m: ArrayLike, leg_length_m: ArrayLike | None, gaps: ArrayLike | None
+) -> tuple[Floats, Floats, Floats | None, Floats]:
+    """Return the arrays of a log, checked, and its gaps as `find_jumps` has them."""
+    time, height = np.asarray(time_s, dtype=np.float64), np.asarray(body_height_m, dtype=np.float64)
+    leg: Floats | None = None if leg_length_m is None else np.asarray(leg_length_m, dtype=np.float64)
+    missing = np.empty((0, 2)) if gaps is None else np.asarray(gaps, dtype=np.float64).reshape(-1, 2)
+    check_log(time, height, leg, missing)
+    return time, height, leg, gaps_in_time(time) if gaps is None else missing
+
+
+def jump_at(
+    time_s: ArrayLike,
+    body_height_m: ArrayLike,
+    at_s: float,
+    *,
+    rest_length_m: float,
+    leg_length_m: ArrayLike | None = None,
+    gaps: ArrayLike | None = None,
+) -> Jump | Undefined:
+    """Return the jump that a person sees at a time: the flight about it, with the parabola of the robust detector.
+
+    The arguments but `at_s`, in seconds on the log's own time axis, are those of `find_jumps`. The apex is the highest
+    point of the parabola that is fitted about that time; it is undefined, as for the detector, where the body is not in
+    flight there, where too few samples lie on a side of it, and where it does not curve like gravity. The jump has
+    the number 1. Raises `InputRefused` as `find_jumps` does, and for a time that is not finite.
+    """
+    at_s = as_number("the time of the apex", at_s)
+    found = find_jumps(time_s, body_height_m, rest_length_m=rest_length_m, leg_length_m=leg_length_m, gaps=gaps)
+    time, height, leg, missing = _arrays(time_s, body_height_m, leg_length_m, gaps)
+    parameters = RobustParameters()
+    raised_m = found.zero_m if any(ZERO_DOUBTFUL in jump.flags for jump in found.jumps) else 0.0
+    signal = clean_signal(time, height - raised_m, leg, missing, parameters.stance.cleaning)
+    around = flight_around(signal, at_s, rest_length_m, parameters.stance)
+    if isinstance(around, Undefined):
+        return around
+    hop, following = around
+    jump = _flown(signal, [hop, *([] if following is None else [following])], missing, rest_length_m, parameters)[0]
+    if isinstance(jump.apex_height_m, Undefined):
+        return jump.apex_height_m
+    if _rises_too_long(jump, parameters.stance.gravity_m_s2):
+        unknown = Undefined(Reason.FLIGHT_ENDS_UNKNOWN)
+        jump = replace(jump, liftoff_s=unknown, flight_time_s=unknown)
+    return _raised(jump, raised_m) if raised_m else jump
+
+
+def _rises_too_long(jump: Jump, gravity_m_s2: float) -> bool:
+    """Tell whether a jump has risen longer than freely from the ground: it was held between lift-off and the time."""
+    apex_s, liftoff_s, height_m = jump.apex_s, jump.liftoff_s, jump.apex_height_m
+    if isinstance(apex_s, Undefined) or isinstance(liftoff_s, Undefined) or isinstance(height_m, Undefined):
+        return False
+    return (apex_s - liftoff_s) ** 2 > 2.0 * height_m / gravity_m_s2
 
 
 def _flights(jumps: tuple[Jump, ...]) -> int:

@@ -74,8 +74,10 @@ FLAGS: dict[str, str] = {
     "caught_early": "the body left the parabola soon after the apex; the samples from there on are not used",
     "curvature_off": "the fitted acceleration is more than a tenth away from gravity",
     ZERO_DOUBTFUL: "the body stands higher than the leg is long: found from that level, its height as measured",
+    "moved": "a person put the apex at this time",
+    "added": "a person added this jump, which the detector has not",
 }
-"""Flags a jump can carry, and what they mean."""
+"""Flags a jump can carry, and what they mean; the last two come from verdicts."""
 HEIGHT_DOUBTFUL = frozenset({"few_samples_before", "few_samples_after", "caught_early", "curvature_off"})
 """Flags for which a person should look whether the apex height of one jump is right."""
 
@@ -195,6 +197,36 @@ def find_hops(signal: CleanSignal, rest_length_m: float, parameters: StanceParam
         previous_end = end
     # A body that lies low at first is in stance if a flight follows, and else at rest.
     return hops[1:] if from_first and isinstance(hops[0].apex, Undefined) else hops
+
+
+def flight_around(
+    signal: CleanSignal, at_s: float, rest_length_m: float, parameters: StanceParameters
+) -> tuple[Hop, Hop | None] | Undefined:
+    """Return the stance before the flight that a time lies in, with the sample there for its maximum, and the next one.
+
+    The flight is what lies about that time between two samples of the body below the rest length, however shallow the
+    stances there: `find_hops` may have missed them.
+    """
+    if not (signal.time_s.size and signal.time_s[0] <= at_s <= signal.time_s[-1]):
+        return Undefined(Reason.TIME_NOT_IN_LOG)
+    apex = int(np.argmin(np.abs(signal.time_s - at_s)))
+    below = signal.coarse_m < rest_length_m
+    if below[apex]:
+        return Undefined(Reason.NOT_IN_FLIGHT)
+    n, hops = signal.time_s.size, find_hops(signal, rest_length_m, parameters)
+    before, after = np.flatnonzero(below[:apex]), np.flatnonzero(below[apex:])
+    end = int(before[-1]) + 1 if before.size else 0
+    landed = apex + int(after[0]) if after.size else n
+    found = next((hop for hop in reversed(hops) if hop.end <= apex), None)
+    following = next((hop for hop in hops if hop.begin >= landed), None)
+    log_begins = Undefined(Reason.LOG_BEGINS_IN_STANCE)
+    if found is not None and signal.time_s[end] - signal.time_s[found.end] <= parameters.smoothing_s:
+        begin, touchdown = found.begin, found.touchdown_s  # the body passes the rest length more than once in noise
+    else:
+        risen = 0 if found is None else found.end
+        begin = risen + int(np.argmin(signal.coarse_m[risen:end])) if end > risen else risen
+        touchdown = _touchdown(signal, rest_length_m, risen, begin) if end > risen else log_begins
+    return Hop(begin, end, landed, apex, landed, touchdown), following
 
 
 def _stances_in_gaps(signal: CleanSignal, parameters: StanceParameters) -> np.ndarray[tuple[int], np.dtype[np.int64]]:

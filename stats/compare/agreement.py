@@ -8,6 +8,9 @@ Satterthwaite's effective degrees of freedom (JCGM 100:2008, G.4); assumed input
 
 Limits of agreement: the mean difference of two methods, and between what most further differences will lie (Bland and
 Altman 1986).
+
+Cohen's kappa: how far two people who sort the same things agree beyond what chance makes of how often each gives each
+answer (Cohen 1960).
 """
 
 from __future__ import annotations
@@ -22,9 +25,11 @@ import numpy as np
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
+from data_schema.rounding import fixed_text, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import SharedError, shared_of_mean
+from stats.results import Result
 from stats.tails import satterthwaite_df, t_quantile, t_two_sided
 
 
@@ -181,3 +186,100 @@ def limits_of_agreement(differences: Sequence[float], level: float = 0.95) -> Li
     return LimitsOfAgreement(
         mean, se, interval(mean, se), low, interval(low, limit_se), high, interval(high, limit_se), limit_se, n, level
     )
+
+
+@dataclass(frozen=True, slots=True)
+class Kappa(Result):
+    """How two people agree who gave each of n things one of several answers; shares are of 1."""
+
+    n: int
+    """Things that both answered."""
+    answers: tuple[str, ...]
+    """The answers that were given, in order of the alphabet; shape (k,)."""
+    counts: tuple[tuple[int, ...], ...]
+    """How often the first gave the answer of the row, the second that of the column; shape (k, k)."""
+    agreed: float | Undefined
+    """Share of the things on which both gave the same answer."""
+    expected: float | Undefined
+    """That share by chance, each giving each answer as often as they did."""
+    kappa: float | Undefined
+    """What agreement exceeds chance by, of what it could: 1 is agreement on all, 0 what chance gives."""
+    se: float | Undefined
+    """Its standard error in large samples."""
+    ci: tuple[float, float] | Undefined
+    """Its normal interval, within -1 and 1."""
+    level: float
+    """Level of the interval."""
+
+    def sentence(self, names: tuple[str, str] = ("the first", "the second"), unit: str = "value") -> str:
+        """Return the agreement in words: kappa, interval, shares, n."""
+        who = f"{names[0]} and {names[1]}"
+        if isinstance(self.agreed, Undefined) or isinstance(self.expected, Undefined):
+            return f"{who} share no {unit}: no agreement (n = {self.n})."
+        shares = (
+            f"{who} agree on {fixed_text(100.0 * self.agreed, 1)} % of {self.n} {unit}s, where chance would give "
+            f"{fixed_text(100.0 * self.expected, 1)} %"
+        )
+        if isinstance(self.kappa, Undefined):
+            return f"{shares}; kappa does not exist, because {self.kappa.reason} (n = {self.n})."
+        if isinstance(self.se, Undefined):
+            none = f"no interval, because {self.se.reason}"
+            return f"{shares}: Cohen's kappa {number_text(self.kappa)} ({none}, n = {self.n})."
+        interval = interval_text(self.ci, self.level, "", self.se)
+        return f"{shares}: Cohen's kappa {number_text(self.kappa, error=self.se)} ({interval}, n = {self.n})."
+
+
+def cohen_kappa(first: Sequence[str], second: Sequence[str], level: float = 0.95) -> Kappa:
+    """Return how two people agree on the same things.
+
+    Parameters
+    ----------
+    first, second : (n,) the answer of each to the same n things, in one order
+    level : of the interval, which is normal and for large n; it does not exist where its error is 0
+
+    Raises
+    ------
+    InputRefused
+        Where one gave more answers than the other.
+
+    Source: Cohen (1960), Educational and Psychological Measurement 20, 37; the error by Fleiss, Cohen and Everitt
+    (1969), Psychological Bulletin 72, 323.
+
+    >>> found = cohen_kappa(["yes", "yes", "no", "no"], ["yes", "no", "no", "no"])
+    >>> found.agreed, found.kappa
+    (0.75, 0.5)
+    """
+    level, n = as_level("level", level), len(first)
+    if n != len(second):
+        raise InputRefused(f"{n} answers of one and {len(second)} of the other: give both people's to the same things.")
+    answers = tuple(sorted({*first, *second}))
+    place = {answer: at for at, answer in enumerate(answers)}
+    table = np.zeros((len(answers), len(answers)))
+    for one, other in zip(first, second, strict=True):
+        table[place[one], place[other]] += 1.0
+    counts = tuple(tuple(int(count) for count in row) for row in table.tolist())
+    if n == 0:
+        none = Undefined(Reason.NO_VALUE)
+        return Kappa(n, answers, counts, none, none, none, none, none, level)
+    shares = table / n
+    rows, columns = shares.sum(axis=1), shares.sum(axis=0)
+    agreed, expected = float(np.trace(shares)), float(rows @ columns)
+    if len(answers) == 1:
+        only = Undefined(Reason.ONE_ANSWER, answer=answers[0])
+        return Kappa(n, answers, counts, agreed, 1.0, only, only, only, level)
+    kappa = (agreed - expected) / (1.0 - expected)
+    same = float(np.diag(shares) @ (1.0 - (rows + columns) * (1.0 - kappa)) ** 2)
+    apart = (1.0 - kappa) ** 2 * (shares * (columns[:, np.newaxis] + rows) ** 2)
+    off = float(apart.sum() - np.trace(apart))
+    variance = (same + off - (kappa - expected * (1.0 - kappa)) ** 2) / ((1.0 - expected) ** 2 * n)
+    if variance <= _NO_VARIANCE:
+        exact = Undefined(Reason.KAPPA_EXACT)
+        return Kappa(n, answers, counts, agreed, expected, kappa, exact, exact, level)
+    se = math.sqrt(variance)
+    half_width = t_quantile(level, math.inf) * se
+    ci = (max(-1.0, kappa - half_width), min(1.0, kappa + half_width))
+    return Kappa(n, answers, counts, agreed, expected, kappa, se, ci, level)
+
+
+_NO_VARIANCE = 1e-14
+"""A variance below is 0 but for rounding."""

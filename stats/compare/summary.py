@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import statistics
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -184,3 +186,19 @@ def _t_test(difference: float, se_squared: float, df: float, scale: Scale, level
 
 def _no_test(none: Undefined) -> TTest:
     return TTest(none, none, none, none, none)
+
+
+def robust_z(values: Sequence[float], least: float = 0.0) -> list[float]:
+    """Return how far each value lies from the median, in standard deviations that outliers do not move.
+
+    The deviation is 1.4826 times the median distance from the median, in the unit of the values, and at least `least`;
+    where it is 0, so are all. Source: Iglewicz and Hoaglin (1993), How to Detect and Handle Outliers.
+
+    >>> robust_z([1.0, 2.0, 3.0, 4.0, 12.0])[-1] > 3.5
+    True
+    """
+    if not values:
+        return []
+    middle = statistics.median(values)
+    scale = max(1.4826 * statistics.median(abs(value - middle) for value in values), least)
+    return [(value - middle) / scale if scale > 0.0 else 0.0 for value in values]

@@ -33,10 +33,12 @@ def hopping_log(
     rise_m: float = RISE_M,
     lost_s: Iterable[tuple[float, float]] = (),
     held_s: Iterable[tuple[float, float]] = (),
+    shallow: Iterable[int] = (),
 ) -> bytes:
     """Write so many jumps and the last landing; rows in `lost_s` (from, to) are missing, in `held_s` they repeat.
 
-    Each jump rises `rise_m` above the rest length; times are those of `landing_s` where that is `RISE_M`.
+    Stances in `shallow` are too flat for a detector: the jump after such a one is not found. Each jump rises `rise_m`
+    above the rest length; times are those of `landing_s` where that is `RISE_M`.
     """
     speed_m_s = math.sqrt(2 * _GRAVITY_M_S2 * rise_m)
     flight_s = 2 * speed_m_s / _GRAVITY_M_S2
@@ -51,6 +53,8 @@ def hopping_log(
         REST_LENGTH_M - depth_m * np.sin(math.pi * np.minimum(phase, STANCE_S) / STANCE_S),
         REST_LENGTH_M + speed_m_s * fly_s - _GRAVITY_M_S2 * fly_s**2 / 2,
     )
+    flat = np.isin(number + 1, [*shallow]) & (phase < STANCE_S)
+    height[flat] = REST_LENGTH_M - 0.2 * (REST_LENGTH_M - height[flat])
     height[time_s < LEAD_IN_S] = REST_LENGTH_M + rise_m
     stays = (number >= jumps) & (phase > STANCE_S / 2) | (number > jumps)
     height[stays] = REST_LENGTH_M - depth_m

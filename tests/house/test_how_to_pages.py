@@ -114,6 +114,14 @@ def test_a_reviewer_looks_and_recomputes(tmp_path: Path, monkeypatch: pytest.Mon
     assert list((book.folder.parent / "review").rglob("report.html"))
 
 
+def test_jumps_are_reviewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LABBOOK_AS", "Ada Nwosu")
+    book = small_book(tmp_path / "book", two_people=True)
+    for words in commands("review.md"):
+        works(words[: words.index("#")] if "#" in words else words, book.folder)
+    assert (book.folder / "r001-2.png").is_file()
+
+
 def test_a_damaged_book(book: SmallBook) -> None:
     for words in commands("damaged-book.md"):
         works(words, book.folder)

@@ -10,10 +10,12 @@ import pytest
 import scipy.stats
 import statsmodels.api as sm
 from numpy.typing import NDArray
+from statsmodels.stats.inter_rater import cohens_kappa, to_table
 from statsmodels.stats.multitest import multipletests
 from statsmodels.stats.power import FTestAnovaPower, TTestIndPower
 
 import stats
+from data_schema.vocabulary import Undefined
 
 SAME = {"rel": 1e-9, "abs": 1e-300}
 
@@ -155,3 +157,36 @@ def test_power(seed: int) -> None:
     found = stats.power_anova(means, sd, n_a, alpha).power
     effect = math.sqrt(float(np.mean((means - means.mean()) ** 2))) / sd
     assert found == pytest.approx(FTestAnovaPower().power(effect, 4 * n_a, alpha, 4), rel=1e-9)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_the_kappa_of_two_people_is_that_of_statsmodels(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    answers = np.array(["accept", "reject", "move", "add"][: int(rng.integers(2, 5))])
+    n = int(rng.integers(len(answers), 200))
+    first = np.concatenate([np.arange(answers.size), rng.integers(0, answers.size, n)])  # each answer is given
+    second = np.where(rng.random(first.size) < rng.random(), first, rng.integers(0, answers.size, first.size))
+    found = stats.cohen_kappa(answers[first].tolist(), answers[second].tolist(), level=0.9)
+    right = cohens_kappa(to_table(np.column_stack([first, second]), bins=answers.size)[0], return_results=True)
+    assert found.kappa == pytest.approx(right.kappa, **SAME)
+    assert found.n == first.size == sum(map(sum, found.counts))
+    if isinstance(found.se, Undefined):
+        assert right.std_kappa == pytest.approx(0.0, abs=1e-7)
+        return
+    assert found.se == pytest.approx(right.std_kappa, rel=1e-7)
+    half_width = scipy.stats.norm.ppf(0.95) * right.std_kappa
+    ends = (max(right.kappa - half_width, -1.0), min(right.kappa + half_width, 1.0))
+    assert found.ci == pytest.approx(ends, rel=1e-7)
+
+
+def test_what_kappa_does_not_tell() -> None:
+    never = stats.cohen_kappa([], [])
+    once = stats.cohen_kappa(["accept"] * 5, ["accept"] * 5)
+    all_alike = stats.cohen_kappa(["accept", "reject"], ["accept", "reject"])
+    none_alike = stats.cohen_kappa(["accept", "reject"], ["reject", "accept"])
+    assert isinstance(never.kappa, Undefined)
+    assert isinstance(once.kappa, Undefined)  # chance agrees as well
+    assert (once.agreed, once.expected) == (1.0, 1.0)
+    assert (all_alike.kappa, none_alike.kappa) == (1.0, -1.0)
+    assert isinstance(all_alike.ci, Undefined)
+    assert isinstance(none_alike.ci, Undefined)

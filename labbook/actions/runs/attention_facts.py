@@ -21,7 +21,7 @@ from labbook.analysis.comparison.deciding import deciding_runs, makes_claim
 from labbook.analysis.comparison.pairing import group_label, swept_factor
 from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found
-from labbook.analysis.outcomes.run_apexes import Judgement, as_protocol, detected_by_robot, judge, logs_that_count
+from labbook.analysis.outcomes.run_apexes import Judgement, as_protocol, judge_runs, logs_that_count
 from labbook.analysis.outcomes.run_energy import (
     drain_lines,
     only_charge_missing,
@@ -90,12 +90,8 @@ def gather_facts(
     of_all, no_heights = logs_that_count(evidence.runs, evidence.logs, evidence.calibrated)
     jumped = [run for run in runs if run.kind is RunKind.JUMPS]
     logs = {run.uid: of_all[run.uid] for run in jumped if run.uid in of_all}
-    variant = as_protocol(evidence)
-    judgements = {
-        uid: judge(detected, evidence.decisions, variant.rules)
-        for _robot, _length_m, found in detected_by_robot(detections, jumped, logs, variant.detector)
-        for uid, detected in found.items()
-    }
+    judged = judge_runs(detections, jumped, logs, evidence.decisions, as_protocol(evidence))
+    judgements = {uid: found.judgement for uid, found in judged.items()}
     in_doubt = [
         log.uid
         for uid, judgement in judgements.items()

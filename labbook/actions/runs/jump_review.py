@@ -15,15 +15,16 @@ from data_schema.queries.files import waiting_files
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.vocabulary import Action, FileRole, ReasonCode, RunKind, TargetKind, Undefined, Verdict
-from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, rest_length_m
+from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, placed_apex, rest_length_m
 from labbook.analysis.outcomes.run_apexes import (
     JudgedJump,
     Reviewed,
     anchor_of,
-    judge,
+    by_protocol,
+    judge_runs,
+    jumps_near,
     not_reviewed,
     reviewed,
-    rules_of,
     usable_logs,
 )
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, is_allowed, planned_analysis
@@ -82,11 +83,7 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
             f"run {name} has {signals.reason}: `labbook show {name}` lists its files; take one off with `labbook "
             f"assign FILE none`, or state the starts with `labbook correct {name} starts=...`."
         )
-    protocol = book.configuration.protocol
-    detections = Detections(connection, book.store)
-    length_m = rest_length_m(connection, run.robot_uid)
-    found = detections.of({run.uid: signals}, protocol.detector, length_m)[run.uid]
-    return _judged(book, connection, run, signals, found)
+    return _judged(book, connection, run, signals)
 
 
 def _judged(
@@ -94,14 +91,16 @@ def _judged(
     connection: sa.Connection,
     run: RunRow,
     signals: tuple[SignalRow, ...],
-    detections: tuple[DetectionRow, ...],
+    known: Sequence[DetectionRow] = (),
 ) -> RunReview:
-    """Judge jumps by the protocol and by the verdicts that stand now."""
+    """Judge jumps by the protocol and by the verdicts that stand now; `known` was found before."""
+    detections = Detections(connection, book.store, known={row.key: row for row in known})
     decisions = jump_decisions(connection, [signal.sha256 for signal in signals])
-    judgement = judge(detections, decisions, rules_of(book.configuration.protocol))
+    way = by_protocol(book.configuration.protocol)
+    judged = judge_runs(detections, [run], {run.uid: signals}, decisions, way)[run.uid]
     lost = tuple(verdicts_waiting(connection, run.uid))
-    jumps = judgement.jumps
-    return RunReview(run, signals, detections, jumps, reviewed(jumps), not_reviewed(jumps), judgement.waiting, lost)
+    jumps, waiting = judged.judgement.jumps, judged.judgement.waiting
+    return RunReview(run, signals, judged.detections, jumps, reviewed(jumps), not_reviewed(jumps), waiting, lost)
 
 
 def resolve_jumps(texts: Sequence[str], found: RunReview) -> list[int]:
@@ -133,34 +132,174 @@ def decide(
     reason: str,
     note: str | None,
     found: RunReview | None = None,
+    *,
+    blind: bool = False,
 ) -> list[int]:
     """State a verdict on each of the jumps on which this person's last one differs; all of them or none.
 
     Returns the numbers of these jumps. `found` is the run's review where it was made before the session opened: others
-    wait while a session finds jumps.
+    wait while a session finds jumps. `blind`: the person saw neither condition nor run, nor what others said.
     """
-    if reason not in tuple(ReasonCode):
-        raise unknown_name("reason", reason, tuple(ReasonCode))
-    if found is None:
-        found = review(book, session.connection, name)
-    else:  # verdicts may have come since, also from a command that was cut off
-        found = _judged(book, session.connection, found.run, found.signals, found.detections)
+    _refuse_unknown_reason(reason)
+    found = _judged_now(book, session, name, found)
     jumps = {item.jump.number: item for item in found.jumps}
     _refuse_unknown(found, jumps, numbers)
     changed = [
-        number for number in numbers if not _stands(jumps[number].decision, session.person, verdict, reason, note)
+        number
+        for number in numbers
+        if not _stands(jumps[number].decision, session.person, verdict, reason, note, blind)
     ]
     for number in changed:
-        item, detection = jumps[number], found.detections[0]
-        found_as = {
-            "old_value": item.jump.apex_height_m,
-            "algorithm": detection.algorithm,
-            "version": detection.version,
-        }
+        item = jumps[number]
         _state_verdict(
-            session, found.run, item.signal_sha256, anchor_of(item.jump), Verdict(verdict), reason, note, found_as
+            session,
+            found.run,
+            item.signal_sha256,
+            anchor_of(item.before),
+            Verdict(verdict),
+            reason,
+            note,
+            _found_as(found, item.before.apex_height_m),
+            blind,
         )
     return changed
+
+
+def move(
+    book: Book,
+    session: WriteSession,
+    name: str,
+    number: int,
+    at_s: float,
+    reason: str,
+    note: str | None,
+    found: RunReview | None = None,
+    *,
+    blind: bool = False,
+) -> tuple[JudgedJump, bool]:
+    """State that a jump has its apex at another time of its log, in s.
+
+    Returns the jump as it is now, and whether that was stated: not where this person said the same last. Raises
+    `UsageError` for a time at which no apex can be measured, or where another jump has its own. `found` and `blind` are
+    those of `decide`.
+    """
+    found = _judged_now(book, session, name, found)
+    _refuse_unknown(found, [item.jump.number for item in found.jumps], [number])
+    item = found.jumps[number - 1]
+    others = [each for each in found.jumps if each is not item and each.signal_sha256 == item.signal_sha256]
+    taken = [each for each in others if each.jump.apex_height_m is not None and jumps_near(at_s, [each.jump])]
+    _refuse_taken(found, taken, at_s, f"reject jump {number} where that is the only jump of the two")
+    anchor_s, height_m = anchor_of(item.before), item.before.apex_height_m
+    return _place(book, session, found, item.signal_sha256, Verdict.MOVE, anchor_s, at_s, height_m, reason, note, blind)
+
+
+def add(
+    book: Book,
+    session: WriteSession,
+    name: str,
+    at_s: float,
+    reason: str,
+    note: str | None,
+    found: RunReview | None = None,
+    *,
+    log: int | None = None,
+    blind: bool = False,
+) -> tuple[JudgedJump, bool]:
+    """State that a run has a jump that the detector has not, with its apex at a time of log number `log`, in s.
+
+    Returns and raises as `move` does; `log` counts from 1, and may be left out where the run has one log.
+    """
+    found = _judged_now(book, session, name, found)
+    count = len(found.signals)
+    if log is None and count > 1:
+        raise UsageError(f"run {name} has {count} logs, each with its own time: add --log with a number up to {count}.")
+    if log is not None and not 1 <= log <= count:
+        raise UsageError(f"run {name} has no log {log}: give --log from 1 to {count}, or leave it out if that is 1.")
+    sha256 = found.signals[(log or 1) - 1].sha256
+    here = [item for item in found.jumps if item.signal_sha256 == sha256]
+    repeated = [
+        item for item in here if item.placed and item.placed.verdict is Verdict.ADD and item.placed.at_s == at_s
+    ]
+    if not repeated:
+        taken = [item for item in here if jumps_near(at_s, [item.jump, item.before])]
+        _refuse_taken(
+            found, taken, at_s, f"give its apex another time with `labbook jumps move {name} NUMBER --at TIME`"
+        )
+    return _place(book, session, found, sha256, Verdict.ADD, at_s, at_s, None, reason, note, blind)
+
+
+def _place(
+    book: Book,
+    session: WriteSession,
+    found: RunReview,
+    sha256: str,
+    verdict: Verdict,
+    anchor_s: float,
+    at_s: float,
+    height_m: float | None,
+    reason: str,
+    note: str | None,
+    blind: bool,
+) -> tuple[JudgedJump, bool]:
+    """State where an apex is, unless this person said so last; of an added jump the height is kept that it has now."""
+    _refuse_unknown_reason(reason)
+    signal = next(one for one in found.signals if one.sha256 == sha256)
+    length_m = rest_length_m(session.connection, found.run.robot_uid)
+    apex = placed_apex(Detections(session.connection, book.store).log(signal), sha256, at_s, length_m)
+    if apex.undefined_reason is not None:
+        name = found.run.name
+        raise UsageError(
+            f"run {name} has no apex at {at_s:g} s: {apex.undefined_reason}; `labbook plot {name}` shows its flights."
+        )
+    standing = _placed_by(found, sha256, verdict, at_s)
+    if standing is not None and _stands(standing.decision, session.person, verdict, reason, note, blind):
+        return standing, False
+    found_as = _found_as(found, apex.apex_height_m if verdict is Verdict.ADD else height_m)
+    _state_verdict(session, found.run, sha256, anchor_s, verdict, reason, note, found_as, blind, at_s)
+    now = _placed_by(
+        _judged(book, session.connection, found.run, found.signals, found.detections), sha256, verdict, at_s
+    )
+    assert now is not None, (verdict, at_s)  # noqa: S101 - it was stated just now
+    return now, True
+
+
+def _placed_by(found: RunReview, sha256: str, verdict: Verdict, at_s: float) -> JudgedJump | None:
+    """Return the jump whose apex such a verdict put at a time, if there is one."""
+    of_signal = ((item, item.placed) for item in found.jumps if item.signal_sha256 == sha256 and item.placed)
+    return next((item for item, said in of_signal if (said.verdict, said.at_s) == (verdict, at_s)), None)
+
+
+def _judged_now(book: Book, session: WriteSession, name: str, found: RunReview | None) -> RunReview:
+    """Review a run in a session; verdicts may have come since it was `found`, also from a command that was cut off.
+
+    Raises `UsageError` where jumps have other numbers than they had.
+    """
+    if found is None:
+        return review(book, session.connection, name)
+    now = _judged(book, session.connection, found.run, found.signals, found.detections)
+    before, after = ([(item.signal_sha256, item.before.uid) for item in each.jumps] for each in (found, now))
+    if before != after:
+        raise UsageError(
+            f"jumps of run {name} were added or taken back meanwhile, so that others have their numbers: see `labbook "
+            f"jumps list {name}`, and say it again."
+        )
+    return now
+
+
+def _refuse_taken(found: RunReview, taken: Sequence[JudgedJump], at_s: float, remedy: str) -> None:
+    if taken:
+        raise UsageError(f"run {found.run.name} has jump {taken[0].jump.number} at {at_s:g} s already: {remedy}.")
+
+
+def _refuse_unknown_reason(reason: str) -> None:
+    if reason not in tuple(ReasonCode):
+        raise unknown_name("reason", reason, tuple(ReasonCode))
+
+
+def _found_as(found: RunReview, height_m: float | None) -> dict[str, Any]:
+    """Return what was found where a verdict is given, and by what."""
+    detection = found.detections[0]
+    return {"old_value": height_m, "algorithm": detection.algorithm, "version": detection.version}
 
 
 def without_apex(found: RunReview, numbers: Collection[int]) -> list[str]:
@@ -172,12 +311,14 @@ def without_apex(found: RunReview, numbers: Collection[int]) -> list[str]:
     ]
 
 
-def _stands(standing: DecisionRow | None, person: str, verdict: str, reason: str, note: str | None) -> bool:
+def _stands(
+    standing: DecisionRow | None, person: str, verdict: str, reason: str, note: str | None, blind: bool
+) -> bool:
     """Tell whether a verdict would repeat the standing one; one that is taken back leaves none."""
     if standing is None:
         return verdict == Verdict.CLEAR
-    present = (standing.person, standing.verdict, standing.reason_code, standing.note)
-    return present == (person, verdict, reason, note)
+    present = (standing.person, standing.verdict, standing.reason_code, standing.note, standing.blind)
+    return present == (person, verdict, reason, note, blind)
 
 
 def clear_waiting(book: Book, session: WriteSession, name: str, note: str | None, found: RunReview | None) -> int:
@@ -203,13 +344,19 @@ def _state_verdict(
     reason: str,
     note: str | None,
     found_as: Mapping[str, Any],
+    blind: bool = False,
+    at_s: float | None = None,
 ) -> None:
-    """State a verdict on the jump of a log at a time; `found_as` says what was found there, and by what."""
+    """State a verdict on the jump of a log at a time; `found_as` says what was found there, and by what.
+
+    `at_s` is where its apex is, of a jump that is moved or added.
+    """
     new = {
         "target_kind": str(TargetKind.JUMP),
         "target_uid": run.uid,
         "signal_sha256": signal_sha256,
         "anchor_s": anchor_s,
+        "at_s": at_s,
         "verdict": str(verdict),
         "reason_code": str(reason),
         "note": note,
@@ -217,7 +364,7 @@ def _state_verdict(
         "algorithm": None,
         "version": None,
         **found_as,
-        "blind": 0,
+        "blind": int(blind),
     }
     session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
 

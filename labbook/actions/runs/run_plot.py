@@ -183,5 +183,5 @@ def _jump(item: JudgedJump, offset_s: float, misfires: set[str]) -> LogJump:
         touchdown_s=None if jump.touchdown_s is None else jump.touchdown_s + offset_s,
         lift_off_s=None if jump.liftoff_s is None else jump.liftoff_s + offset_s,
         excluded=item.excluded or "",
-        misfire=jump.uid in misfires,
+        misfire=jump.uid in misfires and jump.apex_height_m is None,
     )

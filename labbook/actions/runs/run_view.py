@@ -11,7 +11,6 @@ import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.charges import ChargeOfRun, charges_of_run
-from data_schema.queries.detections import jump_decisions
 from data_schema.queries.history import EntryRow, NoteRow, RunFileRow, files_of_run, history_of_run, notes_of
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import (
@@ -29,13 +28,13 @@ from labbook.actions.runs.jump_review import review_lines
 from labbook.analysis.outcomes.conditions import measure, number_of
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found
 from labbook.analysis.outcomes.run_apexes import (
+    JudgedRun,
     Reviewed,
+    by_protocol,
     calibrated_for_other_day,
-    detected_in_run,
-    judge,
+    judged_run,
     not_reviewed,
     reviewed,
-    rules_of,
 )
 from labbook.analysis.outcomes.run_force import PushOffRules, force_of_run
 from labbook.analysis.results import Results
@@ -98,10 +97,8 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
     signals = signals_of_runs(connection, run_uids=[run.uid])
     logs = [signal for signal in signals if signal.role == FileRole.LOG and BODY_HEIGHT in signal.channels]
     forces = [signal for signal in signals if signal.role == FileRole.FORCE and VERTICAL_FORCE in signal.channels]
-    found = detected_in_run(detections, run, logs, protocol.detector) if logs else None
-    detected = () if found is None or isinstance(found, Undefined) else found
-    decisions = jump_decisions(connection, [one.signal_sha256 for one in detected])
-    jumps = judge(detected, decisions, rules_of(protocol)).jumps
+    judged = judged_run(detections, run, logs, by_protocol(protocol)) if logs else None
+    jumps = judged.judgement.jumps if isinstance(judged, JudgedRun) else ()
     calibrated = calibrated_channels(connection, run.uid)
     other_day = calibrated_for_other_day(run, logs, calibrated)
     return RunView(
@@ -112,7 +109,7 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         calibrated_for_other_day=None if other_day is None else other_day.reason,
         charges=charges,
         notes=tuple(notes_of(connection, run.uid)),
-        jumps_found=jumps_found(item.jump for item in jumps) if isinstance(found, tuple) else found,
+        jumps_found=jumps_found(item.jump for item in jumps) if isinstance(judged, JudgedRun) else judged,
         reviewed=reviewed(jumps),
         not_reviewed=not_reviewed(jumps),
         history=history,

@@ -753,7 +753,7 @@ def verdicts_that_differ(connection: sa.Connection, here: Iterable[Entry], there
     standing, found = _last_verdicts(here), []
     for place, other in _last_verdicts(there).items():
         for where, own in standing.items():
-            one, two = ((entry.new or {})["verdict"] for entry in (own, other))
+            one, two = map(_said, (own, other))
             if where[:3] == place[:3] and abs(where[3] - place[3]) < SAME_JUMP_S and one != two:
                 kind, uid = place[:2]
                 what = display_name(connection, "run" if kind == "jump" else kind, uid)
@@ -763,6 +763,13 @@ def verdicts_that_differ(connection: sa.Connection, here: Iterable[Entry], there
                     f"({other.person}, {other.at_utc[:10]}): agree, and give the same verdict in both books."
                 )
     return found
+
+
+def _said(entry: Entry) -> str:
+    """Return a verdict in words, with the time at which it puts an apex."""
+    new = entry.new or {}
+    at_s = new.get("at_s")
+    return str(new["verdict"]) if at_s is None else f"{new['verdict']} to {at_s:.3f} s"
 
 
 def _last_verdicts(entries: Iterable[Entry]) -> dict[tuple[str, str, str, float], Entry]:

@@ -295,7 +295,8 @@ class _Known:
             case Action.DECIDE, _:
                 where = f"jump at {new['anchor_s']:.2f} s of {self._run(new['target_uid'])}"
                 because = "" if new["reason_code"] == ReasonCode.OTHER else f", {new['reason_code']}"
-                return CauseKind.VERDICT, f"{where} {_VERDICT_WORDS[Verdict(new['verdict'])]}{because}"
+                to = f" at {new['at_s']:.2f} s" if new["verdict"] == Verdict.MOVE else ""
+                return CauseKind.VERDICT, f"{where} {_VERDICT_WORDS[Verdict(new['verdict'])]}{to}{because}"
             case Action.DECLARE, "run":
                 return CauseKind.RUN, f"{self._run(entry.uid)} stated"
             case Action.DECLARE, "charge":
@@ -371,6 +372,8 @@ _NAMED_BY = {"level": "label", "condition": "key", "day": "date_local"}
 _VERDICT_WORDS = {
     Verdict.ACCEPT: "accepted",
     Verdict.REJECT: "rejected",
+    Verdict.MOVE: "given another apex",
+    Verdict.ADD: "added",
     Verdict.CLEAR: "left to the protocol again",
 }
 _DONE = {

@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 
 from data_schema.file_cache import FileCache
 from data_schema.journal import canonical
-from data_schema.queries.detections import DetectionRow, JumpRow, detections_by_key
+from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow, detections_by_key
 from data_schema.queries.facts import read_fact
 from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
 from data_schema.vocabulary import GapKind, Undefined
 from ingest.model import Gap, SignalPart
 from ingest.store import Store
-from stats.apexes.detectors import DETECTORS, find_jumps
+from stats.apexes.detectors import DETECTORS, find_jumps, jump_at
 from stats.apexes.jumps import Jump, Jumps
 
 BODY_HEIGHT = "body_height"
@@ -146,6 +146,30 @@ def _jump_row(key: str, jump: Jump) -> JumpRow:
     )
 
 
+PlacedApexes = Mapping[tuple[str, float], JumpRow]
+"""The jumps that people see at a time, by the hash of a signal and that time."""
+
+
+def placed_apex(log: Log, signal_sha256: str, at_s: float, rest_length_m: float) -> JumpRow:
+    """Find the jump that a person sees at a time of a log; where there is none, the row says why and when it was said.
+
+    Whatever the protocol's detector, the apex is that of the robust one's parabola about this time.
+    """
+    found = jump_at(
+        log.time_s,
+        log.body_height_m,
+        at_s,
+        rest_length_m=rest_length_m,
+        leg_length_m=log.leg_length_m,
+        gaps=log.gaps,
+    )
+    key = f"{signal_sha256}\n{at_s!r}"
+    if isinstance(found, Undefined):
+        uid = hashlib.sha256(f"{key}\n1".encode()).hexdigest()[:12]
+        return JumpRow(uid, 1, None, None, at_s, None, None, found.reason, None, 0, False, ())
+    return _jump_row(key, found)
+
+
 def _plain(value: float | Undefined) -> float | None:
     return None if isinstance(value, Undefined) else float(value)
 
@@ -172,6 +196,7 @@ class Detections:
     store: Store
     progress: Callable[[str], None] = field(default=lambda _what: None)
     known: dict[str, DetectionRow] = field(default_factory=dict)
+    _placed: dict[tuple[str, float, float], JumpRow] = field(default_factory=dict, init=False)
     _tidied: bool = field(default=False, init=False)
 
     def of(
@@ -190,6 +215,21 @@ class Detections:
         self._find(missing, gaps, algorithm, rest_length_m)
         found = {uid: self.known[key] for uid, key in keys.items()}
         return {name: tuple(found[signal.uid] for signal in several) for name, several in runs.items()}
+
+    def placed(
+        self, signals: Iterable[SignalRow], decisions: Mapping[str, Sequence[DecisionRow]], rest_length_m: float
+    ) -> dict[tuple[str, float], JumpRow]:
+        """Find the jumps at the times at which verdicts, by the hash of their signal, put an apex."""
+        found: dict[tuple[str, float], JumpRow] = {}
+        for signal in signals:
+            log: Log | None = None
+            for at_s in {said.at_s for said in decisions.get(signal.sha256, ()) if said.at_s is not None}:
+                key = signal.sha256, at_s, rest_length_m
+                if key not in self._placed:
+                    log = log or self.log(signal)
+                    self._placed[key] = placed_apex(log, signal.sha256, at_s, rest_length_m)
+                found[signal.sha256, at_s] = self._placed[key]
+        return found
 
     def log(self, signal: SignalRow) -> Log:
         """Read a signal's samples."""

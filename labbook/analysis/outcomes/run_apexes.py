@@ -4,6 +4,10 @@ A verdict is tied to a signal and a time, not to a row, so it outlives the detec
 to the jump whose apex lies within half a flight time of its anchor, whichever detector found it. If the detector has a
 new version that moves the apex by more than three standard errors, or no jump or several match, the verdict waits for
 a person again, until a later verdict about the same moment settles it.
+
+A person also puts the apex of a jump at another time, or adds a jump that no detector found. What is measured there is
+found in the samples each time; whether it counts is decided as for other jumps. One that is found after all where it
+was added is the same jump.
 """
 
 from __future__ import annotations
@@ -13,16 +17,24 @@ import math
 import re
 import shlex
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from types import MappingProxyType
 
-from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow
+from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow, jump_decisions
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import CalibratedChannel, SignalRow
 from data_schema.queries.sources import InputRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import ReasonCode, Undefined, Verdict
-from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found, rest_length_m
+from labbook.analysis.outcomes.detection import (
+    BODY_HEIGHT,
+    Detections,
+    PlacedApexes,
+    jumps_found,
+    rest_length_m,
+    version,
+)
 from labbook.analysis.results import (
     Algorithm,
     Results,
@@ -46,12 +58,24 @@ MOVED_STANDARD_ERRORS = 3.0
 
 @dataclass(frozen=True, slots=True)
 class JudgedJump:
-    """A jump, numbered through the run, the signal it was found in, and why it does not count (None where it does)."""
+    """A jump, numbered through the run, the signal it was found in, and why it does not count (None where it does).
+
+    `decision` is the verdict that stands, `verdicts` are the last ones of each person, in the order they were given.
+    `placed` is the one by which a person put the apex where it is, `as_found` the jump without that.
+    """
 
     jump: JumpRow
     signal_sha256: str
     excluded: str | None
     decision: DecisionRow | None
+    verdicts: tuple[DecisionRow, ...] = ()
+    placed: DecisionRow | None = None
+    as_found: JumpRow | None = None
+
+    @property
+    def before(self) -> JumpRow:
+        """The jump that verdicts are tied to: as the detector found it or, of an added one, as it was added."""
+        return self.jump if self.as_found is None else self.as_found
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +98,8 @@ class Judgement:
     @property
     def in_force(self) -> tuple[DecisionRow, ...]:
         """The verdicts that stand: taken back or overruled ones say nothing any more."""
-        return (*(item.decision for item in self.jumps if item.decision is not None), *self.waiting)
+        of_jumps = (said for item in self.jumps for said in (item.decision, item.placed) if said is not None)
+        return tuple(dict.fromkeys((*of_jumps, *self.waiting)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,59 +136,162 @@ class Rules:
     exclude_gap_jumps: bool
 
 
-def rules_of(protocol: ProtocolSettings) -> Rules:
-    """Return the rules of a protocol."""
-    return Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps)
+@dataclass(frozen=True, slots=True)
+class ApexVariant:
+    """How jumps are found and judged: as the protocol says, or otherwise to see what depends on it."""
+
+    detector: str
+    rules: Rules
+    heed_decisions: bool = True
 
 
 def judge(
-    detections: Sequence[DetectionRow], decisions: Mapping[str, Sequence[DecisionRow]], rules: Rules
+    detections: Sequence[DetectionRow],
+    decisions: Mapping[str, Sequence[DecisionRow]],
+    rules: Rules,
+    placed: PlacedApexes = MappingProxyType({}),
 ) -> Judgement:
     """Decide for every jump of a run whether it counts: a person's word first, then the protocol.
 
-    `detections` are those of the run's logs one after the other; `decisions` are by signal.
+    `detections` are those of the run's logs one after the other; `decisions` are by signal; `placed` has what is found
+    at each time at which these put an apex.
     """
     parts: list[Judgement] = []
     for detection in detections:
-        before = sum(len(part.jumps) for part in parts)
-        if before:
-            jumps = tuple(replace(jump, number=before + jump.number) for jump in detection.jumps)
-            detection = replace(detection, jumps=jumps)
-        parts.append(_judge_log(detection, decisions.get(detection.signal_sha256, []), rules))
+        first = 1 + sum(len(part.jumps) for part in parts)
+        said = decisions.get(detection.signal_sha256, [])
+        parts.append(_judge_log(detection, said, rules, placed, first))
     return Judgement(
         tuple(jump for part in parts for jump in part.jumps), tuple(item for part in parts for item in part.waiting)
     )
 
 
-def _judge_log(detection: DetectionRow, decisions: Sequence[DecisionRow], rules: Rules) -> Judgement:
-    verdicts: dict[int, DecisionRow] = {}
+@dataclass(frozen=True, slots=True)
+class JudgedRun:
+    """What was found in the logs of a run, in their order, and what counts of it."""
+
+    detections: tuple[DetectionRow, ...]
+    judgement: Judgement
+
+
+def judge_runs(
+    detections: Detections,
+    runs: Iterable[RunRow],
+    logs: Mapping[str, Sequence[SignalRow]],
+    decisions: Mapping[str, Sequence[DecisionRow]],
+    variant: ApexVariant,
+) -> dict[str, JudgedRun]:
+    """Find and judge the jumps of each run that `logs` has signals of, in their order, by the run's uid."""
+    by_robot: dict[str, dict[str, Sequence[SignalRow]]] = {}
+    for run in runs:
+        if run.uid in logs:
+            by_robot.setdefault(run.robot_uid, {})[run.uid] = logs[run.uid]
+    heeded = decisions if variant.heed_decisions else {}
+    found: dict[str, JudgedRun] = {}
+    for robot, of_robot in by_robot.items():
+        length_m = rest_length_m(detections.connection, robot)
+        detected = detections.of(of_robot, variant.detector, length_m)
+        placed = detections.placed((log for several in of_robot.values() for log in several), heeded, length_m)
+        found |= {
+            uid: JudgedRun(several, judge(several, heeded, variant.rules, placed)) for uid, several in detected.items()
+        }
+    return {uid: found[uid] for uid in logs if uid in found}  # in the order of the logs, whatever the robots
+
+
+def _judge_log(
+    detection: DetectionRow, decisions: Sequence[DecisionRow], rules: Rules, placed: PlacedApexes, first: int
+) -> Judgement:
+    """Judge the jumps of one log, the first of which has the number `first`."""
+    jumps = {jump.uid: jump for jump in detection.jumps}
+    detected = frozenset(jumps)
+    verdicts: dict[str, DecisionRow] = {}
+    places: dict[str, DecisionRow] = {}
+    by_person: dict[str, dict[str, DecisionRow]] = {}
     waiting: dict[float, DecisionRow] = {}
     for decision in decisions:
-        jump = match(detection, decision)
+        near = jumps_near(decision.anchor_s, jumps.values())
+        if decision.verdict is Verdict.ADD and not near:
+            jump: JumpRow | None = placed[detection.signal_sha256, _time_of(decision)]
+        else:
+            jump = match(near, detection, decision)
         half_flight_s = UNKNOWN_FLIGHT_S / 2.0 if jump is None else _half_flight(jump)
         for anchor_s in [at_s for at_s in waiting if abs(at_s - decision.anchor_s) <= half_flight_s]:
             del waiting[anchor_s]
         if jump is None:
             waiting[decision.anchor_s] = decision
-        elif decision.verdict is Verdict.CLEAR:
-            verdicts.pop(jump.number, None)
-        else:
-            verdicts[jump.number] = decision
-    judged = tuple(
-        JudgedJump(
-            jump, detection.signal_sha256, _excluded(jump, verdicts.get(jump.number), rules), verdicts.get(jump.number)
+            continue
+        own = by_person.setdefault(jump.uid, {})
+        own.pop(decision.person, None)
+        if decision.verdict is Verdict.CLEAR:
+            verdicts.pop(jump.uid, None)
+            places.pop(jump.uid, None)
+            if jump.uid not in detected:
+                del jumps[jump.uid], by_person[jump.uid]
+            continue
+        jumps[jump.uid] = jump
+        verdicts[jump.uid] = own[decision.person] = decision
+        if decision.at_s is not None:
+            places[jump.uid] = decision
+    judged = []
+    for number, found in enumerate(_in_time([*detection.jumps], jumps.values(), detected), start=first):
+        place, verdict = places.get(found.uid), verdicts.get(found.uid)
+        jump = found if found.number == number else replace(found, number=number)
+        if place is not None:
+            apex = placed[detection.signal_sha256, _time_of(place)]
+            jump = _with_apex(jump, apex, "moved" if found.uid in detected else "added")
+        judged.append(
+            JudgedJump(
+                jump,
+                detection.signal_sha256,
+                _excluded(jump, verdict, rules),
+                verdict,
+                tuple(by_person.get(found.uid, {}).values()),
+                place,
+                None if place is None else found,
+            )
         )
-        for jump in detection.jumps
+    return Judgement(tuple(judged), tuple(item for item in waiting.values() if item.verdict is not Verdict.CLEAR))
+
+
+def _time_of(decision: DecisionRow) -> float:
+    assert decision.at_s is not None, decision  # noqa: S101 - the table holds no placed apex without a time
+    return decision.at_s
+
+
+def _in_time(found: list[JumpRow], jumps: Iterable[JumpRow], detected: Collection[str]) -> list[JumpRow]:
+    """Return the jumps that were found, in their order, with the added ones between them by time."""
+    for added in [jump for jump in jumps if jump.uid not in detected]:
+        later = (place for place, jump in enumerate(found) if anchor_of(jump) > anchor_of(added))
+        found.insert(next(later, len(found)), added)
+    return found
+
+
+def _with_apex(jump: JumpRow, apex: JumpRow, flag: str) -> JumpRow:
+    """Return a jump with the apex that a person saw; in the flight that was found its ends stay as they were found."""
+    of_flight = apex
+    if jump.liftoff_s is not None and jump.flight_time_s is not None and apex.apex_s is not None:
+        of_flight = jump if 0.0 <= apex.apex_s - jump.liftoff_s <= jump.flight_time_s else apex
+    return replace(
+        apex,
+        uid=jump.uid,
+        number=jump.number,
+        touchdown_s=jump.touchdown_s if apex.touchdown_s is None else apex.touchdown_s,
+        liftoff_s=of_flight.liftoff_s,
+        flight_time_s=of_flight.flight_time_s,
+        flags=(*apex.flags, flag),
     )
-    return Judgement(judged, tuple(item for item in waiting.values() if item.verdict is not Verdict.CLEAR))
 
 
-def match(detection: DetectionRow, decision: DecisionRow) -> JumpRow | None:
-    """Return the one jump that a verdict is about, or None when it must be asked again.
+def jumps_near(at_s: float, jumps: Iterable[JumpRow]) -> list[JumpRow]:
+    """Return the jumps whose apex, or touchdown, lies within half their flight of a time of their log."""
+    return [jump for jump in jumps if abs(anchor_of(jump) - at_s) <= _half_flight(jump)]
+
+
+def match(near: Sequence[JumpRow], detection: DetectionRow, decision: DecisionRow) -> JumpRow | None:
+    """Return the one jump near the anchor of a verdict that it is about, or None when it must be asked again.
 
     Another detector's apex differs by its nature, so only a new version of the same detector calls for a new review.
     """
-    near = [jump for jump in detection.jumps if abs(anchor_of(jump) - decision.anchor_s) <= _half_flight(jump)]
     if len(near) != 1:
         return None
     jump = near[0]
@@ -238,19 +366,14 @@ class ApexResults(RunResults[RunApexes]):
     judgements: Mapping[str, Judgement]
 
 
-@dataclass(frozen=True, slots=True)
-class ApexVariant:
-    """How jumps are found and judged: as the protocol says, or otherwise to see what depends on it."""
-
-    detector: str
-    rules: Rules
-    heed_decisions: bool = True
+def by_protocol(protocol: ProtocolSettings) -> ApexVariant:
+    """Return a protocol's own way."""
+    return ApexVariant(protocol.detector, Rules(protocol.exclude_first_jumps, protocol.exclude_gap_jumps))
 
 
 def as_protocol(evidence: StudyData) -> ApexVariant:
     """Return the protocol's own way."""
-    protocol = evidence.configuration.protocol
-    return ApexVariant(protocol.detector, rules_of(protocol))
+    return by_protocol(evidence.configuration.protocol)
 
 
 def without_exclusions(evidence: StudyData) -> ApexVariant:
@@ -292,23 +415,26 @@ def calibrated_for_other_day(
     return None
 
 
-def detected_in_run(
-    detections: Detections, run: RunRow, logs: Sequence[SignalRow], detector: str
-) -> tuple[DetectionRow, ...] | Undefined:
-    """Find the jumps of a run in all its `logs` with a body height, or say why they do not count."""
+def judged_run(
+    detections: Detections, run: RunRow, logs: Sequence[SignalRow], variant: ApexVariant
+) -> JudgedRun | Undefined:
+    """Find and judge the jumps of a run in all its `logs` with a body height, or say why they do not count."""
     usable = usable_logs(run, logs)
     if isinstance(usable, Undefined):
         return usable
-    length_m = rest_length_m(detections.connection, run.robot_uid)
-    return tuple(detections.of({run.uid: usable}, detector, length_m)[run.uid])
+    decisions = jump_decisions(detections.connection, [log.sha256 for log in usable])
+    return judge_runs(detections, [run], {run.uid: usable}, decisions, variant)[run.uid]
 
 
 def jumps_found_in_run(
     detections: Detections, run: RunRow, logs: Sequence[SignalRow], detector: str
 ) -> int | Undefined:
-    """Count the jumps found of a run over all its `logs` with a body height, or say why they do not count."""
-    found = detected_in_run(detections, run, logs, detector)
-    return found if isinstance(found, Undefined) else sum(jumps_found(detection.jumps) for detection in found)
+    """Count the jumps found of a run over all its `logs` with a body height, or say why they do not count.
+
+    Those that a person added are found, too.
+    """
+    judged = judged_run(detections, run, logs, ApexVariant(detector, Rules(0, exclude_gap_jumps=False)))
+    return judged if isinstance(judged, Undefined) else jumps_found(item.jump for item in judged.judgement.jumps)
 
 
 def _in_number_order(name: str) -> list[tuple[str, int]]:
@@ -336,22 +462,14 @@ def logs_that_count(
     return found, missing
 
 
-def detected_by_robot(
-    detections: Detections, runs: Sequence[RunRow], logs: Mapping[str, tuple[SignalRow, ...]], detector: str
-) -> Iterator[tuple[str, float, dict[str, tuple[DetectionRow, ...]]]]:
-    """Yield each robot's uid, its leg's rest length in m, and what is found in the logs of its runs, by their uid."""
-    for robot in sorted({run.robot_uid for run in runs if run.uid in logs}):
-        of_robot = {run.uid: logs[run.uid] for run in runs if run.robot_uid == robot and run.uid in logs}
-        length_m = rest_length_m(detections.connection, robot)
-        yield robot, length_m, detections.of(of_robot, detector, length_m)
-
-
 def run_apexes(computed: Results, detections: Detections, evidence: StudyData, variant: ApexVariant) -> ApexResults:
     """Compute the apex heights of every selected jump run that has logs."""
     logs, missing = logs_that_count(evidence.runs, evidence.logs, evidence.calibrated)
     runs = {run.uid: run for run in evidence.runs}
+    lengths_m = {
+        robot: rest_length_m(detections.connection, robot) for robot in sorted({runs[uid].robot_uid for uid in logs})
+    }
     results: dict[str, RunApexes] = {}
-    judgements: dict[str, Judgement] = {}
     calibrated = {
         uid: channel
         for uid, channels in evidence.calibrated.items()
@@ -364,27 +482,27 @@ def run_apexes(computed: Results, detections: Detections, evidence: StudyData, v
         "exclude_gap_jumps": variant.rules.exclude_gap_jumps,
         "heed_decisions": variant.heed_decisions,
     }
-    for robot, length_m, found in detected_by_robot(detections, evidence.runs, logs, variant.detector):
-        for uid, detected in found.items():
-            judgements[uid] = judge(detected, evidence.decisions if variant.heed_decisions else {}, variant.rules)
-            inputs = [run_input(runs[uid])]
-            inputs += [signal_input(log, f"log {place}") for place, log in enumerate(logs[uid], start=1)]
-            inputs.append(fingerprint("robot", "robot", robot, repr(length_m)))
-            inputs += [
-                InputRow("detection", "detection", f"{item.algorithm}, version {item.version}", item.key)
-                for item in detected
-            ]
-            inputs += [decision_input(decision) for decision in judgements[uid].in_force]
-            heights = {log.sha256: calibrated[log.uid] for log in logs[uid] if log.uid in calibrated}
-            inputs += [
-                fingerprint("calibration", "signal", log.uid, repr(heights[log.sha256].calibration))
-                for log in logs[uid]
-                if log.sha256 in heights
-            ]
-            about = {"run": runs[uid].name, **settings}
-            results[uid] = computed.record(ALGORITHM, about, inputs, _apexes(judgements[uid], heights), settings)
-    in_order = {uid: results[uid] for uid in logs}  # that of the runs, whatever the robots
-    return ApexResults(in_order, missing, judgements)
+    judged = judge_runs(detections, evidence.runs, logs, evidence.decisions, variant)
+    placing = f" robust, version {version('robust')}"
+    for uid, found in judged.items():
+        run, judgement = runs[uid], found.judgement
+        inputs = [run_input(run)]
+        inputs += [signal_input(log, f"log {place}") for place, log in enumerate(logs[uid], start=1)]
+        inputs.append(fingerprint("robot", "robot", run.robot_uid, repr(lengths_m[run.robot_uid])))
+        inputs += [
+            InputRow("detection", "detection", f"{item.algorithm}, version {item.version}", item.key)
+            for item in found.detections
+        ]
+        inputs += [decision_input(said, "" if said.at_s is None else placing) for said in judgement.in_force]
+        heights = {log.sha256: calibrated[log.uid] for log in logs[uid] if log.uid in calibrated}
+        inputs += [
+            fingerprint("calibration", "signal", log.uid, repr(heights[log.sha256].calibration))
+            for log in logs[uid]
+            if log.sha256 in heights
+        ]
+        about = {"run": run.name, **settings}
+        results[uid] = computed.record(ALGORITHM, about, inputs, _apexes(judgement, heights), settings)
+    return ApexResults(results, missing, {uid: found.judgement for uid, found in judged.items()})
 
 
 def _apexes(judgement: Judgement, calibrated: Mapping[str, CalibratedChannel]) -> RunApexes:

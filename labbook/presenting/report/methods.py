@@ -239,6 +239,13 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
             f"{_count(waiting, 'verdict on a jump fits no jump', 'verdicts on jumps fit no jump')} any more and "
             f"{'waits' if waiting == 1 else 'wait'} for review (`labbook jumps list RUN`)."
         )
+    judged = [item for judgement in analysis.judgements.values() for item in judgement.jumps]
+    if placed := [item for item in judged if item.placed is not None and item.excluded is None]:
+        added = sum("added" in item.jump.flags for item in placed)
+        notes.append(
+            f"{_count(len(placed), 'jump counts', 'jumps count')} with an apex where a person put it, {added} of them "
+            "where the detector has no jump (`labbook jumps list RUN`)."
+        )
     notes.append(
         "Charge efficiency and the pack's voltage under load are not measured, so joules are on the scale of the "
         "reference voltage."

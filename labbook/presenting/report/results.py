@@ -686,8 +686,9 @@ def _most(analysis: StudyAnalysis, quantity: PredictedQuantity, source: str) -> 
 
 NOT_WATCHED = (
     "Not watched: runs never made or never entered, whether a value was corrected to please (that it was is listed), "
-    "the study, the rest of labbook.toml (beside [analysis] and which jumps count), and what was looked at without a "
-    "report; the journal has all but the first and the last of these."
+    "apexes that were moved and jumps that were added (the report counts them), the study, the rest of labbook.toml "
+    "(beside [analysis] and which jumps count), and what was looked at without a report; the journal has all but the "
+    "first and the last of these."
 )
 """What could depart from the plan and is not looked for."""
 

@@ -95,3 +95,94 @@ def test_the_jumps_of_a_run_that_was_started_again_are_numbered_through() -> Non
     assert [item.signal_sha256 for item in found.jumps] == ["hash", "hash", "other", "other"]
     assert states(found) == [False, True, False, True]  # the first of the run, and the first of the second log
     assert found.jumps[2].decision == again
+
+
+def placed(verdict: Verdict, anchor_s: float, at_s: float, person: str = "ada", height_m: float = 0.2) -> DecisionRow:
+    return replace(said(verdict, anchor_s, height_m), uid=f"{verdict}{at_s}", at_s=at_s, person=person)
+
+
+def judged_with(decisions: list[DecisionRow], *jumps: JumpRow, exclude_first: int = 0, version: int = 1) -> Judgement:
+    """The judgement where an apex of 0.3 m is found at each time that a person named."""
+    times = {one.at_s for one in decisions if one.at_s is not None}
+    seen = {("hash", at_s): replace(jump(1, at_s, 0.3), uid=f"seen{at_s}") for at_s in times}
+    found = detection(*(jumps or (jump(1, 1.0), jump(2, 2.0), jump(3, 3.0))), version=version)
+    return judge_run([found], {"hash": decisions}, Rules(exclude_first, exclude_gap_jumps=False), seen)
+
+
+def heights(judgement: Judgement) -> list[float | None]:
+    return [item.apex_height_m for item in judgement.counted]
+
+
+MOVE, ADD = placed(Verdict.MOVE, 2.0, 2.05), placed(Verdict.ADD, 1.5, 1.5, height_m=0.3)
+
+
+def test_a_moved_apex_counts_as_others_do_and_stays_moved_when_it_is_accepted() -> None:
+    found = judged_with([MOVE])
+    assert heights(found) == [0.2, 0.3, 0.2]
+    assert (found.jumps[1].jump.apex_s, found.jumps[1].jump.number) == (2.05, 2)
+    assert "moved" in found.jumps[1].jump.flags
+    assert found.in_force == (MOVE,)
+    assert heights(judged_with([MOVE], exclude_first=2)) == [0.2]
+    accept = replace(said(Verdict.ACCEPT, 2.0), uid="later", person="ben")
+    found = judged_with([MOVE, accept], exclude_first=2)
+    assert heights(found) == [0.3, 0.2]
+    assert set(found.in_force) == {MOVE, accept}
+    assert [one.person for one in found.jumps[1].verdicts] == ["ada", "ben"]
+    assert heights(judged_with([MOVE, replace(accept, verdict=Verdict.REJECT)])) == [0.2, 0.2]
+    assert heights(judged_with([replace(accept, verdict=Verdict.REJECT), MOVE])) == [0.2, 0.3, 0.2]
+    found = judged_with([MOVE, accept, replace(accept, verdict=Verdict.CLEAR)])
+    assert (heights(found), found.in_force) == ([0.2, 0.2, 0.2], ())
+
+
+def test_a_later_place_replaces_an_earlier_one() -> None:
+    other = placed(Verdict.MOVE, 2.0, 1.98, "ben")
+    found = judged_with([MOVE, other])
+    assert (found.jumps[1].jump.apex_s, found.jumps[1].placed, found.in_force) == (1.98, other, (other,))
+
+
+def test_a_misfire_can_be_given_an_apex_and_a_jump_lose_it() -> None:
+    lost = replace(jump(2, 2.0, None), apex_s=None)
+    at_touchdown = placed(Verdict.MOVE, 1.8, 2.05)
+    assert heights(judged_with([at_touchdown], jump(1, 1.0), lost)) == [0.2, 0.3]
+    nothing = {("hash", 2.05): replace(jump(1, 2.05, None), undefined_reason="no flight")}
+    found = judge_run([detection(jump(1, 1.0), jump(2, 2.0))], {"hash": [MOVE]}, RULES, nothing)
+    assert [item.excluded for item in found.jumps] == [None, "no flight"]
+
+
+def test_an_added_jump_stands_in_its_place_and_the_others_keep_their_verdicts() -> None:
+    reject = replace(said(Verdict.REJECT, 2.0), uid="r")
+    found = judged_with([reject, ADD])
+    assert [(item.jump.number, item.jump.apex_s) for item in found.jumps] == [(1, 1.0), (2, 1.5), (3, 2.0), (4, 3.0)]
+    assert "added" in found.jumps[1].jump.flags
+    assert states(found) == [True, True, False, True]
+    assert heights(judged_with([ADD], exclude_first=2)) == [0.2, 0.2]
+    rejected = replace(said(Verdict.REJECT, 1.5), uid="no", person="ben")
+    assert states(judged_with([ADD, rejected])) == [True, False, True, True]
+    moved = placed(Verdict.MOVE, 1.5, 1.52, "ben")
+    found = judged_with([ADD, moved])
+    assert [item.jump.apex_s for item in found.jumps] == [1.0, 1.52, 2.0, 3.0]
+    cleared = judged_with([ADD, moved, replace(rejected, verdict=Verdict.CLEAR)])
+    assert len(cleared.jumps) == 3
+    assert cleared.in_force == ()
+    again = judged_with([ADD, replace(rejected, verdict=Verdict.CLEAR), replace(ADD, uid="again")])
+    assert [one.uid for one in again.jumps[1].verdicts] == ["again"]
+
+
+def test_a_jump_that_a_new_version_finds_where_it_was_added_is_not_there_twice() -> None:
+    """As other verdicts, the statement holds where the height is the one that was seen, and else waits."""
+    jumps = (jump(1, 1.0), jump(2, 1.52, 0.3), jump(3, 2.0))
+    found = judged_with([ADD], *jumps, version=2)
+    assert [item.jump.apex_s for item in found.jumps] == [1.0, 1.5, 2.0]
+    assert found.jumps[1].placed == ADD
+    found = judged_with([ADD], jump(1, 1.0), jump(2, 1.52, 0.35), version=2)
+    assert [item.jump.apex_s for item in found.jumps] == [1.0, 1.52]
+    assert found.waiting == (ADD,)
+    nowhere = placed(Verdict.MOVE, 9.0, 9.1)
+    assert judged_with([nowhere]).waiting == (nowhere,)
+
+
+def test_an_added_jump_of_a_second_log_is_numbered_through() -> None:
+    first, second = detection(jump(1, 1.0)), replace(detection(jump(1, 1.0), jump(2, 2.0)), signal_sha256="other")
+    seen = {("other", 1.5): replace(jump(1, 1.5, 0.3), uid="seen")}
+    found = judge_run([first, second], {"other": [replace(ADD, signal_sha256="other")]}, RULES, seen)
+    assert [(item.jump.number, item.jump.apex_s) for item in found.jumps] == [(1, 1.0), (2, 1.0), (3, 1.5), (4, 2.0)]
