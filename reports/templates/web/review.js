@@ -1,24 +1,25 @@
 // Jumps one at a time, by keyboard. A key draws the next jump at once; its verdict is saved behind it, read back, and only
 // then shown as saved. What the server did not take yet waits, in order, also over a reload of the page.
-import { ask, askJson, byId, colour, post, samplesOf } from "/static/common.js";
+import { askJson, byId, colour, post, samplesOf } from "/static/common.js";
 import { Axes, boxOf, drawLine, fitted, placeOf } from "/static/trace.js";
 
 const READ_ONLY = document.body.dataset.readOnly === "yes";
-const WAITING = "labbook-waiting";
-const AHEAD = 2;
+const [WAITING, PLACE] = ["labbook-waiting", "labbook-place"];
+const AHEAD = 8;
+const LOGS = 60;
 const AGAIN_MS = 1000;
-const DOUBTS = {
-  gap_touched: "it touches a gap",
-};
 
 const logs = new Map();
-let runs = [];
-let at = { run: 0, jump: 0 };
+const loaded = new Map();
+let queue = [];
+let at = 0;
 let open = new URLSearchParams(location.search).has("open");
 let given = [];
 let waiting = JSON.parse(sessionStorage.getItem(WAITING) ?? "[]");
 let sending = false;
 let trouble = "";
+let placing = null;  // where a person is about to put an apex: { time, moves }
+const counts = { reviewed: 0 };
 
 const logOf = (run) => {
   if (!logs.has(run)) {
@@ -30,60 +31,34 @@ const logOf = (run) => {
   }
   return logs.get(run);
 };
-const loaded = new Map();
 const ahead = () => {
-  for (let step = 0; step <= AHEAD; step += 1) {
-    const run = runs[at.run + step];
-    if (run) logOf(run).then((log) => { loaded.set(run, log); draw(); work(); }).catch((error) => { trouble = error.message; status(); });
-  }
-  [...loaded.keys()].filter((run) => Math.abs(runs.indexOf(run) - at.run) > 20).forEach((run) => { loaded.delete(run); logs.delete(run); });
+  const runs = new Set(queue.slice(Math.max(at - 2, 0), at + AHEAD).map((one) => one.run));
+  runs.forEach((run) => logOf(run).then((log) => { loaded.set(run, log); draw(); work(); }).catch((error) => { trouble = error.message; status(); }));
+  [...loaded.keys()].slice(0, -LOGS).filter((run) => !runs.has(run)).forEach((run) => { loaded.delete(run); logs.delete(run); });
 };
-const here = () => loaded.get(runs[at.run]);
-const jumpHere = () => here()?.jumps[at.jump];
-
-const middle = (values) => {
-  const sorted = [...values].sort((one, other) => one - other);
-  return sorted[sorted.length >> 1];
-};
-const doubtsOf = (log, jump) => {
-  const doubts = jump.flags.map((flag) => DOUBTS[flag] ?? flag.replaceAll("_", " "));
-  if (jump.apex_height_m === null) doubts.push(jump.why_no_apex ?? "no apex");
-  else {
-    const heights = log.jumps.filter((one) => one.apex_height_m !== null).map((one) => one.apex_height_m);
-    const center = middle(heights);
-    const spread = 1.4826 * middle(heights.map((height) => Math.abs(height - center)));
-    const apart = (jump.apex_height_m - center) / (spread || Infinity);
-    if (Math.abs(apart) > 3.5) doubts.push(`${Math.abs(jump.apex_height_m - center) * 1000 | 0} mm ${apart > 0 ? "above" : "below"} the run's middle`);
-  }
-  if (jump.excluded && !jump.decided) doubts.push(`left out: ${jump.excluded}`);
-  return doubts;
-};
+const item = () => queue[at];
+const here = () => loaded.get(item()?.run);
+const jumpHere = () => here()?.jumps.find((jump) => jump.number === item().number);
 
 const status = () => {
-  const known = [...loaded.values()];
-  const jumps = known.flatMap((log) => log.jumps);
-  const made = counts.reviewed;
-  const rejected = jumps.filter((jump) => jump.decided?.verdict === "reject").length;
-  const parts = [`${made} of ${counts.jumps} reviewed`];
-  if (rejected) parts.push(`${rejected} rejected here`);
+  const parts = [`${counts.reviewed} of ${queue.length} reviewed`];
   if (waiting.length) parts.push(`${waiting.length} waiting to be saved`);
   if (trouble) parts.push(trouble);
   byId("saved").textContent = parts.join(", ");
-  byId("saved").className = waiting.length && trouble ? "wrong" : "soft";
-  const share = counts.jumps ? 100 * made / counts.jumps : 0;
+  byId("saved").className = trouble ? "wrong" : "soft";
+  const share = queue.length ? 100 * counts.reviewed / queue.length : 0;
   byId("share").style.width = `${share}%`;
   byId("share").parentElement.ariaValueNow = Math.round(share);
 };
-const counts = { jumps: 0, reviewed: 0 };
 
+let drawn = null;
 const draw = () => {
   const log = here();
   const jump = jumpHere();
-  const run = runs[at.run];
-  byId("title").textContent = run ? `${run}${open && log ? `: ${log.title}` : ""}` : "Nothing to review";
-  if (!log || !jump) return;
+  byId("title").textContent = item() ? (open ? `${item().run}${log ? `: ${log.title}` : ""}` : `Jump ${at + 1} of ${queue.length}`) : "Nothing to review";
+  if (!log || !jump) { status(); return; }
   const { time, height } = log.trace;
-  const next = log.jumps[at.jump + 1];
+  const next = log.jumps[log.jumps.indexOf(jump) + 1];
   const begin = jump.touchdown_s ?? jump.lift_off_s ?? jump.at_s - 0.4;
   const until = jump.at_s + (jump.apex_height_m === null ? 0.6 : 2.5 * (jump.at_s - begin));
   const end = next ? Math.min(until, next.touchdown_s ?? next.at_s) : until;
@@ -146,12 +121,23 @@ const draw = () => {
     context.arc(axes.x(jump.at_s), axes.y(jump.apex_height_m * 1000), 5, 0, 7);
     context.fill();
   }
+  if (placing) {
+    context.strokeStyle = colour("doubt");
+    context.beginPath();
+    context.moveTo(axes.x(placing.time), axes.box.top);
+    context.lineTo(axes.x(placing.time), axes.box.top + axes.box.height);
+    context.stroke();
+  }
   context.restore();
-  byId("number").textContent = `Jump ${jump.number} of ${log.jumps.length}`;
+  drawn = { axes, view, time };
+  byId("number").textContent = `Jump ${jump.number} of ${log.jumps.length} in its run`;
   const error = jump.se_m === null ? "" : ` ± ${(jump.se_m * 1000).toFixed(2)}`;
-  byId("facts").textContent = jump.apex_height_m === null ? "no apex" : `apex ${(jump.apex_height_m * 1000).toFixed(2)}${error} mm at ${jump.at_s.toFixed(3)} s`;
-  const doubts = doubtsOf(log, jump);
-  byId("doubts").textContent = doubts.length ? `Look: ${doubts.join("; ")}.` : "";
+  const placed = ["moved", "added"].filter((flag) => jump.flags.includes(flag)).map((flag) => `, ${flag} by a person`).join("");
+  byId("facts").textContent = jump.apex_height_m === null ? "no apex" : `apex ${(jump.apex_height_m * 1000).toFixed(2)}${error} mm at ${jump.at_s.toFixed(3)} s${placed}`;
+  const { doubts } = item();
+  byId("doubts").textContent = placing
+    ? `The apex at ${placing.time.toFixed(3)} s: click, or arrows and Enter; Escape leaves it as it is.`
+    : doubts.length ? `Look: ${doubts.join("; ")}.` : "";
   const verdict = byId("verdict");
   verdict.className = `verdict ${jump.decided?.verdict ?? ""}`;
   verdict.textContent = jump.decided
@@ -160,26 +146,21 @@ const draw = () => {
   status();
 };
 
+const stay = () => sessionStorage.setItem(PLACE, JSON.stringify({ search: location.search, run: item()?.run, number: item()?.number }));
 const move = (by) => {
-  const log = here();
-  if (!log) return;
-  let { run, jump } = at;
-  jump += by;
-  if (jump >= log.jumps.length) { run += 1; jump = 0; }
-  if (jump < 0) { run -= 1; jump = (loaded.get(runs[run])?.jumps.length ?? 1) - 1; }
-  if (run < 0 || run >= runs.length) return;
-  at = { run, jump };
+  if (!queue[at + by]) return;
+  at += by;
+  stay();
   ahead();
   draw();
 };
 
 const show = (run, numbers, decided, saved) => {
-  const log = loaded.get(run);
-  if (!log) return;
-  log.jumps.filter((jump) => numbers.includes(jump.number)).forEach((jump) => {
-    counts.reviewed += (decided !== null) - (jump.decided !== null);
-    Object.assign(jump, { decided, saved });
+  queue.filter((one) => one.run === run && numbers.includes(one.number)).forEach((one) => {
+    counts.reviewed += (decided !== null) - one.decided;
+    one.decided = decided !== null;
   });
+  loaded.get(run)?.jumps.filter((jump) => numbers.includes(jump.number)).forEach((jump) => Object.assign(jump, { decided, saved }));
 };
 
 const send = async () => {
@@ -209,8 +190,8 @@ const send = async () => {
 
 const state = (numbers, verdict, reason, before) => {
   if (READ_ONLY) { trouble = "read-only: nothing is stated"; status(); return; }
-  const run = runs[at.run];
-  given.push({ at: { ...at }, run, before });
+  const { run } = item();
+  given.push({ at, run, before });
   waiting.push({ run, numbers, verdict, reason, blind: !open });
   sessionStorage.setItem(WAITING, JSON.stringify(waiting));
   show(run, numbers, verdict === "clear" ? null : { verdict, reason_code: reason, person: "you" }, false);
@@ -226,6 +207,7 @@ const undo = () => {
   const last = given.pop();
   if (!last) return;
   at = last.at;
+  stay();
   ahead();
   last.before.forEach(({ number, decided }) => {
     waiting.push({ run: last.run, numbers: [number], verdict: decided?.verdict ?? "clear", reason: decided?.reason_code ?? "other", blind: !open });
@@ -236,21 +218,52 @@ const undo = () => {
   send();
 };
 const acceptRest = () => {
-  const log = here();
-  if (!log) return;
-  const rest = log.jumps.slice(at.jump).filter((jump) => !jump.decided && !doubtsOf(log, jump).length);
+  const { run } = item() ?? {};
+  const rest = queue.filter((one) => one.run === run && !one.decided && !one.doubts.length);
   if (!rest.length) return;
-  state(rest.map((jump) => jump.number), "accept", "looks_right", rest.map((jump) => ({ number: jump.number, decided: jump.decided })));
+  state(rest.map((one) => one.number), "accept", "looks_right", rest.map((one) => ({ number: one.number, decided: null })));
   draw();
 };
 const goTo = (name) => {
-  const run = runs.indexOf(name.trim());
-  if (run < 0) { trouble = `there is no run ${name} with jumps`; status(); return; }
+  const place = queue.findIndex((one) => one.run === name.trim());
+  if (place < 0) { trouble = `there is no run ${name} with jumps here`; status(); return; }
   trouble = "";
-  at = { run, jump: 0 };
-  ahead();
+  move(place - at);
+};
+const place = (moves) => {
+  const jump = jumpHere();
+  if (!jump || READ_ONLY) return;
+  placing = { time: moves ? jump.at_s : (drawn.view[0] + drawn.view[1]) / 2, moves };
   draw();
 };
+const putApex = async () => {
+  const { run, number } = item();
+  const { time, moves } = placing;
+  placing = null;
+  try {
+    const found = await post("/api/apexes", { run, number: moves ? number : null, at_s: time, blind: !open });
+    sessionStorage.setItem(PLACE, JSON.stringify({ search: location.search, ...found }));
+    location.reload();  // numbers of later jumps may be others now
+  } catch (error) {
+    trouble = error.message;
+    draw();
+  }
+};
+const placeKey = (event) => {
+  const step = (event.shiftKey ? 10 : 1) * { ArrowLeft: -1, ArrowRight: 1 }[event.key];
+  if (step) {
+    const now = placeOf(drawn.time, placing.time);
+    placing.time = drawn.time[Math.min(Math.max(now + step, 0), drawn.time.length - 1)];
+  } else if (event.key === "Enter") { putApex(); return; } else if (event.key === "Escape") placing = null;
+  draw();
+};
+byId("jump").addEventListener("pointermove", (event) => {
+  if (!placing || !drawn) return;
+  const { box, xs } = drawn.axes;
+  placing.time = xs[0] + (event.offsetX - box.left) / box.width * (xs[1] - xs[0]);
+  draw();
+});
+byId("jump").addEventListener("click", () => { if (placing) putApex(); });
 
 const KEYS = {
   a: () => decide("accept", "looks_right"),
@@ -261,6 +274,8 @@ const KEYS = {
   b: () => move(-1),
   ArrowLeft: () => move(-1),
   A: acceptRest,
+  m: () => place(true),
+  n: () => place(false),
   o: () => { open = !open; draw(); },
   g: () => { byId("goto").showModal(); byId("target").select(); },
   "?": () => byId("help").showModal(),
@@ -277,6 +292,7 @@ const work = () => {
 document.addEventListener("keydown", (event) => {
   const asked = document.querySelector("dialog[open]");
   if (event.ctrlKey || event.metaKey || event.altKey || (asked && asked.id !== "reasons")) return;
+  if (placing) { event.preventDefault(); placeKey(event); return; }
   if (!(asked ? document.querySelector(`#reasons [data-key="${CSS.escape(event.key)}"]`) : KEYS[event.key])) {
     if (pressed.length === 0 || event.key.length > 1) return;
   }
@@ -293,11 +309,12 @@ byId("goto").addEventListener("close", () => { if (byId("target").value) goTo(by
 new ResizeObserver(draw).observe(byId("jump"));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 
-const found = await (await ask(`/api/queue${location.search}`)).json();
-runs = found.runs;
-Object.assign(counts, { jumps: found.jumps, reviewed: found.reviewed });
-const first = new URLSearchParams(location.search).get("run");
-if (first) at.run = Math.max(0, runs.indexOf(first));
+queue = (await askJson(`/api/queue${location.search}`)).jumps;
+counts.reviewed = queue.filter((one) => one.decided).length;
+waiting.forEach(({ run, numbers, verdict, reason }) => show(run, numbers, verdict === "clear" ? null : { verdict, reason_code: reason, person: "you" }, false));
+const left = JSON.parse(sessionStorage.getItem(PLACE) ?? "{}");
+const known = queue.findIndex((one) => one.run === left.run && one.number === left.number);
+if (left.search === location.search && known >= 0) at = known;
 ahead();
 draw();
 send();

@@ -106,13 +106,42 @@ def test_the_rest_of_a_run_is_accepted_at_one_key(page: Any, book: SmallBook) ->
 
 def test_a_burst_of_keys_loses_none(page: Any, book: SmallBook) -> None:
     with served(book.folder, "--as", ADA) as server:
-        found = server.json("/api/queue")
+        count = len(server.json("/api/queue")["jumps"])
         opened(page, server, "/review")
-        for _ in range(found["jumps"]):
+        for _ in range(count):
             page.keyboard.press("a")
         all_saved(page)
-        assert server.json("/api/queue")["reviewed"] == found["jumps"]
-    assert verdicts(book) == [("accept", "looks_right")] * found["jumps"]
+        assert all(jump["decided"] for jump in server.json("/api/queue")["jumps"])
+    assert verdicts(book) == [("accept", "looks_right")] * count
+
+
+def test_an_apex_is_moved_and_a_missed_jump_added_by_keyboard(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        before = server.json("/api/runs/r003/log")["jumps"]
+        opened(page, server)
+        page.keyboard.press("m")
+        page.keyboard.press("ArrowRight")
+        page.keyboard.press("Enter")
+        until(lambda: [verdict for verdict, _reason in verdicts(book)] == ["move"])
+        after = server.json("/api/runs/r003/log")["jumps"]
+        assert 0.0 < after[0]["at_s"] - before[0]["at_s"] < 0.02
+        until(lambda: "moved" in (page.text_content("#facts") or ""))
+        page.keyboard.press("n")
+        page.keyboard.press("Escape")
+        page.keyboard.press("a")
+        all_saved(page)
+        assert [verdict for verdict, _reason in verdicts(book)] == ["move", "accept"]
+
+
+def test_a_verdict_says_whether_the_condition_was_hidden(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.keyboard.press("a")
+        page.keyboard.press("o")
+        page.keyboard.press("a")
+        all_saved(page)
+    with book.open() as opened_book, opened_book.reading() as connection:
+        assert list(connection.execute(sa.select(decision.c.blind).order_by(decision.c.id)).scalars()) == [1, 0]
 
 
 def test_verdicts_wait_for_a_server_that_was_killed(page: Any, book: SmallBook) -> None:
@@ -135,10 +164,8 @@ def test_two_pages_see_each_other(browser: Any, page: Any, book: SmallBook) -> N
     with served(book.folder, "--as", ADA) as server:
         page.goto(server.url)
         page.wait_for_selector("#runs tbody tr")
-        found = server.json("/api/queue")["jumps"]
         server.json("/api/verdicts", {"run": "r003", "numbers": [1], "verdict": "accept", "reason": "looks_right"})
         until(lambda: "1 of" in page.text_content("#progress"))
-        assert found > 1
 
 
 @pytest.mark.parametrize("path", ["/", "/attention", "/runs/r003", "/review", "/live"])

@@ -48,13 +48,14 @@ class Rig:
                 time.sleep(pause_s)
 
     def read(self, running: Running) -> None:
-        """Take note of what was acknowledged; the last line of a killed process may be cut off."""
-        for line in running.output.read_text().splitlines(keepends=True):
+        """Take note of what was acknowledged; the last line of a killed process may be cut off, or all missing."""
+        told = running.output.read_text() if running.output.exists() else ""
+        for line in told.splitlines(keepends=True):
             if line.endswith("\n"):
-                told = json.loads(line)
-                if told["event"] == "file" and told["status"] in ("imported", "duplicate"):
-                    self.acknowledged.add(told["sha256"])
-                self.replaced += len(told["replaced"]) if told["event"] == "file" else 0
+                happened = json.loads(line)
+                if happened["event"] == "file" and happened["status"] in ("imported", "duplicate"):
+                    self.acknowledged.add(happened["sha256"])
+                self.replaced += len(happened["replaced"]) if happened["event"] == "file" else 0
 
     def check(self) -> None:
         """All that was acknowledged is in the book, and nothing is twice."""
