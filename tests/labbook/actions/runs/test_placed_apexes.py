@@ -245,3 +245,18 @@ def test_the_commands(made: SmallBook) -> None:
     assert "added" not in good(labbook("jumps", "list", RUN, at=made.folder)).out
     refused(labbook("jumps", "add", RUN, "--at", "soon", "--as", "AN", at=made.folder), 2, "soon")
     refused(labbook("jumps", "add", RUN, "--at", "nan", "--as", "AN", at=made.folder), 2, "nan")
+
+
+def test_a_server_keeps_it_as_a_file_does(tmp_path: Path, postgres_url: str) -> None:
+    small = small_book(tmp_path, database_url=postgres_url)
+    with small.open() as book:
+        at_s = (reviewed(book).jumps[1].jump.apex_s or 0.0) + 0.01
+        found, _stated = put(book, move, 2, at_s, "wrong_apex", None)
+        put(book, decide, [2], "accept", "looks_right", None, blind=True)
+        assert reviewed(book).jumps[1].jump == found.jump
+    rebuilt_alike(small)
+    with small.open() as book:
+        item = reviewed(book).jumps[1]
+        assert item.jump == found.jump
+        assert item.decision is not None
+        assert item.decision.blind
