@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import queue
-import signal
 import statistics
 import subprocess
 import tempfile
@@ -120,7 +119,7 @@ def _watched(folder: Path, logs: dict[str, bytes], say: Callable[[str], None]) -
         before = _cpu_s(process.pid)
         time.sleep(IDLE_S)
         idle = (_cpu_s(process.pid) - before) / IDLE_S
-        process.send_signal(signal.SIGINT)
+        process.terminate()
         listener.join()
     return lines_s, cpu_s, idle
 

@@ -82,5 +82,5 @@ def served(book: Path, *words: str, port: int = 0) -> Iterator[Server]:
             yield Server(process, json.loads(line)["url"])
         finally:
             if process.poll() is None:
-                process.send_signal(signal.SIGINT)
+                process.terminate()
             process.wait(timeout=20)
