@@ -30,7 +30,7 @@ def application(book: OpenBook, token: str, hosts: Collection[str]) -> ASGIApp:
         exception_handlers={LabbookError: _refused, 404: _not_found},
     )
     app.state.book = book
-    return Guard(app, token, hosts)
+    return Guard(app, token, f"labbook-{book.name}", hosts)
 
 
 def _refused(request: Request, error: Exception) -> Response:

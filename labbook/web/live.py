@@ -29,7 +29,7 @@ def _live(request: Request) -> Response:
     with book.reading() as connection:
         files = newest_files(connection, _MOST)
         runs = {file.uid: runs_of_file(connection, file.sha256) for file in files}
-        waiting = {file.name: file.why.reason for file in waiting_files(connection)}
+        waiting = {file.file_uid: file.why.reason for file in waiting_files(connection)}
     zone = book.configuration.study.time_zone
     newest = [name for file in files[:1] for name in runs[file.uid][:_MOST]]
     lines = rig_lines_of_runs(book, newest, jumps=True)
@@ -40,7 +40,7 @@ def _live(request: Request) -> Response:
             "at": local_text(file.at_utc, zone),
             "runs": runs[file.uid],
             "refused": file.status is IngestStatus.REFUSED,
-            "waits": waiting.get(file.name, ""),
+            "waits": waiting.get(file.uid, ""),
         }
         for file in files
     ]

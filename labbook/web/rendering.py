@@ -36,6 +36,7 @@ def page(request: Request, template: str, view: str, **values: Any) -> HTMLRespo
             view=view,
             study=book.current().configuration.study.name,
             person=book.person,
+            book=book.name,
             read_only=book.read_only,
             **values,
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
@@ -15,6 +15,7 @@ from data_schema.vocabulary import ReasonCode, ReviewOrder, Verdict
 from labbook.actions.runs.jump_review import RunReview, add, decide, move, review
 from labbook.actions.runs.review_queue import review_queue
 from labbook.analysis.outcomes.detection import Detections
+from labbook.analysis.outcomes.run_apexes import anchor_of
 from labbook.terminal import plain
 from labbook.web.book import OpenBook
 from labbook.web.rendering import page
@@ -42,13 +43,16 @@ def _page(request: Request) -> Response:
 
 def _queue(request: Request) -> Response:
     """Return the jumps in the order asked for: run, number, why it is doubtful, and whether a verdict stands."""
-    book, given = request.app.state.book.current(), request.query_params
+    served: OpenBook = request.app.state.book
+    book, given = served.current(), request.query_params
     run = given.get("run")
     try:
         order = ReviewOrder.RUN if run else ReviewOrder(given.get("order") or ReviewOrder.DOUBT)
         seed = int(given.get("seed") or _SEED) if order is ReviewOrder.SHUFFLED else None
-    except ValueError as error:
-        raise UsageError(f"{error}: the order is one of {', '.join(ReviewOrder)}, a seed is a whole number.") from None
+    except ValueError:
+        raise UsageError(
+            f"the order is one of {', '.join(ReviewOrder)}, and a seed a whole number: correct the address."
+        ) from None
     with book.reading() as connection:
         found = review_queue(
             Detections(connection, book.store), book.configuration, order, seed, given.get("where") or None
@@ -57,8 +61,11 @@ def _queue(request: Request) -> Response:
         {
             "run": one.run,
             "number": one.number,
+            "signal": one.signal_sha256,
+            "anchor_s": one.anchor_s,
             "doubts": [reason.words for reason in one.reasons],
-            "decided": one.decision is not None,
+            "left_out": one.excluded is not None,
+            "decided": any(said.person == served.person for said in one.verdicts),
         }
         for one in found.jumps
         if run in (None, one.run)
@@ -66,62 +73,92 @@ def _queue(request: Request) -> Response:
     return JSONResponse({"jumps": jumps})
 
 
-def _state(found: RunReview, number: int) -> dict[str, Any]:
-    """Return how a jump stands: whether it counts, and the verdict on it."""
-    item = next(item for item in found.jumps if item.jump.number == number)
+_VERDICTS = (Verdict.ACCEPT, Verdict.REJECT, Verdict.CLEAR)
+_Anchor = tuple[str, float]
+"""What a verdict is tied to, and a jump is named by: its samples, and the time at which it was found."""
+
+
+def _numbers(found: RunReview) -> dict[_Anchor, int]:
+    """Return the number that each jump of a run has now: others may have been added since the page was read."""
+    return {(item.signal_sha256, anchor_of(item.before)): item.jump.number for item in found.jumps}
+
+
+def _number(found: RunReview, numbers: Mapping[_Anchor, int], jump: Mapping[str, Any]) -> int:
+    anchor = str(jump["signal"]), float(jump["anchor_s"])
+    if anchor not in numbers:
+        raise UsageError(
+            f"run {found.run.name} has no jump at {anchor[1]:g} s any more: reload the page, which has those of now."
+        )
+    return numbers[anchor]
+
+
+def _decide(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
+    """State a verdict on jumps of a run, and return how they stand when read again."""
+    try:
+        name, jumps = str(given["run"]), [dict(jump) for jump in given["jumps"]]
+        verdict, reason, note = Verdict(given["verdict"]), str(given["reason"]), given.get("note")
+        current = book.current()
+        with current.reading() as connection:
+            found = review(current, connection, name)
+        known = _numbers(found)
+        numbers = [_number(found, known, jump) for jump in jumps]
+    except (KeyError, TypeError, ValueError) as error:
+        raise UsageError(f"this is no verdict ({error}): give run, jumps, verdict and reason.") from error
+    if verdict not in _VERDICTS:
+        raise UsageError(f"{verdict} is no verdict on a jump that is there: give {', '.join(_VERDICTS)}.")
+    blind, text = given.get("blind") is True, str(note) if note else None
+    with current.session(book.person) as session:
+        decide(current, session, name, numbers, verdict, reason, text, found, blind=blind)
+    with current.reading() as connection:
+        found = review(current, connection, name)
+    now = {item.jump.number: item for item in found.jumps}
     return {
-        "run": found.run.name,
-        "number": number,
-        "excluded": item.excluded or "",
-        "decided": None if item.decision is None else plain(item.decision),
+        "run": name,
+        "jumps": [
+            {
+                **jump,
+                "excluded": now[number].excluded or "",
+                "decided": None if (said := now[number].decision) is None else plain(said),
+            }
+            for jump, number in zip(jumps, numbers, strict=True)
+        ],
     }
 
 
-def _decide(book: OpenBook, given: dict[str, Any]) -> dict[str, Any]:
-    """State a verdict on jumps of a run, and return how they stand when read again."""
-    try:
-        name, numbers = str(given["run"]), [int(number) for number in given["numbers"]]
-        verdict, reason = Verdict(given["verdict"]), str(given["reason"])
-    except (KeyError, TypeError, ValueError) as error:
-        raise UsageError(f"this is no verdict ({error}): give run, numbers, verdict and reason.") from error
-    current, note, blind = book.current(), given.get("note"), given.get("blind") is True
-    with current.reading() as connection:
-        found = review(current, connection, name)
-    with current.session(book.person) as session:
-        decide(current, session, name, numbers, verdict, reason, str(note) if note else None, found, blind=blind)
-    with current.reading() as connection:
-        found = review(current, connection, name)
-    return {"jumps": [_state(found, number) for number in numbers]}
-
-
-def _put(book: OpenBook, given: dict[str, Any]) -> dict[str, Any]:
+def _put(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
     """State where the apex of a jump is, or that there is one that the detector missed; returns its number."""
     try:
-        name, at_s, number = str(given["run"]), float(given["at_s"]), given.get("number")
-        moved = None if number is None else int(number)
+        name, at_s, jump = str(given["run"]), float(given["at_s"]), given.get("jump")
+        current, blind = book.current(), given.get("blind") is True
+        with current.reading() as connection:
+            found = review(current, connection, name)
+        moved = None if jump is None else _number(found, _numbers(found), jump)
     except (KeyError, TypeError, ValueError) as error:
-        raise UsageError(f"this is no place of an apex ({error}): give run, at_s, and number to move one.") from error
-    current, blind = book.current(), given.get("blind") is True
-    with current.reading() as connection:
-        found = review(current, connection, name)
+        raise UsageError(f"this is no place of an apex ({error}): give run, at_s, and jump to move one.") from error
+    if len(found.signals) > 1:
+        word = "add" if moved is None else "move"
+        raise UsageError(f"run {name} has several logs, each with its own time: use `labbook jumps {word}`.")
     with current.session(book.person) as session:
         if moved is None:
             item, _stated = add(current, session, name, at_s, ReasonCode.OTHER, None, found, blind=blind)
         else:
             item, _stated = move(current, session, name, moved, at_s, ReasonCode.WRONG_APEX, None, found, blind=blind)
-    return {"run": name, "number": item.jump.number}
+    return {"run": name, "signal": item.signal_sha256, "anchor_s": anchor_of(item.before)}
 
 
-def _stating(state: Callable[[OpenBook, dict[str, Any]], dict[str, Any]]) -> Callable[[Request], Any]:
+def _stating(state: Callable[[OpenBook, Mapping[str, Any]], dict[str, Any]]) -> Callable[[Request], Any]:
     """Return the answer to a request that states something."""
 
     async def answer(request: Request) -> Response:
         book: OpenBook = request.app.state.book
         if book.read_only:
             raise BookReadOnly("the page was opened with --read-only: nothing is stated.")
-        given = await request.json()
+        try:
+            given = await request.json()
+        except ValueError:
+            given = None
         if not isinstance(given, dict):
-            raise UsageError("this states nothing: give an object with run and verdict.")
+            raise UsageError("this states nothing: give a JSON object with run and verdict.")
         return JSONResponse(await run_in_threadpool(state, book, given))
 
     return answer

@@ -49,7 +49,7 @@ def _log(request: Request) -> Response:
             "decided": None if (found := judged[jump.number].decision) is None else plain(found),
             "se_m": judged[jump.number].jump.apex_height_se_m,
             "flags": judged[jump.number].jump.flags,
-            "anchor_s": anchor_of(judged[jump.number].jump),
+            "anchor_s": anchor_of(judged[jump.number].before),
             "signal": judged[jump.number].signal_sha256,
             "why_no_apex": judged[jump.number].jump.undefined_reason,
         }

@@ -15,7 +15,6 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse, RedirectResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-COOKIE = "labbook"
 _HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
     "connect-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'",
@@ -28,10 +27,14 @@ _HEADERS = {
 
 @dataclass(frozen=True, slots=True)
 class Guard:
-    """An application behind the checks; `hosts` are the names and ports under which it may be asked."""
+    """An application behind the checks; `hosts` are the names and ports under which it may be asked.
+
+    `cookie` names the cookie: browsers keep those of all ports together, and another book has another.
+    """
 
     app: ASGIApp
     token: str
+    cookie: str
     hosts: Collection[str]
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -60,10 +63,14 @@ class Guard:
         if origin not in (None, f"http://{host}") or (request.method != "GET" and origin is None):
             return PlainTextResponse("This was asked by another page, and is refused.\n", 403)
         given = request.query_params.get("token")
-        if given is not None and request.method == "GET" and secrets.compare_digest(given, self.token):
+        if given is not None and request.method == "GET" and _same(given, self.token):
             response = RedirectResponse(str(request.url.remove_query_params("token").path), 303)
-            response.set_cookie(COOKIE, self.token, httponly=True, samesite="strict")
+            response.set_cookie(self.cookie, self.token, httponly=True, samesite="strict")
             return response
-        if not secrets.compare_digest(request.cookies.get(COOKIE, ""), self.token):
+        if not _same(request.cookies.get(self.cookie, ""), self.token):
             return PlainTextResponse("Open the page by the address that labbook printed, with its token.\n", 403)
         return None
+
+
+def _same(given: str, token: str) -> bool:
+    return secrets.compare_digest(given.encode(), token.encode())

@@ -46,8 +46,10 @@ def serve(
     Without `port` it is the book's own, or any that is free where that is taken. Raises `UsageError` where nothing can
     be served there.
     """
+    if host in ("0.0.0.0", "::"):  # noqa: S104 - refused
+        raise UsageError(f"--host {host} names no address of this machine: give the one that others reach.")
     token = _token(folder)
-    book = OpenBook(folder, person, read_only)
+    book = OpenBook(folder, person, read_only, _name_of(folder)[:12])
     book.current()
     with _listening(host, port, folder) as listening:
         taken = listening.getsockname()[1]
@@ -93,6 +95,7 @@ def _token(folder: Path) -> str:
                 path.touch(0o600)
                 path.write_text(drawn, encoding="ascii")
         known = path.read_text(encoding="ascii")
-        return known if len(known) == len(drawn) and not why_not_trusted(path) else drawn
+        private = not path.stat().st_mode & 0o077 and not why_not_trusted(path)
+        return known if len(known) == len(drawn) and private else drawn
     except (OSError, ValueError):
         return drawn

@@ -24,6 +24,8 @@ class Server:
 
     process: subprocess.Popen[str]
     url: str
+    cookie: str = ""
+    """The name of the book's cookie."""
 
     @property
     def port(self) -> int:
@@ -47,7 +49,7 @@ class Server:
         self, path: str, data: Any = None, *, headers: Mapping[str, str] | None = None, method: str | None = None
     ) -> tuple[int, bytes, http.client.HTTPMessage]:
         """Ask with the cookie, and post `data` as JSON; `headers` come on top, one that is "" is left out."""
-        sent = {"Cookie": f"labbook={self.token}", "Host": f"127.0.0.1:{self.port}"}
+        sent = {"Cookie": f"{self.cookie}={self.token}", "Host": f"127.0.0.1:{self.port}"}
         body = None if data is None else json.dumps(data).encode()
         if body is not None:
             sent |= {"Origin": self.base, "Content-Type": "application/json"}
@@ -79,7 +81,10 @@ def served(book: Path, *words: str, port: int = 0) -> Iterator[Server]:
         assert process.stdout is not None
         line = process.stdout.readline()
         try:
-            yield Server(process, json.loads(line)["url"])
+            server = Server(process, json.loads(line)["url"])
+            _status, _body, headers = server.ask(f"/?token={server.token}")
+            server.cookie = headers["Set-Cookie"].partition("=")[0]
+            yield server
         finally:
             if process.poll() is None:
                 process.terminate()

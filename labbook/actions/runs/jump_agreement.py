@@ -59,8 +59,8 @@ def _agreement(first: str, second: str, said: Sequence[tuple[QueuedJump, Mapping
 
 
 def _answer(said: DecisionRow) -> str:
-    """Return what a person answers to the question whether this is a jump: who adds one says yes."""
-    return str(Verdict.ACCEPT if said.verdict is Verdict.ADD else said.verdict)
+    """Return what a person answers to the question whether this is a jump: who adds or moves one says yes."""
+    return str(Verdict.ACCEPT if said.verdict in (Verdict.ADD, Verdict.MOVE) else said.verdict)
 
 
 def agreement_lines(found: Agreement) -> tuple[list[str], tuple[str, ...], list[tuple[str, ...]]]:

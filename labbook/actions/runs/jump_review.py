@@ -408,7 +408,16 @@ def jump_lines(found: RunReview) -> tuple[tuple[str, ...], list[tuple[str, ...]]
 
 
 def _said(verdict: DecisionRow | Reviewed) -> str:
-    return f"{verdict.verdict}ed by {verdict.person}{', blind' if verdict.blind else ''}"
+    return f"{_PAST[verdict.verdict]} by {verdict.person}{', blind' if verdict.blind else ''}"
+
+
+_PAST = {
+    Verdict.ACCEPT: "accepted",
+    Verdict.REJECT: "rejected",
+    Verdict.MOVE: "moved",
+    Verdict.ADD: "added",
+    Verdict.CLEAR: "taken back",
+}
 
 
 def review_lines(found: Sequence[Reviewed], others: Sequence[int]) -> list[str]:

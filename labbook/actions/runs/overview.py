@@ -100,7 +100,9 @@ def _summary(
         detected=None if judgement is None else len(judgement.jumps),
         found=found,
         counted=None if counted is None else len(counted),
-        reviewed=None if judgement is None else sum(item.decision is not None for item in judgement.jumps),
+        reviewed=None
+        if judgement is None
+        else sum(item.decision is not None and item.jump.apex_height_m is not None for item in judgement.jumps),
         flags=tuple(_flags(run, evidence, found, judgement, no_apex, outside=outside)),
     )
 

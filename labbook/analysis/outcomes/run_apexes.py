@@ -292,9 +292,12 @@ def match(near: Sequence[JumpRow], detection: DetectionRow, decision: DecisionRo
 
     Another detector's apex differs by its nature, so only a new version of the same detector calls for a new review.
     """
-    if len(near) != 1:
+    meant = [
+        jump for jump in near if anchor_of(jump) == decision.anchor_s
+    ]  # a landing may lie near the flight before it
+    if len(meant or near) != 1:
         return None
-    jump = near[0]
+    jump = (meant or near)[0]
     if detection.algorithm != decision.algorithm or detection.version == decision.version:
         return jump
     if decision.old_value is None or jump.apex_height_m is None:

@@ -24,13 +24,22 @@ export const samplesOf = async (run, count) => {
   };
 };
 
-// Calls `look` when the book has a new entry; the browser connects again by itself.
+// Calls `look` when the book has a new entry. A page that nobody sees listens to nothing: browsers allow few connections.
 export const onChange = (look) => {
-  const events = new EventSource("/api/events");
+  let events = null;
   let last = null;
-  events.addEventListener("message", (event) => {
-    const now = JSON.parse(event.data).entries;
-    if (last !== null && now !== last) look();
-    last = now;
+  const listen = () => {
+    events = new EventSource("/api/events");
+    events.addEventListener("message", (event) => {
+      const now = JSON.parse(event.data).entries;
+      if (last !== null && now !== last) look();
+      last = now;
+    });
+  };
+  document.addEventListener("visibilitychange", () => {
+    events?.close();
+    events = null;
+    if (!document.hidden) listen();
   });
+  if (!document.hidden) listen();
 };

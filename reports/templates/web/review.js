@@ -4,7 +4,9 @@ import { askJson, byId, colour, post, samplesOf } from "/static/common.js";
 import { Axes, boxOf, drawLine, fitted, placeOf } from "/static/trace.js";
 
 const READ_ONLY = document.body.dataset.readOnly === "yes";
-const [WAITING, PLACE] = ["labbook-waiting", "labbook-place"];
+const ME = document.body.dataset.person;
+const [WAITING, PLACE] = ["waiting", "place"].map((name) => `labbook-${document.body.dataset.book}-${name}`);
+const SAID = { accept: "accepted", reject: "rejected", move: "moved", add: "added" };
 const AHEAD = 8;
 const LOGS = 60;
 const AGAIN_MS = 1000;
@@ -18,6 +20,9 @@ let given = [];
 let waiting = JSON.parse(sessionStorage.getItem(WAITING) ?? "[]");
 let sending = false;
 let trouble = "";
+let refused = "";  // what the server would not take, until the next key
+let timer = null;
+const seen = new Set(new URLSearchParams(location.search).has("run") ? [new URLSearchParams(location.search).get("run")] : []);
 let placing = null;  // where a person is about to put an apex: { time, moves }
 const counts = { reviewed: 0 };
 
@@ -38,14 +43,20 @@ const ahead = () => {
 };
 const item = () => queue[at];
 const here = () => loaded.get(item()?.run);
-const jumpHere = () => here()?.jumps.find((jump) => jump.number === item().number);
+// A jump is named by its samples and the time at which it was found: numbers change when one is added.
+const isOf = (one) => (other) => one.signal === other.signal && one.anchor_s === other.anchor_s;
+const named = ({ signal, anchor_s }) => ({ signal, anchor_s });
+const jumpHere = () => here()?.jumps.find(isOf(item()));
+const blind = () => !open && !seen.has(item().run);
+const shownVerdict = (jump) => (jump.decided && (open || [ME, "you"].includes(jump.decided.person)) ? jump.decided : null);
 
 const status = () => {
   const parts = [`${counts.reviewed} of ${queue.length} reviewed`];
   if (waiting.length) parts.push(`${waiting.length} waiting to be saved`);
   if (trouble) parts.push(trouble);
+  if (refused) parts.push(refused);
   byId("saved").textContent = parts.join(", ");
-  byId("saved").className = trouble ? "wrong" : "soft";
+  byId("saved").className = trouble || refused ? "wrong" : "soft";
   const share = queue.length ? 100 * counts.reviewed / queue.length : 0;
   byId("share").style.width = `${share}%`;
   byId("share").parentElement.ariaValueNow = Math.round(share);
@@ -107,16 +118,17 @@ const draw = () => {
   context.strokeStyle = context.fillStyle = colour("soft");
   [[jump.touchdown_s, "touchdown ", "right"], [jump.lift_off_s, " lift-off", "left"]].forEach(([moment, name, side]) => {
     if (moment === null) return;
-    context.textAlign = side;
+    const roomLeft = side === "left" || axes.x(moment) - axes.box.left > 76;
+    context.textAlign = roomLeft ? side : "left";
     context.beginPath();
     context.moveTo(axes.x(moment), axes.box.top + 18);
     context.lineTo(axes.x(moment), axes.box.top + axes.box.height);
     context.stroke();
-    context.fillText(name, axes.x(moment), axes.box.top + 14);
+    context.fillText(roomLeft ? name : ` ${name}`, axes.x(moment), axes.box.top + (roomLeft ? 14 : 30));
   });
   context.setLineDash([]);
   if (jump.apex_height_m !== null) {
-    context.fillStyle = colour(jump.excluded ? "bad" : "good");
+    context.fillStyle = colour(jump.excluded && (shownVerdict(jump) || !jump.decided) ? "bad" : "good");
     context.beginPath();
     context.arc(axes.x(jump.at_s), axes.y(jump.apex_height_m * 1000), 5, 0, 7);
     context.fill();
@@ -132,102 +144,114 @@ const draw = () => {
   drawn = { axes, view, time };
   byId("number").textContent = `Jump ${jump.number} of ${log.jumps.length} in its run`;
   const error = jump.se_m === null ? "" : ` ± ${(jump.se_m * 1000).toFixed(2)}`;
-  const placed = ["moved", "added"].filter((flag) => jump.flags.includes(flag)).map((flag) => `, ${flag} by a person`).join("");
+  const placed = ["moved", "added"].filter((flag) => open && jump.flags.includes(flag)).map((flag) => `, ${flag} by a person`).join("");
   byId("facts").textContent = jump.apex_height_m === null ? "no apex" : `apex ${(jump.apex_height_m * 1000).toFixed(2)}${error} mm at ${jump.at_s.toFixed(3)} s${placed}`;
   const { doubts } = item();
   byId("doubts").textContent = placing
     ? `The apex at ${placing.time.toFixed(3)} s: click, or arrows and Enter; Escape leaves it as it is.`
     : doubts.length ? `Look: ${doubts.join("; ")}.` : "";
   const verdict = byId("verdict");
-  verdict.className = `verdict ${jump.decided?.verdict ?? ""}`;
-  verdict.textContent = jump.decided
-    ? `${jump.decided.verdict === "accept" ? "accepted" : `rejected: ${jump.decided.reason_code.replaceAll("_", " ")}`} by ${jump.decided.person}${jump.saved === false ? " (not saved yet)" : ""}`
-    : "";
+  const said = shownVerdict(jump);
+  verdict.className = `verdict ${said?.verdict ?? ""}`;
+  const why = said?.verdict === "reject" ? `: ${said.reason_code.replaceAll("_", " ")}` : "";
+  verdict.textContent = said ? `${SAID[said.verdict]}${why} by ${said.person}${jump.saved === false ? " (not saved yet)" : ""}` : "";
   status();
 };
 
-const stay = () => sessionStorage.setItem(PLACE, JSON.stringify({ search: location.search, run: item()?.run, number: item()?.number }));
+const stay = () => sessionStorage.setItem(PLACE, JSON.stringify({ search: location.search, run: item()?.run, ...named(item() ?? {}) }));
 const move = (by) => {
   if (!queue[at + by]) return;
   at += by;
+  if (open && item()) seen.add(item().run);
   stay();
   ahead();
   draw();
 };
 
-const show = (run, numbers, decided, saved) => {
-  queue.filter((one) => one.run === run && numbers.includes(one.number)).forEach((one) => {
+const show = (run, jumps, decided, saved) => jumps.forEach((jump) => {
+  queue.filter((one) => one.run === run && isOf(jump)(one)).forEach((one) => {
     counts.reviewed += (decided !== null) - one.decided;
     one.decided = decided !== null;
   });
-  loaded.get(run)?.jumps.filter((jump) => numbers.includes(jump.number)).forEach((jump) => Object.assign(jump, { decided, saved }));
-};
+  loaded.get(run)?.jumps.filter(isOf(jump)).forEach((one) => Object.assign(one, { decided, saved }));
+});
 
+const keep = () => sessionStorage.setItem(WAITING, JSON.stringify(waiting));
+const later = () => { clearTimeout(timer); timer = setTimeout(send, AGAIN_MS); };
 const send = async () => {
   if (sending) return;
   sending = true;
   while (waiting.length) {
+    const [first] = waiting;
     try {
-      const found = await post("/api/verdicts", waiting[0]);
+      const found = await post("/api/verdicts", first);
       trouble = "";
       found.jumps.forEach((jump) => {
-        show(jump.run, [jump.number], jump.decided, true);
-        const drawn = loaded.get(jump.run)?.jumps.find((one) => one.number === jump.number);
-        if (drawn) drawn.excluded = jump.excluded;
+        show(found.run, [jump], jump.decided, true);
+        loaded.get(found.run)?.jumps.filter(isOf(jump)).forEach((one) => { one.excluded = jump.excluded; });
       });
       waiting.shift();
     } catch (error) {
       trouble = error.status ? error.message : "no answer: labbook is asked again";
-      if (error.status && error.status !== 503) waiting.shift();
-      else { sending = false; setTimeout(send, AGAIN_MS); break; }
+      if ([404, 409, 422].includes(error.status) && !error.message.includes("labbook.toml")) {  // it will never be taken
+        refused = `not saved: ${first.verdict} of run ${first.run} (${error.message})`;
+        trouble = "";
+        show(first.run, first.jumps, null, true);
+        waiting.shift();
+      } else { later(); break; }
     } finally {
-      sessionStorage.setItem(WAITING, JSON.stringify(waiting));
+      keep();
       draw();
     }
   }
   sending = false;
 };
 
-const state = (numbers, verdict, reason, before) => {
+const state = (jumps, verdict, reason, before) => {
   if (READ_ONLY) { trouble = "read-only: nothing is stated"; status(); return; }
   const { run } = item();
+  refused = "";
   given.push({ at, run, before });
-  waiting.push({ run, numbers, verdict, reason, blind: !open });
-  sessionStorage.setItem(WAITING, JSON.stringify(waiting));
-  show(run, numbers, verdict === "clear" ? null : { verdict, reason_code: reason, person: "you" }, false);
+  waiting.push({ run, jumps: jumps.map(named), verdict, reason, blind: blind() });
+  keep();
+  show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, person: "you" }, false);
   send();
 };
 const decide = (verdict, reason) => {
   const jump = jumpHere();
   if (!jump) return;
-  state([jump.number], verdict, reason, [{ number: jump.number, decided: jump.decided }]);
+  state([jump], verdict, reason, [{ jump: named(jump), decided: jump.decided }]);
   move(1);
 };
+// Undone is one's own verdict; what somebody else had said stands no more, and is theirs to say again.
 const undo = () => {
   const last = given.pop();
   if (!last) return;
   at = last.at;
   stay();
   ahead();
-  last.before.forEach(({ number, decided }) => {
-    waiting.push({ run: last.run, numbers: [number], verdict: decided?.verdict ?? "clear", reason: decided?.reason_code ?? "other", blind: !open });
-    show(last.run, [number], decided, false);
+  last.before.forEach(({ jump, decided }) => {
+    const own = decided && [ME, "you"].includes(decided.person) && ["accept", "reject"].includes(decided.verdict) ? decided : null;
+    waiting.push({ run: last.run, jumps: [jump], verdict: own?.verdict ?? "clear", reason: own?.reason_code ?? "other", note: own?.note, blind: blind() });
+    show(last.run, [jump], own, false);
+    if (decided && !own) refused = `${decided.person}'s verdict stood there before: it is for ${decided.person} to give again`;
   });
-  sessionStorage.setItem(WAITING, JSON.stringify(waiting));
+  keep();
   draw();
   send();
 };
 const acceptRest = () => {
   const { run } = item() ?? {};
-  const rest = queue.filter((one) => one.run === run && !one.decided && !one.doubts.length);
+  const rest = queue.filter((one) => one.run === run && !one.decided && !one.left_out && !one.doubts.length);
   if (!rest.length) return;
-  state(rest.map((one) => one.number), "accept", "looks_right", rest.map((one) => ({ number: one.number, decided: null })));
+  state(rest, "accept", "looks_right", rest.map((one) => ({ jump: named(one), decided: null })));
   draw();
 };
 const goTo = (name) => {
   const place = queue.findIndex((one) => one.run === name.trim());
   if (place < 0) { trouble = `there is no run ${name} with jumps here`; status(); return; }
   trouble = "";
+  seen.add(name.trim());
   move(place - at);
 };
 const place = (moves) => {
@@ -237,11 +261,11 @@ const place = (moves) => {
   draw();
 };
 const putApex = async () => {
-  const { run, number } = item();
+  const { run } = item();
   const { time, moves } = placing;
   placing = null;
   try {
-    const found = await post("/api/apexes", { run, number: moves ? number : null, at_s: time, blind: !open });
+    const found = await post("/api/apexes", { run, jump: moves ? named(item()) : null, at_s: time, blind: blind() });
     sessionStorage.setItem(PLACE, JSON.stringify({ search: location.search, ...found }));
     location.reload();  // numbers of later jumps may be others now
   } catch (error) {
@@ -276,14 +300,14 @@ const KEYS = {
   A: acceptRest,
   m: () => place(true),
   n: () => place(false),
-  o: () => { open = !open; draw(); },
+  o: () => { open = !open; if (open && item()) seen.add(item().run); draw(); },
   g: () => { byId("goto").showModal(); byId("target").select(); },
   "?": () => byId("help").showModal(),
 };
 // Keys wait for the log of the next run, so that a burst of them loses none.
 const pressed = [];
 const work = () => {
-  while (pressed.length && here()) {
+  while (pressed.length && (here() || [" ", "b", "ArrowRight", "ArrowLeft"].includes(pressed[0]))) {
     const key = pressed.shift();
     if (byId("reasons").open) document.querySelector(`#reasons [data-key="${CSS.escape(key)}"]`)?.click();
     else KEYS[key]?.();
@@ -311,9 +335,9 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 
 queue = (await askJson(`/api/queue${location.search}`)).jumps;
 counts.reviewed = queue.filter((one) => one.decided).length;
-waiting.forEach(({ run, numbers, verdict, reason }) => show(run, numbers, verdict === "clear" ? null : { verdict, reason_code: reason, person: "you" }, false));
+waiting.forEach(({ run, jumps, verdict, reason }) => show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, person: "you" }, false));
 const left = JSON.parse(sessionStorage.getItem(PLACE) ?? "{}");
-const known = queue.findIndex((one) => one.run === left.run && one.number === left.number);
+const known = queue.findIndex((one) => one.run === left.run && isOf(left)(one));
 if (left.search === location.search && known >= 0) at = known;
 ahead();
 draw();

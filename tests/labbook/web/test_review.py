@@ -12,7 +12,9 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema.tables.runs import decision
+from labbook.actions.runs.jump_review import decide
 from tests.helpers.books import ADA, SmallBook, small_book
+from tests.helpers.statements import state
 from tests.helpers.web import Server, served
 
 sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: the page is not driven")
@@ -61,6 +63,11 @@ def verdicts(book: SmallBook) -> list[tuple[str, str, str | None]]:
     with book.open() as opened_book, opened_book.reading() as connection:
         rows = connection.execute(sa.select(decision.c.verdict, decision.c.reason_code).order_by(decision.c.id))
         return [(row.verdict, row.reason_code) for row in rows]
+
+
+def accepted(jump: dict[str, Any]) -> dict[str, Any]:
+    named = {"signal": jump["signal"], "anchor_s": jump["anchor_s"]}
+    return {"run": jump["run"], "jumps": [named], "verdict": "accept", "reason": "looks_right"}
 
 
 def until(holds: Callable[[], bool], seconds: float = 15.0) -> None:
@@ -125,6 +132,7 @@ def test_an_apex_is_moved_and_a_missed_jump_added_by_keyboard(page: Any, book: S
         until(lambda: [verdict for verdict, _reason in verdicts(book)] == ["move"])
         after = server.json("/api/runs/r003/log")["jumps"]
         assert 0.0 < after[0]["at_s"] - before[0]["at_s"] < 0.02
+        opened(page, server, "/review?run=r003&open")
         until(lambda: "moved" in (page.text_content("#facts") or ""))
         page.keyboard.press("n")
         page.keyboard.press("Escape")
@@ -135,13 +143,44 @@ def test_an_apex_is_moved_and_a_missed_jump_added_by_keyboard(page: Any, book: S
 
 def test_a_verdict_says_whether_the_condition_was_hidden(page: Any, book: SmallBook) -> None:
     with served(book.folder, "--as", ADA) as server:
-        opened(page, server)
+        opened(page, server, "/review?order=run")
         page.keyboard.press("a")
         page.keyboard.press("o")
         page.keyboard.press("a")
+        page.keyboard.press("o")  # hidden again, and seen all the same
+        page.keyboard.press("a")
+        all_saved(page)
+        opened(page, server)  # the address names the run
+        page.keyboard.press("a")
         all_saved(page)
     with book.open() as opened_book, opened_book.reading() as connection:
-        assert list(connection.execute(sa.select(decision.c.blind).order_by(decision.c.id)).scalars()) == [1, 0]
+        assert list(connection.execute(sa.select(decision.c.blind).order_by(decision.c.id)).scalars()) == [1, 0, 0, 0]
+
+
+def test_a_verdict_is_on_the_jump_that_was_seen_whatever_was_added_meanwhile(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.keyboard.press(" ")
+        seen = server.json("/api/queue?run=r003")["jumps"][1]
+        with book.open() as opened_book:
+            state(opened_book, decide, "r003", [1], "reject", "misfire", None, person="Ben Ode")
+        page.keyboard.press("a")
+        all_saved(page)
+    with book.open() as opened_book, opened_book.reading() as connection:
+        found = connection.execute(sa.select(decision.c.anchor_s, decision.c.verdict).order_by(decision.c.id)).all()
+    assert found[-1] == (seen["anchor_s"], "accept")
+
+
+def test_undo_gives_nobody_elses_verdict(page: Any, book: SmallBook) -> None:
+    with book.open() as opened_book:
+        state(opened_book, decide, "r003", [1], "reject", "misfire", None, person="Ben Ode")
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        assert "Ben" not in (page.text_content("#verdict") or "")  # hidden while the condition is
+        page.keyboard.press("a")
+        page.keyboard.press("u")
+        all_saved(page)
+    assert verdicts(book) == [("reject", "misfire"), ("accept", "looks_right"), ("clear", "other")]
 
 
 def test_verdicts_wait_for_a_server_that_was_killed(page: Any, book: SmallBook) -> None:
@@ -164,7 +203,8 @@ def test_two_pages_see_each_other(browser: Any, page: Any, book: SmallBook) -> N
     with served(book.folder, "--as", ADA) as server:
         page.goto(server.url)
         page.wait_for_selector("#runs tbody tr")
-        server.json("/api/verdicts", {"run": "r003", "numbers": [1], "verdict": "accept", "reason": "looks_right"})
+        first = server.json("/api/queue?run=r003")["jumps"][0]
+        server.json("/api/verdicts", accepted(first))
         until(lambda: "1 of" in page.text_content("#progress"))
 
 

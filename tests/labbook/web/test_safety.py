@@ -11,6 +11,7 @@ from tests.helpers.statements import note, state
 from tests.helpers.web import Server, served
 from tests.helpers.wording import says
 
+VERDICT: dict[str, object] = {"run": "r003", "jumps": [], "verdict": "reject", "reason": "misfire"}
 HOSTILE = "<script>alert(1)</script>\"'&"
 
 
@@ -34,6 +35,7 @@ def server(book: SmallBook) -> Iterator[Server]:
         ({}, 200),
         ({"Cookie": ""}, 403),
         ({"Cookie": "labbook=0123456789abcdef0123456789abcdef"}, 403),
+        ({"Cookie": "labbook=\u00e9"}, 403),
         ({"Host": "evil.example"}, 400),
         ({"Host": "evil.example:80"}, 400),
         ({"Origin": "http://evil.example"}, 403),
@@ -47,7 +49,7 @@ def test_only_its_own_browser_is_answered(server: Server, headers: dict[str, str
 @pytest.mark.parametrize("headers", [{"Origin": ""}, {"Origin": "http://evil.example"}, {"Cookie": ""}])
 def test_another_page_states_nothing(server: Server, book: SmallBook, headers: dict[str, str]) -> None:
     before = book.journal.read_bytes()
-    verdict = {"run": "r003", "numbers": [1], "verdict": "reject", "reason": "misfire"}
+    verdict = VERDICT
     assert server.ask("/api/verdicts", verdict, headers=headers)[0] == 403
     assert book.journal.read_bytes() == before
 
@@ -93,9 +95,7 @@ def test_texts_of_the_book_are_escaped(server: Server) -> None:
 def test_a_page_for_reading_states_nothing(book: SmallBook) -> None:
     before = book.journal.read_bytes()
     with served(book.folder, "--read-only") as server:
-        status, body, _headers = server.ask(
-            "/api/verdicts", {"run": "r003", "numbers": [1], "verdict": "reject", "reason": "misfire"}
-        )
+        status, body, _headers = server.ask("/api/verdicts", VERDICT)
     assert status == 403
     says(body.decode(), "--read-only")
     assert book.journal.read_bytes() == before
@@ -105,10 +105,10 @@ def test_a_page_for_reading_states_nothing(book: SmallBook) -> None:
     ("given", "facts"),
     [
         ({}, "verdict"),
-        ({"run": "r003", "numbers": [1], "verdict": "maybe", "reason": "misfire"}, "maybe"),
-        ({"run": "r003", "numbers": [1], "verdict": "reject", "reason": "dull"}, "dull"),
-        ({"run": "r003", "numbers": [99], "verdict": "reject", "reason": "misfire"}, "r003 | 99"),
-        ({"run": "r999", "numbers": [1], "verdict": "reject", "reason": "misfire"}, "r999"),
+        (VERDICT | {"verdict": "maybe"}, "maybe"),
+        (VERDICT | {"verdict": "move"}, "move"),
+        (VERDICT | {"jumps": [{"signal": "ab", "anchor_s": 99.0}]}, "r003 | 99"),
+        (VERDICT | {"run": "r999"}, "r999"),
     ],
 )
 def test_what_is_no_verdict_is_refused_in_a_sentence(
