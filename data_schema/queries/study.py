@@ -110,9 +110,10 @@ def day_uids(connection: sa.Connection) -> dict[str, str]:
     return {row.date_local: row.uid for row in connection.execute(sa.select(day.c.date_local, day.c.uid))}
 
 
-def days_with_runs(connection: sa.Connection) -> set[str]:
-    """Return the dates on which runs were made."""
-    return set(connection.execute(sa.select(day.c.date_local).join(run, run.c.day == day.c.id).distinct()).scalars())
+def days_with_runs(connection: sa.Connection) -> list[str]:
+    """Return the dates on which runs were made, in their order."""
+    query = sa.select(day.c.date_local).join(run, run.c.day == day.c.id).distinct()
+    return sorted(connection.execute(query).scalars())
 
 
 def checks_by_day(connection: sa.Connection) -> dict[str, list[CheckRow]]:

@@ -19,7 +19,8 @@ _MOST = 12
 
 
 def _page(request: Request) -> Response:
-    return page(request, "live.html.j2", "live")
+    with request.app.state.book.current().reading() as connection:
+        return page(request, connection, "live.html.j2", "live")
 
 
 def _live(request: Request) -> Response:

@@ -1,21 +1,20 @@
-"""All runs in a table that sorts and filters, with the plan's progress and the newest files."""
+"""All runs in a table that sorts and filters, with the plan's progress."""
 
 from __future__ import annotations
 
-from dataclasses import asdict
-
+import msgspec
 from starlette.requests import Request
-from starlette.responses import JSONResponse, Response
+from starlette.responses import Response
 from starlette.routing import Route
 
 from data_schema.queries.study import planned_runs
 from labbook.actions.runs.overview import overview
-from labbook.terminal import plain
 from labbook.web.rendering import page
 
 
 def _page(request: Request) -> Response:
-    return page(request, "overview.html.j2", "runs")
+    with request.app.state.book.current().reading() as connection:
+        return page(request, connection, "overview.html.j2", "runs")
 
 
 def _runs(request: Request) -> Response:
@@ -28,14 +27,13 @@ def _runs(request: Request) -> Response:
         {"name": name, "title": factor.title or name, "levels": [level.label for level in factor.levels]}
         for name, factor in book.configuration.factors.items()
     ]
-    return JSONResponse(
-        {
-            "runs": [plain(asdict(one)) for one in runs],
-            "factors": factors,
-            "planned": len(planned),
-            "planned_made": sum(row.run_name is not None for row in planned),
-        }
-    )
+    found = {
+        "runs": runs,
+        "factors": factors,
+        "planned": len(planned),
+        "planned_made": sum(row.run_name is not None for row in planned),
+    }
+    return Response(msgspec.json.encode(found), media_type="application/json")
 
 
 ROUTES = [Route("/", _page), Route("/api/runs", _runs)]

@@ -7,9 +7,11 @@ from functools import cache
 from typing import Any
 
 import jinja2
+import sqlalchemy as sa
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
 
+from data_schema import journal
 from labbook.web.book import OpenBook
 
 _KINDS = {".css": "text/css", ".js": "text/javascript"}
@@ -26,8 +28,11 @@ def _environment() -> jinja2.Environment:
     )
 
 
-def page(request: Request, template: str, view: str, **values: Any) -> HTMLResponse:
-    """Answer with a page; `view` is the entry of the menu that it belongs to."""
+def page(request: Request, connection: sa.Connection, template: str, view: str, **values: Any) -> HTMLResponse:
+    """Answer with a page; `view` is the entry of the menu that it belongs to.
+
+    `connection` is the transaction in which the values were read: what was stated later is news to the page.
+    """
     book: OpenBook = request.app.state.book
     text = (
         _environment()
@@ -38,6 +43,7 @@ def page(request: Request, template: str, view: str, **values: Any) -> HTMLRespo
             person=book.person,
             book=book.name,
             read_only=book.read_only,
+            entries=journal.head(connection)[0],
             **values,
         )
     )

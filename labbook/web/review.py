@@ -38,7 +38,9 @@ def _page(request: Request) -> Response:
         {"key": key, "reason": str(reason), "text": str(reason).replace("_", " ")} for key, reason in _REASONS.items()
     ]
     order, run = request.query_params.get("order", ReviewOrder.DOUBT), request.query_params.get("run", "")
-    return page(request, "review.html.j2", "review", reasons=reasons, order=order, orders=list(ReviewOrder), run=run)
+    shown = {"reasons": reasons, "order": order, "orders": list(ReviewOrder), "run": run}
+    with request.app.state.book.current().reading() as connection:
+        return page(request, connection, "review.html.j2", "review", **shown)
 
 
 def _queue(request: Request) -> Response:

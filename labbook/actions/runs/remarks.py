@@ -58,7 +58,7 @@ class Facts:
 
     study: StudyRow
     configuration: Configuration
-    days: Collection[str]
+    days: Sequence[str]
     charges: Mapping[str, Sequence[ChargeOfRun]]
     signals: Mapping[str, Sequence[SignalRow]]
     calibrated: Mapping[str, Sequence[CalibratedChannel]]
@@ -198,10 +198,10 @@ def _future(run: RunRow, facts: Facts) -> str | None:
 
 
 def _long_ago(run: RunRow, facts: Facts) -> str | None:
-    others = [day for day in facts.days if day != run.day]
-    if not others or datetime.date.fromisoformat(min(others)) - datetime.date.fromisoformat(run.day) <= YEAR:
+    first = next((day for day in facts.days if day != run.day), None)
+    if first is None or datetime.date.fromisoformat(first) - datetime.date.fromisoformat(run.day) <= YEAR:
         return None
-    return f"run {run.name} is of {run.day}, more than a year before the other days, the first of them {min(others)}"
+    return f"run {run.name} is of {run.day}, more than a year before the other days, the first of them {first}"
 
 
 def _log_day(run: RunRow, facts: Facts) -> str | None:

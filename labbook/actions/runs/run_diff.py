@@ -15,6 +15,7 @@ import sqlalchemy as sa
 from data_schema.outcomes import Outcome
 from data_schema.queries.history import RunFileRow
 from data_schema.vocabulary import Undefined
+from labbook.actions.runs.jump_review import review
 from labbook.actions.runs.run_plot import drawn_log, write_picture
 from labbook.actions.runs.run_view import RunView
 from labbook.book.opening import Book
@@ -268,7 +269,7 @@ def _text(value: Value, unit: str, time_zone: str) -> str:
 
 def plot_runs(book: Book, connection: sa.Connection, names: tuple[str, str], out: Path) -> None:
     """Draw the body heights of two runs over each other, to a file in the form of its ending."""
-    first, second = (drawn_log(book, connection, name, None)[0] for name in names)
+    first, second = (drawn_log(book, connection, review(book, connection, name), None)[0] for name in names)
     figure = draw_logs_overlaid(first, second)
     shows = f"Body heights over time, of {first.title}, and of {second.title}"
     write_picture(figure, out, f"Runs {first.run} and {second.run}", shows)

@@ -54,7 +54,7 @@ def picture_named(run: str) -> Path:
 def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None, out: Path) -> PlottedRun:
     """Draw a run's logs to a file in the form of its ending; `jump` is the one that is shown enlarged."""
     check_form("--out", out, PICTURES)
-    picture, remark = drawn_log(book, connection, name, jump)
+    picture, remark = drawn_log(book, connection, review(book, connection, name), jump)
     shows = f"Body height over time, with {_found(picture)}"
     write_picture(draw_log(picture), out, f"Run {name}: {picture.title}", shows)
     return PlottedRun(out, remark)
@@ -68,13 +68,13 @@ def write_picture(figure: Figure, out: Path, title: str, shows: str) -> None:
         write_figure(figure, out)
 
 
-def drawn_log(book: Book, connection: sa.Connection, name: str, jump: int | None) -> tuple[RunLog, str]:
+def drawn_log(book: Book, connection: sa.Connection, found: RunReview, jump: int | None) -> tuple[RunLog, str]:
     """Return what is drawn of a run's logs, and that the jump asked for has no apex, "" where it has one.
 
     A log begins as long after the one before as their instants say; where one has none, the axis is broken.
     Raises `UsageError` for a jump that the run does not have.
     """
-    found = review(book, connection, name)
+    name = found.run.name
     numbers = {item.jump.number for item in found.jumps}
     if jump is not None and jump not in numbers:
         raise UsageError(

@@ -24,15 +24,32 @@ export const samplesOf = async (run, count) => {
   };
 };
 
-// Calls `look` when the book has a new entry. A page that nobody sees listens to nothing: browsers allow few connections.
+const AGAIN_MS = 2000;
+const lost = (message) => { byId("lost").textContent = message; };
+
+// Returns what calls `look` until it is answered, and does so when the book has entries that the page was not made with.
+// A page that nobody sees listens to nothing: browsers allow few connections.
 export const onChange = (look) => {
   let events = null;
-  let last = null;
+  let last = Number(document.body.dataset.entries);
+  const again = async () => {
+    try {
+      await look();
+      lost("");
+    } catch (error) {
+      lost(error.status ? error.message : "no answer from labbook");
+      setTimeout(again, AGAIN_MS);
+    }
+  };
   const listen = () => {
     events = new EventSource("/api/events");
+    events.addEventListener("open", () => lost(""));
+    events.addEventListener("error", () => lost(
+      events.readyState === EventSource.CLOSED ? "labbook was started anew: open the address that it printed" : "no answer from labbook",
+    ));
     events.addEventListener("message", (event) => {
       const now = JSON.parse(event.data).entries;
-      if (last !== null && now !== last) look();
+      if (now !== last) again();
       last = now;
     });
   };
@@ -42,4 +59,5 @@ export const onChange = (look) => {
     if (!document.hidden) listen();
   });
   if (!document.hidden) listen();
+  return again;
 };

@@ -39,5 +39,4 @@ const load = async () => {
   });
   document.querySelector("#files tbody").replaceChildren(...rows);
 };
-await load();
-onChange(load);
+await onChange(load)();

@@ -2,6 +2,8 @@
 import { askJson, byId, onChange } from "/static/common.js";
 
 const AT_ONCE = 300;
+let attention = null;
+const lookAt = (run) => (attention?.[run.name] ?? []).map((code) => code.replaceAll("_", " "));
 const text = (value) => (value === null || value === undefined ? "" : String(value));
 const jumpsText = (run) => (run.found === null ? text(run.made || "") : `${run.found}/${run.made}`);
 const COLUMNS = [
@@ -13,7 +15,7 @@ const COLUMNS = [
   { title: "jumps", of: (run) => run.found, shown: jumpsText, number: true },
   { title: "count", of: (run) => run.counted, number: true },
   { title: "reviewed", of: (run) => run.reviewed, number: true },
-  { title: "look at", of: (run) => run.flags.join("; "), className: "flags" },
+  { title: "look at", of: (run) => (run.state === "void" ? "void" : lookAt(run).join(", ")), className: "flags" },
 ];
 let book = null;
 let sorted = { column: 1, down: false };
@@ -60,8 +62,8 @@ const draw = () => {
   const reviewed = runs.reduce((sum, run) => sum + (run.reviewed ?? 0), 0);
   const found = runs.reduce((sum, run) => sum + (run.found ?? 0), 0);
   const plan = book.planned ? `, ${book.planned_made} of ${book.planned} planned` : "";
-  byId("progress").textContent = `${runs.length} runs${plan}; ${reviewed} of ${found} jumps reviewed; `
-    + `${runs.filter((run) => run.flags.length && run.state !== "void").length} runs to look at.`;
+  byId("progress").textContent = `${runs.length} runs${plan}; ${reviewed} of ${found} jumps reviewed`
+    + (attention === null ? "." : `; ${runs.filter((run) => lookAt(run).length).length} runs to look at.`);
   document.querySelectorAll("#runs thead th").forEach((head, place) => {
     head.ariaSort = place === sorted.column ? (sorted.down ? "descending" : "ascending") : "none";
   });
@@ -109,19 +111,23 @@ const chips = () => {
 
 const load = async () => {
   const where = byId("where").value.trim();
+  const query = where ? `?where=${encodeURIComponent(where)}` : "";
   try {
-    book = await askJson(`/api/runs${where ? `?where=${encodeURIComponent(where)}` : ""}`);
+    book = await askJson(`/api/runs${query}`);
     byId("refused").textContent = "";
   } catch (error) {
+    if (![404, 422].includes(error.status)) throw error;
     byId("refused").textContent = error.message;
     return;
   }
   chips();
   draw();
+  attention = await askJson(`/api/attention${query}`);
+  draw();
 };
 
 heads();
-byId("filter").addEventListener("submit", (event) => { event.preventDefault(); load(); });
+const look = onChange(load);
+byId("filter").addEventListener("submit", (event) => { event.preventDefault(); look(); });
 byId("more").addEventListener("click", () => { shown += AT_ONCE; draw(); });
-await load();
-onChange(load);
+await look();

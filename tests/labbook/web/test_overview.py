@@ -1,0 +1,26 @@
+"""The list of runs names what `attention` lists of each, and nothing else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from labbook.actions.runs.attention import attention
+from labbook.analysis.outcomes.detection import Detections
+from tests.helpers.books import ADA, small_book
+from tests.helpers.web import served
+
+
+def test_runs_to_look_at_are_those_of_attention(tmp_path: Path) -> None:
+    book = small_book(tmp_path, ingested=False)
+    with book.open() as opened, opened.reading() as connection:
+        listed = attention(Detections(connection, opened.store), opened.configuration).findings
+    expected = {(one.run, one.code) for one in listed if one.run is not None}
+    assert expected
+    with served(book.folder, "--as", ADA) as server:
+        runs = {run["name"] for run in server.json("/api/runs")["runs"]}
+        shown = {(run, code) for run, codes in server.json("/api/attention").items() for code in codes}
+        one_run = min(run for run, _code in expected)
+        of_one = server.json(f"/api/attention?where=run%3D{one_run}")
+    assert shown == expected
+    assert {run for run, _code in shown} <= runs
+    assert set(of_one) == {one_run}
