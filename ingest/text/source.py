@@ -149,7 +149,8 @@ def open_text(
     wide = is_wide(page) and not is_text(data)
     source = _transcoded(data, page, findings) if wide else _without_mark(data, page, findings)
     source = _without_nul_tail(dataclasses.replace(source, longest_line_bytes=longest_line_bytes), findings)
-    if source.encoding == "utf-8" and _MINUS in source.data:
+    # One byte is found ten times as fast as three, and most logs have none.
+    if source.encoding == "utf-8" and _MINUS[:1] in source.data and _MINUS in source.data:
         source = dataclasses.replace(source, data=source.data.replace(_MINUS, b"-"))
     data = source.data
     if b"\r" in data and b"\n" not in data:
