@@ -10,7 +10,7 @@ import dataclasses
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise, takewhile
+from itertools import chain, pairwise, takewhile
 
 import numpy as np
 
@@ -183,6 +183,7 @@ def _likely_split(head: list[Line], further: list[Line], declared: Declarations)
 
 
 _DIGITS = re.compile(rb"\d{2,}")
+_FIRST_ROWS = 256
 
 
 def _refuse_parted_decimals(split: Split, declared: Declarations, findings: FindingCollector) -> bool:
@@ -284,7 +285,8 @@ def refuse_jumps_by_thousand(
 def _grouped(column: Column) -> float | None:
     """Return a number of a column, shape (n_rows,), that groups thousands; None where it is one of decimals."""
     least, jumps = np.inf, False
-    for rows in row_blocks(column):
+    # The first rows show of most columns that they hold decimals.
+    for rows in chain((slice(0, _FIRST_ROWS),), row_blocks(column)):
         values = np.abs(column[rows])
         values = values[np.isfinite(values)]
         decimals = values[values != np.rint(values)]

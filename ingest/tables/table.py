@@ -228,8 +228,8 @@ def array_table(
 
     def read_rows(wanted: Sequence[Wanted]) -> Block:
         numbers = {column.position: columns[column.position] for column in wanted}
-        own_lines = np.asarray(range(1, n_rows + 1) if lines is None else lines, dtype=np.int64)
-        own_ordinals = np.asarray(range(n_rows) if ordinals is None else ordinals, dtype=np.int64)
+        own_lines = np.asarray(np.arange(1, n_rows + 1) if lines is None else lines, dtype=np.int64)
+        own_ordinals = np.asarray(np.arange(n_rows) if ordinals is None else ordinals, dtype=np.int64)
         return Block(numbers, {}, own_lines, own_ordinals, rows_rejected)
 
     return Table(tuple(names), tuple(units), kinds, preamble, read_rows)

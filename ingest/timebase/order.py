@@ -139,15 +139,23 @@ def unwrap_counter(numbers: FloatArray) -> FloatArray | None:
     """
     if not (np.isfinite(numbers).all() and numbers.size):
         return None
+    if _counts_up(numbers):
+        return numbers
+    if 2 * np.count_nonzero(np.diff(numbers) >= 1) < numbers.size - 1:  # a signal: even one bit counts every other time
+        return None
     from_least = numbers - numbers.min()
     for counter, modulus in (
         *((numbers, 2.0**bits) for bits in (8, 16, 32)),
         (from_least, float(from_least.max()) + 1),
     ):
         counted = _counted_on(counter, _wraps(counter, modulus, max(1.0, _NEAR_END * modulus)), modulus)
-        if (np.diff(counted) >= 1).all() and np.abs(counted).max() < 2**53:
+        if _counts_up(counted):
             return counted
     return None
+
+
+def _counts_up(numbers: FloatArray) -> bool:
+    return bool((np.diff(numbers) >= 1).all() and np.abs(numbers).max() < 2**53)
 
 
 def _wraps(numbers: FloatArray, modulus: float, longest_step: float) -> IntArray:
