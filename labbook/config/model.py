@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import date
 from enum import StrEnum
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 from msgspec import Meta, Struct
 from msgspec import field as named
@@ -132,12 +132,17 @@ class FactorSettings(Struct, frozen=True, rename={"given_levels": "levels"}):
         return tuple(LevelSettings(label, float(label) if is_number else None, attributes[label]) for label in given)
 
 
+RejectReason = Literal["dropped_packet", "wrong_apex", "touched_by_hand", "misfire", "sensor_fault", "other"]
+"""A `ReasonCode` for which a jump is rejected: all but that of what looks right."""
+
+
 @dataclass(frozen=True, slots=True)
 class ProtocolSettings:
     """`[protocol]`: how a run is made and what of it is used.
 
     `run_duration_s` is None where runs have no set duration, `charger_resolution_mah` where the charges show the
-    charger's step; `checks` are the names of those made before a day's first run.
+    charger's step; `checks` are the names of those made before a day's first run, `reject_reasons` those that the page
+    offers.
     """
 
     run_duration_s: Positive | None = None
@@ -149,6 +154,7 @@ class ProtocolSettings:
     charger_resolution_mah: Positive | None = None
     idle_minutes: tuple[Positive, ...] = ()
     checks: tuple[str, ...] = ()
+    reject_reasons: tuple[RejectReason, ...] = get_args(RejectReason)
 
 
 @dataclass(frozen=True, slots=True)

@@ -156,7 +156,7 @@ def check(configuration: Configuration, given: Mapping[str, Any], faults: Faults
 
 
 def _check_study(configuration: Configuration, faults: Faults) -> None:
-    study, people, checks = configuration.study, configuration.people, configuration.protocol.checks
+    study, people, protocol = configuration.study, configuration.people, configuration.protocol
     try:
         zoneinfo.ZoneInfo(study.time_zone)
     except (zoneinfo.ZoneInfoNotFoundError, ValueError, OSError):  # a folder of zones raises OSError
@@ -170,7 +170,8 @@ def _check_study(configuration: Configuration, faults: Faults) -> None:
             faults.append(
                 f"{below('people', name)}: the initials {initials!r} also stand for someone else: choose others."
             )
-    _check_once(checks, "protocol.checks", faults)
+    _check_once(protocol.checks, "protocol.checks", faults)
+    _check_once(protocol.reject_reasons, "protocol.reject_reasons", faults)
     for name, robot in configuration.robots.items():
         if robot.leg_min_m >= robot.leg_max_m:
             faults.append(
@@ -483,6 +484,8 @@ take_off = "flight_5sd"
 idle_minutes = [20, 24, 30, 40, 50, 60]
 # What is looked at before a day's first run: `labbook today` asks for each.
 #checks = ["rail_angle", "lubrication", "battery_conditioned", "sensor_zero"]
+# For which reasons the page offers to reject a jump, in this order; "other", with a note, is always the last.
+#reject_reasons = ["touched_by_hand", "misfire", "sensor_fault", "wrong_apex", "dropped_packet"]
 
 # What a gain means: physical value = slope * gain + offset; at the gain zero, nothing is applied.
 #[gains.k_gain]
@@ -603,7 +606,7 @@ _TABLES = ("study", "factors", "protocol", "gains", "robots", "batteries", "simu
 _NO_NUMBER = frozenset(
     {
         *("name", "title", "control_name", "treatment", "symbol", "text", "source", "published"),
-        *("run_names", "checks", "idle_minutes"),
+        *("run_names", "checks", "idle_minutes", "reject_reasons"),
     }
 )
 """Keys that no number rests on."""

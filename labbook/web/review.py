@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
@@ -20,23 +20,25 @@ from labbook.terminal import plain
 from labbook.web.book import OpenBook
 from labbook.web.rendering import page
 
-_REASONS = {
-    "d": ReasonCode.DROPPED_PACKET,
-    "w": ReasonCode.WRONG_APEX,
-    "t": ReasonCode.TOUCHED_BY_HAND,
-    "m": ReasonCode.MISFIRE,
-    "s": ReasonCode.SENSOR_FAULT,
-    "o": ReasonCode.OTHER,
-}
-"""The key of each reason to reject a jump."""
 _SEED = 1
 """Of a shuffled order for which none is given."""
 
 
+def reason_keys(reasons: Iterable[str]) -> dict[str, str]:
+    """Return the reasons to reject a jump by their keys: a reason's first letter that none before it has.
+
+    The last is the other one, at `o`, wherever it is listed.
+    """
+    found: dict[str, str] = {}
+    for reason in reasons:
+        if reason != ReasonCode.OTHER:
+            found[next(sign for sign in reason if sign.isalpha() and sign != "o" and sign not in found)] = reason
+    return {**found, "o": str(ReasonCode.OTHER)}
+
+
 def _page(request: Request) -> Response:
-    reasons = [
-        {"key": key, "reason": str(reason), "text": str(reason).replace("_", " ")} for key, reason in _REASONS.items()
-    ]
+    offered = reason_keys(request.app.state.book.current().configuration.protocol.reject_reasons)
+    reasons = [{"key": key, "reason": reason, "text": reason.replace("_", " ")} for key, reason in offered.items()]
     order, run = request.query_params.get("order", ReviewOrder.DOUBT), request.query_params.get("run", "")
     shown = {"reasons": reasons, "order": order, "orders": list(ReviewOrder), "run": run}
     with request.app.state.book.current().reading() as connection:

@@ -168,7 +168,8 @@ def test_what_labbook_toml_says_otherwise_than_when_a_report_was_made_is_said_by
     named = text.replace('control_name = "CE"', 'control_name = "none"').replace('"active damping"', '"damping"')
     more = text.replace('"Ada Nwosu" = "AN"', '"Ada Nwosu" = "AN"\n"Bo Lund" = "BL"')
     pack = "\n[batteries.D]\ncells = 4\ncapacity_mah = 6600\n"
-    for same in (f"{text}\n[analysis]\nalpha = 0.05\n", named, more + pack):
+    offered = text.replace("[protocol]\n", '[protocol]\nreject_reasons = ["misfire"]\n')
+    for same in (f"{text}\n[analysis]\nalpha = 0.05\n", named, offered, more + pack):
         book.toml.write_text(same, encoding="utf-8")
         assert settings() == []
     decided = f"{text}\n[analysis]\nalpha = 0.1\n"

@@ -154,7 +154,8 @@ const draw = () => {
   const said = shownVerdict(jump);
   verdict.className = `verdict ${said?.verdict ?? ""}`;
   const why = said?.verdict === "reject" ? `: ${said.reason_code.replaceAll("_", " ")}` : "";
-  verdict.textContent = said ? `${SAID[said.verdict]}${why} by ${said.person}${jump.saved === false ? " (not saved yet)" : ""}` : "";
+  const note = said?.note ? `, ${said.note},` : "";
+  verdict.textContent = said ? `${SAID[said.verdict]}${why}${note} by ${said.person}${jump.saved === false ? " (not saved yet)" : ""}` : "";
   status();
 };
 
@@ -207,20 +208,20 @@ const send = async () => {
   sending = false;
 };
 
-const state = (jumps, verdict, reason, before) => {
+const state = (jumps, verdict, reason, before, note) => {
   if (READ_ONLY) { trouble = "read-only: nothing is stated"; status(); return; }
   const { run } = item();
   refused = "";
   given.push({ at, run, before });
-  waiting.push({ run, jumps: jumps.map(named), verdict, reason, blind: blind() });
+  waiting.push({ run, jumps: jumps.map(named), verdict, reason, note, blind: blind() });
   keep();
-  show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, person: "you" }, false);
+  show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, note, person: "you" }, false);
   send();
 };
-const decide = (verdict, reason) => {
+const decide = (verdict, reason, note) => {
   const jump = jumpHere();
   if (!jump) return;
-  state([jump], verdict, reason, [{ jump: named(jump), decided: jump.decided }]);
+  state([jump], verdict, reason, [{ jump: named(jump), decided: jump.decided }], note);
   move(1);
 };
 // Undone is one's own verdict; what somebody else had said stands no more, and is theirs to say again.
@@ -304,12 +305,22 @@ const KEYS = {
   g: () => { byId("goto").showModal(); byId("target").select(); },
   "?": () => byId("help").showModal(),
 };
-// Keys wait for the log of the next run, so that a burst of them loses none.
+// Keys wait for the log of the next run, so that a burst of them loses none; they go to the dialog that is open by then.
+const TYPED = ["Enter", "Escape", "Backspace"];
 const pressed = [];
+const enter = (dialog, key) => {
+  const input = dialog.querySelector("input");
+  if (key === "Escape") dialog.close();
+  else if (!input) dialog.querySelector(`[data-key="${CSS.escape(key)}"]`)?.click();
+  else if (key === "Enter") input.form.requestSubmit();
+  else if (key === "Backspace") input.value = input.value.slice(0, -1);
+  else if (key.length === 1) input.setRangeText(key, input.selectionStart, input.selectionEnd, "end");
+};
 const work = () => {
   while (pressed.length && (here() || [" ", "b", "ArrowRight", "ArrowLeft"].includes(pressed[0]))) {
     const key = pressed.shift();
-    if (byId("reasons").open) document.querySelector(`#reasons [data-key="${CSS.escape(key)}"]`)?.click();
+    const asked = document.querySelector("dialog[open]");
+    if (asked) enter(asked, key);
     else KEYS[key]?.();
   }
 };
@@ -318,7 +329,7 @@ document.addEventListener("keydown", (event) => {
   if (event.ctrlKey || event.metaKey || event.altKey || (asked && asked.id !== "reasons")) return;
   if (placing) { event.preventDefault(); placeKey(event); return; }
   if (!(asked ? document.querySelector(`#reasons [data-key="${CSS.escape(event.key)}"]`) : KEYS[event.key])) {
-    if (pressed.length === 0 || event.key.length > 1) return;
+    if (pressed.length === 0 || (event.key.length > 1 && !TYPED.includes(event.key))) return;
   }
   event.preventDefault();
   pressed.push(event.key);
@@ -327,15 +338,19 @@ document.addEventListener("keydown", (event) => {
 document.querySelectorAll(".keys button").forEach((button) => button.addEventListener("click", () => { button.blur(); KEYS[button.dataset.key](); }));
 document.querySelectorAll("#reasons button").forEach((button) => button.addEventListener("click", () => {
   byId("reasons").close();
-  decide("reject", button.dataset.reason);
+  if (button.dataset.reason !== "other") { decide("reject", button.dataset.reason); return; }
+  byId("note").value = "";
+  byId("noting").showModal();
 }));
-byId("goto").addEventListener("close", () => { if (byId("target").value) goTo(byId("target").value); });
+// What is asked for is done at "submit": a dialog's "close" comes after further keys.
+byId("noting").addEventListener("submit", () => decide("reject", "other", byId("note").value.trim() || undefined));
+byId("goto").addEventListener("submit", () => { if (byId("target").value) goTo(byId("target").value); });
 new ResizeObserver(draw).observe(byId("jump"));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 
 queue = (await askJson(`/api/queue${location.search}`)).jumps;
 counts.reviewed = queue.filter((one) => one.decided).length;
-waiting.forEach(({ run, jumps, verdict, reason }) => show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, person: "you" }, false));
+waiting.forEach(({ run, jumps, verdict, reason, note }) => show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, note, person: "you" }, false));
 const left = JSON.parse(sessionStorage.getItem(PLACE) ?? "{}");
 const known = queue.findIndex((one) => one.run === left.run && isOf(left)(one));
 if (left.search === location.search && known >= 0) at = known;

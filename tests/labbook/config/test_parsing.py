@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from data_schema.errors import InputRefused, UsageError
-from data_schema.vocabulary import FactorKind, StudyKind
+from data_schema.vocabulary import FactorKind, ReasonCode, StudyKind
 from ingest.model import DEFAULT_LIMITS, Limits
 from labbook.config.model import Bounds, Configuration, Detector, GainSettings, Onset, ProfileColumn, TakeOff
 from labbook.config.parsing import parse_configuration, template
@@ -59,6 +59,7 @@ take_off = "50n"
 charger_resolution_mah = 1
 idle_minutes = [20, 24.5]
 checks = ["rail_angle", "plate zeroed"]
+reject_reasons = ["sensor_fault", "misfire"]
 
 [simulation]
 scene = "bed"
@@ -143,7 +144,7 @@ OPTIONAL = {
     *('unit = "1"', "control", "run_duration_s", "detector", "exclude_first_jumps", "exclude_gap_jumps"),
     *("onset", "take_off"),
     *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "time", "columns"),
-    *("run_names", "checks", "most_columns", "control_name", "treatment"),
+    *("run_names", "checks", "reject_reasons", "most_columns", "control_name", "treatment"),
     *("encoding", "delimiter", "decimal", "header_row", "units_row", "first_row", "comment", "footer", "date", "clock"),
     *("axes", "trials", "format", "instrument", "files", 'recognise = ["encoder"]'),
     *("override_units", "complete", "no_robot_check"),
@@ -178,6 +179,7 @@ def test_everything_is_read() -> None:
     assert (protocol.onset, protocol.take_off) == ("10_percent", "50n")
     assert (protocol.charger_resolution_mah, protocol.idle_minutes) == (1.0, (20.0, 24.5))
     assert protocol.checks == ("rail_angle", "plate zeroed")
+    assert protocol.reject_reasons == ("sensor_fault", "misfire")
     assert configuration.gains["b_ad_gain"] == GainSettings("d", 3.32, 19.67, "kg/s", 0.0)
     assert configuration.robots["hopper"].rest_length_m == 0.27
     assert configuration.batteries["A"].capacity_mah == 6600.0
@@ -223,6 +225,11 @@ def test_rules_of_single_jumps_are_those_that_are_known() -> None:
     assert (protocol.onset, protocol.take_off) == (ONSET, TAKE_OFF)
 
 
+def test_all_reasons_are_offered_where_none_are_listed() -> None:
+    protocol = parse_configuration(SAMPLE.replace("\nreject_reasons = ", "\n# "), "labbook.toml").protocol
+    assert protocol.reject_reasons == tuple(reason for reason in ReasonCode if reason is not ReasonCode.LOOKS_RIGHT)
+
+
 def test_a_key_is_required_or_has_a_default() -> None:
     for line in KEY_LINES:
         key = line.split(" ")[0]
@@ -246,6 +253,8 @@ NOT_READ = [
     ("exclude_gap_jumps = false", "exclude_gap_jumps = 0", "protocol.exclude_gap_jumps: 0", "true or false"),
     ("charger_resolution_mah = 1", "charger_resolution_mah = inf", "protocol.charger_resolution_mah: inf"),
     ("[20, 24.5]", "[20, 0]", "protocol.idle_minutes: 0"),
+    ('"misfire"]', '"misfires"]', "protocol.reject_reasons: 'misfires'", "'misfire'"),
+    ('"sensor_fault"', '"looks_right"', "protocol.reject_reasons: 'looks_right'", "'other'"),
     ("cells = 4", "cells = true", "batteries.A.cells: True"),
     ("capacity_mah = 6600", "capacity_mah = 1" + "0" * 400, "batteries.A.capacity_mah: 1000"),
     ('delimiter = "\\t"', 'delimiter = "ab"', "profiles.untimed.delimiter: 'ab'"),
@@ -265,6 +274,7 @@ NOT_MEANT = [
     ("leg_min_m = 0.1", "leg_min_m = 0.4", "robots.hopper.leg_min_m: 0.4"),
     ("LOG{:04d}", "LOG", "study.run_names: 'LOG'"),
     ('"plate zeroed"', '"rail_angle"', "protocol.checks: 'rail_angle'"),
+    ('"sensor_fault", "misfire"', '"misfire", "misfire"', "protocol.reject_reasons: 'misfire'", "2 times"),
     ('recognise = ["time", "leftEncoder"]', "recognise = []", "profiles.serial_logger.recognise: ", "`files`"),
     ('encoding = "cp1250"', 'encoding = "utf-16"', "profiles.untimed.encoding: 'utf-16'"),
     ('date = "d.m.y"', 'date = "dmy"', "profiles.untimed.date: 'dmy'"),
@@ -299,7 +309,7 @@ def test_each_fault_has_its_place_and_remedy(old: str, new: str, facts: list[str
 
 
 def test_faults_are_reported_at_once_one_a_line() -> None:
-    for faults in (NOT_READ, NOT_MEANT[:13]):
+    for faults in (NOT_READ, NOT_MEANT[:14]):
         text = SAMPLE
         for old, new, *_ in faults:
             text = text.replace(old, new, 1)

@@ -13,6 +13,8 @@ import sqlalchemy as sa
 
 from data_schema.tables.runs import decision
 from labbook.actions.runs.jump_review import decide
+from labbook.config.model import ProtocolSettings
+from labbook.web.review import reason_keys
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.statements import state
 from tests.helpers.web import Server, served
@@ -63,6 +65,12 @@ def verdicts(book: SmallBook) -> list[tuple[str, str, str | None]]:
     with book.open() as opened_book, opened_book.reading() as connection:
         rows = connection.execute(sa.select(decision.c.verdict, decision.c.reason_code).order_by(decision.c.id))
         return [(row.verdict, row.reason_code) for row in rows]
+
+
+def notes(book: SmallBook) -> list[str | None]:
+    """The notes of the verdicts in the book in their order."""
+    with book.open() as opened_book, opened_book.reading() as connection:
+        return list(connection.execute(sa.select(decision.c.note).order_by(decision.c.id)).scalars())
 
 
 def accepted(jump: dict[str, Any]) -> dict[str, Any]:
@@ -120,6 +128,87 @@ def test_a_burst_of_keys_loses_none(page: Any, book: SmallBook) -> None:
         all_saved(page)
         assert all(jump["decided"] for jump in server.json("/api/queue")["jumps"])
     assert verdicts(book) == [("accept", "looks_right")] * count
+
+
+def test_another_reason_is_said_in_a_note(page: Any, book: SmallBook) -> None:
+    said = "a cable, caught"  # its letters are keys, too
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.keyboard.press("r")
+        page.keyboard.press("o")
+        page.keyboard.type("not so")
+        page.keyboard.press("Escape")
+        assert "1 of" in page.text_content("#number")
+        assert verdicts(book) == []
+        page.keyboard.press("r")
+        page.keyboard.press("o")
+        page.keyboard.type(said)
+        page.keyboard.press("Enter")
+        page.keyboard.press("r")
+        page.keyboard.press("o")
+        page.keyboard.press("Enter")
+        all_saved(page)
+        assert verdicts(book) == [("reject", "other")] * 2
+        assert notes(book) == [said, None]
+        opened(page, server)
+        page.keyboard.press("b")
+        page.keyboard.press("b")
+        until(lambda: f"rejected: other, {said}, by {ADA}" in page.text_content("#verdict"))
+        page.keyboard.press("a")
+        page.keyboard.press("u")
+        until(lambda: f"rejected: other, {said}, by" in page.text_content("#verdict"))
+        all_saved(page)
+    assert verdicts(book)[2:] == [("accept", "looks_right"), ("reject", "other")]
+    assert notes(book)[2:] == [None, said]
+
+
+def test_a_burst_of_keys_with_a_note_stays_in_order(page: Any, book: SmallBook) -> None:
+    held: list[Any] = []
+    with served(book.folder, "--as", ADA) as server:
+        page.goto(server.url)
+        page.route("**/api/runs/*/log", lambda route: held.append(route))
+        page.goto(server.base + "/review?run=r003")
+        until(lambda: "Jump 1" in page.text_content("#title") and held)
+        for key in ("a", "r", "Escape", "r", "o", *"a rod", "Backspace", "Enter", "r", "t"):
+            page.keyboard.press(key)
+        assert verdicts(book) == []
+        for route in held:
+            route.continue_()
+        until(lambda: len(verdicts(book)) == 3)
+        all_saved(page)
+    assert verdicts(book) == [("accept", "looks_right"), ("reject", "other"), ("reject", "touched_by_hand")]
+    assert notes(book) == [None, "a ro", None]
+
+
+def test_a_run_is_gone_to_by_keyboard(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server, "/review?order=run&open")
+        shown = page.text_content("#title")
+        for key in ("g", *"r003", "Escape"):
+            page.keyboard.press(key)
+        assert page.text_content("#title") == shown
+        for key in ("g", *"r003", "Enter"):
+            page.keyboard.press(key)
+        until(lambda: page.text_content("#title").startswith("r003"))
+
+
+def test_reasons_are_those_of_the_lab(page: Any, book: SmallBook) -> None:
+    book.rewrite("[protocol]\n", '[protocol]\nreject_reasons = ["other", "sensor_fault", "misfire"]\n')
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.keyboard.press("r")
+        assert [text.split() for text in page.locator("#reasons button").all_inner_texts()] == [
+            ["s", "sensor", "fault"], ["m", "misfire"], ["o", "other"],
+        ]  # fmt: skip
+        page.keyboard.press("t")
+        page.keyboard.press("m")
+        all_saved(page)
+    assert verdicts(book) == [("reject", "misfire")]
+
+
+def test_the_key_of_a_reason_is_its_first_letter_that_is_free() -> None:
+    assert "".join(reason_keys(ProtocolSettings().reject_reasons)) == "dwtmso"
+    assert reason_keys(["other", "of_it", "fast", "f_s"]) == {"f": "of_it", "a": "fast", "s": "f_s", "o": "other"}
 
 
 def test_an_apex_is_moved_and_a_missed_jump_added_by_keyboard(page: Any, book: SmallBook) -> None:
