@@ -114,6 +114,38 @@ def newest_files(connection: sa.Connection, most: int) -> list[FileRow]:
     return [FileRow(*[*row[:-1], IngestStatus(row[-1])]) for row in connection.execute(newest)]
 
 
+@dataclass(frozen=True, slots=True)
+class RefusedFile:
+    """A file that could not be read, and the first thing that was wrong with it."""
+
+    name: str
+    at_utc: str
+    person: str
+    why: str
+
+
+def refused_files(connection: sa.Connection, most: int) -> list[RefusedFile]:
+    """Return the files that were refused last, the newest first; not those of which the bytes or name came in since."""
+    other = ingest.alias()
+    later = sa.and_(other.c.id > ingest.c.id, other.c.original_name == ingest.c.original_name)
+    again = sa.and_(other.c.sha256 == ingest.c.sha256, other.c.id > ingest.c.id)
+    imported = sa.and_(other.c.sha256 == ingest.c.sha256, other.c.status == IngestStatus.IMPORTED)
+    wrong = finding.alias()
+    first = sa.select(sa.func.min(wrong.c.id)).where(wrong.c.ingest == ingest.c.id, wrong.c.severity == Severity.FILE)
+    query = (
+        sa.select(ingest.c.original_name, ingest.c.at_utc, person.c.name, finding.c.message)
+        .join(person, ingest.c.person == person.c.id)
+        .join(finding, finding.c.id == first.scalar_subquery())
+        .where(
+            ingest.c.status == IngestStatus.REFUSED,
+            ~sa.exists().where(sa.or_(later, imported, again)),
+        )
+        .order_by(ingest.c.id.desc())
+        .limit(most)
+    )
+    return [RefusedFile(*row) for row in connection.execute(query)]
+
+
 def links_of_file(connection: sa.Connection, file_uid: str) -> list[Link]:
     """Return which runs the parts of a file belong to."""
     return _links(connection, _LINKS_OF_FILE, file_uid)

@@ -158,6 +158,12 @@ def entries_between(connection: sa.Connection, after_seq: int, until_seq: int) -
     return _entries(connection, sa.and_(journal.c.seq > after_seq, journal.c.seq <= until_seq))
 
 
+def ends_of_commands(connection: sa.Connection, most: int, before: int | None = None) -> list[int]:
+    """Return the numbers of the last entries of commands, the newest first, with `before` those below it."""
+    query = sa.select(journal.c.seq).where(journal.c.following == 0).order_by(journal.c.seq.desc()).limit(most)
+    return list(connection.execute(query if before is None else query.where(journal.c.seq < before)).scalars())
+
+
 def _entries(connection: sa.Connection, wanted: sa.ColumnElement[bool], most: int | None = None) -> list[EntryRow]:
     query = (
         sa.select(

@@ -107,7 +107,8 @@ def old_values(connection: sa.Connection, kind: str, uid: str, new: Mapping[str,
 
 
 _UTC = "_utc"
-_NAME_OF = {"condition": "key", "day": "date_local", "robot": "name", "battery": "name", "run": "name", "study": "name"}
+NAME_OF = {"condition": "key", "day": "date_local", "robot": "name", "battery": "name", "run": "name", "study": "name"}
+"""The column that has what people call a thing of a kind."""
 
 
 def changes_in_words(connection: sa.Connection, old: Mapping[str, object], new: Mapping[str, object]) -> str:
@@ -129,6 +130,6 @@ def _named(connection: sa.Connection, name: str, value: object) -> str:
         return "none" if name == "run" else "unknown"
     if name.endswith(_UTC) and value:
         return local_text(str(value), study_of(connection).time_zone)
-    if name in _NAME_OF and re.fullmatch("[0-9a-f]{12}", str(value)):
-        return str(read_fact(connection, name, str(value), [_NAME_OF[name]])[_NAME_OF[name]])
+    if name in NAME_OF and re.fullmatch("[0-9a-f]{12}", str(value)):
+        return str(read_fact(connection, name, str(value), [NAME_OF[name]])[NAME_OF[name]])
     return f"{value:g}" if isinstance(value, float) else str(value)

@@ -4,6 +4,7 @@ import contextlib
 import signal
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Annotated, Any
@@ -19,7 +20,8 @@ from data_schema.errors import UsageError
 from data_schema.vocabulary import IngestStatus
 from labbook.cli.common import AsOption, BookOption
 from labbook.cli.declaring import Declared
-from labbook.terminal import Shown, listed, say, tell_now
+from labbook.cli.web import page_beside
+from labbook.terminal import Shown, asking, listed, say, tell_now
 
 
 def watch(
@@ -28,6 +30,12 @@ def watch(
     still: Annotated[
         float | None,
         typer.Option(metavar="SECONDS", help="How long a file is unchanged that is complete; 0.15 if not given."),
+    ] = None,
+    page: Annotated[
+        bool | None,
+        typer.Option(
+            "--page/--no-page", help="Open what comes in as a page in the browser; if not given, at a terminal."
+        ),
     ] = None,
     *,
     declared: Declared,
@@ -56,7 +64,11 @@ def watch(
         say(fault, err=True)
     request = IngestRequest(options=declared_options(declared), person=person, batch=new_uid())
     sum_up = _Sum()
-    with _until_ctrl_c() as stop:
+    with contextlib.ExitStack() as beside:
+        if page or (page is None and not once and asking() and find_spec("uvicorn") is not None):
+            url = beside.enter_context(page_beside(book, person))
+            tell_now({"event": "page", "url": url}, [url])
+        stop = beside.enter_context(_until_ctrl_c())
         happenings = watch_folders(book, folders, request, stop, still_s=STILL_S if still is None else still, once=once)
         with contextlib.closing(happenings):
             for happened in happenings:

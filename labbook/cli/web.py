@@ -10,6 +10,7 @@ from labbook.cli.common import AsOption, BookOption
 from labbook.terminal import Shown, for_program, say
 
 if TYPE_CHECKING:
+    from collections.abc import Iterator
     from pathlib import Path
 
 HostOption = Annotated[
@@ -67,15 +68,10 @@ def _serve(
     read_only: bool,
     no_browser: bool,
 ) -> Shown:
-    from data_schema.errors import UsageError
     from labbook.book.opening import find_folder, opened
 
-    try:
+    with _needs_extra():
         from labbook.web.serving import Served, serve
-    except ModuleNotFoundError as error:
-        raise UsageError(
-            f"the page needs {error.name}, which is not installed: `pip install 'robot-labbook[web]'`."
-        ) from error
     with opened(folder) as book:
         speaker = "" if read_only and person is None else book.speaker(person)
     quiet = for_program()
@@ -86,8 +82,38 @@ def _serve(
         else:
             say(f"{served.url}\nCtrl-C ends it.")
         if not no_browser:
-            with contextlib.suppress(webbrowser.Error):
-                webbrowser.open(served.url)
+            _open(served.url)
 
     serve(find_folder(folder), speaker, ready, host=host, port=port, read_only=read_only, view=view)
     return Shown({"ended": True}, [])
+
+
+@contextlib.contextmanager
+def page_beside(folder: "Path | None", person: str | None) -> "Iterator[str]":
+    """Open what comes in as a page in the browser, while the caller goes on; yields its address."""
+    from labbook.book.opening import find_folder, opened
+
+    with _needs_extra():
+        from labbook.web.serving import served_beside
+    with opened(folder) as book:
+        speaker = book.speaker(person)
+    with served_beside(find_folder(folder), speaker, "live") as served:
+        _open(served.url)
+        yield served.url
+
+
+def _open(url: str) -> None:
+    with contextlib.suppress(webbrowser.Error):
+        webbrowser.open(url)
+
+
+@contextlib.contextmanager
+def _needs_extra() -> "Iterator[None]":
+    from data_schema.errors import UsageError
+
+    try:
+        yield
+    except ModuleNotFoundError as error:
+        raise UsageError(
+            f"the page needs {error.name}, which is not installed: `pip install 'robot-labbook[web]'`."
+        ) from error

@@ -8,8 +8,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from data_schema.queries.files import newest_files, runs_of_file, waiting_files
-from data_schema.vocabulary import IngestStatus
+from data_schema.queries.files import newest_files, refused_files, runs_of_file, waiting_files
 from labbook.actions.runs.rig_line import rig_lines_of_runs
 from labbook.config.local_time import local_text
 from labbook.web.book import OpenBook
@@ -29,23 +28,25 @@ def _live(request: Request) -> Response:
     book = served.current()
     with book.reading() as connection:
         files = newest_files(connection, _MOST)
+        refused = refused_files(connection, _MOST)
         runs = {file.uid: runs_of_file(connection, file.sha256) for file in files}
         waiting = {file.file_uid: file.why.reason for file in waiting_files(connection)}
     zone = book.configuration.study.time_zone
-    newest = [name for file in files[:1] for name in runs[file.uid][:_MOST]]
-    lines = rig_lines_of_runs(book, newest, jumps=True)
     found: list[dict[str, Any]] = [
-        {
-            "name": file.name,
-            "role": file.role,
-            "at": local_text(file.at_utc, zone),
-            "runs": runs[file.uid],
-            "refused": file.status is IngestStatus.REFUSED,
-            "waits": waiting.get(file.uid, ""),
-        }
-        for file in files
-    ]
-    return JSONResponse({"files": found, "lines": [{"text": line.text, "concern": line.concern} for line in lines]})
+        *(
+            {"name": file.name, "role": file.role, "at_utc": file.at_utc, "runs": runs[file.uid],
+             "wrong": waiting.get(file.uid, "")}
+            for file in files
+        ),
+        *(
+            {"name": file.name, "role": "refused", "at_utc": file.at_utc, "runs": (), "wrong": file.why}
+            for file in refused
+        ),
+    ]  # fmt: skip
+    found = sorted(found, key=lambda file: file["at_utc"], reverse=True)[:_MOST]
+    newest = [name for file in found[:1] for name in file["runs"][:_MOST]]
+    lines = [{"text": line.text, "concern": line.concern} for line in rig_lines_of_runs(book, newest, jumps=True)]
+    return JSONResponse({"files": [{**file, "at": local_text(file["at_utc"], zone)} for file in found], "lines": lines})
 
 
 ROUTES = [Route("/live", _page), Route("/api/live", _live)]

@@ -12,6 +12,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
 
 from data_schema import journal
+from data_schema.errors import UsageError
 from labbook.web.book import OpenBook
 
 _KINDS = {".css": "text/css", ".js": "text/javascript"}
@@ -60,6 +61,14 @@ def _static() -> dict[str, tuple[bytes, str]]:
         for ending, kind in _KINDS.items()
         if entry.name.endswith(ending)
     }
+
+
+def page_number(request: Request) -> int:
+    """Return which page of a list is asked for, the first without one."""
+    given = request.query_params.get("page", "1")
+    if not given.isdecimal() or int(given) < 1:
+        raise UsageError(f"{given!r} is no page of a list: give a number from 1.")
+    return int(given)
 
 
 def static(request: Request) -> Response:

@@ -33,6 +33,7 @@ def _page(request: Request) -> Response:
             lines=[line.strip() for line in view_lines(view)[1:]],
             before=names[place - 1] if place else None,
             after=names[place + 1] if place + 1 < len(names) else None,
+            beside=names[place - 1] if place else names[place + 1] if place + 1 < len(names) else None,
             has_log=isinstance(view.jumps_found, int),
         )
 

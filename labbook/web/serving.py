@@ -6,7 +6,8 @@ import contextlib
 import hashlib
 import secrets
 import socket
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from labbook.web.app import application
 from labbook.web.book import OpenBook
 
 LOOPBACK = "127.0.0.1"
+_MOST_TO_END_S = 3.0
 _PORTS = range(8700, 9700)
 """Of a book, one that follows from its folder, so that a page that is open finds a server that was started again."""
 
@@ -46,24 +48,47 @@ def serve(
     Without `port` it is the book's own, or any that is free where that is taken. Raises `UsageError` where nothing can
     be served there.
     """
+    with _server(folder, person, host, port, read_only, view) as (server, listening, served):
+        ready(served)
+        with contextlib.suppress(KeyboardInterrupt):  # the way to end it
+            server.run(sockets=[listening])
+
+
+@contextlib.contextmanager
+def served_beside(folder: Path, person: str, view: str) -> Iterator[Served]:
+    """Serve a book to this machine's browser while the caller goes on with something else."""
+    with _server(folder, person, LOOPBACK, None, False, view) as (server, listening, served):
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listening]}, daemon=True)
+        thread.start()
+        try:
+            yield served
+        finally:
+            server.should_exit = True
+            thread.join(_MOST_TO_END_S)
+
+
+@contextlib.contextmanager
+def _server(
+    folder: Path, person: str, host: str, port: int | None, read_only: bool, view: str
+) -> Iterator[tuple[uvicorn.Server, socket.socket, Served]]:
     if host in ("0.0.0.0", "::"):  # noqa: S104 - refused
         raise UsageError(f"--host {host} names no address of this machine: give the one that others reach.")
     token = _token(folder)
     book = OpenBook(folder, person, read_only, _name_of(folder)[:12])
     book.current()
-    with _listening(host, port, folder) as listening:
-        taken = listening.getsockname()[1]
-        names = {host, "localhost"} if host == LOOPBACK else {host}
-        app = application(book, token, {f"{name}:{taken}" for name in names})
-        server = uvicorn.Server(
-            uvicorn.Config(app, log_level="warning", lifespan="off", server_header=False, timeout_graceful_shutdown=1)
-        )
-        ready(Served(f"http://{host}:{taken}/{view}?token={token}", host, taken))
-        try:
-            with contextlib.suppress(KeyboardInterrupt):  # the way to end it
-                server.run(sockets=[listening])
-        finally:
-            book.close()
+    try:
+        with _listening(host, port, folder) as listening:
+            taken = listening.getsockname()[1]
+            names = {host, "localhost"} if host == LOOPBACK else {host}
+            app = application(book, token, {f"{name}:{taken}" for name in names})
+            server = uvicorn.Server(
+                uvicorn.Config(
+                    app, log_level="warning", lifespan="off", server_header=False, timeout_graceful_shutdown=1
+                )
+            )
+            yield server, listening, Served(f"http://{host}:{taken}/{view}?token={token}", host, taken)
+    finally:
+        book.close()
 
 
 def _name_of(folder: Path) -> str:

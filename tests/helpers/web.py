@@ -9,7 +9,8 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+import time
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -89,3 +90,11 @@ def served(book: Path, *words: str, port: int = 0) -> Iterator[Server]:
             if process.poll() is None:
                 process.terminate()
             process.wait(timeout=20)
+
+
+def until(holds: Callable[[], bool], seconds: float = 15.0) -> None:
+    """Wait for what is to come soon, or fail."""
+    end = time.monotonic() + seconds
+    while not holds():
+        assert time.monotonic() < end
+        time.sleep(0.05)

@@ -226,13 +226,18 @@ def _verdicts(view: RunView) -> Things:
     yield Thing("", "jumps not reviewed"), len(view.not_reviewed)
 
 
-def difference_lines(found: RunsCompared, time_zone: str) -> list[str]:
-    """Write for people what differs, a line a thing."""
-    rows = [
+def difference_rows(found: RunsCompared, time_zone: str) -> list[tuple[str, str, str, str]]:
+    """Write for people what differs: of what, what, and both values."""
+    return [
         (subject, f"{one.of}: {one.what}" if one.of else one.what, *_texts(one, time_zone))
         for subject, several in found.by_subject.items()
         for one in several
     ]
+
+
+def difference_lines(found: RunsCompared, time_zone: str) -> list[str]:
+    """Write what differs as a table of the terminal."""
+    rows = difference_rows(found, time_zone)
     if not rows:
         return [f"{found.first} and {found.second} are alike in all that is compared."]
     return columns(("", "", found.first, found.second), rows)

@@ -12,6 +12,21 @@ const link = (run) => {
   made.textContent = run;
   return made;
 };
+// A high tone where all is well, a low one twice where it is not; browsers let a page sound only after a click.
+let sound = null;
+const beep = (well) => (well ? [[880, 0]] : [[220, 0], [220, 0.35]]).forEach(([pitch_hz, after_s]) => {
+  const tone = new OscillatorNode(sound, { frequency: pitch_hz });
+  const volume = new GainNode(sound, { gain: 0.2 });
+  tone.connect(volume).connect(sound.destination);
+  tone.start(sound.currentTime + after_s);
+  tone.stop(sound.currentTime + after_s + 0.25);
+});
+byId("sound").addEventListener("click", (event) => {
+  if (sound) { sound.close(); sound = null; } else { sound = new AudioContext(); beep(true); }
+  event.target.ariaPressed = sound !== null;
+});
+
+let last = null;
 const load = async () => {
   const found = await askJson("/api/live");
   const [newest] = found.files;
@@ -21,18 +36,21 @@ const load = async () => {
     made.textContent = line.text;
     return made;
   });
-  if (newest && (newest.refused || newest.waits || !lines.length)) {
+  if (newest && (newest.wrong || !lines.length)) {
     const made = document.createElement("p");
-    made.className = newest.refused || newest.waits ? "reject" : "";
-    made.textContent = newest.waits || `${newest.name}${newest.refused ? " was refused" : newest.runs.length ? "" : " has no run yet"}`;
+    made.className = newest.wrong ? "reject" : "";
+    made.textContent = `${newest.name}${newest.wrong ? `: ${newest.wrong}` : newest.runs.length ? "" : " has no run yet"}`;
     lines.unshift(made);
   }
   byId("line").replaceChildren(...(lines.length ? lines : ["nothing yet"]));
+  const now = newest && `${newest.name} ${newest.at_utc}`;
+  if (sound && last !== null && now !== last) beep(!lines.some((line) => line.className === "reject"));
+  last = now;
   const rows = found.files.map((file) => {
     const row = document.createElement("tr");
     const runs = file.runs.slice(0, 6).flatMap((run, place) => (place ? [", ", link(run)] : [link(run)]));
     if (file.runs.length > 6) runs.push(` and ${file.runs.length - 6} more`);
-    const look = cell(file.refused ? "refused" : file.waits);
+    const look = cell(file.wrong);
     look.className = "flags";
     row.append(cell(file.name), cell(file.at), cell(file.role), cell(runs), look);
     return row;

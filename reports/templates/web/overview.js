@@ -64,6 +64,8 @@ const draw = () => {
   const plan = book.planned ? `, ${book.planned_made} of ${book.planned} planned` : "";
   byId("progress").textContent = `${runs.length} runs${plan}; ${reviewed} of ${found} jumps reviewed`
     + (attention === null ? "." : `; ${runs.filter((run) => lookAt(run).length).length} runs to look at.`);
+  byId("last").hidden = book.last_in === null;
+  if (book.last_in) byId("last").textContent = `Last in: ${book.last_in.name}, ${book.last_in.at}`;
   document.querySelectorAll("#runs thead th").forEach((head, place) => {
     head.ariaSort = place === sorted.column ? (sorted.down ? "descending" : "ascending") : "none";
   });

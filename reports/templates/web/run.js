@@ -1,6 +1,6 @@
 // One run: its trace, which zooms and moves, and all its jumps one over the other.
 import { askJson, byId, colour, onChange, samplesOf } from "/static/common.js";
-import { Axes, blocksOf, boxOf, drawLine, fitted, placeOf, rangeOf } from "/static/trace.js";
+import { Axes, View, blocksOf, boxOf, drawLine, fitted, placeOf, rangeOf } from "/static/trace.js";
 
 const canvas = byId("trace");
 
@@ -14,11 +14,7 @@ const start = async () => {
   const blocks = blocksOf(height);
   const heights = rangeOf(height);
   const whole = [time[0], time[time.length - 1]];
-  let view = [...whole];
-  let wanted = false;
-
-  const draw = () => {
-    wanted = false;
+  const draw = (view) => {
     const { context, width, height: tall } = fitted(canvas);
     const axes = new Axes(boxOf(width, tall), view, heights);
     axes.draw(context, "time (s)", "body height (mm)");
@@ -43,37 +39,10 @@ const start = async () => {
     });
     context.restore();
   };
-  const again = () => { if (!wanted) { wanted = true; requestAnimationFrame(draw); } };
-  const timeAt = (event) => {
-    const box = boxOf(canvas.clientWidth, canvas.clientHeight);
-    return view[0] + (event.offsetX - box.left) / box.width * (view[1] - view[0]);
-  };
-  const show = (from, to) => {
-    const length = Math.min(Math.max(to - from, 0.05), whole[1] - whole[0]);
-    const begin = Math.min(Math.max(from, whole[0]), whole[1] - length);
-    view = [begin, begin + length];
-    again();
-  };
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    const at = timeAt(event);
-    const by = event.deltaY > 0 ? 1.25 : 0.8;
-    show(at - (at - view[0]) * by, at + (view[1] - at) * by);
-  }, { passive: false });
-  canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
+  const shown = new View(canvas, whole, draw);
   canvas.addEventListener("pointermove", (event) => {
-    if (event.buttons) {
-      const moved = event.movementX / boxOf(canvas.clientWidth, 100).width * (view[1] - view[0]);
-      show(view[0] - moved, view[1] - moved);
-    }
-    const place = Math.min(placeOf(time, timeAt(event)), time.length - 1);
+    const place = Math.min(placeOf(time, shown.at(event)), time.length - 1);
     byId("at").textContent = `${time[place].toFixed(3)} s, ${(height[place] * 1000).toFixed(1)} mm`;
-  });
-  canvas.addEventListener("dblclick", () => show(...whole));
-  canvas.addEventListener("keydown", (event) => {
-    const step = (view[1] - view[0]) / 5;
-    const act = { ArrowLeft: [-step, -step], ArrowRight: [step, step], "+": [step, -step], "-": [-step, step] }[event.key];
-    if (act) { event.preventDefault(); show(view[0] + act[0], view[1] + act[1]); }
   });
 
   const drawOverlay = () => {
@@ -100,10 +69,9 @@ const start = async () => {
     context.restore();
   };
 
-  const drawAll = () => { draw(); drawOverlay(); };
-  new ResizeObserver(drawAll).observe(canvas);
-  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);
-  onChange(async () => { log = await askJson(`/api/runs/${encodeURIComponent(run)}/log`); drawAll(); });
+  new ResizeObserver(drawOverlay).observe(byId("overlay"));
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawOverlay);
+  onChange(async () => { log = await askJson(`/api/runs/${encodeURIComponent(run)}/log`); shown.again(); drawOverlay(); });
 };
 
 document.addEventListener("keydown", (event) => {

@@ -70,7 +70,7 @@ export class Axes {
       context.moveTo(this.x(at), top);
       context.lineTo(this.x(at), top + height);
       context.stroke();
-      context.fillText(at.toFixed(digits).replace("-", "\u2212"), this.x(at), top + height + 4);
+      context.fillText((Math.abs(at) < xStep / 2 ? 0 : at).toFixed(digits).replace("-", "\u2212"), this.x(at), top + height + 4);
     }
     const yStep = niceStep(this.ys[1] - this.ys[0], Math.max(2, height / 45));
     context.textAlign = "right";
@@ -148,3 +148,50 @@ export const rangeOf = (values) => {
   const room = (high - low || 0.01) * 0.06;
   return [(low - room) * 1000, (high + room) * 1000];
 };
+
+// Lets a canvas zoom by wheel and keys, and move by dragging and arrows, over `whole` = [from, to]; `draw` is told the view.
+export class View {
+  constructor(canvas, whole, draw) {
+    Object.assign(this, { canvas, whole, now: [...whole], wanted: false, draw });
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      const at = this.at(event);
+      const by = event.deltaY > 0 ? 1.25 : 0.8;
+      this.show(at - (at - this.now[0]) * by, at + (this.now[1] - at) * by);
+    }, { passive: false });
+    canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
+    canvas.addEventListener("pointermove", (event) => {
+      if (!event.buttons) return;
+      const moved = event.movementX / boxOf(canvas.clientWidth, 100).width * (this.now[1] - this.now[0]);
+      this.show(this.now[0] - moved, this.now[1] - moved);
+    });
+    canvas.addEventListener("dblclick", () => this.show(...whole));
+    canvas.addEventListener("keydown", (event) => {
+      const step = (this.now[1] - this.now[0]) / 5;
+      const act = { ArrowLeft: [-step, -step], ArrowRight: [step, step], "+": [step, -step], "-": [-step, step] }[event.key];
+      if (act) { event.preventDefault(); this.show(this.now[0] + act[0], this.now[1] + act[1]); }
+    });
+    new ResizeObserver(() => this.again()).observe(canvas);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.again());
+  }
+
+  // The time under the pointer.
+  at(event) {
+    const box = boxOf(this.canvas.clientWidth, this.canvas.clientHeight);
+    return this.now[0] + (event.offsetX - box.left) / box.width * (this.now[1] - this.now[0]);
+  }
+
+  show(from, to) {
+    const [first, last] = this.whole;
+    const length = Math.min(Math.max(to - from, 0.05), last - first);
+    const begin = Math.min(Math.max(from, first), last - length);
+    this.now = [begin, begin + length];
+    this.again();
+  }
+
+  again() {
+    if (this.wanted) return;
+    this.wanted = true;
+    requestAnimationFrame(() => { this.wanted = false; this.draw(this.now); });
+  }
+}

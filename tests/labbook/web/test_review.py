@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import shutil
-import time
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,41 +14,12 @@ from labbook.config.model import ProtocolSettings
 from labbook.web.review import reason_keys
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.statements import state
-from tests.helpers.web import Server, served
-
-sync_api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed: the page is not driven")
-BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
-pytestmark = pytest.mark.skipif(BROWSER is None, reason="Chromium is not installed: the page is not driven")
-
-NARROW = {"width": 400, "height": 800}
-WIDE = {"width": 1280, "height": 860}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with sync_api.sync_playwright() as playwright:
-        started = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        yield started
-        started.close()
+from tests.helpers.web import Server, served, until
 
 
 @pytest.fixture
 def book(tmp_path: Path) -> SmallBook:
     return small_book(tmp_path, two_people=True)
-
-
-@pytest.fixture
-def page(browser: Any) -> Iterator[Any]:
-    """A page that fails the test for an error of its scripts, or a request to elsewhere."""
-    context = browser.new_context(viewport=WIDE)
-    made = context.new_page()
-    wrong: list[str] = []
-    made.on("pageerror", lambda error: wrong.append(str(error)))
-    made.on("request", lambda request: wrong.append(request.url) if "127.0.0.1" not in request.url else None)
-    made.on("console", lambda message: wrong.append(message.text) if "Content Security" in message.text else None)
-    yield made
-    context.close()
-    assert wrong == []
 
 
 def opened(page: Any, server: Server, path: str = "/review?run=r003") -> None:
@@ -76,13 +44,6 @@ def notes(book: SmallBook) -> list[str | None]:
 def accepted(jump: dict[str, Any]) -> dict[str, Any]:
     named = {"signal": jump["signal"], "anchor_s": jump["anchor_s"]}
     return {"run": jump["run"], "jumps": [named], "verdict": "accept", "reason": "looks_right"}
-
-
-def until(holds: Callable[[], bool], seconds: float = 15.0) -> None:
-    end = time.monotonic() + seconds
-    while not holds():
-        assert time.monotonic() < end
-        time.sleep(0.05)
 
 
 def all_saved(page: Any) -> None:
@@ -296,22 +257,3 @@ def test_two_pages_see_each_other(browser: Any, page: Any, book: SmallBook) -> N
         first = server.json("/api/queue?run=r003")["jumps"][0]
         server.json("/api/verdicts", accepted(first))
         until(lambda: "1 of" in page.text_content("#progress"))
-
-
-@pytest.mark.parametrize("path", ["/", "/attention", "/runs/r003", "/review", "/live"])
-def test_nothing_runs_off_the_window_and_everybody_can_read_it(browser: Any, book: SmallBook, path: str) -> None:
-    from axe_core_python.sync_playwright import Axe
-
-    context = browser.new_context(bypass_csp=True)  # for what looks at the page, which is no script of its own
-    page = context.new_page()
-    with served(book.folder, "--as", ADA) as server:
-        for size, scheme in ((WIDE, "light"), (NARROW, "dark")):
-            page.set_viewport_size(size)
-            page.emulate_media(color_scheme=scheme)
-            page.goto(server.url)
-            page.goto(server.base + path)
-            page.wait_for_timeout(500)
-            assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
-            found = Axe().run(page, options={"resultTypes": ["violations"]})
-            assert [one["id"] for one in found["violations"] if one["impact"] in ("serious", "critical")] == []
-    context.close()
