@@ -1,4 +1,4 @@
-"""Take the pictures of docs/web.md: python scripts/web_pictures.py BOOK serves the book for reading and looks at it.
+"""Take the pictures of docs/web.md: python scripts/web_pictures.py BOOK serves the book and looks at it.
 
 The demonstration's book is the one to take (`make demo`); needs playwright and Chromium.
 """
@@ -24,7 +24,6 @@ def main(book: str) -> None:
     command = [
         Path(sys.executable).with_name("labbook"),
         "web",
-        "--read-only",
         "--json",
         "--no-browser",
         "--book",
@@ -40,7 +39,7 @@ def main(book: str) -> None:
             page.goto(url)
             for name, path in VIEWS.items():
                 page.goto(url.partition("/?")[0] + path)
-                page.wait_for_timeout(1000)
+                page.wait_for_timeout(1500)
                 page.screenshot(path=DOCUMENTS / f"{name}{ending}.png")
             context.close()
         browser.close()

@@ -66,7 +66,8 @@ def today(
 
 
 def _data(found: "Attention") -> dict[str, object]:
-    return {**plain(found), "by_day": found.by_day}
+    findings = [{**plain(one), "command": one.command, "fill_in": one.fill_in} for one in found.findings]
+    return {**plain(found), "findings": findings, "by_day": found.by_day}
 
 
 def attention_lines(found: "Attention") -> list[str]:

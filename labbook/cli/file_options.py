@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
-from dataclasses import asdict
 from typing import Any
 
 import typer
@@ -16,7 +14,7 @@ from labbook.cli.declaring import Declared
 from labbook.config.local_time import date_named
 from labbook.config.model import ProfileSettings
 from labbook.config.parsing import check_profile
-from labbook.config.profiles import calibration_in, check_unit, declared_channel
+from labbook.config.profiles import check_unit, declared_column, name_and_value
 from labbook.config.reading import read_model
 from labbook.terminal import say
 
@@ -51,10 +49,10 @@ def declared_options(given: Declared) -> dict[str, Any]:
         options["encoding"] = given.encoding
     declared: dict[str, dict[str, Any]] = {}
     for text in given.column or ():
-        name, column = _column(text)
+        name, column = declared_column(text)
         declared[name] = column
     for text in given.unit or ():
-        name, unit = _pair("--unit", text, "COLUMN=UNIT")
+        name, unit = name_and_value("--unit", text, "COLUMN=UNIT")
         check_unit(unit, None)
         declared.setdefault(name, {"channel": None})["unit"] = unit
     if declared:
@@ -100,33 +98,3 @@ def ask_for(outcome: FileOutcome, options: Mapping[str, Any]) -> dict[str, Any] 
             option, allowed = _ASKED_WORDS[finding.rule]
             declared |= _as_profile({option: typer.prompt(" or ".join(allowed), err=True)})
     return declared if declared != dict(options) else None
-
-
-_COLUMN = re.compile(r"(.+?)=\s*([\w.]+)\s*(?::([^,]*))?((?:,\s*\w+\s*=[^,]*)*)")
-
-
-def _column(text: str) -> tuple[str, dict[str, Any]]:
-    """Return the column that `NAME=CHANNEL[:UNIT][,KEY=VALUE...]` names, and what it declares of it."""
-    found = _COLUMN.fullmatch(text.strip())
-    if found is None:
-        name, channel = _pair("--column", text, "COLUMN=CHANNEL:UNIT")
-        channel, unit, rest = *channel.partition(":")[::2], ""
-    else:
-        name, channel, unit, rest = found[1].strip(), found[2], (found[3] or "").strip(), found[4]
-    channel = declared_channel(channel)
-    if unit:
-        check_unit(unit, channel)
-    calibration = calibration_in(rest, f"--column {text!r}")
-    if calibration is None:
-        return name, {"channel": channel, "unit": unit or None}
-    if not unit:
-        example = f'--column "{name}={channel}:UNIT{rest}"'
-        raise UsageError(f"--column {text!r} has a calibration without a unit: give that of its value, `{example}`.")
-    return name, {"channel": channel, "unit": unit, "calibrations": [asdict(calibration)]}
-
-
-def _pair(option: str, text: str, form: str) -> tuple[str, str]:
-    name, equals, value = text.rpartition("=")
-    if not equals or not name.strip() or not value.strip():
-        raise UsageError(f'{option} {text!r} says nothing: write {option} "{form}".')
-    return name.strip(), value.strip()

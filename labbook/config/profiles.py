@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import asdict
 from typing import Any
 
 from data_schema.calibration import Calibration
@@ -103,3 +105,34 @@ def _number(text: str) -> float | str:
         return float(text)
     except ValueError:
         return text
+
+
+_COLUMN = re.compile(r"(.+?)=\s*([\w.]+)\s*(?::([^,]*))?((?:,\s*\w+\s*=[^,]*)*)")
+
+
+def declared_column(text: str) -> tuple[str, dict[str, Any]]:
+    """Return the column that `NAME=CHANNEL[:UNIT][,KEY=VALUE...]` names, and what it declares of it."""
+    found = _COLUMN.fullmatch(text.strip())
+    if found is None:
+        name, channel = name_and_value("--column", text, "COLUMN=CHANNEL:UNIT")
+        channel, unit, rest = *channel.partition(":")[::2], ""
+    else:
+        name, channel, unit, rest = found[1].strip(), found[2], (found[3] or "").strip(), found[4]
+    channel = declared_channel(channel)
+    if unit:
+        check_unit(unit, channel)
+    calibration = calibration_in(rest, f"--column {text!r}")
+    if calibration is None:
+        return name, {"channel": channel, "unit": unit or None}
+    if not unit:
+        example = f'--column "{name}={channel}:UNIT{rest}"'
+        raise UsageError(f"--column {text!r} has a calibration without a unit: give that of its value, `{example}`.")
+    return name, {"channel": channel, "unit": unit, "calibrations": [asdict(calibration)]}
+
+
+def name_and_value(option: str, text: str, form: str) -> tuple[str, str]:
+    """Return both sides of an option's last `=`; raises `UsageError` where one says nothing."""
+    name, equals, value = text.rpartition("=")
+    if not equals or not name.strip() or not value.strip():
+        raise UsageError(f'{option} {text!r} says nothing: write {option} "{form}".')
+    return name.strip(), value.strip()

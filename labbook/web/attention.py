@@ -1,18 +1,26 @@
-"""What needs attention, gravest first, each with the command that mends it; and by run, for the list of runs."""
+"""What needs attention, gravest first, each with the command that mends it, done at a click where it is one choice.
+
+Also what was found by run, for the list of runs.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import groupby
+from typing import Any
 
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from labbook.actions.runs.attention import attention
+from data_schema.errors import UsageError
+from labbook.actions.runs.attention import Finding, attention
+from labbook.actions.runs.mending import mend, mending
 from labbook.analysis.outcomes.detection import Detections
 from labbook.config.local_time import date_named
 from labbook.web.book import OpenBook
 from labbook.web.rendering import page
+from labbook.web.stating import stating
 
 
 def _page(request: Request) -> Response:
@@ -30,9 +38,30 @@ def _page(request: Request) -> Response:
             "attention",
             day=day,
             runs=len(found.runs),
-            groups=[(str(gravity), list(of)) for gravity, of in groupby(found.findings, lambda one: one.gravity)],
+            groups=[
+                (str(gravity), [(one, _identity(one), None if served.read_only else mending(one)) for one in of])
+                for gravity, of in groupby(found.findings, lambda one: one.gravity)
+            ],
             days=[(date, sum(counts.values())) for date, counts in sorted(every.by_day.items())],
         )
+
+
+def _identity(one: Finding) -> dict[str, str | None]:
+    """Return what a finding is known by on the page and here."""
+    return {"code": one.code, "run": one.run, "file": one.file, "command": one.command}
+
+
+def _mend(served: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Do what the command of a finding does, where the book, looked at anew, still has that finding."""
+    book, day = served.current(), given.get("day")
+    date = date_named("day", str(day)) if day else None
+    with book.reading() as connection:
+        found = attention(Detections(connection, book.store), book.configuration, day=date).findings
+    meant = next((one for one in found if _identity(one).items() <= given.items()), None)
+    if meant is None:
+        raise UsageError("nothing is found any more that this mends, so nothing was stated: reload the page.")
+    mend(book, served.person, meant, str(given.get("why") or ""))
+    return {"mended": meant.command}
 
 
 def _by_run(request: Request) -> Response:
@@ -48,4 +77,8 @@ def _by_run(request: Request) -> Response:
     return JSONResponse(runs)
 
 
-ROUTES = [Route("/attention", _page), Route("/api/attention", _by_run)]
+ROUTES = [
+    Route("/attention", _page),
+    Route("/api/attention", _by_run),
+    Route("/api/mending", stating(_mend), methods=["POST"]),
+]

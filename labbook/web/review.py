@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
-from starlette.concurrency import run_in_threadpool
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
-from data_schema.errors import BookReadOnly, UsageError
+from data_schema.errors import UsageError
 from data_schema.vocabulary import ReasonCode, ReviewOrder, Verdict
 from labbook.actions.runs.jump_review import RunReview, add, decide, move, review
 from labbook.actions.runs.review_queue import review_queue
@@ -19,6 +18,7 @@ from labbook.analysis.outcomes.run_apexes import anchor_of
 from labbook.terminal import plain
 from labbook.web.book import OpenBook
 from labbook.web.rendering import page
+from labbook.web.stating import stating
 
 _SEED = 1
 """Of a shuffled order for which none is given."""
@@ -150,27 +150,9 @@ def _put(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
     return {"run": name, "signal": item.signal_sha256, "anchor_s": anchor_of(item.before)}
 
 
-def _stating(state: Callable[[OpenBook, Mapping[str, Any]], dict[str, Any]]) -> Callable[[Request], Any]:
-    """Return the answer to a request that states something."""
-
-    async def answer(request: Request) -> Response:
-        book: OpenBook = request.app.state.book
-        if book.read_only:
-            raise BookReadOnly("the page was opened with --read-only: nothing is stated.")
-        try:
-            given = await request.json()
-        except ValueError:
-            given = None
-        if not isinstance(given, dict):
-            raise UsageError("this states nothing: give a JSON object with run and verdict.")
-        return JSONResponse(await run_in_threadpool(state, book, given))
-
-    return answer
-
-
 ROUTES = [
     Route("/review", _page),
     Route("/api/queue", _queue),
-    Route("/api/verdicts", _stating(_decide), methods=["POST"]),
-    Route("/api/apexes", _stating(_put), methods=["POST"]),
+    Route("/api/verdicts", stating(_decide), methods=["POST"]),
+    Route("/api/apexes", stating(_put), methods=["POST"]),
 ]

@@ -271,16 +271,20 @@ def test_every_check_has_a_fault_that_it_finds() -> None:
     assert FAULTS.keys() == CHECKS.keys()
 
 
-@pytest.mark.parametrize("code", FAULTS)
-def test_a_fault_is_found_and_mended_by_the_command_that_is_given(code: str, tmp_path: Path) -> None:
-    fault = FAULTS[code]
-    if fault.plant in (calibration_of_other_day, outdated):
-        at = calibrated_book(tmp_path, PROFILE)
-        book = SmallBook(at, tmp_path)
+def place_for(code: str, folder: Path) -> Place:
+    """A book that the fault of a check can be planted in."""
+    if FAULTS[code].plant in (calibration_of_other_day, outdated):
+        book = SmallBook(calibrated_book(folder, PROFILE), folder)
     else:
         new = code in ("analysis_undecided", "planned_not_made")
-        book = small_book(tmp_path, runs=not new, ingested=not new)
-    place = Place(book, book.folder)
+        book = small_book(folder, runs=not new, ingested=not new)
+    return Place(book, book.folder)
+
+
+@pytest.mark.parametrize("code", FAULTS)
+def test_a_fault_is_found_and_mended_by_the_command_that_is_given(code: str, tmp_path: Path) -> None:
+    fault, place = FAULTS[code], place_for(code, tmp_path)
+    book = place.book
     before = told(book.folder)
     fault.plant(place)
     after = told(book.folder)

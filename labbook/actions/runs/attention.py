@@ -10,7 +10,7 @@ import datetime
 import shlex
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import StrEnum
 from typing import TypeAlias, TypedDict
 
@@ -36,7 +36,7 @@ from labbook.analysis.outcomes.run_energy import (
 )
 from labbook.config.model import HOW_TO_DECIDE, Configuration
 from labbook.statements.ingesting import zero_declared
-from labbook.terminal import listed
+from labbook.terminal import NOT_IN_JSON, listed
 from stats.apexes.jumps import HEIGHT_DOUBTFUL
 
 
@@ -72,22 +72,36 @@ class Blank(StrEnum):
     WHY = "WHY"
 
 
+Word: TypeAlias = "str | tuple[str, ...]"
+"""A word of a command, or the parts of one."""
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Found:
-    """What one check found: what is wrong, in a sentence, and the command that mends it, quoted for a shell.
+    """What one check found: what is wrong, in a sentence, and the words behind `labbook` that mend it.
 
-    `fill_in` are the words in the command that a person puts others for. `day` is None where it is of no day, `run` and
-    `file` are names. `costs` says what the report lacks for it, and `costs_claim` that this is a claim.
+    `day` is None where it is of no day, `run` and `file` are names. `costs` says what the report lacks for it, and
+    `costs_claim` that this is a claim.
     """
 
     what: str
-    command: str
-    fill_in: tuple[str, ...] = ()
+    words: tuple[Word, ...] = field(metadata=NOT_IN_JSON)
     day: str | None = None
     run: str | None = None
     file: str | None = None
     costs: str = ""
     costs_claim: bool = False
+
+    @property
+    def command(self) -> str:
+        """The command that mends it, quoted for a shell."""
+        return shlex.join(["labbook", *map("".join, self.words)])
+
+    @property
+    def fill_in(self) -> tuple[str, ...]:
+        """The words in the command that a person puts others for."""
+        parts = (part for word in self.words for part in ([word] if isinstance(word, str) else word))
+        return tuple(dict.fromkeys(str(part) for part in parts if isinstance(part, Blank)))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -155,10 +169,6 @@ def attention(
     )
 
 
-Word: TypeAlias = "str | tuple[str, ...]"
-"""A word of a command, or the parts of one."""
-
-
 class Costs(TypedDict):
     """What a finding costs the report."""
 
@@ -175,12 +185,10 @@ def _found(
     costs: str = "",
     costs_claim: bool = False,
 ) -> Found:
-    """Return what was found, of the run's day where one is named, and the command of these words behind `labbook`."""
-    parts = [(word,) if isinstance(word, str) else word for word in words]
+    """Return what was found, of the run's day where one is named, and the words that mend it."""
     return Found(
         what=what.removesuffix("."),
-        command=shlex.join(["labbook", *("".join(each) for each in parts)]),
-        fill_in=tuple(dict.fromkeys(str(part) for each in parts for part in each if isinstance(part, Blank))),
+        words=words,
         day=run.day if run is not None else day,
         run=None if run is None else run.name,
         file=file,

@@ -1,9 +1,31 @@
-// Commands are copied at a click; the list is made anew when the book has a new entry.
-import { onChange } from "/static/common.js";
+// Commands are copied at a click, or done where they have a button; the list is made anew when the book has a new entry.
+import { byId, onChange, post } from "/static/common.js";
 
 document.querySelectorAll("[data-copy]").forEach((button) => button.addEventListener("click", async () => {
   await navigator.clipboard.writeText(button.dataset.copy);
   button.textContent = "copied";
   setTimeout(() => { button.textContent = "copy"; }, 1500);
 }));
-onChange(() => location.reload());
+
+const forms = [...document.querySelectorAll("[data-finding]")].filter((form) => form.querySelector(".mend"));
+const saidAt = (form) => form.querySelector("[role=alert]");
+forms.forEach((form) => form.addEventListener("submit", async (event) => {
+  event.preventDefault();
+  const button = form.querySelector(".mend");
+  button.disabled = true;
+  saidAt(form).textContent = "";
+  try {
+    await post("/api/mending", { ...JSON.parse(form.dataset.finding), day: byId("title").dataset.day, why: form.elements.why?.value });
+    location.reload();
+  } catch (error) {
+    saidAt(form).textContent = error.status ? error.message : "no answer from labbook";
+    button.disabled = false;
+  }
+}));
+
+// A reason that is being written, what is under way, and what was refused would be lost.
+const inUse = (form) => form.elements.why?.value || form.querySelector(".mend").disabled || saidAt(form).textContent;
+onChange(() => {
+  if (forms.some(inUse)) throw Object.assign(new Error("the book has new entries: reload the page"), { status: 409 });
+  location.reload();
+});
