@@ -1,7 +1,7 @@
 // Jumps one at a time, by keyboard. A key draws the next jump at once; its verdict is saved behind it, read back, and only
 // then shown as saved. What the server did not take yet waits, in order, also over a reload of the page.
-import { askJson, byId, colour, post, samplesOf } from "/static/common.js";
-import { Axes, boxOf, drawLine, fitted, placeOf } from "/static/trace.js";
+import { askJson, byId, colour, onChange, post, samplesOf } from "/static/common.js";
+import { Axes, boxOf, drawLine, fitted, placeOf, rangeOf } from "/static/trace.js";
 
 const READ_ONLY = document.body.dataset.readOnly === "yes";
 const ME = document.body.dataset.person;
@@ -62,6 +62,27 @@ const status = () => {
   byId("share").parentElement.ariaValueNow = Math.round(share);
 };
 
+// The leg's length in a narrow strip below the height.
+const drawLeg = (context, { time, leg }, view, [from, to], box) => {
+  const [low, high] = rangeOf(leg.subarray(from, to));
+  if (!(low < high)) return;
+  const axes = new Axes(box, view, [low, high]);
+  context.save();
+  context.font = "12px system-ui, sans-serif";
+  context.fillStyle = colour("soft");
+  context.textAlign = "right";
+  context.textBaseline = "middle";
+  axes.ys.forEach((end) => context.fillText(Math.round(end), box.left - 6, axes.y(end)));
+  context.textAlign = "left";
+  context.textBaseline = "bottom";
+  context.fillText("leg (mm)", box.left + 4, box.top + box.height + 14);
+  axes.clip(context);
+  context.strokeStyle = colour("soft");
+  context.lineWidth = 1;
+  drawLine(context, axes, { time, height: leg }, from, to, null);
+  context.restore();
+};
+
 let drawn = null;
 const draw = () => {
   const log = here();
@@ -82,7 +103,10 @@ const draw = () => {
   for (let place = from; place < to; place += 1) { low = Math.min(low, height[place]); high = Math.max(high, height[place]); }
   if (jump.apex_height_m !== null) high = Math.max(high, jump.apex_height_m);
   const spare = (high - low || 0.01) * 0.12;
-  const { context, width, height: tall } = fitted(byId("jump"));
+  const { context, width, height: whole } = fitted(byId("jump"));
+  const strip = log.trace.leg ? 0.24 * whole : 0;
+  const tall = whole - strip;
+  if (strip) drawLeg(context, log.trace, view, [from, to], { ...boxOf(width, strip), top: tall + 6, height: strip - 22 });
   const axes = new Axes(boxOf(width, tall), view, [(low - spare) * 1000, (high + spare) * 1000]);
   axes.draw(context, "time (s)", "body height (mm)");
   context.save();
@@ -317,10 +341,11 @@ const enter = (dialog, key) => {
   else if (key.length === 1) input.setRangeText(key, input.selectionStart, input.selectionEnd, "end");
 };
 const work = () => {
-  while (pressed.length && (here() || [" ", "b", "ArrowRight", "ArrowLeft"].includes(pressed[0]))) {
+  while (queue.length && pressed.length && (here() || [" ", "b", "ArrowRight", "ArrowLeft"].includes(pressed[0]))) {
     const key = pressed.shift();
     const asked = document.querySelector("dialog[open]");
     if (asked) enter(asked, key);
+    else if (placing) placeKey({ key });
     else KEYS[key]?.();
   }
 };
@@ -357,3 +382,21 @@ if (left.search === location.search && known >= 0) at = known;
 ahead();
 draw();
 send();
+work();
+
+// What others stated of the run shown stands here once nothing is typed or saved.
+let quiet = null;
+onChange(() => {
+  clearTimeout(quiet);
+  quiet = setTimeout(async () => {
+    const run = item()?.run;
+    if (!loaded.has(run) || waiting.length || sending || placing) return;
+    const fresh = await askJson(`/api/runs/${encodeURIComponent(run)}/log`).catch(() => null);
+    if (!fresh || !loaded.has(run) || waiting.length || sending || placing) return;
+    const { trace, samples } = loaded.get(run);
+    if (fresh.samples !== samples) { location.reload(); return; }
+    loaded.set(run, Object.assign(fresh, { trace }));
+    logs.set(run, Promise.resolve(fresh));
+    draw();
+  }, AGAIN_MS);
+});

@@ -9,6 +9,7 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema.tables.runs import decision
+from data_schema.vocabulary import ReasonCode, Verdict
 from labbook.actions.runs.jump_review import decide
 from labbook.config.model import ProtocolSettings
 from labbook.web.review import reason_keys
@@ -257,3 +258,36 @@ def test_two_pages_see_each_other(browser: Any, page: Any, book: SmallBook) -> N
         first = server.json("/api/queue?run=r003")["jumps"][0]
         server.json("/api/verdicts", accepted(first))
         until(lambda: "1 of" in page.text_content("#progress"))
+
+
+def test_what_somebody_else_says_of_the_jump_shown_stands_there_soon(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server, "/review?run=r003&open")
+        first = server.json("/api/queue?run=r003")["jumps"][0]
+        with book.open() as opened_book:
+            state(
+                opened_book,
+                decide,
+                "r003",
+                [first["number"]],
+                Verdict.REJECT,
+                ReasonCode.MISFIRE,
+                None,
+                person="Ben Ode",
+            )
+        until(lambda: page.text_content("#verdict") == "rejected: misfire by Ben Ode")
+
+
+def test_keys_that_come_before_the_jumps_wait_for_them(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        page.goto(server.url)
+        held: list[Any] = []
+        page.route("**/api/queue*", lambda route: held.append(route))
+        page.goto(server.base + "/review?run=r003", wait_until="commit")
+        until(lambda: page.wait_for_timeout(20) is None and bool(held))
+        for key in (" ", "a"):
+            page.keyboard.press(key)
+        held[0].continue_()
+        until(lambda: len(verdicts(book)) == 1)
+        jumps = server.json("/api/runs/r003/log")["jumps"]
+        assert [jump["decided"] is not None for jump in jumps] == [False, True, False]
