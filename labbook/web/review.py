@@ -11,8 +11,9 @@ from starlette.routing import Route
 
 from data_schema.errors import UsageError
 from data_schema.vocabulary import ReasonCode, ReviewOrder, Verdict
+from labbook.actions.runs.jump_agreement import agreement, agreement_lines
 from labbook.actions.runs.jump_review import RunReview, add, decide, move, review
-from labbook.actions.runs.review_queue import review_queue
+from labbook.actions.runs.review_queue import QueuedJump, review_queue
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import anchor_of
 from labbook.terminal import plain
@@ -20,6 +21,8 @@ from labbook.web.book import OpenBook
 from labbook.web.rendering import page
 from labbook.web.stating import stating
 
+_DIFFERENCES = "differences"
+"""In place of an order: the jumps on which two people differ."""
 _SEED = 1
 """Of a shuffled order for which none is given."""
 
@@ -39,10 +42,13 @@ def reason_keys(reasons: Iterable[str]) -> dict[str, str]:
 def _page(request: Request) -> Response:
     offered = reason_keys(request.app.state.book.current().configuration.protocol.reject_reasons)
     reasons = [{"key": key, "reason": reason, "text": reason.replace("_", " ")} for key, reason in offered.items()]
-    order, run = request.query_params.get("order", ReviewOrder.DOUBT), request.query_params.get("run", "")
-    shown = {"reasons": reasons, "order": order, "orders": list(ReviewOrder), "run": run}
-    with request.app.state.book.current().reading() as connection:
-        return page(request, connection, "review.html.j2", "review", **shown)
+    given = request.query_params
+    shown = {"reasons": reasons, "orders": [*ReviewOrder, _DIFFERENCES], "run": given.get("run", "")}
+    book, order = request.app.state.book.current(), given.get("order", ReviewOrder.DOUBT)
+    with book.reading() as connection:
+        agreed = agreement(Detections(connection, book.store), book.configuration) if order == _DIFFERENCES else ()
+        sentences = [" ".join(agreement_lines(one)[0]) for one in agreed]
+        return page(request, connection, "review.html.j2", "review", order=order, agreement=sentences, **shown)
 
 
 def _queue(request: Request) -> Response:
@@ -50,18 +56,32 @@ def _queue(request: Request) -> Response:
     served: OpenBook = request.app.state.book
     book, given = served.current(), request.query_params
     run = given.get("run")
+    if given.get("order") == _DIFFERENCES:
+        return _differences(served)
     try:
         order = ReviewOrder.RUN if run else ReviewOrder(given.get("order") or ReviewOrder.DOUBT)
         seed = int(given.get("seed") or _SEED) if order is ReviewOrder.SHUFFLED else None
     except ValueError:
-        raise UsageError(
-            f"the order is one of {', '.join(ReviewOrder)}, and a seed a whole number: correct the address."
-        ) from None
+        orders = ", ".join([*ReviewOrder, _DIFFERENCES])
+        raise UsageError(f"the order is one of {orders}, and a seed a whole number: correct the address.") from None
     with book.reading() as connection:
         found = review_queue(
             Detections(connection, book.store), book.configuration, order, seed, given.get("where") or None
         )
-    jumps = [
+    return _queued(served, (one for one in found.jumps if run in (None, one.run)))
+
+
+def _differences(served: OpenBook) -> Response:
+    """Return the jumps on which two people differ."""
+    book = served.current()
+    with book.reading() as connection:
+        found = agreement(Detections(connection, book.store), book.configuration)
+    jumps = {(one.signal_sha256, one.anchor_s): one for pair in found for one in pair.differ}
+    return _queued(served, jumps.values())
+
+
+def _queued(served: OpenBook, jumps: Iterable[QueuedJump]) -> Response:
+    rows = [
         {
             "run": one.run,
             "number": one.number,
@@ -71,10 +91,9 @@ def _queue(request: Request) -> Response:
             "left_out": one.excluded is not None,
             "decided": any(said.person == served.person for said in one.verdicts),
         }
-        for one in found.jumps
-        if run in (None, one.run)
+        for one in jumps
     ]
-    return JSONResponse({"jumps": jumps})
+    return JSONResponse({"jumps": rows})
 
 
 _VERDICTS = (Verdict.ACCEPT, Verdict.REJECT, Verdict.CLEAR)

@@ -291,3 +291,18 @@ def test_keys_that_come_before_the_jumps_wait_for_them(page: Any, book: SmallBoo
         until(lambda: len(verdicts(book)) == 1)
         jumps = server.json("/api/runs/r003/log")["jumps"]
         assert [jump["decided"] is not None for jump in jumps] == [False, True, False]
+
+
+def test_where_two_people_differ_is_a_queue(page: Any, book: SmallBook) -> None:
+    with book.open() as opened_book:
+        for person, verdict in ((ADA, Verdict.ACCEPT), ("Ben Ode", Verdict.REJECT)):
+            reason = ReasonCode.LOOKS_RIGHT if verdict is Verdict.ACCEPT else ReasonCode.MISFIRE
+            state(opened_book, decide, "r003", [2], verdict, reason, None, person=person)
+            state(opened_book, decide, "r003", [1], Verdict.ACCEPT, ReasonCode.LOOKS_RIGHT, None, person=person)
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server, "/review?order=differences&open")
+        assert "kappa" in page.text_content("main")
+        assert [(one["run"], one["number"]) for one in server.json("/api/queue?order=differences")["jumps"]] == [
+            ("r003", 2)
+        ]
+        assert page.text_content("#verdict") == "rejected: misfire by Ben Ode"
