@@ -11,7 +11,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
@@ -20,10 +20,9 @@ ROOT = Path(__file__).parents[2]
 
 
 @dataclass
-class Server:
-    """A process of `labbook web`, and the address with the token that it printed."""
+class Page:
+    """A page that is served: the address with the token that `labbook web` printed."""
 
-    process: subprocess.Popen[str]
     url: str
     cookie: str = ""
     """The name of the book's cookie."""
@@ -42,9 +41,10 @@ class Server:
     def token(self) -> str:
         return self.url.partition("token=")[2]
 
-    def kill(self) -> None:
-        self.process.send_signal(signal.SIGKILL)
-        self.process.wait()
+    def enter(self) -> None:
+        """Open the address with the token, for the cookie."""
+        _status, _body, headers = self.ask(f"/?token={self.token}")
+        self.cookie = headers["Set-Cookie"].partition("=")[0]
 
     def ask(
         self, path: str, data: Any = None, *, headers: Mapping[str, str] | None = None, method: str | None = None
@@ -71,6 +71,17 @@ class Server:
         return json.loads(body)
 
 
+@dataclass
+class Server(Page):
+    """A page with the process of `labbook web` that serves it."""
+
+    process: subprocess.Popen[str] = field(kw_only=True)
+
+    def kill(self) -> None:
+        self.process.send_signal(signal.SIGKILL)
+        self.process.wait()
+
+
 @contextlib.contextmanager
 def served(book: Path, *words: str, port: int = 0) -> Iterator[Server]:
     """Serve a book's page in a process of its own until the end of the block."""
@@ -82,9 +93,8 @@ def served(book: Path, *words: str, port: int = 0) -> Iterator[Server]:
         assert process.stdout is not None
         line = process.stdout.readline()
         try:
-            server = Server(process, json.loads(line)["url"])
-            _status, _body, headers = server.ask(f"/?token={server.token}")
-            server.cookie = headers["Set-Cookie"].partition("=")[0]
+            server = Server(json.loads(line)["url"], process=process)
+            server.enter()
             yield server
         finally:
             if process.poll() is None:
