@@ -222,14 +222,23 @@ class Detections:
         """Find the jumps at the times at which verdicts, by the hash of their signal, put an apex."""
         found: dict[tuple[str, float], JumpRow] = {}
         for signal in signals:
-            log: Log | None = None
             for at_s in {said.at_s for said in decisions.get(signal.sha256, ()) if said.at_s is not None}:
                 key = signal.sha256, at_s, rest_length_m
                 if key not in self._placed:
-                    log = log or self.log(signal)
-                    self._placed[key] = placed_apex(log, signal.sha256, at_s, rest_length_m)
+                    self._placed[key] = self._place(signal, at_s, rest_length_m)
                 found[signal.sha256, at_s] = self._placed[key]
         return found
+
+    def _place(self, signal: SignalRow, at_s: float, rest_length_m: float) -> JumpRow:
+        """Return the jump at a time of a log: as it was found before, for what people said is asked again and again."""
+        gaps = gaps_by_signal(self.connection, [signal.uid])[signal.uid]
+        where = {"at_s": at_s, "rest_length_m": rest_length_m}
+        key = detection_key(signal.sha256, "placed", 1, where, gaps_for_detector(gaps))
+        if (cached := FOUND.read(key)) is not None:
+            return msgspec.msgpack.decode(cached, type=JumpRow)
+        placed = placed_apex(_read(self.store, signal, gaps), signal.sha256, at_s, rest_length_m)
+        FOUND.write(key, msgspec.msgpack.encode(placed))
+        return placed
 
     def log(self, signal: SignalRow) -> Log:
         """Read a signal's samples."""
