@@ -125,11 +125,12 @@ class RefusedFile:
 
 
 def refused_files(connection: sa.Connection, most: int) -> list[RefusedFile]:
-    """Return the files that were refused last, the newest first; not those of which the bytes or name came in since."""
+    """Return the files that were refused last, the newest first; not those whose bytes, or name, came in since."""
     other = ingest.alias()
-    later = sa.and_(other.c.id > ingest.c.id, other.c.original_name == ingest.c.original_name)
-    again = sa.and_(other.c.sha256 == ingest.c.sha256, other.c.id > ingest.c.id)
-    imported = sa.and_(other.c.sha256 == ingest.c.sha256, other.c.status == IngestStatus.IMPORTED)
+    imported = other.c.status == IngestStatus.IMPORTED
+    later = sa.and_(other.c.id > ingest.c.id, other.c.original_name == ingest.c.original_name, imported)
+    same = other.c.sha256 == ingest.c.sha256
+    again = sa.and_(same, other.c.id > ingest.c.id)
     wrong = finding.alias()
     first = sa.select(sa.func.min(wrong.c.id)).where(wrong.c.ingest == ingest.c.id, wrong.c.severity == Severity.FILE)
     query = (
@@ -138,7 +139,7 @@ def refused_files(connection: sa.Connection, most: int) -> list[RefusedFile]:
         .join(finding, finding.c.id == first.scalar_subquery())
         .where(
             ingest.c.status == IngestStatus.REFUSED,
-            ~sa.exists().where(sa.or_(later, imported, again)),
+            ~sa.exists().where(sa.or_(later, again, sa.and_(same, imported))),
         )
         .order_by(ingest.c.id.desc())
         .limit(most)

@@ -141,8 +141,6 @@ def unwrap_counter(numbers: FloatArray) -> FloatArray | None:
         return None
     if _counts_up(numbers):
         return numbers
-    if 2 * np.count_nonzero(np.diff(numbers) >= 1) < numbers.size - 1:  # a signal: even one bit counts every other time
-        return None
     from_least = numbers - numbers.min()
     for counter, modulus in (
         *((numbers, 2.0**bits) for bits in (8, 16, 32)),

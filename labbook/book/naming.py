@@ -15,6 +15,7 @@ from data_schema.errors import UnknownName, UsageError, unknown_name
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.runs import RunRow, find_run, run_names
 from data_schema.queries.study import StudyRow, conditions_by_key, day_uids, factors, open_plans, the_study
+from data_schema.vocabulary import Action
 from labbook.book.write_session import WriteSession
 from labbook.config.local_time import local_text
 from labbook.config.parsing import Configuration
@@ -107,6 +108,23 @@ def old_values(connection: sa.Connection, kind: str, uid: str, new: Mapping[str,
 
 
 _UTC = "_utc"
+DONE: Mapping[Action, str] = {
+    Action.DECLARE: "declared",
+    Action.CORRECT: "corrected",
+    Action.VOID: "declared void",
+    Action.ASSIGN: "assigned",
+    Action.DECIDE: "judged",
+    Action.NOTE: "noted",
+    Action.INGEST: "took in",
+    Action.REFUSE: "refused",
+    Action.REPORT: "wrote",
+    Action.READ: "read again",
+    Action.WITHDRAW: "withdrew",
+    Action.RESTORE: "restored",
+    Action.DISMISS: "dismissed",
+    Action.MERGE: "merged",
+}
+"""What an entry did, in words."""
 NAME_OF = {"condition": "key", "day": "date_local", "robot": "name", "battery": "name", "run": "name", "study": "name"}
 """The column that has what people call a thing of a kind."""
 

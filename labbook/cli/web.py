@@ -1,6 +1,9 @@
 """`labbook web` and `labbook review`: the book as a page in a browser of this machine."""
 
 import contextlib
+import os
+import sys
+import threading
 import webbrowser
 from typing import TYPE_CHECKING, Annotated
 
@@ -103,8 +106,10 @@ def page_beside(folder: "Path | None", person: str | None) -> "Iterator[str]":
 
 
 def _open(url: str) -> None:
-    with contextlib.suppress(webbrowser.Error):
-        webbrowser.open(url)
+    """Open a browser beside what goes on, where there is a screen: one of the terminal would take that."""
+    screens = ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+    if sys.platform in ("darwin", "win32") or any(map(os.environ.get, screens)):
+        threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
 
 @contextlib.contextmanager

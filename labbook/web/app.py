@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 
 from starlette.applications import Starlette
 from starlette.requests import Request
@@ -22,14 +22,18 @@ VIEWS = (overview, attention, run, run_diff, review, live, files, reports, journ
 _STATUS: tuple[tuple[type[LabbookError], int], ...] = ((UnknownName, 404), (BookBusy, 503), (BookReadOnly, 403))
 
 
-def application(book: OpenBook, token: str, hosts: Collection[str]) -> ASGIApp:
-    """Return the application for a book, for who has the token, under these hosts with their port."""
+def application(book: OpenBook, token: str, hosts: Collection[str], ending: Callable[[], bool]) -> ASGIApp:
+    """Return the application for a book, for who has the token, under these hosts with their port.
+
+    `ending` tells whether the server is about to end: then pages that listen are let go.
+    """
     routes = [route for view in VIEWS for route in view.ROUTES]
     app = Starlette(
         routes=[*routes, Route("/static/{name}", static)],
         exception_handlers={LabbookError: _refused, 404: _not_found},
     )
     app.state.book = book
+    app.state.ending = ending
     return Guard(app, token, f"labbook-{book.name}", hosts)
 
 

@@ -6,7 +6,6 @@ Also what was found by run, for the list of runs.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import groupby
 from typing import Any
 
 from starlette.requests import Request
@@ -14,13 +13,16 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from data_schema.errors import UsageError
-from labbook.actions.runs.attention import Finding, attention
+from labbook.actions.runs.attention import Finding, Gravity, attention
 from labbook.actions.runs.mending import mend, mending
 from labbook.analysis.outcomes.detection import Detections
 from labbook.config.local_time import date_named
 from labbook.web.book import OpenBook
 from labbook.web.rendering import page
 from labbook.web.stating import stating
+
+_MOST = 100
+"""So many findings of a gravity are shown."""
 
 
 def _page(request: Request) -> Response:
@@ -39,8 +41,13 @@ def _page(request: Request) -> Response:
             day=day,
             runs=len(found.runs),
             groups=[
-                (str(gravity), [(one, _identity(one), None if served.read_only else mending(one)) for one in of])
-                for gravity, of in groupby(found.findings, lambda one: one.gravity)
+                (
+                    str(gravity),
+                    [(one, _identity(one), None if served.read_only else mending(one)) for one in of[:_MOST]],
+                    max(len(of) - _MOST, 0),
+                )
+                for gravity in Gravity
+                if (of := [one for one in found.findings if one.gravity is gravity])
             ],
             days=[(date, sum(counts.values())) for date, counts in sorted(every.by_day.items())],
         )

@@ -29,7 +29,7 @@ async def _events(request: Request) -> Response:
 
     async def told() -> AsyncIterator[str]:
         last = -1
-        while not await request.is_disconnected():
+        while not (request.app.state.ending() or await request.is_disconnected()):
             try:
                 now = await run_in_threadpool(_entries, book)
             except LabbookError:  # busy, or being replaced: the next look tells

@@ -9,7 +9,7 @@ from starlette.routing import Route
 from data_schema.queries.files import refused_files
 from labbook.actions.files.stored_files import list_files, show_file, show_lines
 from labbook.config.local_time import local_text
-from labbook.web.rendering import page, page_number
+from labbook.web.rendering import page, whole_number
 
 _MOST = 200
 _MOST_REFUSED = 12
@@ -18,7 +18,7 @@ _MOST_REFUSED = 12
 def _page(request: Request) -> Response:
     book = request.app.state.book.current()
     zone = book.configuration.study.time_zone
-    number = page_number(request)
+    number = whole_number(request, "page") or 1
     with book.reading() as connection:
         every = list_files(connection)[::-1]
         refused = refused_files(connection, _MOST_REFUSED) if number == 1 else []

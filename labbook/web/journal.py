@@ -6,10 +6,9 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from data_schema.errors import UsageError
 from labbook.actions.upkeep.journal_view import newest_commands
 from labbook.config.local_time import local_text
-from labbook.web.rendering import page
+from labbook.web.rendering import page, whole_number
 
 _MOST = 100
 
@@ -17,11 +16,8 @@ _MOST = 100
 def _page(request: Request) -> Response:
     book = request.app.state.book.current()
     zone = book.configuration.study.time_zone
-    given = request.query_params.get("before")
-    if given is not None and not given.isdecimal():
-        raise UsageError(f"{given!r} is not the number of an entry: give one as 786.")
     with book.reading() as connection:
-        found = newest_commands(connection, _MOST, None if given is None else int(given))
+        found = newest_commands(connection, _MOST, whole_number(request, "before"))
         return page(
             request,
             connection,

@@ -15,6 +15,7 @@ from data_schema import journal
 from data_schema.errors import UsageError
 from labbook.web.book import OpenBook
 
+_MOST_DIGITS = 18
 _KINDS = {".css": "text/css", ".js": "text/javascript"}
 
 
@@ -63,11 +64,13 @@ def _static() -> dict[str, tuple[bytes, str]]:
     }
 
 
-def page_number(request: Request) -> int:
-    """Return which page of a list is asked for, the first without one."""
-    given = request.query_params.get("page", "1")
-    if not given.isdecimal() or int(given) < 1:
-        raise UsageError(f"{given!r} is no page of a list: give a number from 1.")
+def whole_number(request: Request, name: str) -> int | None:
+    """Return what an address asks for by a number from 1, None where it does not."""
+    given = request.query_params.get(name)
+    if given is None:
+        return None
+    if not (given.isdecimal() and len(given) <= _MOST_DIGITS and int(given)):
+        raise UsageError(f"{name}={given[:20]!r} is no number from 1: correct the address.")
     return int(given)
 
 

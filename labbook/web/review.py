@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+import sqlalchemy as sa
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from data_schema import journal
 from data_schema.errors import UsageError
 from data_schema.vocabulary import ReasonCode, ReviewOrder, Verdict
 from labbook.actions.runs.jump_agreement import agreement, agreement_lines
@@ -68,7 +70,7 @@ def _queue(request: Request) -> Response:
         found = review_queue(
             Detections(connection, book.store), book.configuration, order, seed, given.get("where") or None
         )
-    return _queued(served, (one for one in found.jumps if run in (None, one.run)))
+        return _queued(served, connection, (one for one in found.jumps if run in (None, one.run)))
 
 
 def _differences(served: OpenBook) -> Response:
@@ -76,11 +78,11 @@ def _differences(served: OpenBook) -> Response:
     book = served.current()
     with book.reading() as connection:
         found = agreement(Detections(connection, book.store), book.configuration)
-    jumps = {(one.signal_sha256, one.anchor_s): one for pair in found for one in pair.differ}
-    return _queued(served, jumps.values())
+        jumps = {(one.signal_sha256, one.anchor_s): one for pair in found for one in pair.differ}
+        return _queued(served, connection, jumps.values())
 
 
-def _queued(served: OpenBook, jumps: Iterable[QueuedJump]) -> Response:
+def _queued(served: OpenBook, connection: sa.Connection, jumps: Iterable[QueuedJump]) -> Response:
     rows = [
         {
             "run": one.run,
@@ -93,7 +95,7 @@ def _queued(served: OpenBook, jumps: Iterable[QueuedJump]) -> Response:
         }
         for one in jumps
     ]
-    return JSONResponse({"jumps": rows})
+    return JSONResponse({"jumps": rows, "entries": journal.head(connection)[0]})
 
 
 _VERDICTS = (Verdict.ACCEPT, Verdict.REJECT, Verdict.CLEAR)
@@ -133,10 +135,11 @@ def _decide(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
     with current.session(book.person) as session:
         decide(current, session, name, numbers, verdict, reason, text, found, blind=blind)
     with current.reading() as connection:
-        found = review(current, connection, name)
+        found, entries = review(current, connection, name), journal.head(connection)[0]
     now = {item.jump.number: item for item in found.jumps}
     return {
         "run": name,
+        "entries": entries,
         "jumps": [
             {
                 **jump,

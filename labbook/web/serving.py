@@ -80,7 +80,7 @@ def _server(
         with _listening(host, port, folder) as listening:
             taken = listening.getsockname()[1]
             names = {host, "localhost"} if host == LOOPBACK else {host}
-            app = application(book, token, {f"{name}:{taken}" for name in names})
+            app = application(book, token, {f"{name}:{taken}" for name in names}, lambda: server.should_exit)
             server = uvicorn.Server(
                 uvicorn.Config(
                     app, log_level="warning", lifespan="off", server_header=False, timeout_graceful_shutdown=1

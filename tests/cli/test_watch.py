@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import http.client
 import io
 import json
 import os
@@ -17,6 +18,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from urllib.parse import urlsplit
 
 import pytest
 
@@ -39,12 +41,15 @@ class Watch:
 
     process: subprocess.Popen[str]
     lines: queue.Queue[str]
+    page: str = ""
 
     def until(self, wanted: Callable[[Any], bool]) -> Any:
         """Read documents until one is wanted."""
         ends_s = time.monotonic() + SOON_S
         while True:
             told = json.loads(self.lines.get(timeout=max(0.0, ends_s - time.monotonic())))
+            if told["event"] == "page":
+                self.page = told["url"]
             if wanted(told):
                 return told
 
@@ -224,3 +229,25 @@ def test_wrong_use_is_a_sentence(stated: SmallBook, inbox: Path) -> None:
     refused(labbook("watch", inbox / "nowhere", at=stated.folder), 2, "nowhere", "folder")
     refused(labbook("watch", inbox, "--still", "0", at=stated.folder), 2, "--still", "seconds")
     refused(labbook("watch", inbox, "--as", "Nobody", at=stated.folder), 2, "Nobody", "person")
+
+
+def test_a_page_beside_it_shows_what_comes_in_and_ends_with_it(stated: SmallBook, inbox: Path) -> None:
+    pytest.importorskip("uvicorn")
+    with watching(stated, inbox, "--page") as watch, contextlib.ExitStack() as ends:
+        address = urlsplit(watch.page)
+        server = http.client.HTTPConnection("127.0.0.1", address.port or 0, timeout=SOON_S)
+        ends.enter_context(contextlib.closing(server))
+        server.request("GET", f"{address.path}?{address.query}")
+        answer = server.getresponse()
+        answer.read()
+        cookie = (answer.headers["Set-Cookie"] or "").partition(";")[0]
+        shutil.copy(stated.log("r001"), inbox)
+        watch.file("r001.csv")
+        server.request("GET", "/api/live", headers={"Cookie": cookie})
+        (line, *_rest) = json.loads(server.getresponse().read())["lines"]
+        says(line["text"], "run r001", "3 of 3 jumps")
+        server.request("GET", "/api/events", headers={"Cookie": cookie})  # a page that listens
+        ends.enter_context(contextlib.closing(server.getresponse())).readline()
+        watch.end()
+        assert watch.process.stderr is not None
+        assert watch.process.stderr.read() == ""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -13,7 +13,7 @@ from data_schema.queries.facts import read_fact
 from data_schema.queries.files import find_files
 from data_schema.queries.history import EntryRow, ends_of_commands, entries_between
 from data_schema.vocabulary import Action
-from labbook.book.naming import NAME_OF, changes_in_words
+from labbook.book.naming import DONE, NAME_OF, changes_in_words
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,12 +41,13 @@ def newest_commands(connection: sa.Connection, most: int, before: int | None = N
 
 def _line(connection: sa.Connection, entries: Sequence[EntryRow]) -> CommandLine:
     last = entries[-1]
+    by = next((entry for entry in entries if entry.action is Action.MERGE), last)  # of others are what it brought
     runs = {_run_uid(connection, entry) for entry in entries}
     (run_uid,) = runs if len(runs) == 1 else (None,)
     run = None if run_uid is None else str(read_fact(connection, "run", run_uid, ["name"])["name"])
     reasons = dict.fromkeys(entry.reason for entry in entries if entry.reason)
     what = _what(connection, last, run) if len(entries) == 1 else _counted(entries)
-    return CommandLine(entries[0].seq, last.seq, last.at_utc, last.person, what, "; ".join(reasons), run)
+    return CommandLine(entries[0].seq, last.seq, by.at_utc, by.person, what, "; ".join(reasons), run)
 
 
 def _run_uid(connection: sa.Connection, entry: EntryRow) -> str | None:
@@ -62,22 +63,6 @@ def _run_uid(connection: sa.Connection, entry: EntryRow) -> str | None:
     return None
 
 
-_DONE: Mapping[Action, str] = {
-    Action.DECLARE: "declared",
-    Action.CORRECT: "corrected",
-    Action.VOID: "declared void",
-    Action.ASSIGN: "assigned",
-    Action.DECIDE: "judged",
-    Action.NOTE: "noted",
-    Action.INGEST: "took in",
-    Action.REFUSE: "refused",
-    Action.REPORT: "wrote",
-    Action.READ: "read again",
-    Action.WITHDRAW: "withdrew",
-    Action.RESTORE: "restored",
-    Action.DISMISS: "dismissed",
-    Action.MERGE: "merged",
-}
 _VERDICTS = {"accept": "accepted", "reject": "rejected", "move": "moved", "add": "added", "clear": "cleared"}
 _KINDS = {"ingest": "file", "decision": "jump", "config": "labbook.toml", "run_file": "file"}
 
@@ -85,16 +70,17 @@ _KINDS = {"ingest": "file", "decision": "jump", "config": "labbook.toml", "run_f
 def _counted(entries: Iterable[EntryRow]) -> str:
     """Say what several entries did, the kinds in the order in which they came."""
     counts = Counter((_done(entry), _KINDS.get(entry.kind, entry.kind).replace("_", " ")) for entry in entries)
-    return ", ".join(f"{done} {n} {kind if n == 1 else _plural(kind)}" for (done, kind), n in counts.items())
+    return ", ".join(
+        f"{done} {n} {kind if n == 1 else _PLURALS.get(kind, f'{kind}s')}" for (done, kind), n in counts.items()
+    )
 
 
-def _plural(kind: str) -> str:
-    return f"{kind[:-1]}ies" if kind.endswith("y") else f"{kind}s"
+_PLURALS = {"person": "people", "battery": "batteries"}
 
 
 def _done(entry: EntryRow) -> str:
     verdict = entry.new.get("verdict") if entry.action is Action.DECIDE else None
-    return _VERDICTS.get(str(verdict), _DONE[entry.action])
+    return _VERDICTS.get(str(verdict), DONE[entry.action])
 
 
 def _what(connection: sa.Connection, entry: EntryRow, run: str | None) -> str:

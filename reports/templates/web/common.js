@@ -34,7 +34,7 @@ export const onChange = (look) => {
   let last = Number(document.body.dataset.entries);
   const again = async () => {
     try {
-      await look();
+      await look(last);
       lost("");
     } catch (error) {
       lost(error.status ? error.message : "no answer from labbook");
@@ -49,8 +49,9 @@ export const onChange = (look) => {
     ));
     events.addEventListener("message", (event) => {
       const now = JSON.parse(event.data).entries;
-      if (now !== last) again();
+      const news = now !== last;
       last = now;
+      if (news) again();
     });
   };
   document.addEventListener("visibilitychange", () => {

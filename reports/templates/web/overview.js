@@ -111,20 +111,27 @@ const chips = () => {
   byId("chips").replaceChildren(...made);
 };
 
+let asked = 0;
 const load = async () => {
+  const turn = asked += 1;  // an answer that another one has overtaken is dropped
   const where = byId("where").value.trim();
   const query = where ? `?where=${encodeURIComponent(where)}` : "";
   try {
-    book = await askJson(`/api/runs${query}`);
+    const found = await askJson(`/api/runs${query}`);
+    if (turn !== asked) return;
+    book = found;
     byId("refused").textContent = "";
   } catch (error) {
+    if (turn !== asked) return;
     if (![404, 422].includes(error.status)) throw error;
     byId("refused").textContent = error.message;
     return;
   }
   chips();
   draw();
-  attention = await askJson(`/api/attention${query}`);
+  const found = await askJson(`/api/attention${query}`);
+  if (turn !== asked) return;
+  attention = found;
   draw();
 };
 

@@ -14,6 +14,7 @@ const AGAIN_MS = 1000;
 const logs = new Map();
 const loaded = new Map();
 let queue = [];
+let known = 0;  // the number of entries that the list was read with, and of what was stated here since
 let at = 0;
 let open = new URLSearchParams(location.search).has("open");
 let given = [];
@@ -46,6 +47,7 @@ const here = () => loaded.get(item()?.run);
 // A jump is named by its samples and the time at which it was found: numbers change when one is added.
 const isOf = (one) => (other) => one.signal === other.signal && one.anchor_s === other.anchor_s;
 const named = ({ signal, anchor_s }) => ({ signal, anchor_s });
+const placeIn = (jump) => queue.findIndex((one) => one.run === jump.run && isOf(jump)(one));
 const jumpHere = () => here()?.jumps.find(isOf(item()));
 const blind = () => !open && !seen.has(item().run);
 const shownVerdict = (jump) => (jump.decided && (open || [ME, "you"].includes(jump.decided.person)) ? jump.decided : null);
@@ -211,6 +213,7 @@ const send = async () => {
     try {
       const found = await post("/api/verdicts", first);
       trouble = "";
+      if (found.entries - known <= found.jumps.length) known = found.entries;
       found.jumps.forEach((jump) => {
         show(found.run, [jump], jump.decided, true);
         loaded.get(found.run)?.jumps.filter(isOf(jump)).forEach((one) => { one.excluded = jump.excluded; });
@@ -236,7 +239,7 @@ const state = (jumps, verdict, reason, before, note) => {
   if (READ_ONLY) { trouble = "read-only: nothing is stated"; status(); return; }
   const { run } = item();
   refused = "";
-  given.push({ at, run, before });
+  given.push({ place: { run, ...named(item()) }, run, before });
   waiting.push({ run, jumps: jumps.map(named), verdict, reason, note, blind: blind() });
   keep();
   show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, note, person: "you" }, false);
@@ -244,7 +247,7 @@ const state = (jumps, verdict, reason, before, note) => {
 };
 const decide = (verdict, reason, note) => {
   const jump = jumpHere();
-  if (!jump) return;
+  if (!jump) { refused = "this jump is not there any more: reload the page"; status(); return; }
   state([jump], verdict, reason, [{ jump: named(jump), decided: jump.decided }], note);
   move(1);
 };
@@ -252,7 +255,7 @@ const decide = (verdict, reason, note) => {
 const undo = () => {
   const last = given.pop();
   if (!last) return;
-  at = last.at;
+  at = Math.max(placeIn(last.place), 0);
   stay();
   ahead();
   last.before.forEach(({ jump, decided }) => {
@@ -373,30 +376,38 @@ byId("goto").addEventListener("submit", () => { if (byId("target").value) goTo(b
 new ResizeObserver(draw).observe(byId("jump"));
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 
-queue = (await askJson(`/api/queue${location.search}`)).jumps;
+const asked = await askJson(`/api/queue${location.search}`);
+queue = asked.jumps;
+known = asked.entries;
 counts.reviewed = queue.filter((one) => one.decided).length;
 waiting.forEach(({ run, jumps, verdict, reason, note }) => show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, note, person: "you" }, false));
 const left = JSON.parse(sessionStorage.getItem(PLACE) ?? "{}");
-const known = queue.findIndex((one) => one.run === left.run && isOf(left)(one));
-if (left.search === location.search && known >= 0) at = known;
+if (left.search === location.search && placeIn(left) >= 0) at = placeIn(left);
 ahead();
 draw();
 send();
 work();
 
-// What others stated of the run shown stands here once nothing is typed or saved.
+// What others stated stands here once nothing is typed or under way: the list and its logs are read anew.
 let quiet = null;
-onChange(() => {
-  clearTimeout(quiet);
-  quiet = setTimeout(async () => {
-    const run = item()?.run;
-    if (!loaded.has(run) || waiting.length || sending || placing) return;
-    const fresh = await askJson(`/api/runs/${encodeURIComponent(run)}/log`).catch(() => null);
-    if (!fresh || !loaded.has(run) || waiting.length || sending || placing) return;
-    const { trace, samples } = loaded.get(run);
-    if (fresh.samples !== samples) { location.reload(); return; }
-    loaded.set(run, Object.assign(fresh, { trace }));
-    logs.set(run, Promise.resolve(fresh));
-    draw();
-  }, AGAIN_MS);
-});
+let latest = known;
+const busy = () => waiting.length || sending || placing || pressed.length || document.querySelector("dialog[open]");
+const soon = () => { clearTimeout(quiet); quiet = setTimeout(look, AGAIN_MS); };
+const look = async () => {
+  if (latest <= known) return;
+  if (busy()) { soon(); return; }
+  const stated = given.length;
+  const fresh = await askJson(`/api/queue${location.search}`).catch(() => null);
+  if (!fresh || busy() || given.length !== stated) { soon(); return; }
+  const shown = item();
+  known = fresh.entries;
+  queue = fresh.jumps;
+  counts.reviewed = queue.filter((one) => one.decided).length;
+  logs.clear();
+  loaded.clear();
+  const place = shown ? placeIn(shown) : -1;
+  at = place >= 0 ? place : Math.max(0, Math.min(at, queue.length - 1));
+  ahead();
+  draw();
+};
+onChange((now) => { latest = Math.max(latest, now); soon(); });

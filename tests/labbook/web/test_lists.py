@@ -81,7 +81,9 @@ def test_what_was_stated_stands_in_the_journal_escaped(tmp_path: Path) -> None:
                      "to 123 the display's <8>", "declared void wrong foot", ADA):  # fmt: skip
             assert part in found
         assert "took in" not in text_of(server, "/journal?before=3")
-        assert server.ask("/journal?before=x")[0] == 422
+        for wrong in ("x", "0", "-1", "9" * 19, "9" * 5000):
+            assert server.ask(f"/journal?before={wrong}")[0] == 422
+            assert server.ask(f"/files?page={wrong}")[0] == 422
 
 
 def test_every_file_of_a_report_is_served_as_it_is(reported: SmallBook) -> None:

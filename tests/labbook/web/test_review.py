@@ -13,6 +13,7 @@ from data_schema.vocabulary import ReasonCode, Verdict
 from labbook.actions.runs.jump_review import decide
 from labbook.config.model import ProtocolSettings
 from labbook.web.review import reason_keys
+from tests.cli.shell import good, labbook
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.statements import state
 from tests.helpers.web import Server, served, until
@@ -306,3 +307,44 @@ def test_where_two_people_differ_is_a_queue(page: Any, book: SmallBook) -> None:
             ("r003", 2)
         ]
         assert page.text_content("#verdict") == "rejected: misfire by Ben Ode"
+
+
+def test_accepting_the_rest_leaves_what_was_rejected_meanwhile(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        with book.open() as opened_book:
+            for person, number in ((ADA, 2), ("Ben Ode", 3)):
+                state(opened_book, decide, "r003", [number], Verdict.REJECT, ReasonCode.MISFIRE, None, person=person)
+        until(lambda: page.text_content("#saved").startswith("1 of"))
+        page.keyboard.press("A")
+        until(lambda: len(verdicts(book)) == 3)
+        assert verdicts(book)[2:] == [("accept", "looks_right")]
+
+
+def test_after_a_rereading_the_page_shows_the_jumps_that_there_are(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        facts = page.text_content("#facts")
+        declared = ("--column", "body_height=body_height:cm", "--override-units")
+        good(
+            labbook(
+                "files", "reread", "r003.csv", *declared, "--why", "the unit was wrong", "--as", "AN", at=book.folder
+            )
+        )
+        until(lambda: page.text_content("#facts") != facts or page.text_content("#title") == "Nothing to review")
+
+
+def test_a_note_being_written_outlives_what_others_say(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.keyboard.press("r")
+        page.keyboard.press("o")
+        page.keyboard.type("the cable")
+        with book.open() as opened_book:
+            state(opened_book, decide, "r003", [2], Verdict.REJECT, ReasonCode.MISFIRE, None, person="Ben Ode")
+        page.wait_for_timeout(2500)
+        page.keyboard.type(" caught")
+        page.keyboard.press("Enter")
+        until(lambda: len(verdicts(book)) == 2)
+        decided = server.json("/api/runs/r003/log")["jumps"][0]["decided"]
+        assert (decided["verdict"], decided["note"]) == ("reject", "the cable caught")
