@@ -33,6 +33,7 @@ import labbook.book.copies.backing_up
 import labbook.book.rebuilding
 import labbook.cli.db
 import labbook.cli.ingest_lines
+import labbook.web.serving
 import reports.figures.log
 from labbook.cli.main import run
 
@@ -52,6 +53,7 @@ LOADED = (
     labbook.book.copies.backing_up,
     labbook.cli.db,
     reports.figures.log,
+    labbook.web.serving,
 )
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+import atexit
 import contextlib
+import functools
 import http.client
 import json
 import os
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-ROOT = Path(__file__).parents[2]
+from tests.helpers.commands import Commands, Running, running_commands
 
 
 @dataclass
@@ -75,31 +75,40 @@ class Page:
 class Server(Page):
     """A page with the process of `labbook web` that serves it."""
 
-    process: subprocess.Popen[str] = field(kw_only=True)
+    running: Running = field(kw_only=True)
+    ended: bool = False
 
-    def kill(self) -> None:
-        self.process.send_signal(signal.SIGKILL)
-        self.process.wait()
+    def kill(self, number: int = signal.SIGKILL) -> None:
+        if not self.ended:
+            os.kill(self.running.pid, number)
+            self.running.wait()
+            self.ended = True
 
 
 @contextlib.contextmanager
-def served(book: Path, *words: str, port: int = 0) -> Iterator[Server]:
+def served(book: Path, *words: str, port: int = 0, commands: Commands | None = None) -> Iterator[Server]:
     """Serve a book's page in a process of its own until the end of the block."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    environment.pop("LABBOOK_AS", None)
-    script = "from labbook.cli.start import main; main()"
-    command = [sys.executable, "-c", script, "web", "--json", "--no-browser", "--book", str(book), "--port", str(port)]
-    with subprocess.Popen([*command, *words], stdout=subprocess.PIPE, text=True, env=environment) as process:
-        assert process.stdout is not None
-        line = process.stdout.readline()
-        try:
-            server = Server(json.loads(line)["url"], process=process)
-            server.enter()
-            yield server
-        finally:
-            if process.poll() is None:
-                process.terminate()
-            process.wait(timeout=20)
+    starter = commands or _commands()
+    running = starter.start("web", "--json", "--no-browser", "--book", book, "--port", str(port), *words)
+    try:
+        until(lambda: running.output.exists() and running.output.read_text().endswith("\n"), 30.0)
+        server = Server(json.loads(running.output.read_text())["url"], running=running)
+    except BaseException:
+        running.kill()
+        raise
+    try:
+        server.enter()
+        yield server
+    finally:
+        server.kill(signal.SIGTERM)
+
+
+@functools.cache
+def _commands() -> Commands:
+    """What starts servers quickly, for all tests of this process."""
+    ends = contextlib.ExitStack()
+    atexit.register(ends.close)
+    return ends.enter_context(running_commands())
 
 
 def until(holds: Callable[[], bool], seconds: float = 15.0) -> None:
@@ -107,4 +116,4 @@ def until(holds: Callable[[], bool], seconds: float = 15.0) -> None:
     end = time.monotonic() + seconds
     while not holds():
         assert time.monotonic() < end
-        time.sleep(0.05)
+        time.sleep(0.02)
