@@ -72,15 +72,15 @@ def _mend(served: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _by_run(request: Request) -> Response:
-    """Return what was found of each run that fulfils `where`, by its code."""
+    """Return what was found of each run that fulfils `where`."""
     book = request.app.state.book.current()
     with book.reading() as connection:
         where = request.query_params.get("where") or None
         found = attention(Detections(connection, book.store), book.configuration, where=where).findings
-    runs: dict[str, list[str]] = {}
+    runs: dict[str, list[dict[str, str]]] = {}
     for one in found:
-        if one.run is not None and one.code not in runs.setdefault(one.run, []):
-            runs[one.run].append(one.code)
+        if one.run is not None:
+            runs.setdefault(one.run, []).append({"code": one.code, "gravity": one.gravity, "what": one.what})
     return JSONResponse(runs)
 
 

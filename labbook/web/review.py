@@ -131,6 +131,11 @@ def _decide(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
         raise UsageError(f"this is no verdict ({error}): give run, jumps, verdict and reason.") from error
     if verdict not in _VERDICTS:
         raise UsageError(f"{verdict} is no verdict on a jump that is there: give {', '.join(_VERDICTS)}.")
+    standing = {item.jump.number: item.decision for item in found.jumps}
+    for number in numbers if verdict is Verdict.CLEAR else ():
+        said = standing[number]
+        if said is not None and said.person != book.person:
+            raise UsageError(f"what stands of jump {number} is {said.person}'s verdict, which is not taken back here.")
     blind, text = given.get("blind") is True, str(note) if note else None
     with current.session(book.person) as session:
         decide(current, session, name, numbers, verdict, reason, text, found, blind=blind)

@@ -64,7 +64,8 @@ class Guard:
             return PlainTextResponse("This was asked by another page, and is refused.\n", 403)
         given = request.query_params.get("token")
         if given is not None and request.method == "GET" and _same(given, self.token):
-            response = RedirectResponse(str(request.url.remove_query_params("token").path), 303)
+            url = request.url.remove_query_params("token")
+            response = RedirectResponse(f"{url.path}?{url.query}" if url.query else url.path, 303)
             response.set_cookie(self.cookie, self.token, httponly=True, samesite="strict")
             return response
         if not _same(request.cookies.get(self.cookie, ""), self.token):

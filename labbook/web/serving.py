@@ -73,8 +73,9 @@ def _server(
 ) -> Iterator[tuple[uvicorn.Server, socket.socket, Served]]:
     if host in ("0.0.0.0", "::"):  # noqa: S104 - refused
         raise UsageError(f"--host {host} names no address of this machine: give the one that others reach.")
-    token = _token(folder)
-    book = OpenBook(folder, person, read_only, _name_of(folder)[:12])
+    name = f"{_name_of(folder)[:12]}{'-reading' if read_only else ''}"
+    token = _token(name)
+    book = OpenBook(folder, person, read_only, name)
     book.current()
     try:
         with _listening(host, port, folder) as listening:
@@ -109,9 +110,12 @@ def _listening(host: str, port: int | None, folder: Path) -> socket.socket:
     raise AssertionError("one of two ports is tried last")
 
 
-def _token(folder: Path) -> str:
-    """Return the secret of a book's page: drawn once, and kept where nobody else may read; else drawn each time."""
-    path = cache_folder("web") / f"{_name_of(folder)[:20]}.token"
+def _token(name: str) -> str:
+    """Return the secret of a book's page: drawn once, and kept where nobody else may read; else drawn each time.
+
+    A page that is for reading has another one: who may read may not judge.
+    """
+    path = cache_folder("web") / f"{name}.token"
     drawn = secrets.token_hex(16)
     try:
         if not path.exists():

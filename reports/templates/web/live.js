@@ -42,6 +42,14 @@ const load = async () => {
     made.textContent = `${newest.name}${newest.wrong ? `: ${newest.wrong}` : newest.runs.length ? "" : " has no run yet"}`;
     lines.unshift(made);
   }
+  const runs = newest?.runs ?? [];
+  const wrong = runs.length ? await askJson(`/api/attention?where=${encodeURIComponent(runs.slice(0, 12).map((run) => `run="${run}"`).join(" or "))}`) : {};
+  Object.entries(wrong).forEach(([run, several]) => several.filter(({ gravity }) => gravity === "wrong").forEach(({ what }) => {
+    const made = document.createElement("p");
+    made.className = "reject";
+    made.textContent = what.includes(run) ? what : `${run}: ${what}`;
+    lines.push(made);
+  }));
   byId("line").replaceChildren(...(lines.length ? lines : ["nothing yet"]));
   const now = newest && `${newest.name} ${newest.at_utc}`;
   if (sound && last !== null && now !== last) beep(!lines.some((line) => line.className === "reject"));
@@ -52,7 +60,9 @@ const load = async () => {
     if (file.runs.length > 6) runs.push(` and ${file.runs.length - 6} more`);
     const look = cell(file.wrong);
     look.className = "flags";
-    row.append(cell(file.name), cell(file.at), cell(file.role), cell(runs), look);
+    const name = cell(file.name);
+    name.className = "name";
+    row.append(name, cell(file.at), cell(file.role), cell(runs), look);
     return row;
   });
   document.querySelector("#files tbody").replaceChildren(...rows);

@@ -3,7 +3,7 @@ import { askJson, byId, onChange } from "/static/common.js";
 
 const AT_ONCE = 300;
 let attention = null;
-const lookAt = (run) => (attention?.[run.name] ?? []).map((code) => code.replaceAll("_", " "));
+const lookAt = (run) => [...new Set((attention?.[run.name] ?? []).map(({ code }) => code.replaceAll("_", " ")))];
 const text = (value) => (value === null || value === undefined ? "" : String(value));
 const jumpsText = (run) => (run.found === null ? text(run.made || "") : `${run.found}/${run.made}`);
 const COLUMNS = [
@@ -49,6 +49,7 @@ const cell = (column, run) => {
   return made;
 };
 
+const counted = (count, what) => `${count} ${what}${count === 1 ? "" : "s"}`;
 const draw = () => {
   const runs = kept();
   const rows = runs.slice(0, shown).map((run) => {
@@ -62,8 +63,8 @@ const draw = () => {
   const reviewed = runs.reduce((sum, run) => sum + (run.reviewed ?? 0), 0);
   const found = runs.reduce((sum, run) => sum + (run.found ?? 0), 0);
   const plan = book.planned ? `, ${book.planned_made} of ${book.planned} planned` : "";
-  byId("progress").textContent = `${runs.length} runs${plan}; ${reviewed} of ${found} jumps reviewed`
-    + (attention === null ? "." : `; ${runs.filter((run) => lookAt(run).length).length} runs to look at.`);
+  byId("progress").textContent = `${counted(runs.length, "run")}${plan}; ${reviewed} of ${found} jumps reviewed`
+    + (attention === null ? "." : `; ${counted(runs.filter((run) => lookAt(run).length).length, "run")} to look at.`);
   byId("last").hidden = book.last_in === null;
   if (book.last_in) byId("last").textContent = `Last in: ${book.last_in.name}, ${book.last_in.at}`;
   document.querySelectorAll("#runs thead th").forEach((head, place) => {

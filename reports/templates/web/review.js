@@ -5,7 +5,7 @@ import { Axes, boxOf, drawLine, fitted, placeOf, rangeOf } from "/static/trace.j
 
 const READ_ONLY = document.body.dataset.readOnly === "yes";
 const ME = document.body.dataset.person;
-const [WAITING, PLACE] = ["waiting", "place"].map((name) => `labbook-${document.body.dataset.book}-${name}`);
+const [WAITING, PLACE, SEEN] = ["waiting", "place", "seen"].map((name) => `labbook-${document.body.dataset.book}-${name}`);
 const SAID = { accept: "accepted", reject: "rejected", move: "moved", add: "added" };
 const AHEAD = 8;
 const LOGS = 60;
@@ -23,7 +23,12 @@ let sending = false;
 let trouble = "";
 let refused = "";  // what the server would not take, until the next key
 let timer = null;
-const seen = new Set(new URLSearchParams(location.search).has("run") ? [new URLSearchParams(location.search).get("run")] : []);
+let quiet = null;
+let latest = 0;  // the number of the last entry that the book is known to have
+// Runs whose name or condition was seen here, for which no further verdict is blind.
+const seen = new Set(JSON.parse(sessionStorage.getItem(SEEN) ?? "[]"));
+const see = (run) => { seen.add(run); sessionStorage.setItem(SEEN, JSON.stringify([...seen])); };
+if (new URLSearchParams(location.search).has("run")) see(new URLSearchParams(location.search).get("run"));
 let placing = null;  // where a person is about to put an apex: { time, moves }
 const counts = { reviewed: 0 };
 
@@ -39,7 +44,7 @@ const logOf = (run) => {
 };
 const ahead = () => {
   const runs = new Set(queue.slice(Math.max(at - 2, 0), at + AHEAD).map((one) => one.run));
-  runs.forEach((run) => logOf(run).then((log) => { loaded.set(run, log); draw(); work(); }).catch((error) => { trouble = error.message; status(); }));
+  runs.forEach((run) => logOf(run).then((log) => { loaded.set(run, log); draw(); work(); }).catch((error) => { trouble = error.status ? error.message : "no answer from labbook"; status(); }));
   [...loaded.keys()].slice(0, -LOGS).filter((run) => !runs.has(run)).forEach((run) => { loaded.delete(run); logs.delete(run); });
 };
 const item = () => queue[at];
@@ -85,19 +90,37 @@ const drawLeg = (context, { time, leg }, view, [from, to], box) => {
   context.restore();
 };
 
+// From the jump before to the one after: a missed one lies between them.
+const betweenOthers = (log, jump) => {
+  const place = log.jumps.indexOf(jump);
+  const [before, after] = [log.jumps[place - 1], log.jumps[place + 1]];
+  return [before ? before.at_s : jump.at_s - 4, after ? after.at_s + 0.3 : jump.at_s + 4];
+};
+const leftOut = (jump) => (jump.excluded && !jump.decided && jump.apex_height_m !== null ? `It does not count (${jump.excluded}); accepted, it does.` : "");
+
 let drawn = null;
 const draw = () => {
   const log = here();
   const jump = jumpHere();
   byId("title").textContent = item() ? (open ? `${item().run}${log ? `: ${log.title}` : ""}` : `Jump ${at + 1} of ${queue.length}`) : "Nothing to review";
-  if (!log || !jump) { status(); return; }
+  if (!log || !jump) {
+    fitted(byId("jump"));
+    ["number", "facts", "doubts", "verdict"].forEach((name) => { byId(name).textContent = ""; });
+    status();
+    return;
+  }
   const { time, height } = log.trace;
   const next = log.jumps[log.jumps.indexOf(jump) + 1];
   const begin = jump.touchdown_s ?? jump.lift_off_s ?? jump.at_s - 0.4;
   const until = jump.at_s + (jump.apex_height_m === null ? 0.6 : 2.5 * (jump.at_s - begin));
   const end = next ? Math.min(until, next.touchdown_s ?? next.at_s) : until;
   const room = 0.15 * (end - begin);
-  const view = [begin - room, end + room];
+  const view = placing && !placing.moves ? betweenOthers(log, jump) : [begin - room, end + room];
+  if (placing && (placing.time < view[0] || placing.time > view[1])) {  // the view follows what is placed
+    const shift = placing.time - (view[0] + view[1]) / 2;
+    view[0] += shift;
+    view[1] += shift;
+  }
   const from = Math.max(0, placeOf(time, view[0]) - 1);
   const to = Math.min(time.length, placeOf(time, view[1]) + 1);
   let low = Infinity;
@@ -175,7 +198,7 @@ const draw = () => {
   const { doubts } = item();
   byId("doubts").textContent = placing
     ? `The apex at ${placing.time.toFixed(3)} s: click, or arrows and Enter; Escape leaves it as it is.`
-    : doubts.length ? `Look: ${doubts.join("; ")}.` : "";
+    : [doubts.length ? `Look: ${doubts.join("; ")}.` : "", leftOut(jump)].join(" ").trim();
   const verdict = byId("verdict");
   const said = shownVerdict(jump);
   verdict.className = `verdict ${said?.verdict ?? ""}`;
@@ -185,11 +208,16 @@ const draw = () => {
   status();
 };
 
+// The place of the next jump without a verdict of one's own, from a place on and then from the first.
+const nextOpen = (from) => {
+  const after = queue.findIndex((one, place) => place >= from && !one.decided);
+  return after >= 0 ? after : Math.max(queue.findIndex((one) => !one.decided), 0);
+};
 const stay = () => sessionStorage.setItem(PLACE, JSON.stringify({ search: location.search, run: item()?.run, ...named(item() ?? {}) }));
 const move = (by) => {
   if (!queue[at + by]) return;
   at += by;
-  if (open && item()) seen.add(item().run);
+  if (open && item()) see(item().run);
   stay();
   ahead();
   draw();
@@ -224,8 +252,10 @@ const send = async () => {
       if ([404, 409, 422].includes(error.status) && !error.message.includes("labbook.toml")) {  // it will never be taken
         refused = `not saved: ${first.verdict} of run ${first.run} (${error.message})`;
         trouble = "";
-        show(first.run, first.jumps, null, true);
+        see(first.run);
         waiting.shift();
+        latest = Infinity;  // what stands instead is read anew
+        soon();
       } else { later(); break; }
     } finally {
       keep();
@@ -235,8 +265,9 @@ const send = async () => {
   sending = false;
 };
 
+const readOnly = () => { trouble = "read-only: nothing is stated"; status(); };
 const state = (jumps, verdict, reason, before, note) => {
-  if (READ_ONLY) { trouble = "read-only: nothing is stated"; status(); return; }
+  if (READ_ONLY) { readOnly(); return; }
   const { run } = item();
   refused = "";
   given.push({ place: { run, ...named(item()) }, run, before });
@@ -279,7 +310,7 @@ const goTo = (name) => {
   const place = queue.findIndex((one) => one.run === name.trim());
   if (place < 0) { trouble = `there is no run ${name} with jumps here`; status(); return; }
   trouble = "";
-  seen.add(name.trim());
+  see(name.trim());
   move(place - at);
 };
 const place = (moves) => {
@@ -297,6 +328,7 @@ const putApex = async () => {
     sessionStorage.setItem(PLACE, JSON.stringify({ search: location.search, ...found }));
     location.reload();  // numbers of later jumps may be others now
   } catch (error) {
+    see(run);  // the message names it
     trouble = error.message;
     draw();
   }
@@ -317,18 +349,20 @@ byId("jump").addEventListener("pointermove", (event) => {
 });
 byId("jump").addEventListener("click", () => { if (placing) putApex(); });
 
+const MOVES = [" ", "b", "j", "ArrowRight", "ArrowLeft"];
 const KEYS = {
   a: () => decide("accept", "looks_right"),
-  r: () => byId("reasons").showModal(),
+  r: () => (READ_ONLY ? readOnly() : byId("reasons").showModal()),
   u: undo,
   " ": () => move(1),
   ArrowRight: () => move(1),
   b: () => move(-1),
+  j: () => move(nextOpen(at + 1) - at),
   ArrowLeft: () => move(-1),
   A: acceptRest,
   m: () => place(true),
   n: () => place(false),
-  o: () => { open = !open; if (open && item()) seen.add(item().run); draw(); },
+  o: () => { if (item()) see(item().run); open = !open; draw(); },
   g: () => { byId("goto").showModal(); byId("target").select(); },
   "?": () => byId("help").showModal(),
 };
@@ -344,7 +378,7 @@ const enter = (dialog, key) => {
   else if (key.length === 1) input.setRangeText(key, input.selectionStart, input.selectionEnd, "end");
 };
 const work = () => {
-  while (queue.length && pressed.length && (here() || [" ", "b", "ArrowRight", "ArrowLeft"].includes(pressed[0]))) {
+  while (queue.length && pressed.length && (here() || MOVES.includes(pressed[0]))) {
     const key = pressed.shift();
     const asked = document.querySelector("dialog[open]");
     if (asked) enter(asked, key);
@@ -356,6 +390,7 @@ document.addEventListener("keydown", (event) => {
   const asked = document.querySelector("dialog[open]");
   if (event.ctrlKey || event.metaKey || event.altKey || (asked && asked.id !== "reasons")) return;
   if (placing) { event.preventDefault(); placeKey(event); return; }
+  if (event.repeat && !asked && !MOVES.includes(event.key)) { event.preventDefault(); return; }  // a key that is held says it once
   if (!(asked ? document.querySelector(`#reasons [data-key="${CSS.escape(event.key)}"]`) : KEYS[event.key])) {
     if (pressed.length === 0 || (event.key.length > 1 && !TYPED.includes(event.key))) return;
   }
@@ -379,20 +414,19 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
 const asked = await askJson(`/api/queue${location.search}`);
 queue = asked.jumps;
 known = asked.entries;
+latest = Math.max(latest, known);
 counts.reviewed = queue.filter((one) => one.decided).length;
 waiting.forEach(({ run, jumps, verdict, reason, note }) => show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, note, person: "you" }, false));
 const left = JSON.parse(sessionStorage.getItem(PLACE) ?? "{}");
-if (left.search === location.search && placeIn(left) >= 0) at = placeIn(left);
+at = left.search === location.search && placeIn(left) >= 0 ? placeIn(left) : nextOpen(0);
 ahead();
 draw();
 send();
 work();
 
 // What others stated stands here once nothing is typed or under way: the list and its logs are read anew.
-let quiet = null;
-let latest = known;
 const busy = () => waiting.length || sending || placing || pressed.length || document.querySelector("dialog[open]");
-const soon = () => { clearTimeout(quiet); quiet = setTimeout(look, AGAIN_MS); };
+function soon() { clearTimeout(quiet); quiet = setTimeout(look, AGAIN_MS); }
 const look = async () => {
   if (latest <= known) return;
   if (busy()) { soon(); return; }
@@ -400,7 +434,7 @@ const look = async () => {
   const fresh = await askJson(`/api/queue${location.search}`).catch(() => null);
   if (!fresh || busy() || given.length !== stated) { soon(); return; }
   const shown = item();
-  known = fresh.entries;
+  [known, latest] = [fresh.entries, fresh.entries];
   queue = fresh.jumps;
   counts.reviewed = queue.filter((one) => one.decided).length;
   logs.clear();

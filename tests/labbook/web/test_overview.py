@@ -18,7 +18,7 @@ def test_runs_to_look_at_are_those_of_attention(tmp_path: Path) -> None:
     assert expected
     with served(book.folder, "--as", ADA) as server:
         runs = {run["name"] for run in server.json("/api/runs")["runs"]}
-        shown = {(run, code) for run, codes in server.json("/api/attention").items() for code in codes}
+        shown = {(run, one["code"]) for run, several in server.json("/api/attention").items() for one in several}
         one_run = min(run for run, _code in expected)
         of_one = server.json(f"/api/attention?where=run%3D{one_run}")
     assert shown == expected

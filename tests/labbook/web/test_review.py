@@ -186,6 +186,7 @@ def test_an_apex_is_moved_and_a_missed_jump_added_by_keyboard(page: Any, book: S
         after = server.json("/api/runs/r003/log")["jumps"]
         assert 0.0 < after[0]["at_s"] - before[0]["at_s"] < 0.02
         opened(page, server, "/review?run=r003&open")
+        page.keyboard.press("b")  # back from the first that is to be judged
         until(lambda: "moved" in (page.text_content("#facts") or ""))
         page.keyboard.press("n")
         page.keyboard.press("Escape")
@@ -348,3 +349,67 @@ def test_a_note_being_written_outlives_what_others_say(page: Any, book: SmallBoo
         until(lambda: len(verdicts(book)) == 2)
         decided = server.json("/api/runs/r003/log")["jumps"][0]["decided"]
         assert (decided["verdict"], decided["note"]) == ("reject", "the cable caught")
+
+
+def test_undo_leaves_what_somebody_else_said_since(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.keyboard.press("a")
+        until(lambda: len(verdicts(book)) == 1)
+        with book.open() as opened_book:
+            state(opened_book, decide, "r003", [1], Verdict.REJECT, ReasonCode.MISFIRE, None, person="Ben Ode")
+        page.keyboard.press("u")
+        until(lambda: "Ben Ode's verdict" in page.text_content("#saved"))
+        assert verdicts(book)[1:] == [("reject", "misfire")]
+
+
+def test_what_was_seen_is_not_blind_after_a_reload(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server, "/review")
+        page.keyboard.press("o")
+        page.reload()
+        until(lambda: bool(page.text_content("#number")))
+        page.keyboard.press("a")
+        until(lambda: len(verdicts(book)) == 1)
+        with book.open() as opened_book, opened_book.reading() as connection:
+            assert connection.execute(sa.select(decision.c.blind)).scalars().all() == [0]
+
+
+def test_the_page_opens_at_the_first_jump_without_a_verdict_and_j_leads_to_the_next(page: Any, book: SmallBook) -> None:
+    with book.open() as opened_book:
+        for number in (1, 3):
+            state(opened_book, decide, "r003", [number], Verdict.ACCEPT, ReasonCode.LOOKS_RIGHT, None)
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        until(lambda: page.text_content("#number").startswith("Jump 2 "))
+        page.keyboard.press("a")
+        page.keyboard.press("ArrowLeft")
+        page.keyboard.press("ArrowLeft")
+        page.keyboard.press("u")
+        page.keyboard.press("j")
+        until(lambda: page.text_content("#number").startswith("Jump 2 "))
+
+
+def test_a_key_that_is_held_says_it_once(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        for _repeat in range(3):
+            page.keyboard.down("a")
+        page.keyboard.up("a")
+        page.keyboard.press("ArrowRight")
+        until(lambda: page.text_content("#number").startswith("Jump 3 "))
+        until(lambda: "waiting" not in page.text_content("#saved"))
+        assert len(verdicts(book)) == 1
+
+
+def test_a_missed_jump_is_looked_for_between_its_neighbours(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.keyboard.press("n")
+        shown = page.text_content("#doubts")
+        for _step in range(40):
+            page.keyboard.press("Shift+ArrowRight")
+        later = page.text_content("#doubts")
+        assert float(later.split()[3]) > float(shown.split()[3])
+        page.keyboard.press("Escape")
+        assert verdicts(book) == []

@@ -119,3 +119,16 @@ def test_what_is_no_verdict_is_refused_in_a_sentence(
     assert status in (404, 422)
     says(body.decode(), *facts.split(" | "))
     assert book.journal.read_bytes() == before
+
+
+def test_who_may_read_may_not_judge_with_the_same_secret(book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as judging, served(book.folder, "--read-only") as reading:
+        assert reading.token != judging.token
+        given = {"Cookie": f"{judging.cookie}={reading.token}"}
+        assert judging.ask("/", headers=given)[0] == 403
+
+
+def test_an_address_with_the_secret_leads_where_it_says(book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        _status, _body, headers = server.ask(f"/review?run=r003&token={server.token}")
+        assert headers["Location"] == "/review?run=r003"

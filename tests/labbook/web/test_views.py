@@ -80,3 +80,14 @@ def test_the_line_sounds_when_asked_and_follows_what_is_refused(page: Any, repor
         assert labbook("ingest", reported.folder.parent / "words.csv", at=reported.folder).code == 2
         page.wait_for_selector("#line .reject", timeout=10_000)
         assert page.text_content("#line").startswith("words.csv: ")
+
+
+def test_a_log_that_is_another_run_s_is_red_on_the_line(page: Any, reported: SmallBook) -> None:
+    with served(reported.folder, "--as", ADA) as server:
+        page.goto(server.url)
+        page.goto(server.base + "/live")
+        page.wait_for_selector("#files tbody tr")
+        copy = reported.folder.parent / "r005 again.csv"
+        copy.write_bytes(reported.log("r005").read_bytes() + b"\n")
+        assert labbook("ingest", copy, "--run", "r006", at=reported.folder).code == 0
+        page.wait_for_selector("#line .reject", timeout=10_000)
