@@ -200,6 +200,8 @@ class ReasonCode(StrEnum):
     MISFIRE = "misfire"
     SENSOR_FAULT = "sensor_fault"
     LOOKS_RIGHT = "looks_right"
+    WITH_THE_REST = "with_the_rest"
+    """Accepted with the rest of its run, which nothing doubts: nobody looked at this one by itself."""
     OTHER = "other"
 
 

@@ -113,8 +113,9 @@ class Flow:
     runs taken off the plan. By quantity, `runs_with` counts the runs whose number was used and
     `runs_without` the other runs of jumps by reason; `runs_other` has kinds of runs that are neither of jumps nor idle.
     Reasons map to counts; a run has one reason a quantity, a jump has one. `jumps_reviewed` counts the jumps analysed
-    on which a person's verdict stands, `jumps_rejected` those that a person left out, `verdicts_blind` the verdicts on
-    both that were given without seeing which run the jump was of.
+    on which a person's verdict stands, `jumps_with_the_rest` those that a person accepted with the rest of their runs,
+    `jumps_rejected` those left out, `verdicts_blind` the verdicts on all three that were given without seeing which run
+    the jump was of.
     """
 
     runs_planned: int | None
@@ -130,6 +131,7 @@ class Flow:
     jumps_analysed: int
     runs_withdrawn: int = 0
     jumps_reviewed: int = 0
+    jumps_with_the_rest: int = 0
     jumps_rejected: int = 0
     verdicts_blind: int = 0
 

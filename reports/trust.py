@@ -63,9 +63,12 @@ def review_sentence(content: ReportContent) -> str:
     flow = content.flow
     if not flow.jumps_analysed:
         return ""
-    verdicts, blind = flow.jumps_reviewed + flow.jumps_rejected, flow.verdicts_blind
+    verdicts = flow.jumps_reviewed + flow.jumps_with_the_rest + flow.jumps_rejected
+    blind = flow.verdicts_blind
     analysed = count_text(flow.jumps_analysed, "jump")
     text = f"A person reviewed {flow.jumps_reviewed or 'none'} of the {analysed} analysed"
+    if flow.jumps_with_the_rest:
+        text += f", accepted {flow.jumps_with_the_rest} with the rest of their runs unseen"
     if flow.jumps_rejected:
         text += f" and rejected {flow.jumps_rejected} more"
     if verdicts == 1:

@@ -133,7 +133,7 @@ class FactorSettings(Struct, frozen=True, rename={"given_levels": "levels"}):
 
 
 RejectReason = Literal["dropped_packet", "wrong_apex", "touched_by_hand", "misfire", "sensor_fault", "other"]
-"""A `ReasonCode` for which a jump is rejected: all but that of what looks right."""
+"""A `ReasonCode` for which a jump is rejected: all but those for which one is accepted."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -73,7 +73,9 @@ def with_every_warning(content):
         look=Look(7, 1, 140, None, 0.05, 0.05, 0.166),
         outside_limits=names,
         exchanged_charges=((names[0], names[1]),),
-        flow=dataclasses.replace(content.flow, jumps_reviewed=1234, jumps_rejected=567, verdicts_blind=89),
+        flow=dataclasses.replace(
+            content.flow, jumps_reviewed=1234, jumps_with_the_rest=234, jumps_rejected=567, verdicts_blind=89
+        ),
         planned=True,
         run_before="2021-06-01",
         departed=3,

@@ -204,7 +204,8 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow], withdrawn: Coll
     judged = [item for run in with_heights for item in analysis.judgements[run.uid].jumps]
     jumps_excluded = Counter(item.excluded for item in judged if item.excluded is not None)
     analysed = [item for item in judged if item.excluded is None]
-    reviewed = [item.decision for item in analysed if item.decision is not None]
+    decided = [item.decision for item in analysed if item.decision is not None]
+    with_the_rest = sum(one.reason_code is ReasonCode.WITH_THE_REST for one in decided)
     rejected = [one for item in judged if (one := item.decision) is not None and one.verdict is Verdict.REJECT]
     return Flow(
         runs_planned=_planned_count(analysis, planned) or None,
@@ -231,9 +232,10 @@ def flow(analysis: StudyAnalysis, planned: Sequence[PlannedRow], withdrawn: Coll
         jumps_excluded=dict(jumps_excluded),
         jumps_analysed=len(analysed),
         runs_withdrawn=0 if analysis.evidence.selection else len(withdrawn),
-        jumps_reviewed=len(reviewed),
+        jumps_reviewed=len(decided) - with_the_rest,
+        jumps_with_the_rest=with_the_rest,
         jumps_rejected=len(rejected),
-        verdicts_blind=sum(one.blind for one in (*reviewed, *rejected)),
+        verdicts_blind=sum(one.blind for one in (*decided, *rejected)),
     )
 
 

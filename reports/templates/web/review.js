@@ -202,7 +202,7 @@ const draw = () => {
   const verdict = byId("verdict");
   const said = shownVerdict(jump);
   verdict.className = `verdict ${said?.verdict ?? ""}`;
-  const why = said?.verdict === "reject" ? `: ${said.reason_code.replaceAll("_", " ")}` : "";
+  const why = said?.reason_code === "with_the_rest" ? " with the rest of its run" : said?.verdict === "reject" ? `: ${said.reason_code.replaceAll("_", " ")}` : "";
   const note = said?.note ? `, ${said.note},` : "";
   verdict.textContent = said ? `${SAID[said.verdict]}${why}${note} by ${said.person}${jump.saved === false ? " (not saved yet)" : ""}` : "";
   status();
@@ -303,7 +303,7 @@ const acceptRest = () => {
   const { run } = item() ?? {};
   const rest = queue.filter((one) => one.run === run && !one.decided && !one.left_out && !one.doubts.length);
   if (!rest.length) return;
-  state(rest, "accept", "looks_right", rest.map((one) => ({ jump: named(one), decided: null })));
+  state(rest, "accept", "with_the_rest", rest.map((one) => ({ jump: named(one), decided: null })));
   draw();
 };
 const goTo = (name) => {

@@ -20,6 +20,7 @@ from labbook.config.run_names import RunNames
 from stats.single_jump import ONSET, ONSETS, TAKE_OFF, TAKE_OFFS
 from tests.helpers.wording import says
 
+ACCEPTED_FOR = (ReasonCode.LOOKS_RIGHT, ReasonCode.WITH_THE_REST)
 SAMPLE = r"""
 [study]
 name = "granular bed"
@@ -227,7 +228,7 @@ def test_rules_of_single_jumps_are_those_that_are_known() -> None:
 
 def test_all_reasons_are_offered_where_none_are_listed() -> None:
     protocol = parse_configuration(SAMPLE.replace("\nreject_reasons = ", "\n# "), "labbook.toml").protocol
-    assert protocol.reject_reasons == tuple(reason for reason in ReasonCode if reason is not ReasonCode.LOOKS_RIGHT)
+    assert protocol.reject_reasons == tuple(reason for reason in ReasonCode if reason not in ACCEPTED_FOR)
 
 
 def test_a_key_is_required_or_has_a_default() -> None:

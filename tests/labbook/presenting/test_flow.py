@@ -65,6 +65,7 @@ def test_verdicts_of_people_are_counted_on_the_first_page(tmp_path: Path) -> Non
             ("r002", [3], "reject", "misfire"),
             ("r003", [1], "accept", "looks_right"),
             ("r003", [1], "clear", "other"),
+            ("r003", [2, 3], "accept", "with_the_rest"),
         ):
             state(book, decide, run, numbers, verdict, reason, None)
         judge_blind(book, "r005", 1, Verdict.REJECT, ReasonCode.TOUCHED_BY_HAND)
@@ -72,9 +73,17 @@ def test_verdicts_of_people_are_counted_on_the_first_page(tmp_path: Path) -> Non
     content = reports(made).content
     flow = content.flow
     assert (flow.jumps_reviewed, flow.jumps_rejected, flow.verdicts_blind) == (3, 2, 2)
+    assert flow.jumps_with_the_rest == 2
     assert flow.jumps_analysed == flow.jumps_detected - sum(flow.jumps_excluded.values())
     page = re.sub(r"\s+", " ", quick_page(content)).replace("\u00a0", " ")
-    says(page, f"reviewed 3 of the {flow.jumps_analysed} jumps", "2 more", "2 of these 5 verdicts", "blind")
+    says(
+        page,
+        f"reviewed 3 of the {flow.jumps_analysed} jumps",
+        "2 more",
+        "accepted 2 with the rest",
+        "2 of these 7 verdicts",
+        "blind",
+    )
 
 
 def test_table_and_page_give_both_counts(made: MadeReport) -> None:

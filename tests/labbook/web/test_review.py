@@ -319,7 +319,7 @@ def test_accepting_the_rest_leaves_what_was_rejected_meanwhile(page: Any, book: 
         until(lambda: page.text_content("#saved").startswith("1 of"))
         page.keyboard.press("A")
         until(lambda: len(verdicts(book)) == 3)
-        assert verdicts(book)[2:] == [("accept", "looks_right")]
+        assert verdicts(book)[2:] == [("accept", "with_the_rest")]
 
 
 def test_after_a_rereading_the_page_shows_the_jumps_that_there_are(page: Any, book: SmallBook) -> None:
