@@ -332,10 +332,14 @@ def _quoted_row(separators: bytes) -> re.Pattern[bytes]:
     inches. What closes one stands before a separator, or ends the line.
     """
     between = re.escape(separators.replace(b" ", b" \t"))
-    inside = rb'"(?:[^"]|"")*+'
-    cell = rb" *+(?:" + inside + rb'"(?=[' + between + rb']|\Z)|(?!")[^' + between + rb"]*+)"
+    blanks = b"" if b" " in separators else b" *"  # else they are separators, with empty cells between them
+    inside = rb'"[^"]*(?:""[^"]*)*'
+    cell = rb"(?:" + blanks + inside + rb'"(?=[' + between + rb"]|\Z)|(?!" + blanks + rb'")[^' + between + rb"]*)"
     after = rb"[" + between + rb"]"
-    return re.compile(rb"(?:" + cell + rb"(?:" + after + cell + rb")*+)?+(" + after + rb"? *+" + inside + rb")?")
+    # No possessive repeats, which match too little before Python 3.11.5: a line matches in one way, or in none.
+    return re.compile(
+        rb"(?:" + cell + rb"(?:" + after + cell + rb")*)?((?:\A|" + after + rb")" + blanks + inside + rb")?"
+    )
 
 
 def _ends_open(line: bytes, separators: bytes) -> bool | None:

@@ -31,12 +31,8 @@ def watch(
         float | None,
         typer.Option(metavar="SECONDS", help="How long a file is unchanged that is complete; 0.15 if not given."),
     ] = None,
-    page: Annotated[
-        bool | None,
-        typer.Option(
-            "--page/--no-page", help="Open what comes in as a page in the browser; if not given, at a terminal."
-        ),
-    ] = None,
+    page: Annotated[bool, typer.Option("--page", help="Open what comes in as a page; at a terminal it is.")] = False,
+    no_page: Annotated[bool, typer.Option("--no-page", help="The terminal alone.")] = False,
     *,
     declared: Declared,
     book: BookOption = None,
@@ -65,7 +61,7 @@ def watch(
     request = IngestRequest(options=declared_options(declared), person=person, batch=new_uid())
     sum_up = _Sum()
     with contextlib.ExitStack() as beside:
-        if page or (page is None and not once and asking() and find_spec("uvicorn") is not None):
+        if page or not (no_page or once or not asking() or find_spec("uvicorn") is None):
             url = beside.enter_context(page_beside(book, person))
             tell_now({"event": "page", "url": url}, [url])
         stop = beside.enter_context(_until_ctrl_c())
