@@ -56,6 +56,8 @@ def watch(
 
     if still is not None and not 0.0 < still <= _MOST_STILL_S:
         raise UsageError(f"--still {still:g} is no time to wait: give seconds above 0, at most {_MOST_STILL_S:g}.")
+    if page and no_page:
+        raise UsageError("--page and --no-page contradict each other: give one of them, or neither.")
     for fault in plugins().faults:
         say(fault, err=True)
     request = IngestRequest(options=declared_options(declared), person=person, batch=new_uid())

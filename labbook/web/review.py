@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
 import sqlalchemy as sa
@@ -42,11 +42,11 @@ def reason_keys(reasons: Iterable[str]) -> dict[str, str]:
 
 
 def _page(request: Request) -> Response:
-    offered = reason_keys(request.app.state.book.current().configuration.protocol.reject_reasons)
+    book, given = request.app.state.book.current(), request.query_params
+    offered = reason_keys(book.configuration.protocol.reject_reasons)
     reasons = [{"key": key, "reason": reason, "text": reason.replace("_", " ")} for key, reason in offered.items()]
-    given = request.query_params
     shown = {"reasons": reasons, "orders": [*ReviewOrder, _DIFFERENCES], "run": given.get("run", "")}
-    book, order = request.app.state.book.current(), given.get("order", ReviewOrder.DOUBT)
+    order = given.get("order", ReviewOrder.DOUBT)
     with book.reading() as connection:
         agreed = agreement(Detections(connection, book.store), book.configuration) if order == _DIFFERENCES else ()
         sentences = [" ".join(agreement_lines(one)[0]) for one in agreed]
@@ -131,11 +131,8 @@ def _decide(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
         raise UsageError(f"this is no verdict ({error}): give run, jumps, verdict and reason.") from error
     if verdict not in _VERDICTS:
         raise UsageError(f"{verdict} is no verdict on a jump that is there: give {', '.join(_VERDICTS)}.")
-    standing = {item.jump.number: item.decision for item in found.jumps}
-    for number in numbers if verdict is Verdict.CLEAR else ():
-        said = standing[number]
-        if said is not None and said.person != book.person:
-            raise UsageError(f"what stands of jump {number} is {said.person}'s verdict, which is not taken back here.")
+    if given.get("undo") is True:
+        _refuse_undo_of_others(found, numbers, book.person)
     blind, text = given.get("blind") is True, str(note) if note else None
     with current.session(book.person) as session:
         decide(current, session, name, numbers, verdict, reason, text, found, blind=blind)
@@ -154,6 +151,14 @@ def _decide(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
             for jump, number in zip(jumps, numbers, strict=True)
         ],
     }
+
+
+def _refuse_undo_of_others(found: RunReview, numbers: Collection[int], person: str) -> None:
+    for item in found.jumps:
+        if item.jump.number in numbers and item.decision is not None and item.decision.person != person:
+            raise UsageError(
+                f"what stands of jump {item.jump.number} is {item.decision.person}'s verdict, which is not undone here."
+            )
 
 
 def _put(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:

@@ -228,6 +228,7 @@ def test_wrong_use_is_a_sentence(stated: SmallBook, inbox: Path) -> None:
     refused(labbook("watch", stated.log("r001"), at=stated.folder), 2, "r001.csv", "folder")
     refused(labbook("watch", inbox / "nowhere", at=stated.folder), 2, "nowhere", "folder")
     refused(labbook("watch", inbox, "--still", "0", at=stated.folder), 2, "--still", "seconds")
+    refused(labbook("watch", inbox, "--page", "--no-page", at=stated.folder), 2, "--page", "--no-page")
     refused(labbook("watch", inbox, "--as", "Nobody", at=stated.folder), 2, "Nobody", "person")
 
 

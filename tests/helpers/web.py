@@ -90,13 +90,10 @@ def served(book: Path, *words: str, port: int = 0, commands: Commands | None = N
     """Serve a book's page in a process of its own until the end of the block."""
     starter = commands or _commands()
     running = starter.start("web", "--json", "--no-browser", "--book", book, "--port", str(port), *words)
+    server = Server("", running=running)
     try:
         until(lambda: running.output.exists() and running.output.read_text().endswith("\n"), 30.0)
-        server = Server(json.loads(running.output.read_text())["url"], running=running)
-    except BaseException:
-        running.kill()
-        raise
-    try:
+        server.url = json.loads(running.output.read_text())["url"]
         server.enter()
         yield server
     finally:

@@ -220,18 +220,22 @@ class Detections:
         self, signals: Iterable[SignalRow], decisions: Mapping[str, Sequence[DecisionRow]], rest_length_m: float
     ) -> dict[tuple[str, float], JumpRow]:
         """Find the jumps at the times at which verdicts, by the hash of their signal, put an apex."""
+        wanted = [
+            (signal, at_s)
+            for signal in signals
+            for at_s in {said.at_s for said in decisions.get(signal.sha256, ()) if said.at_s is not None}
+        ]
+        gaps = gaps_by_signal(self.connection, sorted({signal.uid for signal, _at_s in wanted})) if wanted else {}
         found: dict[tuple[str, float], JumpRow] = {}
-        for signal in signals:
-            for at_s in {said.at_s for said in decisions.get(signal.sha256, ()) if said.at_s is not None}:
-                key = signal.sha256, at_s, rest_length_m
-                if key not in self._placed:
-                    self._placed[key] = self._place(signal, at_s, rest_length_m)
-                found[signal.sha256, at_s] = self._placed[key]
+        for signal, at_s in wanted:
+            key = signal.sha256, at_s, rest_length_m
+            if key not in self._placed:
+                self._placed[key] = self._place(signal, gaps[signal.uid], at_s, rest_length_m)
+            found[signal.sha256, at_s] = self._placed[key]
         return found
 
-    def _place(self, signal: SignalRow, at_s: float, rest_length_m: float) -> JumpRow:
+    def _place(self, signal: SignalRow, gaps: Sequence[GapRow], at_s: float, rest_length_m: float) -> JumpRow:
         """Return the jump at a time of a log: as it was found before, for what people said is asked again and again."""
-        gaps = gaps_by_signal(self.connection, [signal.uid])[signal.uid]
         where = {"at_s": at_s, "rest_length_m": rest_length_m}
         key = detection_key(signal.sha256, "placed", 1, where, gaps_for_detector(gaps))
         if (cached := FOUND.read(key)) is not None:

@@ -26,9 +26,25 @@ byId("sound").addEventListener("click", (event) => {
   event.target.ariaPressed = sound !== null;
 });
 
+// What `attention` says is wrong of the newest runs: it looks at the whole book, and the line does not wait for it.
+const wrongOf = async (runs) => {
+  if (!runs.length) return [];
+  const where = runs.slice(0, 12).map((run) => `run="${run}"`).join(" or ");
+  const found = await askJson(`/api/attention?where=${encodeURIComponent(where)}`);
+  return Object.values(found).flat().filter(({ gravity }) => gravity === "wrong").map(({ what }) => {
+    const made = document.createElement("p");
+    made.className = "reject";
+    made.textContent = what;
+    return made;
+  });
+};
+
 let last = null;
+let asked = 0;
 const load = async () => {
+  const turn = asked += 1;  // an answer that another one has overtaken is dropped
   const found = await askJson("/api/live");
+  if (turn !== asked) return;
   const [newest] = found.files;
   const lines = found.lines.map((line) => {
     const made = document.createElement("p");
@@ -42,18 +58,7 @@ const load = async () => {
     made.textContent = `${newest.name}${newest.wrong ? `: ${newest.wrong}` : newest.runs.length ? "" : " has no run yet"}`;
     lines.unshift(made);
   }
-  const runs = newest?.runs ?? [];
-  const wrong = runs.length ? await askJson(`/api/attention?where=${encodeURIComponent(runs.slice(0, 12).map((run) => `run="${run}"`).join(" or "))}`) : {};
-  Object.entries(wrong).forEach(([run, several]) => several.filter(({ gravity }) => gravity === "wrong").forEach(({ what }) => {
-    const made = document.createElement("p");
-    made.className = "reject";
-    made.textContent = what.includes(run) ? what : `${run}: ${what}`;
-    lines.push(made);
-  }));
   byId("line").replaceChildren(...(lines.length ? lines : ["nothing yet"]));
-  const now = newest && `${newest.name} ${newest.at_utc}`;
-  if (sound && last !== null && now !== last) beep(!lines.some((line) => line.className === "reject"));
-  last = now;
   const rows = found.files.map((file) => {
     const row = document.createElement("tr");
     const runs = file.runs.slice(0, 6).flatMap((run, place) => (place ? [", ", link(run)] : [link(run)]));
@@ -66,5 +71,11 @@ const load = async () => {
     return row;
   });
   document.querySelector("#files tbody").replaceChildren(...rows);
+  const wrong = await wrongOf(newest?.runs ?? []);
+  if (turn !== asked) return;
+  byId("line").append(...wrong);
+  const now = newest && `${newest.name} ${newest.at_utc}`;
+  if (sound && last !== null && now !== last) beep(!wrong.length && !lines.some((line) => line.className === "reject"));
+  last = now;
 };
 await onChange(load)();

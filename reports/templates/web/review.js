@@ -291,7 +291,7 @@ const undo = () => {
   ahead();
   last.before.forEach(({ jump, decided }) => {
     const own = decided && [ME, "you"].includes(decided.person) && ["accept", "reject"].includes(decided.verdict) ? decided : null;
-    waiting.push({ run: last.run, jumps: [jump], verdict: own?.verdict ?? "clear", reason: own?.reason_code ?? "other", note: own?.note, blind: blind() });
+    waiting.push({ run: last.run, jumps: [jump], verdict: own?.verdict ?? "clear", reason: own?.reason_code ?? "other", note: own?.note, blind: blind(), undo: true });
     show(last.run, [jump], own, false);
     if (decided && !own) refused = `${decided.person}'s verdict stood there before: it is for ${decided.person} to give again`;
   });
@@ -329,7 +329,7 @@ const putApex = async () => {
     location.reload();  // numbers of later jumps may be others now
   } catch (error) {
     see(run);  // the message names it
-    trouble = error.message;
+    trouble = error.status ? error.message : "no answer from labbook";
     draw();
   }
 };
@@ -378,6 +378,7 @@ const enter = (dialog, key) => {
   else if (key.length === 1) input.setRangeText(key, input.selectionStart, input.selectionEnd, "end");
 };
 const work = () => {
+  if (known && !queue.length) pressed.length = 0;  // there is nothing to judge
   while (queue.length && pressed.length && (here() || MOVES.includes(pressed[0]))) {
     const key = pressed.shift();
     const asked = document.querySelector("dialog[open]");

@@ -351,16 +351,20 @@ def test_a_note_being_written_outlives_what_others_say(page: Any, book: SmallBoo
         assert (decided["verdict"], decided["note"]) == ("reject", "the cable caught")
 
 
-def test_undo_leaves_what_somebody_else_said_since(page: Any, book: SmallBook) -> None:
+@pytest.mark.parametrize("before", [0, 1])
+def test_undo_leaves_what_somebody_else_said_since(page: Any, book: SmallBook, before: int) -> None:
+    """Also where a verdict of one's own stood before the one that is undone."""
     with served(book.folder, "--as", ADA) as server:
         opened(page, server)
+        for _verdict in range(before):
+            page.keyboard.type("rsb")
         page.keyboard.press("a")
-        until(lambda: len(verdicts(book)) == 1)
+        until(lambda: len(verdicts(book)) == 1 + before)
         with book.open() as opened_book:
             state(opened_book, decide, "r003", [1], Verdict.REJECT, ReasonCode.MISFIRE, None, person="Ben Ode")
         page.keyboard.press("u")
         until(lambda: "Ben Ode's verdict" in page.text_content("#saved"))
-        assert verdicts(book)[1:] == [("reject", "misfire")]
+        assert verdicts(book)[1 + before :] == [("reject", "misfire")]
 
 
 def test_what_was_seen_is_not_blind_after_a_reload(page: Any, book: SmallBook) -> None:
