@@ -231,6 +231,9 @@ const show = (run, jumps, decided, saved) => jumps.forEach((jump) => {
   loaded.get(run)?.jumps.filter(isOf(jump)).forEach((one) => Object.assign(one, { decided, saved }));
 });
 
+// What waits to be saved stands above what the server answered to an earlier statement.
+const showWaiting = () => waiting.forEach(({ run, jumps, verdict, reason, note }) => show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, note, person: "you" }, false));
+
 const keep = () => sessionStorage.setItem(WAITING, JSON.stringify(waiting));
 const later = () => { clearTimeout(timer); timer = setTimeout(send, AGAIN_MS); };
 const send = async () => {
@@ -247,6 +250,7 @@ const send = async () => {
         loaded.get(found.run)?.jumps.filter(isOf(jump)).forEach((one) => { one.excluded = jump.excluded; });
       });
       waiting.shift();
+      showWaiting();
     } catch (error) {
       trouble = error.status ? error.message : "no answer: labbook is asked again";
       if ([404, 409, 422].includes(error.status) && !error.message.includes("labbook.toml")) {  // it will never be taken
@@ -273,7 +277,7 @@ const state = (jumps, verdict, reason, before, note) => {
   given.push({ place: { run, ...named(item()) }, run, before });
   waiting.push({ run, jumps: jumps.map(named), verdict, reason, note, blind: blind() });
   keep();
-  show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, note, person: "you" }, false);
+  showWaiting();
   send();
 };
 const decide = (verdict, reason, note) => {
@@ -417,7 +421,7 @@ queue = asked.jumps;
 known = asked.entries;
 latest = Math.max(latest, known);
 counts.reviewed = queue.filter((one) => one.decided).length;
-waiting.forEach(({ run, jumps, verdict, reason, note }) => show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, note, person: "you" }, false));
+showWaiting();
 const left = JSON.parse(sessionStorage.getItem(PLACE) ?? "{}");
 at = left.search === location.search && placeIn(left) >= 0 ? placeIn(left) : nextOpen(0);
 ahead();

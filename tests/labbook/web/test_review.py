@@ -394,6 +394,22 @@ def test_the_page_opens_at_the_first_jump_without_a_verdict_and_j_leads_to_the_n
         until(lambda: page.text_content("#number").startswith("Jump 2 "))
 
 
+def test_a_late_answer_does_not_show_again_what_was_undone(page: Any, book: SmallBook) -> None:
+    held: list[Any] = []
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.route("**/api/verdicts", lambda route: held.append(route))
+        page.keyboard.press("a")
+        page.keyboard.press("u")
+        until(lambda: page.wait_for_timeout(20) is None and len(held) == 1)
+        held.pop().continue_()
+        until(lambda: page.wait_for_timeout(20) is None and len(held) == 1)  # the verdict is answered, not its undoing
+        assert page.text_content("#verdict") == ""
+        held.pop().continue_()
+        all_saved(page)
+        assert page.text_content("#verdict") == ""
+
+
 def test_a_key_that_is_held_says_it_once(page: Any, book: SmallBook) -> None:
     with served(book.folder, "--as", ADA) as server:
         opened(page, server)
