@@ -6,27 +6,41 @@ import gc
 import os
 import signal
 import sys
+import threading
+from collections.abc import Callable
 from types import FrameType
 from typing import NoReturn
 
 INTERRUPTED = 130
 """Exit code after Ctrl-C, as shells have it."""
+MOST_TO_END_S = 20.0
+"""So long after a Ctrl-C a command may still put things in order, and then ends whatever it waits for."""
+AGAIN_S = 0.01
 
 
 def main() -> NoReturn:
     """Run the command line; what it needs is imported here, because half of its time goes into that.
 
     Python and libraries may raise another error in place of a Ctrl-C that they meet: what ends a command after one is
-    the Ctrl-C all the same.
+    the Ctrl-C all the same. One that meets a destructor, where Python lets nothing through, comes again.
     """
-    pressed = []
+    pressed: list[bool] = []
 
     def on_interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
+        if not pressed:
+            later(MOST_TO_END_S, end_now)
         pressed.append(True)
         raise KeyboardInterrupt
 
+    def on_lost_error(lost: sys.UnraisableHookArgs) -> None:
+        if pressed and issubclass(lost.exc_type, KeyboardInterrupt):
+            later(AGAIN_S, press_again)  # not from here, where it would be lost as well
+        else:
+            sys.__unraisablehook__(lost)
+
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else it is to be ignored, as under nohup
         signal.signal(signal.SIGINT, on_interrupt)
+        sys.unraisablehook = on_lost_error
     try:
         from labbook.cli.main import run
 
@@ -39,9 +53,26 @@ def main() -> NoReturn:
     except BaseException as error:
         if not pressed and not isinstance(error, KeyboardInterrupt):
             raise
-        print_interrupted()
-        sys.stderr.flush()
-        os._exit(INTERRUPTED)  # half of an import may be left behind, at which closing in order would stumble
+        end_now()  # half of an import may be left behind, at which closing in order would stumble
+
+
+def later(seconds: float, do: Callable[[], object]) -> None:
+    """Do something in a while, unless the command has ended by then."""
+    timer = threading.Timer(seconds, do)
+    timer.daemon = True
+    timer.start()
+
+
+def press_again() -> None:
+    """Interrupt what the main thread does, also where it waits."""
+    signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+
+
+def end_now() -> NoReturn:
+    """End the command as after a Ctrl-C: the book is whole at any moment."""
+    print_interrupted()
+    sys.stderr.flush()
+    os._exit(INTERRUPTED)
 
 
 def print_interrupted() -> None:

@@ -58,6 +58,31 @@ main()
 """A report that gets a signal when the file of a name is put in its place."""
 
 
+WAITING = """
+import os, signal, sys, time
+from labbook.cli import main, start
+
+class Dropped:
+    def __del__(self):
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(0)  # where the handler runs: what it raises ends here
+
+def run():
+    if sys.argv[1] == "destructor":
+        Dropped()
+        time.sleep(60)
+    try:
+        os.kill(os.getpid(), signal.SIGINT)
+        time.sleep(60)
+    except KeyboardInterrupt:
+        time.sleep(60)  # as for a lock that nobody gives back
+
+main.run, start.MOST_TO_END_S = run, float(sys.argv[2])
+start.main()
+"""
+"""A command that misses a Ctrl-C, in a destructor or by itself."""
+
+
 def heeds_ctrl_c() -> None:
     """Have a process interrupted by Ctrl-C, which it would ignore where the tests run in the background."""
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -119,6 +144,20 @@ def test_a_report_that_is_not_written_whole_is_none(
     good(labbook(*words, at=stated.folder))
     assert (tmp_path / "paper" / "report.html").exists()
     assert len(good(labbook("reports", "list", "--json", at=stated.folder)).json) == 1
+
+
+@pytest.mark.parametrize(("where", "most_s"), [("destructor", 50.0), ("itself", 0.2)])
+def test_it_ends_a_command_that_misses_it(where: str, most_s: float) -> None:
+    done = subprocess.run(
+        [sys.executable, "-c", WAITING, where, str(most_s)],
+        env=environment(),
+        capture_output=True,
+        text=True,
+        timeout=30,
+        check=False,
+        preexec_fn=heeds_ctrl_c,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (130, "", TOLD)
 
 
 def ingesting(book: SmallBook) -> subprocess.Popen[str]:
