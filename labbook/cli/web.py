@@ -85,7 +85,7 @@ def _serve(
         else:
             say(f"{served.url}\nCtrl-C ends it.")
         if not no_browser:
-            _open(served.url)
+            _open(served.url_once)
 
     serve(find_folder(folder), speaker, ready, host=host, port=port, read_only=read_only, view=view)
     return Shown({"ended": True}, [])
@@ -101,7 +101,7 @@ def page_beside(folder: "Path | None", person: str | None) -> "Iterator[str]":
     with opened(folder) as book:
         speaker = book.speaker(person)
     with served_beside(find_folder(folder), speaker, "live") as served:
-        _open(served.url)
+        _open(served.url_once)
         yield served.url
 
 

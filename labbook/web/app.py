@@ -22,8 +22,10 @@ VIEWS = (overview, attention, run, run_diff, review, live, files, reports, journ
 _STATUS: tuple[tuple[type[LabbookError], int], ...] = ((UnknownName, 404), (BookBusy, 503), (BookReadOnly, 403))
 
 
-def application(book: OpenBook, token: str, hosts: Collection[str], ending: Callable[[], bool]) -> ASGIApp:
-    """Return the application for a book, for who has the token, under these hosts with their port.
+def application(
+    book: OpenBook, token: str, once: set[str], hosts: Collection[str], ending: Callable[[], bool]
+) -> ASGIApp:
+    """Return the application for a book, for who has the token or one of `once`, under these hosts with their port.
 
     `ending` tells whether the server is about to end: then pages that listen are let go.
     """
@@ -34,7 +36,7 @@ def application(book: OpenBook, token: str, hosts: Collection[str], ending: Call
     )
     app.state.book = book
     app.state.ending = ending
-    return Guard(app, token, f"labbook-{book.name}", hosts)
+    return Guard(app, token, once, f"labbook-{book.name}", hosts)
 
 
 def _refused(request: Request, error: Exception) -> Response:

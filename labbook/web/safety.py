@@ -1,4 +1,4 @@
-"""Who may ask the server what: this machine's browser with the token of this start, and no page of elsewhere.
+"""Who may ask the server what: this machine's browser with the token of this book, and no page of elsewhere.
 
 The token of the address that `labbook web` prints becomes a cookie. `Host` is checked against DNS rebinding, `Origin`
 against forms of other pages; the content security policy lets nothing run that does not come from here.
@@ -29,11 +29,13 @@ _HEADERS = {
 class Guard:
     """An application behind the checks; `hosts` are the names and ports under which it may be asked.
 
-    `cookie` names the cookie: browsers keep those of all ports together, and another book has another.
+    `cookie` names the cookie: browsers keep those of all ports together, and another book has another. `once` are
+    tokens that open the page one time: that of a command line, which every user of the machine may list.
     """
 
     app: ASGIApp
     token: str
+    once: set[str]
     cookie: str
     hosts: Collection[str]
 
@@ -63,7 +65,7 @@ class Guard:
         if origin not in (None, f"http://{host}") or (request.method != "GET" and origin is None):
             return PlainTextResponse("This was asked by another page, and is refused.\n", 403)
         given = request.query_params.get("token")
-        if given is not None and request.method == "GET" and _same(given, self.token):
+        if given is not None and request.method == "GET" and self._opens(given):
             url = request.url.remove_query_params("token")
             response = RedirectResponse(f"{url.path}?{url.query}" if url.query else url.path, 303)
             response.set_cookie(self.cookie, self.token, httponly=True, samesite="strict")
@@ -71,6 +73,11 @@ class Guard:
         if not _same(request.cookies.get(self.cookie, ""), self.token):
             return PlainTextResponse("Open the page by the address that labbook printed, with its token.\n", 403)
         return None
+
+    def _opens(self, given: str) -> bool:
+        used = {token for token in self.once if _same(given, token)}
+        self.once.difference_update(used)
+        return bool(used) or _same(given, self.token)
 
 
 def _same(given: str, token: str) -> bool:

@@ -26,11 +26,10 @@ _PORTS = range(8700, 9700)
 
 @dataclass(frozen=True, slots=True)
 class Served:
-    """Where a page is served: `url` opens it in a browser that has not been here before."""
+    """Where a page is served: `url` opens it in a browser that has not been here before, `url_once` one time."""
 
     url: str
-    host: str
-    port: int
+    url_once: str
 
 
 def serve(
@@ -80,14 +79,17 @@ def _server(
     try:
         with _listening(host, port, folder) as listening:
             taken = listening.getsockname()[1]
-            names = {host, "localhost"} if host == LOOPBACK else {host}
-            app = application(book, token, {f"{name}:{taken}" for name in names}, lambda: server.should_exit)
+            shown = f"[{host}]" if ":" in host else host
+            names = {shown, "localhost"} if host == LOOPBACK else {shown}
+            once = secrets.token_hex(16)
+            app = application(book, token, {once}, {f"{name}:{taken}" for name in names}, lambda: server.should_exit)
             server = uvicorn.Server(
                 uvicorn.Config(
                     app, log_level="warning", lifespan="off", server_header=False, timeout_graceful_shutdown=1
                 )
             )
-            yield server, listening, Served(f"http://{host}:{taken}/{view}?token={token}", host, taken)
+            url = f"http://{shown}:{taken}/{view}?token="
+            yield server, listening, Served(url + token, url + once)
     finally:
         book.close()
 
@@ -100,7 +102,7 @@ def _listening(host: str, port: int | None, folder: Path) -> socket.socket:
     own = _PORTS[int(_name_of(folder)[:8], 16) % len(_PORTS)]
     for tried in (own, 0) if port is None else (port,):
         try:
-            return socket.create_server((host, tried))
+            return socket.create_server((host, tried), family=socket.AF_INET6 if ":" in host else socket.AF_INET)
         except OSError as error:
             if port is not None or tried == 0:
                 raise UsageError(

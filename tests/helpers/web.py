@@ -35,7 +35,7 @@ class Page:
 
     @property
     def base(self) -> str:
-        return f"http://127.0.0.1:{self.port}"
+        return f"http://{urlsplit(self.url).netloc}"
 
     @property
     def token(self) -> str:
@@ -50,12 +50,12 @@ class Page:
         self, path: str, data: Any = None, *, headers: Mapping[str, str] | None = None, method: str | None = None
     ) -> tuple[int, bytes, http.client.HTTPMessage]:
         """Ask with the cookie, and post `data` as JSON; `headers` come on top, one that is "" is left out."""
-        sent = {"Cookie": f"{self.cookie}={self.token}", "Host": f"127.0.0.1:{self.port}"}
+        sent = {"Cookie": f"{self.cookie}={self.token}", "Host": urlsplit(self.url).netloc}
         body = None if data is None else json.dumps(data).encode()
         if body is not None:
             sent |= {"Origin": self.base, "Content-Type": "application/json"}
         sent |= headers or {}
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
+        connection = http.client.HTTPConnection(urlsplit(self.url).hostname or "", self.port, timeout=30)
         with contextlib.closing(connection):
             connection.putrequest(method or ("GET" if body is None else "POST"), path, skip_host=True)
             for name, value in {**sent, "Content-Length": str(len(body or b""))}.items():

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import subprocess
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
+from tests.cli.shell import LABBOOK, environment
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.statements import note, state
-from tests.helpers.web import Server, served
+from tests.helpers.web import Page, Server, served, until
 from tests.helpers.wording import says
 
 VERDICT: dict[str, object] = {"run": "r003", "jumps": [], "verdict": "reject", "reason": "misfire"}
@@ -58,6 +61,33 @@ def test_the_token_of_the_address_becomes_a_cookie(server: Server) -> None:
     status, _body, headers = server.ask(f"/review?token={server.token}", headers={"Cookie": ""})
     assert (status, headers["Location"]) == (303, "/review")
     says(headers["Set-Cookie"], server.token, "HttpOnly", "SameSite=strict")
+
+
+def test_the_address_on_the_browsers_command_line_opens_the_page_once(book: SmallBook, tmp_path: Path) -> None:
+    called, browser = tmp_path / "called", tmp_path / "browser"
+    browser.write_text(f'#!/bin/sh\necho "$1" > {called}.part && mv {called}.part {called}\n')
+    browser.chmod(0o700)
+    words = [LABBOOK, "web", "--json", "--book", str(book.folder), "--port", "0", "--as", ADA]
+    with subprocess.Popen(words, env={**environment(), "BROWSER": str(browser)}, stdout=subprocess.PIPE) as running:
+        try:
+            until(called.exists, 30.0)
+            url = called.read_text().strip()
+            page = Page(url)
+            path = url.removeprefix(page.base)
+            answers = [page.ask(path, headers={"Cookie": ""}) for _time in range(2)]
+            assert [status for status, _body, _headers in answers] == [303, 403]
+            cookie = answers[0][2]["Set-Cookie"].partition(";")[0]
+            assert page.token not in cookie
+            assert page.ask("/api/runs", headers={"Cookie": cookie})[0] == 200
+        finally:
+            running.kill()
+
+
+def test_an_address_of_six_is_served(book: SmallBook) -> None:
+    with served(book.folder, "--read-only", "--host", "::1") as server:
+        assert server.base == f"http://[::1]:{server.port}"
+        assert server.ask("/api/runs")[0] == 200
+        assert server.ask("/api/runs", headers={"Host": f"127.0.0.1:{server.port}"})[0] == 400
 
 
 @pytest.mark.parametrize("path", ["/", "/runs/r001", "/review", "/api/runs", "/static/web.css", "/nowhere"])
