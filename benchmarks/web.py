@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from benchmarks.processes import LABBOOK, run_process
 from benchmarks.report_costs import book_of_charges
@@ -22,6 +23,7 @@ from labbook.book.opening import opened
 from labbook.demo.truth import CHAPTER_5
 
 KEYS, RUNS, SAMPLES, FRAMES = 1000, 10_000, 1_000_000, 120
+MORE_RUNS = 160
 _BROWSER = shutil.which("chromium") or shutil.which("google-chrome")
 _NO_BROWSER = "no Chromium here"
 _PRESS = """async (count) => {
@@ -80,6 +82,8 @@ def _keys(folder: Path, say: Callable[[str], None]) -> tuple[np.ndarray[Any, Any
     say("labbook demo")
     run_process([LABBOOK, "demo", folder / "demo"])
     book = folder / "demo" / "book"
+    say(f"{MORE_RUNS} runs more")
+    _more_runs(folder, book)
     say(f"{KEYS} keys")
     with _page(book, "/review") as (page, _opened_s):
         took = np.array(page.evaluate(_PRESS, KEYS))
@@ -89,6 +93,24 @@ def _keys(folder: Path, say: Callable[[str], None]) -> tuple[np.ndarray[Any, Any
     if saved < KEYS:
         raise RuntimeError(f"{KEYS - saved} verdicts of {KEYS} are not in the book")
     return took, queued
+
+
+def _more_runs(folder: Path, book: Path) -> None:
+    """Let the demonstration have more runs, with logs of its own without their last row, so that 10 000 jumps wait."""
+    (more := folder / "more").mkdir()
+    levels = {"foot": CHAPTER_5.groups[0].foot, "k_gain": str(CHAPTER_5.groups[0].k_gain), "b_ad_gain": "0"}
+    names = [f"x{number:03d}" for number in range(MORE_RUNS)]
+    rows = (
+        {"run": name, "date": "2030-01-01", "position": number + 1, "kind": "jumps", **levels, "battery": "A",
+         "robot": "hopper", "started": "", "duration_s": 720, "jumps_made": 25}
+        for number, name in enumerate(names)
+    )  # fmt: skip
+    pd.DataFrame(rows).to_csv(folder / "more.csv", index=False)
+    run_process([LABBOOK, "runs", "import", folder / "more.csv", "--book", book])
+    logs = sorted((folder / "demo" / "instruments" / "logs").iterdir())
+    for name, log in zip(names, logs, strict=False):
+        (more / f"{name}.csv").write_bytes(log.read_bytes().rstrip().rpartition(b"\n")[0] + b"\n")
+    run_process([LABBOOK, "ingest", more, "--book", book])
 
 
 def _pan(folder: Path, say: Callable[[str], None]) -> float:
@@ -139,8 +161,9 @@ def measure(say: Callable[[str], None]) -> Section:
     cells = () if took is None else (f"{np.median(took):.1f}", f"{p95:.1f}", f"{np.max(took):.1f}")
     return Section(
         "The page",
-        f"Chromium without a graphics card. {KEYS} times `a` on the review of the demonstration ({queued} jumps "
-        "queued), from the key until the frame after it; every verdict is in the book at the end. A log of "
+        f"Chromium without a graphics card. {KEYS} times `a` on the review of the demonstration and {MORE_RUNS} "
+        f"more runs ({queued} jumps queued), from the key until the frame after it; every verdict is in the book at "
+        "the end. A log of "
         f"{SAMPLES} samples, zoomed {FRAMES} times. The overview of {RUNS} runs, loaded again, until its rows stand; "
         f"what to look at stands beside them after {looked_s:.1f} s.",
         (

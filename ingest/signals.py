@@ -126,7 +126,8 @@ def _declared_instrument(name: str, own: Instrument) -> Instrument:
 
 
 def _role(columns: Sequence[ColumnPlan]) -> FileRole:
-    return FileRole.FORCE if any(column.channel == "force_z" for column in columns) else FileRole.LOG
+    channels = {column.channel for column in columns}
+    return FileRole.FORCE if "force_z" in channels and "body_height" not in channels else FileRole.LOG
 
 
 def _wanted(plan: Plan, trial_column: int | None, clocks: Sequence[int], texts: Sequence[int]) -> list[Wanted]:

@@ -82,7 +82,7 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
     everything = selected if expression is None else list_runs(connection)
     runs = tuple(run for run in selected if run.kind is RunKind.JUMPS and run.state is not RunState.VOID)
     taken = {run.condition_key for run in runs}
-    waiting = tuple(waiting_files(connection))
+    waiting, signals = tuple(waiting_files(connection)), signals_of_runs(connection)
     return StudyData(
         study=study,
         configuration=configuration,
@@ -103,8 +103,8 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
             if run.kind is kind and run.state is RunState.VOID
         ),
         charges=with_display_step(charges_by_run(connection), configuration.protocol.charger_resolution_mah),
-        logs=_signals(signals_of_runs(connection, FileRole.LOG), BODY_HEIGHT, waiting),
-        forces=_signals(signals_of_runs(connection, FileRole.FORCE), VERTICAL_FORCE, waiting),
+        logs=_signals(signals, FileRole.LOG, waiting),
+        forces=_signals(signals, FileRole.FORCE, waiting),
         decisions=jump_decisions(connection),
         waiting=waiting,
         calibrated=calibrated_channels(connection),
@@ -112,12 +112,21 @@ def gather(connection: sa.Connection, configuration: Configuration, where: str |
     )
 
 
-def _signals(signals: Iterable[SignalRow], channel: str, waiting: Sequence[WaitingFile]) -> dict[str, list[SignalRow]]:
-    """Return the signals of one role with a channel by their run, but for runs of which a file of that role waits."""
+def records(signal: SignalRow, what: FileRole) -> bool:
+    """Tell whether a signal is a log of body height, or a record of force; a log may hold both."""
+    if what is FileRole.FORCE:
+        return signal.role in (FileRole.FORCE, FileRole.LOG) and VERTICAL_FORCE in signal.channels
+    return signal.role == FileRole.LOG and BODY_HEIGHT in signal.channels
+
+
+def _signals(
+    signals: Iterable[SignalRow], what: FileRole, waiting: Sequence[WaitingFile]
+) -> dict[str, list[SignalRow]]:
+    """Return the logs, or the records of force, by their run, but for runs of which a file of their role waits."""
     found: dict[str, list[SignalRow]] = {}
     incomplete = {(file.role, run_uid) for file in waiting for run_uid in file.runs}
     for signal in signals:
-        if channel in signal.channels and (signal.role, signal.run_uid) not in incomplete:
+        if records(signal, what) and (signal.role, signal.run_uid) not in incomplete:
             found.setdefault(signal.run_uid, []).append(signal)
     return found
 
@@ -136,7 +145,7 @@ def gather_about(
     idle = [run for run in idle_runs(connection) if run.state is not RunState.VOID]
     waiting = tuple(waiting_files(connection))
     signals = signals_of_runs(connection, run_uids=[run.uid for run in about])
-    logs = _signals((signal for signal in signals if signal.role == FileRole.LOG), BODY_HEIGHT, waiting)
+    logs = _signals(signals, FileRole.LOG, waiting)
     return StudyData(
         study=study,
         configuration=configuration,
@@ -149,7 +158,7 @@ def gather_about(
         void=(),
         charges=charges_of_runs(connection, [run.uid for run in (*runs, *idle)]),
         logs=logs,
-        forces=_signals((signal for signal in signals if signal.role == FileRole.FORCE), VERTICAL_FORCE, waiting),
+        forces=_signals(signals, FileRole.FORCE, waiting),
         decisions=jump_decisions(connection, [signal.sha256 for several in logs.values() for signal in several]),
         waiting=waiting,
         calibrated={uid: found for run in about for uid, found in calibrated_channels(connection, run.uid).items()},

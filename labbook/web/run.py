@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import NDArray
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from data_schema.queries.runs import run_names
-from labbook.actions.runs.jump_review import review
+from labbook.actions.runs.jump_review import RunReview, review
 from labbook.actions.runs.run_plot import drawn_log
 from labbook.actions.runs.run_view import run_view, view_lines
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import anchor_of
+from labbook.analysis.study_data import VERTICAL_FORCE
+from labbook.book.opening import Book
 from labbook.terminal import plain
 from labbook.web.rendering import page
+from reports.display import RunLog
 
 
 def _page(request: Request) -> Response:
@@ -57,20 +61,38 @@ def _log(request: Request) -> Response:
         }
         for jump in log.jumps
     ]
-    gaps = [plain(gap) for gap in log.gaps]
-    return JSONResponse({"run": log.run, "title": log.title, "jumps": jumps, "gaps": gaps, "samples": log.time_s.size})
+    return JSONResponse(
+        {
+            "run": log.run,
+            "title": log.title,
+            "jumps": jumps,
+            "gaps": [plain(gap) for gap in log.gaps],
+            "samples": log.time_s.size,
+            "beside": list(_beside(book, found, log)),
+        }
+    )
 
 
 def _samples(request: Request) -> Response:
-    """Return a log's samples: times in s as float64, then body heights in m as float32, little-endian."""
+    """Return a log's samples, little-endian: times in s as float64, then as float32 heights in m and what is beside."""
     book = request.app.state.book.current()
     with book.reading() as connection:
-        log, _remark = drawn_log(book, connection, review(book, connection, request.path_params["name"]), None)
+        found = review(book, connection, request.path_params["name"])
+        log, _remark = drawn_log(book, connection, found, None)
     data = log.time_s.astype("<f8").tobytes() + log.body_height_m.astype("<f4").tobytes()
-    leg = log.leg_length_m
-    if leg is not None and not np.isnan(leg).all():
-        data += leg.astype("<f4").tobytes()
+    data += b"".join(values.astype("<f4").tobytes() for values in _beside(book, found, log).values())
     return Response(data, media_type="application/octet-stream")
+
+
+def _beside(book: Book, found: RunReview, log: RunLog) -> dict[str, NDArray[np.float64]]:
+    """Return what a log recorded beside its height, in thousands of the unit that its title has."""
+    beside = {}
+    if log.leg_length_m is not None and not np.isnan(log.leg_length_m).all():
+        beside["leg (mm)"] = log.leg_length_m
+    if len(found.signals) == 1 and VERTICAL_FORCE in found.signals[0].channels:
+        samples = book.store.samples(found.signals[0].store_path, [VERTICAL_FORCE])
+        beside["force (N)"] = samples[VERTICAL_FORCE] / 1000.0
+    return beside
 
 
 ROUTES = [

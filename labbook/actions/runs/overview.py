@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from data_schema.queries.runs import RunRow
 from ingest.store import Store
 from labbook.actions.runs.rig_line import known_joules
-from labbook.analysis.outcomes.detection import Detections
+from labbook.analysis.outcomes.detection import Detections, jumps_found
 from labbook.analysis.outcomes.run_apexes import JudgedRun, as_protocol, judge_runs, logs_that_count
 from labbook.analysis.outcomes.run_energy import drain_lines
 from labbook.analysis.study_data import gather
@@ -21,7 +21,8 @@ from labbook.config.model import Configuration
 class RunSummary:
     """A run as a list shows it: energy in J a jump, mean apex height in m, jumps by number; None where there is none.
 
-    `found` are the flights with an apex, `counted` the jumps that count, `reviewed` those with a person's verdict.
+    `found` are the flights with an apex, `counted` the jumps that count; of the stances `to_review`, `reviewed` have a
+    person's verdict.
     """
 
     name: str
@@ -37,6 +38,7 @@ class RunSummary:
     made: int
     found: int | None
     counted: int | None
+    to_review: int | None
     reviewed: int | None
 
 
@@ -54,7 +56,7 @@ def overview(
 def _summary(run: RunRow, joules: float | None, judged: JudgedRun | None) -> RunSummary:
     counted = None if judged is None else judged.judgement.counted
     heights = [jump.apex_height_m for jump in counted or () if jump.apex_height_m is not None]
-    jumps = None if judged is None else [one for one in judged.judgement.jumps if one.jump.undefined_reason is None]
+    jumps = None if judged is None else judged.judgement.jumps
     return RunSummary(
         name=run.name,
         kind=str(run.kind),
@@ -67,7 +69,8 @@ def _summary(run: RunRow, joules: float | None, judged: JudgedRun | None) -> Run
         joules_per_jump=joules,
         apex_height_m=sum(heights) / len(heights) if heights else None,
         made=run.jumps_made,
-        found=None if jumps is None else len(jumps),
+        found=None if jumps is None else jumps_found(one.jump for one in jumps),
         counted=None if counted is None else len(counted),
+        to_review=None if jumps is None else len(jumps),
         reviewed=None if jumps is None else sum(one.decision is not None for one in jumps),
     )

@@ -26,7 +26,7 @@ from data_schema.rounding import number_text as plain_number_text
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.actions.runs.jump_review import review_lines
 from labbook.analysis.outcomes.conditions import measure, number_of
-from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found
+from labbook.analysis.outcomes.detection import Detections, jumps_found
 from labbook.analysis.outcomes.run_apexes import (
     JudgedRun,
     Reviewed,
@@ -38,7 +38,7 @@ from labbook.analysis.outcomes.run_apexes import (
 )
 from labbook.analysis.outcomes.run_force import PushOffRules, force_of_run
 from labbook.analysis.results import Results
-from labbook.analysis.study_data import VERTICAL_FORCE, gather_about
+from labbook.analysis.study_data import gather_about, records
 from labbook.book.naming import DONE, changes_in_words, run_named, study_of
 from labbook.config.local_time import local_text
 from labbook.config.parsing import Configuration
@@ -87,8 +87,8 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
     protocol = configuration.protocol
     numbers = _numbers(detections, configuration, run)
     signals = signals_of_runs(connection, run_uids=[run.uid])
-    logs = [signal for signal in signals if signal.role == FileRole.LOG and BODY_HEIGHT in signal.channels]
-    forces = [signal for signal in signals if signal.role == FileRole.FORCE and VERTICAL_FORCE in signal.channels]
+    logs = [signal for signal in signals if records(signal, FileRole.LOG)]
+    forces = [signal for signal in signals if records(signal, FileRole.FORCE)]
     judged = judged_run(detections, run, logs, by_protocol(protocol)) if logs else None
     jumps = judged.judgement.jumps if isinstance(judged, JudgedRun) else ()
     calibrated = calibrated_channels(connection, run.uid)

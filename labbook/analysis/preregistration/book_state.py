@@ -27,11 +27,10 @@ from data_schema.queries.history import EntryRow, FileLink
 from data_schema.queries.runs import RunRow, condition_columns, list_runs
 from data_schema.queries.signals import SignalRow, signals_of_files
 from data_schema.vocabulary import Action, ChargeMode, FileRole, RunKind, RunState, Undefined, Verdict
-from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.analysis.outcomes.run_apexes import UNKNOWN_FLIGHT_S, usable_logs
 from labbook.analysis.outcomes.run_energy import recharge_of, usable_charge
 from labbook.analysis.outcomes.run_force import usable_force
-from labbook.analysis.study_data import VERTICAL_FORCE
+from labbook.analysis.study_data import records
 
 _UNDONE = (Action.CORRECT, Action.VOID, Action.ASSIGN, Action.WITHDRAW, Action.RESTORE)
 _OF_RUNS = ("kind", "state", "condition", "jumps_made", "starts", "duration_s", "day", "robot", "battery", "name",
@@ -151,8 +150,6 @@ NO_RUN = ""
 """Stands for the uid of a run where a charge or a log belongs to none."""
 Part = tuple[str, str]
 """What a log is, of heights or of forces: the uid of a file, and the name of a part of it."""
-_CHANNELS = {FileRole.LOG: BODY_HEIGHT, FileRole.FORCE: VERTICAL_FORCE}
-"""What a log has to hold for a number to come from it."""
 
 
 _Item = TypeVar("_Item", ChargeOfRun, SignalRow)
@@ -219,7 +216,7 @@ class BookState:
             return {item.uid: frozenset([item.charge_mah]) for item in charges if item.mode == ChargeMode.CHARGE}
         samples: dict[str, set[str]] = {}
         for part in self.logs_of.get(run_uid, ()):
-            if self.logs[part].role == source and _CHANNELS[source] in self.logs[part].channels:
+            if records(self.logs[part], source):
                 samples.setdefault(part[0], set()).add(self.logs[part].sha256)
         found: dict[str, frozenset[str]] = {}
         for file_uid, some in samples.items():
@@ -254,9 +251,9 @@ class BookState:
             source: [
                 self.logs[part]
                 for part in self.logs_of.get(run_uid, ())
-                if part[0] in few[source] and channel in self.logs[part].channels
+                if part[0] in few[source] and records(self.logs[part], source)
             ]
-            for source, channel in _CHANNELS.items()
+            for source in (FileRole.LOG, FileRole.FORCE)
         }
         found = {
             FileRole.CHARGE: usable_charge(run, charges),

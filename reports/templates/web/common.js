@@ -14,13 +14,13 @@ export const post = async (path, data) => (await ask(path, {
 export const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
 export const byId = (id) => document.getElementById(id);
 
-// Samples come as times (float64, s), heights (float32, m), and leg lengths (float32, m) where there are any.
-export const samplesOf = async (run, count) => {
+// Samples come as times (float64, s), heights (float32, m), and what is beside, in thousands of its unit (float32).
+export const samplesOf = async (run, { samples: count, beside }) => {
   const data = await (await ask(`/api/runs/${encodeURIComponent(run)}/samples`)).arrayBuffer();
   return {
     time: new Float64Array(data, 0, count),
     height: new Float32Array(data, 8 * count, count),
-    leg: data.byteLength > 12 * count ? new Float32Array(data, 12 * count, count) : null,
+    beside: beside.map((title, place) => ({ title, values: new Float32Array(data, (12 + 4 * place) * count, count) })),
   };
 };
 

@@ -61,9 +61,9 @@ const draw = () => {
   document.querySelector("#runs tbody").replaceChildren(...rows);
   byId("more").hidden = runs.length <= shown;
   const reviewed = runs.reduce((sum, run) => sum + (run.reviewed ?? 0), 0);
-  const found = runs.reduce((sum, run) => sum + (run.found ?? 0), 0);
+  const toReview = runs.reduce((sum, run) => sum + (run.to_review ?? 0), 0);
   const plan = book.planned ? `, ${book.planned_made} of ${book.planned} planned` : "";
-  byId("progress").textContent = `${counted(runs.length, "run")}${plan}; ${reviewed} of ${found} jumps reviewed`
+  byId("progress").textContent = `${counted(runs.length, "run")}${plan}; ${reviewed} of ${toReview} jumps reviewed`
     + (attention === null ? "." : `; ${counted(runs.filter((run) => lookAt(run).length).length, "run")} to look at.`);
   byId("last").hidden = book.last_in === null;
   if (book.last_in) byId("last").textContent = `Last in: ${book.last_in.name}, ${book.last_in.at}`;

@@ -36,7 +36,7 @@ const logOf = (run) => {
   if (!logs.has(run)) {
     logs.set(run, (async () => {
       const log = await askJson(`/api/runs/${encodeURIComponent(run)}/log`);
-      log.trace = await samplesOf(run, log.samples);
+      log.trace = await samplesOf(run, log);
       return log;
     })().catch((error) => { logs.delete(run); throw error; }));
   }
@@ -69,9 +69,9 @@ const status = () => {
   byId("share").parentElement.ariaValueNow = Math.round(share);
 };
 
-// The leg's length in a narrow strip below the height.
-const drawLeg = (context, { time, leg }, view, [from, to], box) => {
-  const [low, high] = rangeOf(leg.subarray(from, to));
+// What was recorded beside the height, as the leg's length, in a narrow strip below it.
+const drawStrip = (context, time, { title, values }, view, [from, to], box) => {
+  const [low, high] = rangeOf(values.subarray(from, to));
   if (!(low < high)) return;
   const axes = new Axes(box, view, [low, high]);
   context.save();
@@ -82,11 +82,11 @@ const drawLeg = (context, { time, leg }, view, [from, to], box) => {
   axes.ys.forEach((end) => context.fillText(Math.round(end), box.left - 6, axes.y(end)));
   context.textAlign = "left";
   context.textBaseline = "bottom";
-  context.fillText("leg (mm)", box.left + 4, box.top + box.height + 14);
+  context.fillText(title, box.left + 4, box.top + box.height + 14);
   axes.clip(context);
   context.strokeStyle = colour("soft");
   context.lineWidth = 1;
-  drawLine(context, axes, { time, height: leg }, from, to, null);
+  drawLine(context, axes, { time, height: values }, from, to, null);
   context.restore();
 };
 
@@ -129,15 +129,14 @@ const draw = () => {
   if (jump.apex_height_m !== null) high = Math.max(high, jump.apex_height_m);
   const spare = (high - low || 0.01) * 0.12;
   const { context, width, height: whole } = fitted(byId("jump"));
-  const strip = log.trace.leg ? 0.24 * whole : 0;
-  const tall = whole - strip;
-  if (strip) drawLeg(context, log.trace, view, [from, to], { ...boxOf(width, strip), top: tall + 6, height: strip - 22 });
+  const strip = 0.24 * whole;
+  const tall = whole - strip * log.trace.beside.length;
+  log.trace.beside.forEach((one, place) => drawStrip(context, time, one, view, [from, to], { ...boxOf(width, strip), top: tall + place * strip + 6, height: strip - 22 }));
   const axes = new Axes(boxOf(width, tall), view, [(low - spare) * 1000, (high + spare) * 1000]);
+  axes.drawGaps(context, log.gaps);
   axes.draw(context, "time (s)", "body height (mm)");
   context.save();
   axes.clip(context);
-  context.fillStyle = colour("gap");
-  log.gaps.forEach((gap) => context.fillRect(axes.x(gap.start_s), axes.box.top, Math.max(1, axes.x(gap.end_s) - axes.x(gap.start_s)), axes.box.height));
   if (jump.lift_off_s !== null) {  // the run's other jumps, aligned at lift-off
     context.strokeStyle = colour("faint");
     context.globalAlpha = 0.28;

@@ -9,7 +9,7 @@ const markOf = (jump) => (jump.misfire ? "\u00d7" : jump.excluded ? "\u25cb" : "
 const start = async () => {
   const run = canvas.dataset.run;
   let log = await askJson(`/api/runs/${encodeURIComponent(run)}/log`);
-  const samples = await samplesOf(run, log.samples);
+  const samples = await samplesOf(run, log);
   const { time, height } = samples;
   const blocks = blocksOf(height);
   const heights = rangeOf(height);
@@ -17,11 +17,10 @@ const start = async () => {
   const draw = (view) => {
     const { context, width, height: tall } = fitted(canvas);
     const axes = new Axes(boxOf(width, tall), view, heights);
+    axes.drawGaps(context, log.gaps);
     axes.draw(context, "time (s)", "body height (mm)");
     context.save();
     axes.clip(context);
-    context.fillStyle = colour("gap");
-    log.gaps.forEach((gap) => context.fillRect(axes.x(gap.start_s), axes.box.top, Math.max(1, axes.x(gap.end_s) - axes.x(gap.start_s)), axes.box.height));
     context.strokeStyle = colour("trace");
     context.lineWidth = 1;
     const from = Math.max(0, placeOf(time, view[0]) - 1);

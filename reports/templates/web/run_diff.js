@@ -5,7 +5,7 @@ import { Axes, View, blocksOf, boxOf, drawLine, fitted, placeOf, rangeOf } from 
 const canvas = byId("both");
 const traceOf = async (run) => {
   const log = await askJson(`/api/runs/${encodeURIComponent(run)}/log`);
-  const { time, height } = await samplesOf(run, log.samples);
+  const { time, height } = await samplesOf(run, log);
   const first = log.jumps.find((jump) => jump.lift_off_s !== null && jump.apex_height_m !== null);
   return { time, height, blocks: blocksOf(height), first };
 };

@@ -90,6 +90,16 @@ export class Axes {
     context.fillText(yLabel, left + 4, top + 2);
   }
 
+  // Before the axes, whose labels stand above them.
+  drawGaps(context, gaps) {
+    const { top, height } = this.box;
+    context.save();
+    this.clip(context);
+    context.fillStyle = colour("gap");
+    gaps.forEach((gap) => context.fillRect(this.x(gap.start_s), top, Math.max(1, this.x(gap.end_s) - this.x(gap.start_s)), height));
+    context.restore();
+  }
+
   clip(context) {
     context.beginPath();
     context.rect(this.box.left, this.box.top, this.box.width, this.box.height);

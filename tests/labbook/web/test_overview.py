@@ -24,3 +24,10 @@ def test_runs_to_look_at_are_those_of_attention(tmp_path: Path) -> None:
     assert shown == expected
     assert {run for run, _code in shown} <= runs
     assert set(of_one) == {one_run}
+
+
+def test_as_many_jumps_are_to_review_as_the_review_has(tmp_path: Path) -> None:
+    with served(small_book(tmp_path).folder, "--as", ADA) as server:
+        runs = server.json("/api/runs")["runs"]
+        queue = server.json("/api/queue")["jumps"]
+    assert sum(run["to_review"] or 0 for run in runs) == len(queue) > 0
