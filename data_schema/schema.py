@@ -10,7 +10,7 @@ import sqlalchemy as sa
 from data_schema.tables import METADATA
 from data_schema.tables.journal import labbook
 
-SCHEMA = 7
+SCHEMA = 8
 """Rises with every change of the tables, or of what is stored in them."""
 
 

@@ -116,15 +116,16 @@ def newest_files(connection: sa.Connection, most: int) -> list[FileRow]:
 
 @dataclass(frozen=True, slots=True)
 class RefusedFile:
-    """A file that could not be read, and the first thing that was wrong with it."""
+    """A file that could not be read, the run that it states, and the first thing that was wrong with it."""
 
     name: str
+    stated_run: str | None
     at_utc: str
     person: str
     why: str
 
 
-def refused_files(connection: sa.Connection, most: int) -> list[RefusedFile]:
+def refused_files(connection: sa.Connection, most: int | None = None) -> list[RefusedFile]:
     """Return the files that were refused last, the newest first; not those whose bytes, or name, came in since."""
     other = ingest.alias()
     imported = other.c.status == IngestStatus.IMPORTED
@@ -134,7 +135,7 @@ def refused_files(connection: sa.Connection, most: int) -> list[RefusedFile]:
     wrong = finding.alias()
     first = sa.select(sa.func.min(wrong.c.id)).where(wrong.c.ingest == ingest.c.id, wrong.c.severity == Severity.FILE)
     query = (
-        sa.select(ingest.c.original_name, ingest.c.at_utc, person.c.name, finding.c.message)
+        sa.select(ingest.c.original_name, ingest.c.stated_run, ingest.c.at_utc, person.c.name, finding.c.message)
         .join(person, ingest.c.person == person.c.id)
         .join(finding, finding.c.id == first.scalar_subquery())
         .where(

@@ -229,6 +229,37 @@ def calibrated_channels(
 
 
 @dataclass(frozen=True, slots=True)
+class RecordedRange:
+    """The lowest and highest value of a channel of a log, and the condition of its run."""
+
+    signal_uid: str
+    run_uid: str
+    condition: int | None
+    channel: str
+    lowest: float
+    highest: float
+
+
+def recorded_ranges(connection: sa.Connection, channels: Sequence[str]) -> list[RecordedRange]:
+    """Return what these channels recorded in the logs that belong to runs."""
+    columns = columns_of(
+        RecordedRange,
+        channel,
+        signal_uid=signal.c.uid,
+        run_uid=run.c.uid,
+        condition=run.c.condition,
+        channel=channel.c.name,
+    )
+    query = (
+        sa.select(*columns)
+        .select_from(_OF_RUNS.join(channel, channel.c.signal == signal.c.id))
+        .where(channel.c.name.in_(channels), channel.c.lowest.is_not(None), run_file.c.role == str(FileRole.LOG))
+        .order_by(run.c.id, signal.c.id)
+    )
+    return [RecordedRange(*row) for row in connection.execute(query)] if channels else []
+
+
+@dataclass(frozen=True, slots=True)
 class SourceColumn:
     """The column of a file that a channel was read from, and by what: `stored = sign * (scale * raw + ...)`."""
 

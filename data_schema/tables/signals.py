@@ -50,6 +50,8 @@ channel = table(
     real_column("scale"),
     real_column("zero_offset"),
     whole_column("sign"),
+    real_column("lowest", optional=True),
+    real_column("highest", optional=True),
     text_column("assumed_json"),
     text_column("calibration_json", optional=True),
     text_column("calibrated_unit", optional=True),

@@ -255,7 +255,13 @@ def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | Non
     return (_SAMPLES, -read.rows_rejected) if read is not None and left_out else None
 
 
-_OF_RUN = {"samples_twice": _OTHER_RUN, "logs_too_many": _LOGS, "jumps_differ": _JUMPS, "outside_limits": _LIMITS}
+_OF_RUN = {
+    "level_differs": _OTHER_RUN,
+    "samples_twice": _OTHER_RUN,
+    "logs_too_many": _LOGS,
+    "jumps_differ": _JUMPS,
+    "outside_limits": _LIMITS,
+}
 
 
 def _of_run(line: RigLine) -> tuple[int, int]:

@@ -84,11 +84,13 @@ class StoredPart:
     """The stored samples of one part, and the jumps found in them if it holds a body height.
 
     `time_sha256` is the hash of its elapsed times: verdicts on jumps hold for all readings that have the same.
+    `ranges` are the lowest and highest value of each channel, None of one without any.
     """
 
     sha256: str
     store_path: str
     time_sha256: str
+    ranges: tuple[tuple[float, float] | None, ...]
     detection: PartJumps | None
 
 
@@ -221,7 +223,14 @@ def _stored_part(part: SignalPart, sha256: str, store_path: str, found: Detectio
             height_range_m = (float(low_m), float(high_m))
         misfires = sum(jump.misfired for jump in found.found.jumps)
         jumps = PartJumps(row, float(found.parameters["rest_length_m"]), found.found.zero_m, height_range_m, misfires)
-    return StoredPart(sha256, store_path, times_sha256(part.time_s), jumps)
+    ranges = tuple(_range(channel.values) for channel in part.channels)
+    return StoredPart(sha256, store_path, times_sha256(part.time_s), ranges, jumps)
+
+
+def _range(values: FloatArray) -> tuple[float, float] | None:
+    """Return the lowest and the highest of some values."""
+    low, high = np.fmin.reduce(values, initial=np.inf), np.fmax.reduce(values, initial=-np.inf)
+    return (float(low), float(high)) if np.isfinite([low, high]).all() else None
 
 
 def with_used_profile(settings: ReadSettings, read: ReadFile) -> ReadSettings:

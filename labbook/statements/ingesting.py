@@ -331,7 +331,7 @@ def add_signals(
             "time_sha256": stored.time_sha256,
             "recorded_sha256": recorded.get(part.part),
         }
-        files.add_signal(context.connection, values, _channels(part), _gaps(part))
+        files.add_signal(context.connection, values, _channels(part, stored.ranges), _gaps(part))
         if stored.detection is not None:
             add_detections(context.connection, [replace(stored.detection.row, signal_uid=uid)])
 
@@ -351,7 +351,7 @@ def _recorded(done: PreparedImport, new: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _channels(part: SignalPart) -> list[dict[str, Any]]:
+def _channels(part: SignalPart, ranges: Sequence[tuple[float, float] | None]) -> list[dict[str, Any]]:
     return [
         {
             "position": position,
@@ -362,11 +362,13 @@ def _channels(part: SignalPart) -> list[dict[str, Any]]:
             "scale": channel.scale,
             "zero_offset": channel.offset,
             "sign": channel.sign,
+            "lowest": None if found is None else found[0],
+            "highest": None if found is None else found[1],
             "assumed_json": canonical(list(channel.assumed)),
             "calibration_json": None if channel.calibration is None else canonical(asdict(channel.calibration)),
             "calibrated_unit": channel.calibrated_unit,
         }
-        for position, channel in enumerate(part.channels)
+        for position, (channel, found) in enumerate(zip(part.channels, ranges, strict=True))
     ]
 
 

@@ -163,6 +163,13 @@ def verdict_on_no_jump(place: Place) -> None:
         session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new))
 
 
+def refused_file(place: Place) -> None:
+    place.say("files", "withdraw", "r001.csv", *WHY)
+    log = place.file("r001b.csv", "time [ms],height\n")
+    assert labbook("ingest", log, "--run", "r001", at=place.book.folder).code == 2
+    place.file("r001b.csv", shorter(place.book.log("r001")))
+
+
 def log_of_no_run(place: Place) -> None:
     place.say("files", "withdraw", "r001.csv", *WHY)
     place.say("ingest", place.file("LOG0007.csv", shorter(place.book.log("r001"))))
@@ -219,6 +226,7 @@ FAULTS: Mapping[str, Fault] = {
     "charge_above_pack": Fault(corrected("r001", "mah=9000"), {"MAH": "112"}),
     "charge_zero": Fault(corrected("r007", "mah=0"), {"MAH": "142"}, "r007"),
     "samples_twice": Fault(samples_twice, {}, "r002"),
+    "level_differs": Fault(corrected("r001", "b_ad_gain=100")),
     "zero_doubtful": Fault(high_zero),
     "no_drain_line": Fault(two_idle_runs_left, {"MAH": "142"}, None),
     "charge_missing": Fault(lambda place: place.say("assign", "2021-06-14.csv#1", "none", *WHY), {"MAH": "112"}),
@@ -260,6 +268,7 @@ FAULTS: Mapping[str, Fault] = {
     "verdict_waits": Fault(verdict_on_no_jump),
     "jumps_doubtful": Fault(caught_jump),
     "file_outdated": Fault(outdated, {}, None),
+    "file_refused": Fault(refused_file, {"FILE": "r001b.csv"}, None),
     "inbox": Fault(log_of_no_run, {"RUN": "r001"}, None),
     "check_not_made": Fault(lambda place: None, {}, None),
     "planned_not_made": Fault(planned, {"FILE": "filled.csv"}, "r001"),
@@ -318,6 +327,44 @@ def test_a_run_that_gets_another_date_gets_a_position_there_that_is_free(tmp_pat
     (found,) = told(place.book.folder)["charge_date"]
     place.say(*(word.replace("WHY", "misread") for word in shlex.split(found["command"])[1:]))
     assert "charge_date" not in told(place.book.folder)
+
+
+def exchanged_logs(place: Place, one: str, other: str) -> None:
+    place.say("assign", f"{one}.csv", other, *WHY)
+    place.say("assign", f"{other}.csv", one, *WHY)
+
+
+def test_exchanged_logs_are_found_by_the_gain_that_they_recorded_and_given_back(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path), tmp_path)
+    before = told(place.book.folder)
+    assert "level_differs" not in before
+    exchanged_logs(place, "r001", "r002")
+    found = told(place.book.folder)["level_differs"]
+    assert [(one["run"], one["file"], one["gravity"]) for one in found] == [
+        ("r001", "r002.csv", "wrong"),
+        ("r002", "r001.csv", "wrong"),
+    ]
+    for one in found:
+        place.say(*(word.replace("WHY", "exchanged") for word in shlex.split(one["command"])[1:]))
+    assert told(place.book.folder) == before
+
+
+def test_a_log_of_another_run_is_told_when_it_is_taken_in(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path), tmp_path)
+    place.say("files", "withdraw", "r001.csv", *WHY)
+    said = place.say("ingest", place.file("new.csv", shorter(place.book.log("r002"))), "--run", "r001")
+    says(said, "new.csv", "b_ad_gain 100", "r001")
+
+
+def test_a_channel_in_another_unit_contradicts_no_level(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path, ingested=False), tmp_path)
+    for run in ("r001", "r002", "r004"):
+        head, *rows = place.book.log(run).read_text().splitlines()
+        column = head.split(",").index("k_gain")
+        cells = [row.split(",") for row in rows]
+        of_percent = [",".join([*row[:column], "7.5", *row[column + 1 :]]) for row in cells]
+        place.say("ingest", place.file(f"{run}.csv", "\n".join([head, *of_percent, ""])))
+    assert "level_differs" not in told(place.book.folder)
 
 
 def test_what_is_asked_for_is_what_is_listed(tmp_path: Path) -> None:

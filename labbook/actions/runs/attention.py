@@ -34,6 +34,7 @@ from labbook.analysis.outcomes.run_energy import (
     below_drain,
     recharge_of,
 )
+from labbook.config.local_time import local_text
 from labbook.config.model import HOW_TO_DECIDE, Configuration
 from labbook.statements.ingesting import zero_declared
 from labbook.terminal import NOT_IN_JSON, listed
@@ -393,6 +394,21 @@ def _samples_twice(facts: Facts) -> Iterator[Found]:
             yield _found(what, *words, run=run, file=same.file_name)
 
 
+def _level_differs(facts: Facts) -> Iterator[Found]:
+    names = {run.uid: run.name for run in facts.evidence.selected}
+    for run in facts.runs:
+        other = facts.about.other_levels.get(run.uid)
+        if other is None:
+            continue
+        log = next(one for one in facts.about.signals[run.uid] if one.uid == other.signal_uid)
+        what, words = other.sentence(log.file_name, run.name), _correct(run, f"{other.factor}={other.recorded:g}")
+        if other.exchanged_with is not None:
+            name = names[other.exchanged_with]
+            what += f", as is so of {name} the other way round: the two logs are exchanged, or what was written down is"
+            words = "assign", _file_word(facts, log), name, "--why", Blank.WHY
+        yield _found(what, *words, run=run, file=log.file_name)
+
+
 def _log_day_differs(facts: Facts) -> Iterator[Found]:
     zone = facts.evidence.study.time_zone
     for run in facts.runs:
@@ -561,6 +577,20 @@ def _file_waits(facts: Facts) -> Iterator[Found]:
         )
 
 
+_REFUSED_WITHIN = datetime.timedelta(days=7)
+"""A refused file that states no run of the book is forgotten then: it may be no instrument's."""
+
+
+def _file_refused(facts: Facts) -> Iterator[Found]:
+    oldest = (datetime.datetime.now(datetime.UTC) - _REFUSED_WITHIN).isoformat()
+    for file in facts.refused:
+        run = facts.by_name.get(file.stated_run or "")
+        if run is not None or file.at_utc >= oldest:
+            day = local_text(file.at_utc, facts.evidence.study.time_zone)[:10]
+            what = f"{file.name} was refused on {day}: {file.why}"
+            yield _found(what, "ingest", Blank.FILE, run=run, day=day, file=file.name, costs="what it holds is missing")
+
+
 def _file_outdated(facts: Facts) -> Iterator[Found]:
     for name in facts.evidence.outdated:
         what = f"{name} was read with a profile that labbook.toml has otherwise now, and counts as it was read"
@@ -613,6 +643,7 @@ CHECKS: Mapping[str, Check] = {
     "charge_above_pack": Check(Gravity.WRONG, _charge_above_pack),
     "charge_zero": Check(Gravity.WRONG, _charge_zero),
     "samples_twice": Check(Gravity.WRONG, _samples_twice),
+    "level_differs": Check(Gravity.WRONG, _level_differs),
     "zero_doubtful": Check(Gravity.WRONG, _zero_doubtful),
     "no_drain_line": Check(Gravity.CLAIM, _no_drain_line),
     "charge_missing": Check(Gravity.MISSING, _charge_missing),
@@ -638,6 +669,7 @@ CHECKS: Mapping[str, Check] = {
     "verdict_waits": Check(Gravity.DOUBTFUL, _verdict_waits),
     "jumps_doubtful": Check(Gravity.DOUBTFUL, _jumps_doubtful),
     "file_outdated": Check(Gravity.DOUBTFUL, _file_outdated, of_book=True),
+    "file_refused": Check(Gravity.TO_DO, _file_refused, of_book=True),
     "inbox": Check(Gravity.TO_DO, _inbox, of_book=True),
     "check_not_made": Check(Gravity.TO_DO, _check_not_made),
     "planned_not_made": Check(Gravity.TO_DO, _planned, of_book=True),

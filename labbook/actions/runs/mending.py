@@ -41,6 +41,8 @@ def mending(found: Found, why: str = "") -> Mending | None:
             return _stating("Take it off the run", lambda session: assign(session, item, NO_RUN, why))
         case ["assign", item, run]:
             return _stating("Assign", lambda session: assign(session, item, run, None))
+        case ["assign", item, run, "--why", why]:
+            return _stating(f"Assign to {run}", lambda session: assign(session, item, run, why))
         case ["check", kind, "--day", day]:
             return Mending("It was made and passed", partial(_check, kind, day))
         case ["correct", target, *changes, "--why", why]:

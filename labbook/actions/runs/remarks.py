@@ -11,12 +11,13 @@ from zoneinfo import ZoneInfo
 import sqlalchemy as sa
 
 from data_schema.queries.charges import ChargeOfRun, charges_of_runs
-from data_schema.queries.runs import RunRow, runs_named
+from data_schema.queries.runs import RunRow, condition_levels, list_runs, runs_named
 from data_schema.queries.signals import (
     CalibratedChannel,
     SameSamples,
     SignalRow,
     calibrated_channels,
+    recorded_ranges,
     same_samples,
     signals_of_runs,
 )
@@ -24,6 +25,7 @@ from data_schema.queries.study import CheckRow, PlannedRow, StudyRow, days_with_
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.analysis.outcomes.log_dates import differing_day
+from labbook.analysis.outcomes.recorded_levels import OtherLevel, other_levels
 from labbook.analysis.outcomes.run_apexes import calibrated_for_other_day, usable_logs
 from labbook.analysis.outcomes.run_energy import above_capacity
 from labbook.book.naming import study_of
@@ -53,7 +55,8 @@ class Facts:
     """What rules look at: the book's study, settings and days with runs; and of the runs in question, by their uid,
     charges, signals and copies of other files' samples, and their plan by their name.
 
-    `calibrated` has the calibrated channels by the signal's uid.
+    `calibrated` has the calibrated channels by the signal's uid, `other_levels` the first level that a run's log
+    contradicts.
     """
 
     study: StudyRow
@@ -64,6 +67,7 @@ class Facts:
     calibrated: Mapping[str, Sequence[CalibratedChannel]]
     same_samples: Mapping[str, SameSamples]
     planned: Mapping[str, PlannedRow]
+    other_levels: Mapping[str, OtherLevel]
 
     def heights(self, run: RunRow) -> list[SignalRow]:
         """Return the logs of a run with a body height."""
@@ -116,7 +120,16 @@ def facts_about(connection: sa.Connection, configuration: Configuration, rows: S
         calibrated_channels(connection),
         same_samples(connection, uids),
         {row.run_name: row for row in planned_runs(connection) if row.run_name is not None},
+        _other_levels(connection, configuration),
     )
+
+
+def _other_levels(connection: sa.Connection, configuration: Configuration) -> dict[str, OtherLevel]:
+    recorded = recorded_ranges(connection, list(configuration.factors))
+    if not recorded:
+        return {}
+    days = {run.uid: run.day for run in list_runs(connection) if run.state is not RunState.VOID}
+    return other_levels(recorded, condition_levels(connection), days)
 
 
 def remarks_on_check(earlier: Sequence[CheckRow], kind: str, value: float | None, unit: str | None) -> list[Remark]:
@@ -222,6 +235,18 @@ def _logs(run: RunRow, facts: Facts) -> str | None:
     )
 
 
+def _levels(run: RunRow, facts: Facts) -> str | None:
+    other = facts.other_levels.get(run.uid)
+    if other is None:
+        return None
+    log = next(one.file_name for one in facts.signals[run.uid] if one.uid == other.signal_uid)
+    quoted = shlex.quote(run.name)
+    return (
+        f"{other.sentence(log, run.name)}: if it is another run's, `labbook assign {shlex.quote(log)} RUN --why ...`, "
+        f"else `labbook correct {quoted} {other.factor}={other.recorded:g} --why ...`"
+    )
+
+
 def _samples(run: RunRow, facts: Facts) -> str | None:
     same = facts.same_samples.get(run.uid)
     if same is None:
@@ -305,6 +330,7 @@ RULES: Mapping[str, Rule] = {
     "date_long_ago": Rule(frozenset({"day"}), _long_ago),
     "log_day_differs": Rule(frozenset({"day", "log"}), _log_day, alike=False),
     "calibration_of_other_day": Rule(frozenset({"day", "log"}), _calibration, alike=False),
+    "level_differs": Rule(frozenset({"condition", "log", "samples"}), _levels, alike=False),
     "samples_twice": Rule(frozenset({"log", "samples"}), _samples, alike=False),
     "logs_too_many": Rule(frozenset({"log", "starts"}), _logs, alike=False),
     "jumps_unusual": Rule(frozenset({"jumps_made", "kind", "state"}), _jumps),

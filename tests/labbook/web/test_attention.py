@@ -14,7 +14,7 @@ from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from labbook.actions.runs.attention import Finding
 from labbook.actions.runs.mending import mend, mending
-from tests.cli.test_attention import FAULTS, Place, place_for
+from tests.cli.test_attention import FAULTS, Place, exchanged_logs, place_for
 from tests.helpers.attention import found_in
 from tests.helpers.books import ADA, small_book
 from tests.helpers.statements import in_table
@@ -38,6 +38,7 @@ EACH_COMMAND: Mapping[str, Action] = {
 ALIKE: Mapping[str, Action] = {
     "calibration_of_other_day": Action.READ,
     "charges_several": Action.CORRECT,
+    "level_differs": Action.CORRECT,
     "log_day_differs": Action.CORRECT,
 }
 """The other checks whose findings have one."""
@@ -94,6 +95,16 @@ def test_a_log_that_was_taken_off_its_run_is_given_back_from_the_page(tmp_path: 
     with place.book.open() as book:
         (found,) = found_in(book)["inbox"]
     assert mended_from_page(place, found) is Action.ASSIGN
+
+
+def test_exchanged_logs_are_given_back_alike(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path), tmp_path)
+    exchanged_logs(place, "r001", "r002")
+    before = said(place)
+    with place.book.open() as book:
+        found, _other = found_in(book)["level_differs"]
+        mend(book, ADA, found, WHY)
+    assert stated(place, found, before) is Action.CORRECT
 
 
 @pytest.mark.parametrize("code", ALIKE)
