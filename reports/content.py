@@ -260,7 +260,8 @@ class ReportContent:
     `outside_limits` names the runs whose joules are out of control limits, `exchanged_charges` pairs of them that are
     inside with each other's charge; `software` names the libraries that
     computed it, with versions.
-    `stored` tells whether the book has the report, so that its numbers can be traced.
+    `stored` tells whether the book has the report, so that its numbers can be traced. `as_of` says at which earlier
+    entry of the journal the book stood so.
     `first_only` tells that the first page stands alone, without the other sections.
     """
 
@@ -310,6 +311,7 @@ class ReportContent:
     software: tuple[tuple[str, str], ...] = ()
     sources: tuple[Source, ...] = ()
     stored: bool = True
+    as_of: str = ""
     first_only: bool = False
 
     def section(self, title: str) -> str:

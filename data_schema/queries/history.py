@@ -164,6 +164,28 @@ def ends_of_commands(connection: sa.Connection, most: int, before: int | None = 
     return list(connection.execute(query if before is None else query.where(journal.c.seq < before)).scalars())
 
 
+@dataclass(frozen=True, slots=True)
+class CommandEnd:
+    """The last entry of a command, and when the command was given."""
+
+    seq: int
+    at_utc: str
+
+
+def command_ends(connection: sa.Connection) -> list[CommandEnd]:
+    """Return the ends of all commands in their order; none was given before one that stands before it.
+
+    What was merged has times of its own, and so have commands of a clock that was set back.
+    """
+    query = sa.select(journal.c.seq, journal.c.following, journal.c.at_utc).order_by(journal.c.seq)
+    found, latest = [], ""
+    for seq, following, at_utc in connection.execute(query):
+        latest = max(latest, at_utc)
+        if following == 0:
+            found.append(CommandEnd(seq, latest))
+    return found
+
+
 def _entries(connection: sa.Connection, wanted: sa.ColumnElement[bool], most: int | None = None) -> list[EntryRow]:
     query = (
         sa.select(

@@ -18,6 +18,7 @@ from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.vocabulary import Action
 from ingest.store import STORED
+from labbook.book.as_of import book_as_of
 from labbook.book.opening import CONFIGURATION, JOURNAL, Book
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report, numbers_path
 from labbook.book.write_session import Statement, new_uid, now_utc
@@ -100,15 +101,19 @@ def write(
     summary: bool = False,
     pdf: bool = False,
     every_figure: bool = False,
+    as_of: str | None = None,
 ) -> WrittenReport:
     """Analyse, write the page, state that the report was made.
 
-    With `unsaved` the page is written to `out` and the book stays as it is, as it has to for who may only read it.
+    With `unsaved` the page is written to `out` and the book stays as it is, as it has to for who may only read it; so
+    it is of the book `as_of` an earlier entry or time.
     With `summary` the first page is written alone, too; with `pdf` it, or the whole, is printed where a browser is.
     With `every_figure` each is written as SVG and PDF at both widths.
     """
+    unsaved = unsaved or as_of is not None
     if unsaved and out is None:
-        raise UsageError("--unsaved writes nothing into the book: add --out DIR, a folder of your own for the report.")
+        asked = "--unsaved" if as_of is None else "--as-of"
+        raise UsageError(f"{asked} writes nothing into the book: add --out DIR, a folder of your own for the report.")
     if out is not None:
         _refuse_store(out)
         _refuse_replacing(book, out)
@@ -120,7 +125,7 @@ def write(
         return _drawn(book, made, out, report_files(made.content, summary=summary, every_figure=every_figure))
 
     if unsaved:
-        made = _unsaved_report(book, where, step)
+        made = unsaved_report(book, where, step) if as_of is None else report_as_of(book, where, as_of, step)
         drawn = draw(made)
         drawn.put()
     else:
@@ -178,9 +183,17 @@ def _saved_report(
         raise BookReadOnly(f"{error} `labbook report --unsaved --out DIR` needs no right to write.") from error
 
 
-def _unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -> MadeReport:
+def unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -> MadeReport:
+    """Make a report that the book does not have."""
     made, _seen = _make_report(book, where, step)
     return replace(made, content=replace(made.content, stored=False))
+
+
+def report_as_of(book: Book, where: str | None, as_of: str, step: Callable[[str], None]) -> MadeReport:
+    """Make the report of a book as it stood at an earlier entry or time."""
+    with book_as_of(book, as_of, step) as past:
+        made = unsaved_report(past.book, where, step)
+    return replace(made, content=replace(made.content, as_of=past.called))
 
 
 def _make_report(book: Book, where: str | None, step: Callable[[str], None]) -> tuple[MadeReport, tuple[int, str]]:

@@ -47,6 +47,7 @@ COMMANDS = {
     "calibrate-sensor": (RIG, "calibrate_sensor"),
     "show": (JUDGE, "views"),
     "plot": (JUDGE, "views"),
+    "journal": (JUDGE, "views"),
     "web": (JUDGE, "web"),
     "review": (JUDGE, "web"),
     "report": (REPORT, "report"),

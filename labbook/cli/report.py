@@ -24,6 +24,10 @@ def report(
     pdf: Annotated[
         bool, typer.Option("--pdf", help="Print it to a PDF on A4 as well, by Chromium where it is installed.")
     ] = False,
+    as_of: Annotated[
+        str | None,
+        typer.Option(metavar="ENTRY|TIME", help="Of the book as it stood then; stores nothing, needs --out."),
+    ] = None,
     book: BookOption = None,
     person: AsOption = None,
 ) -> Shown:
@@ -44,7 +48,16 @@ def report(
         text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("report", None) as step:
             written = write(
-                opened_book, text, folder, person, step, unsaved=unsaved, summary=summary, pdf=pdf, every_figure=figures
+                opened_book,
+                text,
+                folder,
+                person,
+                step,
+                unsaved=unsaved,
+                summary=summary,
+                pdf=pdf,
+                every_figure=figures,
+                as_of=as_of,
             )
         with opened_book.reading() as connection:
             waiting = waiting_lines(why_waiting(connection, inbox(connection)))
@@ -55,7 +68,7 @@ def report(
         written,
         [
             *(written.claims[:1] or ["nothing is claimed from this selection."]),
-            *(not_stored if unsaved else ()),
+            *(not_stored if unsaved or as_of is not None else ()),
             f"{written.page}",
             *([written.pdf] if written.pdf else []),
             *([f"studies beside it: {', '.join(studies)} (`labbook study all`)"] if studies else []),

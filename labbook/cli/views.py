@@ -214,3 +214,31 @@ def why(
         [checked.sentence, *trace_lines(found)],
         BookDamaged.exit_code if checked.stands is False else 0,
     )
+
+
+def journal(
+    newest: Annotated[int, typer.Option("--newest", "-n", min=1, help="So many commands.")] = 20,
+    before: Annotated[int | None, typer.Option(min=1, help="Those that ended before this entry.")] = None,
+    book: BookOption = None,
+) -> Shown:
+    """List what was stated, a line a command, the newest last: its entries, when, about which run, what, why, by whom.
+
+    Example: labbook journal -n 50
+    """
+    from labbook.actions.upkeep.journal_view import newest_commands
+    from labbook.config.local_time import local_text
+
+    with reading(book) as (opened_book, connection):
+        zone = opened_book.configuration.study.time_zone
+        found = newest_commands(connection, newest, before)[::-1]
+    rows = [
+        (
+            str(one.first) if one.first == one.last else f"{one.first}-{one.last}",
+            local_text(one.at_utc, zone),
+            one.run or "",
+            one.person,
+            f"{one.what}{f' ({one.why})' if one.why else ''}",
+        )
+        for one in found
+    ]
+    return Shown(found, columns(("entry", "when", "run", "by", "what"), rows) if rows else ["nothing was stated."])

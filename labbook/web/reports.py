@@ -14,6 +14,7 @@ from starlette.routing import Route
 
 from data_schema.errors import BookError, UnknownName
 from data_schema.queries.history import list_reports
+from labbook.actions.report_command import report_as_of
 from labbook.actions.upkeep.report_differences import report_named
 from labbook.book.write_session import now_utc
 from labbook.config.local_time import local_text
@@ -21,6 +22,7 @@ from labbook.studies.registry import ask, studies_of_book
 from labbook.studies.study import Asked
 from labbook.web.rendering import page
 from reports.page.study import study_page
+from reports.page.writing import report_files
 
 _PAGE = "report.html"
 _SCRIPT = re.compile(rb"<script>(.*?)</script>", re.DOTALL)
@@ -60,6 +62,13 @@ def _file(request: Request) -> Response:
     return _alone(content, "text/plain" if kind.startswith("text/") and kind != "text/html" else kind)
 
 
+def _as_of(request: Request) -> Response:
+    """Return the page of the report of the book as it stood at an entry, made now."""
+    book = request.app.state.book.current()
+    made = report_as_of(book, None, str(request.path_params["seq"]), lambda _step: None)
+    return _alone(report_files(made.content)[_PAGE], "text/html")
+
+
 def _study(request: Request) -> Response:
     """Return the page of a study, made now."""
     book = request.app.state.book.current()
@@ -91,6 +100,7 @@ def _hashes(scripts: Iterable[bytes]) -> str:
 
 ROUTES = [
     Route("/reports", _page),
+    Route("/reports/as-of/{seq:int}", _as_of),
     Route("/reports/{uid}", _whole),
     Route("/reports/{uid}/{name:path}", _file),
     Route("/studies/{name}", _study),

@@ -294,6 +294,8 @@ def _facts(content: ReportContent) -> list[tuple[str, str]]:
         ("Software", f"labbook {content.software_version}, labbook.toml {content.configuration_hash}"),
         ("Detector", content.detector),
     ]
+    if content.as_of:
+        facts.append(("As of", f"{content.as_of}, by the journal; what was stated since is not in it"))
     if not content.stored:
         facts.append(("Stored", "no: `labbook why` knows those of its numbers that a stored report has too"))
     return facts

@@ -42,11 +42,13 @@ def newest_commands(connection: sa.Connection, most: int, before: int | None = N
 def _line(connection: sa.Connection, entries: Sequence[EntryRow]) -> CommandLine:
     last = entries[-1]
     by = next((entry for entry in entries if entry.action is Action.MERGE), last)  # of others are what it brought
-    runs = {_run_uid(connection, entry) for entry in entries}
+    own = [entry for entry in entries if entry.kind != "config"] or entries  # what labbook.toml added comes beside
+    runs = {_run_uid(connection, entry) for entry in own}
     (run_uid,) = runs if len(runs) == 1 else (None,)
     run = None if run_uid is None else str(read_fact(connection, "run", run_uid, ["name"])["name"])
     reasons = dict.fromkeys(entry.reason for entry in entries if entry.reason)
-    what = _what(connection, last, run) if len(entries) == 1 else _counted(entries)
+    what = _what(connection, own[-1], run) if len(own) == 1 else _counted(own)
+    what += ", and took over labbook.toml" if len(own) < len(entries) else ""
     return CommandLine(entries[0].seq, last.seq, by.at_utc, by.person, what, "; ".join(reasons), run)
 
 
