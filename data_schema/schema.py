@@ -1,4 +1,4 @@
-"""The database as a whole: its tables, its triggers, and the number of their form.
+"""The database as a whole: its tables, its views, and the number of their form.
 
 Tables are never altered. A database of another number is made anew from the journal, `labbook rebuild`.
 """
@@ -9,14 +9,17 @@ import sqlalchemy as sa
 
 from data_schema.tables import METADATA
 from data_schema.tables.journal import labbook
+from data_schema.views import create_statements
 
-SCHEMA = 8
+SCHEMA = 9
 """Rises with every change of the tables, or of what is stored in them."""
 
 
 def create_tables(connection: sa.Connection) -> None:
-    """Make all tables in an empty database, in the transaction of `connection`."""
+    """Make all tables and views in an empty database, in the transaction of `connection`."""
     METADATA.create_all(connection, checkfirst=False)
+    for statement in create_statements():
+        connection.exec_driver_sql(statement)
     connection.execute(labbook.insert(), {"schema": SCHEMA})
 
 

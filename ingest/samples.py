@@ -72,6 +72,9 @@ def stored_sha256(path: Path) -> str:
         first, *channels = names = source.schema_arrow.names
         if first != _TIME:
             raise ValueError(f"its first column is {first!r} and not {_TIME!r}")
+        if source.num_row_groups == 1:  # ten times as quick as a column after the other
+            table = source.read_row_group(0)
+            return _sha256(channels, (to_numpy(table.column(name)) for name in names))
         blocks = (
             to_numpy(source.read_row_group(group, columns=[name]).column(name))
             for name in names

@@ -47,6 +47,7 @@ from data_schema.journal import GENESIS, Entry
 from data_schema.journal_file import JournalFile, LeftOut
 from data_schema.schema import SCHEMA, schema_of
 from data_schema.tables import METADATA
+from data_schema.views import VIEWS
 from labbook.book.altered import AlteredRow, Differences, altered_rows, but_of_readings, differences, with_reports
 from labbook.book.making import fill_sqlite, make_tables
 from labbook.book.opening import (
@@ -169,11 +170,24 @@ def _rebuild_sqlite(folder: Path, replay: Replay) -> str | None:
                 replay.finish(last, head_of_sqlite(path))
             finally:
                 last.dispose()
+            _take_over_views(path, fresh)
             sync(fresh)
 
         return replace_sqlite(folder, fresh, finish)
     finally:
         remove_leftovers(folder)
+
+
+def _take_over_views(path: Path, fresh: Path) -> None:
+    """Make the views that a lab made in the old database in the new one, too; none where it is too damaged."""
+    with contextlib.suppress(sqlite3.DatabaseError):
+        if not path.exists():
+            return
+        with contextlib.closing(_connect(path)) as old, contextlib.closing(_connect(fresh)) as new:
+            views = old.execute("SELECT name, sql FROM sqlite_master WHERE type = 'view' ORDER BY rowid").fetchall()
+            for name, statement in views:
+                if name not in VIEWS:
+                    new.execute(statement)
 
 
 def rewrite_journal(folder: Path) -> int:
@@ -428,7 +442,7 @@ def _change_names(connection: sa.Connection, tables: list[str]) -> str | None:
 _WHO = "CASE grantee WHEN 0 THEN 'PUBLIC' ELSE quote_ident(pg_get_userbyid(grantee)) END"
 _RIGHTS = f"""
 WITH schema AS (SELECT * FROM pg_namespace WHERE nspname = :old),
-    relation AS (SELECT * FROM pg_class WHERE relnamespace = (SELECT oid FROM schema) AND relkind IN ('r', 'S'))
+    relation AS (SELECT * FROM pg_class WHERE relnamespace = (SELECT oid FROM schema) AND relkind IN ('r', 'S', 'v'))
 SELECT format('GRANT %s ON SCHEMA %I TO %s', privilege_type, '{POSTGRES_SCHEMA}', {_WHO})
     FROM schema, aclexplode(nspacl) WHERE grantee <> nspowner
 UNION ALL
@@ -436,7 +450,7 @@ SELECT format('GRANT %s ON %s %I.%I TO %s', privilege_type, CASE relkind WHEN 'S
     '{POSTGRES_SCHEMA}', relname, {_WHO}) FROM relation, aclexplode(relacl) WHERE grantee <> relowner
 UNION ALL
 SELECT format('ALTER TABLE %I.%I OWNER TO %I', '{POSTGRES_SCHEMA}', relname, pg_get_userbyid(relowner))
-    FROM relation WHERE relkind = 'r' AND pg_get_userbyid(relowner) <> current_user
+    FROM relation WHERE relkind IN ('r', 'v') AND pg_get_userbyid(relowner) <> current_user
 UNION ALL
 SELECT format('ALTER SCHEMA %I OWNER TO %I', '{POSTGRES_SCHEMA}', pg_get_userbyid(nspowner))
     FROM schema WHERE pg_get_userbyid(nspowner) <> current_user
@@ -448,7 +462,7 @@ def _refuse_dependents(connection: sa.Connection, schema: str, sentence: str) ->
     """Raise `UsageError` where somebody else made something in the schema of a book, or on its tables."""
     made = set(sa.inspect(connection).get_table_names(schema)) - set(METADATA.tables)
     others = [f"table {name}" for name in sorted(made)]
-    others += connection.execute(sa.text(_DEPENDENTS), {"schema": schema}).scalars().all()
+    others += connection.execute(sa.text(_DEPENDENTS), {"schema": schema, "views": list(VIEWS)}).scalars().all()
     if others:
         raise UsageError(f"{', '.join(others)} in {schema} or on its tables: made by somebody else; {sentence}")
 
@@ -456,7 +470,8 @@ def _refuse_dependents(connection: sa.Connection, schema: str, sentence: str) ->
 _DEPENDENTS = """
 WITH book AS (
     SELECT oid, reltype FROM pg_class
-    WHERE relkind = 'r' AND relnamespace = (SELECT oid FROM pg_namespace WHERE nspname = :schema)
+    WHERE (relkind = 'r' OR (relkind = 'v' AND relname = ANY(:views)))
+        AND relnamespace = (SELECT oid FROM pg_namespace WHERE nspname = :schema)
 ), found AS (
     SELECT DISTINCT d.classid, d.objid FROM pg_depend d
     JOIN book ON (d.refclassid = 'pg_class'::regclass AND d.refobjid = book.oid)
@@ -468,10 +483,11 @@ SELECT DISTINCT CASE WHEN r.rulename = '_RETURN' THEN pg_describe_object('pg_cla
 FROM found f
 LEFT JOIN pg_rewrite r ON f.classid = 'pg_rewrite'::regclass AND r.oid = f.objid
 LEFT JOIN pg_constraint c ON f.classid = 'pg_constraint'::regclass AND c.oid = f.objid
-WHERE c.oid IS NULL OR c.conrelid NOT IN (SELECT oid FROM book)
+WHERE (c.oid IS NULL OR c.conrelid NOT IN (SELECT oid FROM book))
+    AND (r.oid IS NULL OR r.ev_class NOT IN (SELECT oid FROM book))
 ORDER BY description
 """
-"""Whatever names the book's tables in its own definition, except the book's own foreign keys."""
+"""Whatever names the book's tables and views in its own definition, except the book's own foreign keys and views."""
 
 
 @contextlib.contextmanager

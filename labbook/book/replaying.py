@@ -20,7 +20,7 @@ import tempfile
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from concurrent.futures import Future, ProcessPoolExecutor
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -176,6 +176,8 @@ class ReadingAhead:
     _pool: ProcessPoolExecutor | None = None
     _asked: dict[int, Future[bytes]] = field(default_factory=dict)
     _known: dict[int, PreparedImport] = field(default_factory=dict)
+    _checking: dict[int, Future[bool]] = field(default_factory=dict)
+    _threads: ThreadPoolExecutor = field(default_factory=lambda: ThreadPoolExecutor(_MOST_PROCESSES))
 
     def pass_on(self, entries: Iterable[Entry]) -> Iterator[Entry]:
         """Pass entries on in their order."""
@@ -203,7 +205,8 @@ class ReadingAhead:
     def take(self, entry: Entry) -> PreparedImport | None:
         """Return what was read of an entry's file, waiting for it; None where it must be read in this process."""
         if entry.seq in self._known:
-            return self._known.pop(entry.seq)
+            done, checking = self._known.pop(entry.seq), self._checking.pop(entry.seq, None)
+            return done if checking is None or checking.result() else None
         asked = self._asked.pop(entry.seq, None)
         if asked is None:
             return None
@@ -214,6 +217,7 @@ class ReadingAhead:
 
     def close(self) -> None:
         """Let the processes end after the files that they are reading."""
+        self._threads.shutdown(cancel_futures=True)
         if self._pool is not None:
             self._pool.shutdown(cancel_futures=True)
 
@@ -223,14 +227,19 @@ class ReadingAhead:
             return False
         new = entry.new or {}
         done = remembered(new["sha256"], new["settings"]) if self.use_cache else None
-        if done is None or (self.needs_samples and not self._has_files(done)):
+        if done is None:
             return True
+        if self.needs_samples:
+            paths = {part.store_path: part.sha256 for part in done.parts}
+            if not all((self.store.root / path).exists() for path in (raw_path(done.sha256), *paths)):
+                return True
+            self._checking[entry.seq] = self._threads.submit(self._are_whole, done.sha256, paths)
         self._known[entry.seq] = done
         return False
 
-    def _has_files(self, done: PreparedImport) -> bool:
-        paths = {part.store_path: part.sha256 for part in done.parts}
-        return self.store.has_raw(done.sha256) and all(self.store.has_samples(*item) for item in paths.items())
+    def _are_whole(self, sha256: str, samples: Mapping[str, str]) -> bool:
+        """Read a raw copy and samples, which a rebuild does not trust; one that was altered is read in its turn."""
+        return self.store.has_raw(sha256) and all(self.store.has_samples(*item) for item in samples.items())
 
     def _ask(self, pool: ProcessPoolExecutor, entry: Entry) -> None:
         new = entry.new or {}

@@ -57,7 +57,9 @@ def test_every_rule_has_a_name_by_which_it_is_put_in_words(engine: sa.Engine) ->
 
 def test_every_table_is_strict_on_sqlite(sqlite_with_tables: Path) -> None:
     with closing(sqlite3.connect(sqlite_with_tables)) as connection:
-        listed = connection.execute("SELECT name, strict FROM pragma_table_list WHERE schema = 'main'").fetchall()
+        listed = connection.execute(
+            "SELECT name, strict FROM pragma_table_list WHERE schema = 'main' AND type = 'table'"
+        ).fetchall()
     strict = {name for name, is_strict in listed if is_strict}
     assert {table.name for table in TABLES} <= strict
     assert {name for name, is_strict in listed if not is_strict} <= {"sqlite_schema"}
