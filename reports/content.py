@@ -10,6 +10,7 @@ predictions, drain fit, uncertainty budget, order in the day, sensitivity.
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -65,27 +66,33 @@ class Level:
 class RunValue:
     """What one run contributes to a condition: the run's own value, or the mean of its jumps `jumps_m`, m.
 
-    `jumps` are the numbers of these jumps in the run.
+    `jumps` are the numbers of these jumps in the run. The other fields are facts of the run, by their words in lists.
     """
 
     run: str
     value: float
+    day: str = ""
+    position: int = 0
+    robot: str = ""
+    pack: str = ""
+    duration_s: float | None = None
     jumps_m: tuple[float, ...] = field(default=(), repr=False)
     jumps: tuple[int, ...] = field(default=(), repr=False)
 
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """One quantity in one condition: `mean` carries SE, CI and n (runs); `runs` has every point.
-
-    `robots` counts the runs of each robot.
-    """
+    """One quantity in one condition: `mean` carries SE, CI and n (runs); `runs` has every point."""
 
     mean: Number
     sd: Number
     runs: tuple[RunValue, ...] = ()
     jumps: int | None = None
-    robots: Mapping[str, int] = field(default_factory=dict)
+
+    @property
+    def robots(self) -> Mapping[str, int]:
+        """How many runs each robot made."""
+        return Counter(one.robot for one in self.runs)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,6 +11,7 @@ import typer
 
 from data_schema.errors import InputRefused, UsageError
 from labbook.cli.common import BookOption, WhereOption, opened
+from labbook.config.studies import STUDIES
 from labbook.terminal import Shown, columns, plain, progress, with_files, within_width
 
 if TYPE_CHECKING:
@@ -193,16 +194,19 @@ def emulator(
     return _show("emulator", shared, constant=constant, ratio=ratio, same_percent=same)
 
 
-@app.command()
-def bed(shared: OfRuns) -> Shown:
-    """Compare active damping with compression-extension on the granular bed: energy and apex heights by foot and gain.
+def _of_runs(name: str) -> None:
+    """Add the command of a study of runs that has no options of its own."""
 
-    As the report does, by the days that both sides share, with its intervals; beside each p that of the thesis's route
-    over runs, and the thesis's (5.2). Where the book has a sheet of flasks, how densely the grains lie is said too.
+    def command(shared: OfRuns) -> Shown:
+        return _show(name, shared)
 
-    Example: labbook study bed --where "foot=small" --plot bed.pdf
-    """
-    return _show("bed", shared)
+    command.__doc__ = STUDIES[name].help
+    app.command(name)(command)
+
+
+for _name, _entry in STUDIES.items():
+    if _entry.help:
+        _of_runs(_name)
 
 
 @app.command("all")
@@ -218,7 +222,6 @@ def all_studies(
 
     Example: labbook study all --pages studies/
     """
-    from labbook.config.studies import STUDIES
     from labbook.studies.registry import studies_of_book
 
     if pages is not None and pages.exists() and not pages.is_dir():

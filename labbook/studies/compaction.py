@@ -158,25 +158,36 @@ class Compaction(Study):
 
     def draw(self) -> Figure:
         """Draw all measurements, the lines with their bands, and the fractions without walls (thesis fig. 5.2)."""
-        from reports.figures.style import BLUE, ONE_COLUMN_IN, VERMILLION, light_grid, new_figure, publication_style
+        from reports.figures.style import (
+            BLUE,
+            ONE_COLUMN_IN,
+            VERMILLION,
+            draw_line,
+            light_grid,
+            new_figure,
+            publication_style,
+        )
 
         with publication_style():
             figure = new_figure(ONE_COLUMN_IN, 2.8)
             axes = figure.add_subplot()
-            for one, (colour, marker, style) in zip(
-                self.states, ((BLUE, "o", "-"), (VERMILLION, "s", "--")), strict=True
-            ):
+            for one, (colour, marker) in zip(self.states, ((BLUE, "o"), (VERMILLION, "s")), strict=True):
                 places = np.linspace(0.0, max(one.grain_over_radius), 101).tolist()
                 intervals = [one.line.at({WALL: place}, self.level).ci for place in places]
                 band = [ci for ci in intervals if not isinstance(ci, Undefined)]
-                if len(band) == len(places):
-                    low, high = np.transpose(band)
-                    axes.fill_between(places, low, high, color=colour, alpha=0.15, linewidth=0.0)
-                ends = np.array([places[0], places[-1]])
+                low_high = tuple(np.transpose(band).tolist()) if len(band) == len(places) else None
                 at_0, slope = one.line.coefficients
-                axes.plot(ends, at_0 + slope * ends, color=colour, linestyle=style)
-                label = f"{one.state}, {level_text(self.level)} CI"
-                axes.plot(one.grain_over_radius, one.fractions, marker, color=colour, markersize=3.5, label=label)
+                fitted = [at_0 + slope * place for place in places]
+                draw_line(
+                    axes,
+                    places,
+                    fitted,
+                    colour,
+                    band=low_high,
+                    points=(one.grain_over_radius, one.fractions),
+                    marker=marker,
+                    label=f"{one.state}, {level_text(self.level)} CI",
+                )
                 bar = None if isinstance(one.ci, Undefined) else [[abs(end - one.fraction)] for end in one.ci]
                 look: dict[str, Any] = {"fmt": "D", "markersize": 4, "capsize": 3, "clip_on": False, "zorder": 5}
                 axes.errorbar([0.0], [one.fraction], yerr=bar, color=colour, **look)

@@ -31,9 +31,12 @@ def studies_of_book(connection: sa.Connection, configuration: Configuration) -> 
     """
     sheets = {entry.sheet: name for name, entry in STUDIES.items() if entry.sheet}
     there = {sheets[row.reader] for row in readings_in_force(connection, list(sheets))} | set(configuration.studies)
-    of_runs = {entry.runs: name for name, entry in STUDIES.items() if entry.runs is not None}
-    named = of_runs.get(configuration.study.kind)
-    if named is not None and has_runs(connection):
-        of_another = swept_factor(configuration) is None or bool(there & set(of_runs.values()))
-        there |= set() if named == "bed" and of_another else {named}
+    of_runs = {name: entry.runs for name, entry in STUDIES.items() if entry.runs is not None}
+    if has_runs(connection):
+        of_another = swept_factor(configuration) is None or bool(there & of_runs.keys())
+        there |= {
+            name
+            for name, kind in of_runs.items()
+            if kind is configuration.study.kind and not (name == "bed" and of_another)
+        }
     return [name for name in STUDIES if name in there]

@@ -10,7 +10,7 @@ from reports.content import DrainFit, ReportContent
 from reports.display import count_text, general_text, level_text, list_text, number_text
 from reports.figures.estimation import axis_values
 from reports.figures.kind import FigureKind, absence_text
-from reports.figures.style import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, is_narrow, light_grid, new_figure
+from reports.figures.style import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, draw_line, is_narrow, light_grid, new_figure
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -40,14 +40,9 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 
 def _draw_fit(axes: Axes, fit: DrainFit, colour: str, marker: str, label: str) -> None:
     """Draw line, band and idle runs, and the estimate at the run's duration with its interval."""
-    durations = [point.duration_min for point in fit.points]
-    low, high = min(durations), max(durations)
-    inside = [(x, y) for x, y in zip(fit.line_min, fit.line_mah, strict=True) if low <= x <= high]
-    axes.fill_between(fit.line_min, fit.band_low_mah, fit.band_high_mah, color=colour, alpha=0.18, linewidth=0)
-    axes.plot(fit.line_min, fit.line_mah, "--", color=colour, linewidth=0.9)
-    axes.plot([x for x, _ in inside], [y for _, y in inside], color=colour, linewidth=1.2)
-    charges = [point.charge_mah for point in fit.points]
-    axes.plot(durations, charges, marker, color=colour, markersize=3.5, alpha=0.75, label=label, zorder=4)
+    points = [point.duration_min for point in fit.points], [point.charge_mah for point in fit.points]
+    band = fit.band_low_mah, fit.band_high_mah
+    draw_line(axes, fit.line_min, fit.line_mah, colour, band=band, points=points, marker=marker, label=label)
     if not isinstance(fit.at_run.value, Undefined):
         value, *ends = axis_values(fit.at_run)
         bar = [[abs(end - value)] for end in ends] if len(ends) == 2 else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import math
 import warnings
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 if TYPE_CHECKING:
@@ -120,6 +120,31 @@ def legend_below(
 def light_grid(axes: Axes, axis: Literal["both", "x", "y"] = "y") -> None:
     """Draw thin lines to read values by."""
     axes.grid(visible=True, axis=axis, color=PALE, linewidth=0.5)
+
+
+def draw_line(
+    axes: Axes,
+    x: Sequence[float],
+    y: Sequence[float],
+    colour: str,
+    *,
+    band: tuple[Sequence[float], Sequence[float]] | None = None,
+    points: tuple[Sequence[float], Sequence[float]] | None = None,
+    marker: str = "o",
+    label: str = "",
+) -> None:
+    """Draw a fitted line, its confidence band (low, high) and the points (x, y) that it was fitted to, all of them.
+
+    The line is dashed where no point lies.
+    """
+    if band is not None:
+        axes.fill_between(x, *band, color=colour, alpha=0.18, linewidth=0)
+    ends = (min(points[0]), max(points[0])) if points is not None else (min(x), max(x))
+    inside = [(at, value) for at, value in zip(x, y, strict=True) if ends[0] <= at <= ends[1]]
+    axes.plot(x, y, "--", color=colour, linewidth=0.9)
+    axes.plot([at for at, _ in inside], [value for _, value in inside], color=colour, linewidth=1.2)
+    if points is not None:
+        axes.plot(*points, marker, color=colour, markersize=3.5, alpha=0.75, label=label, zorder=4)
 
 
 def spread(count: int) -> list[float]:

@@ -7,13 +7,14 @@ from __future__ import annotations
 
 import importlib.resources
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from data_schema.outcomes import Outcome
 from reports.claims import group_claim, groups_in_one_sentence
 from reports.content import ReportContent
 from reports.display import count_text, in_sentence, list_text, significance_text
+from reports.figures.registry import figures_of
 from reports.naming import control_name, levels_name, swept_factor, swept_words, title_of
 from reports.remarks import gains_text, prediction_sentences
 from reports.tables.each_run import run_anchors
@@ -96,7 +97,13 @@ def sections_of(content: ReportContent) -> tuple[Section, ...]:
         _measured(content),
         _provenance(content),
     )
-    return tuple(section for section in sections if section.parts)
+    return tuple(_with_figures(section, content) for section in sections if section.parts)
+
+
+def _with_figures(section: Section, content: ReportContent) -> Section:
+    """Add the figures that name this section themselves."""
+    named = (FigureHere(kind.name) for kind in figures_of(content) if kind.section == section.anchor)
+    return replace(section, parts=(*section.parts, *named))
 
 
 def _answer(content: ReportContent) -> Section:

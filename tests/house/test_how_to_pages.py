@@ -10,8 +10,10 @@ from pathlib import Path
 
 import pytest
 
+from data_schema.outcomes import Outcome
 from labbook.actions.runs.attention import CHECKS, Gravity
 from labbook.config.parsing import parse_configuration
+from labbook.config.studies import STUDIES
 from labbook.demo.files import book_toml
 from labbook.demo.truth import CHAPTER_5
 from tests.cli.shell import Answer, good, labbook, rows
@@ -141,3 +143,9 @@ def test_hypotheses_and_a_ground_of_ones_own(book: SmallBook) -> None:
     (calibrate,) = commands("calibration.md")
     works(calibrate, book.folder)
     assert (book.folder / "ground.toml").is_file()
+
+
+def test_every_outcome_and_every_study_is_on_its_page() -> None:
+    own_data, studies = ((DOCS / name).read_text(encoding="utf-8") for name in ("your-own-data.md", "studies.md"))
+    assert [outcome.key for outcome in Outcome if outcome.key not in own_data.lower()] == []
+    assert [name for name in STUDIES if f"study {name}" not in studies] == []

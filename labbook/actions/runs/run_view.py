@@ -53,7 +53,8 @@ WIDTH = 100
 class RunView:
     """A run with all that belongs to it.
 
-    `from_plate` has what its record of a force plate gives, by the keys of outcomes; empty without one.
+    `from_plate` has what its record of a force plate gives, by the keys of outcomes, empty without one; `others` the
+    outcomes beside these, joules and apex height.
     `jumps_found` counts the flights with an apex in its logs, or says why they do not count; None without a log.
     `reviewed` and `not_reviewed` have the numbers of the jumps on which a person's verdict stands, and of the others.
     Joules and apex height are None of a run that has none by its kind, or is void.
@@ -74,6 +75,7 @@ class RunView:
     joules_per_jump: Number | None
     mean_apex_height: Number | None
     from_plate: Mapping[str, Number]
+    others: Mapping[str, Number]
     time_zone: str
 
 
@@ -109,17 +111,21 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         joules_per_jump=numbers.get(Outcome.JOULES),
         mean_apex_height=numbers.get(Outcome.APEX),
         from_plate=_from_plate(detections, forces, PushOffRules(protocol.onset, protocol.take_off)) if forces else {},
+        others={outcome.key: number for outcome, number in numbers.items() if outcome not in _NAMED},
         time_zone=zone,
     )
 
 
+_NAMED = (Outcome.JOULES, Outcome.APEX)
+
+
 def _numbers(detections: Detections, configuration: Configuration, run: RunRow) -> dict[Outcome, Number]:
-    """Return a run's joules and mean apex height, or why it has none; nothing of a run not of jumps, or void."""
+    """Return a run's outcomes but those of force, or why it has none; nothing of a run not of jumps, or void."""
     if run.kind is not RunKind.JUMPS or run.state is RunState.VOID:
         return {}
     data, computed = gather_about(detections.connection, configuration, [run]), Results()
     found = {}
-    for outcome in (Outcome.JOULES, Outcome.APEX):
+    for outcome in (outcome for outcome in Outcome if outcome.source is not FileRole.FORCE):
         measured = measure(outcome, computed, detections, data)
         result = measured.results.get(run.uid)
         found[outcome] = (
@@ -148,7 +154,9 @@ def view_lines(view: RunView) -> list[str]:
         f"{run.jumps_made} jumps made{_found(view)}",
         f"  started {started}, duration {'unknown' if run.duration_s is None else f'{run.duration_s:g} s'}",
     ]
-    for what, number in (("energy of a jump", view.joules_per_jump), ("mean apex", view.mean_apex_height)):
+    named = [("energy of a jump", view.joules_per_jump), ("mean apex", view.mean_apex_height)]
+    others = [(str(outcome), view.others[outcome.key]) for outcome in Outcome if outcome.key in view.others]
+    for what, number in (*named, *others):
         if number is not None and not isinstance(number.value, Undefined):
             lines.append(f"  {what} {number_text(number)}")
     lines += [f"  {line}" for line in review_lines(view.reviewed, view.not_reviewed)]

@@ -1,6 +1,6 @@
 """One quantity in one condition: its values of runs or days, their mean and interval, and how far they lie apart.
 
-How each outcome is computed from the runs is a line here; a new outcome is another, and one in `data_schema.outcomes`.
+An outcome of a log's jumps that is no line here is `measured` in a file of its own, `run_KEY.py`.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from importlib import import_module
 from typing import Any
 
 from scipy import special
@@ -55,9 +56,13 @@ def measure(
 
     Jumps are found and counted as the protocol says, or as a variant does.
     """
-    if outcome.of_jumps:
+    if outcome in _MEASURES:
+        return _MEASURES[outcome](computed, detections, data)
+    if outcome in _OF_JUMPS:
         return _OF_JUMPS[outcome](computed, detections, data, variant or as_protocol(data))
-    return _MEASURES[outcome](computed, detections, data)
+    of_file = import_module(f"labbook.analysis.outcomes.run_{outcome.key}")
+    found: RunResults[Result] = of_file.measured(computed, detections, data, variant or as_protocol(data))
+    return found
 
 
 def measure_all(

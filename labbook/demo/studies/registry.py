@@ -15,18 +15,17 @@ _DRAWN_BY = {
     "force-plate": ("force_plate", "demonstration"),
     "characterisation": ("sheets", "oscillation_campaign"),
     "emulator": ("emulator", "demonstration"),
-    "bed": None,
     "compaction": ("sheets", "flask_campaign"),
     "field": ("sheets", "walk_campaign"),
 }
 """In the order of the thesis (3.2.2, 4.2.6, 4.3, 5.2, 5.1.2, 2.2.3): a module here, and its function that draws the
-files of a campaign from a seed. That of the bed is the demonstration itself.
+files of a campaign from a seed. Of another study's runs, as of the bed's, it is the demonstration itself.
 """
 
 
 def make_study(study: str, folder: Path, seed: int, step: Callable[[str], None], say: Callable[[str], None]) -> str:
     """Make the book of a study's campaign; returns the command to go on with."""
-    place = _DRAWN_BY[study]
+    place = _DRAWN_BY.get(study)
     step("drawing the campaign")
     if place is None:
         book = run_demo(folder, campaign_files(make_campaign(seed)), step, say).book

@@ -159,15 +159,16 @@ def _summary(analysis: StudyAnalysis, values: ConditionValues) -> Summary:
         sd=values.result.sd,
         runs=tuple(_run_value(analysis, item) for item in values.runs),
         jumps=sum(jumps) or None,
-        robots=dict(Counter(item.run.robot for item in values.runs)),
     )
 
 
 def _run_value(analysis: StudyAnalysis, item: RunNumber) -> RunValue:
+    run = item.run
+    value = RunValue(run.name, item.value, run.day, run.position_in_day, run.robot, run.battery, run.duration_s)
     if not isinstance(item.result, RunApexes):
-        return RunValue(item.run.name, item.value)
-    jumps = analysis.judgements[item.run.uid].counted
-    return RunValue(item.run.name, item.value, item.result.heights_m, tuple(jump.number for jump in jumps))
+        return value
+    jumps = analysis.judgements[run.uid].counted
+    return replace(value, jumps_m=item.result.heights_m, jumps=tuple(jump.number for jump in jumps))
 
 
 def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:

@@ -70,7 +70,7 @@ def renamed(content, name):
     """The content with the first run of the first condition called something else, with its jumps."""
     first, *others = content.conditions
     joules = first.summaries[Outcome.JOULES]
-    runs = (RunValue(name, joules.runs[0].value, (0.31, 0.33), (2, 4)), *joules.runs[1:])
+    runs = (RunValue(name, joules.runs[0].value, jumps_m=(0.31, 0.33), jumps=(2, 4)), *joules.runs[1:])
     changed = with_summary(first, Outcome.JOULES, dataclasses.replace(joules, runs=runs))
     day = Day("2021-05-03", (name,), ())
     return dataclasses.replace(content, conditions=(changed, *others), days=(day, *content.days))
