@@ -659,10 +659,11 @@ def _judged(analysis: StudyAnalysis) -> tuple[Judged, ...]:
 
 
 def _assumed(analysis: StudyAnalysis, settings: SimulationSettings) -> tuple[AssumedInput, ...]:
-    """Return every assumed input, with the most that varying it changed in any condition."""
+    """Return every assumed input, with the most that varying it changed in any condition; robots may have their own."""
     study = analysis.evidence.configuration.study.name
     fitted = {name for name, value in study_scene(settings).values.items() if value.fitted_to == study}
-    inputs = {name: about for one in analysis.predicted.values() for name, about in one.assumed.items()}
+    predicted = analysis.predicted.values()
+    inputs = {(name, about.value): about for one in predicted for name, about in one.assumed.items()}
     return tuple(
         AssumedInput(
             name,
@@ -673,7 +674,7 @@ def _assumed(analysis: StudyAnalysis, settings: SimulationSettings) -> tuple[Ass
             {quantity: _most(analysis, quantity, name) for quantity in PredictedQuantity},
             fitted=name in fitted,
         )
-        for name, about in sorted(inputs.items())
+        for (name, _value), about in sorted(inputs.items(), key=lambda item: item[0])
     )
 
 

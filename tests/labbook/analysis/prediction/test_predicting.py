@@ -369,6 +369,15 @@ def test_a_condition_that_two_robots_ran_is_predicted_as_the_mean_over_its_runs(
     assert apex.check.predicted.value == pytest.approx((light[1] + 3 * heavy[1]) / 4, rel=1e-12)
 
 
+def test_an_assumed_mass_is_listed_of_each_robot(tmp_path: Path) -> None:
+    cricket = EQUIPMENT.partition("[batteries")[0].replace("hopper", "cricket").replace("= 0.2", "= 0.3", 1)
+    book = predicted_book(tmp_path, SIMULATION + cricket)
+    with book.open() as standing, standing.session(ADA) as session:
+        correct(standing, session, "r001", ["robot=cricket"], "the other one hung there")
+    assumed = reports(book, SMALL_CONTROL).content.predictions.assumed
+    assert sorted(one.value for one in assumed if one.name == "foot_mass") == [0.2, 0.3]
+
+
 CHATTERING = """
 [simulation]
 scene = "sim1"
