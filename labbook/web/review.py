@@ -162,21 +162,22 @@ def _refuse_undo_of_others(found: RunReview, numbers: Collection[int], person: s
 
 
 def _put(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
-    """State where the apex of a jump is, or that there is one that the detector missed; returns its number."""
+    """State where the apex of a jump is, or that there is one that the detector missed, in s of one log of the run."""
     try:
-        name, at_s, jump = str(given["run"]), float(given["at_s"]), given.get("jump")
+        name, at_s, jump, sha256 = str(given["run"]), float(given["at_s"]), given.get("jump"), str(given["signal"])
         current, blind = book.current(), given.get("blind") is True
         with current.reading() as connection:
             found = review(current, connection, name)
         moved = None if jump is None else _number(found, _numbers(found), jump)
     except (KeyError, TypeError, ValueError) as error:
-        raise UsageError(f"this is no place of an apex ({error}): give run, at_s, and jump to move one.") from error
-    if len(found.signals) > 1:
-        word = "add" if moved is None else "move"
-        raise UsageError(f"run {name} has several logs, each with its own time: use `labbook jumps {word}`.")
+        raise UsageError(f"this is no place of an apex ({error}): give run, signal, at_s, jump to move one.") from error
+    logs = [signal.sha256 for signal in found.signals]
+    if sha256 not in logs:
+        raise UsageError(f"run {name} has no log with these samples now: load the page again.")
     with current.session(book.person) as session:
         if moved is None:
-            item, _stated = add(current, session, name, at_s, ReasonCode.OTHER, None, found, blind=blind)
+            log = logs.index(sha256) + 1
+            item, _stated = add(current, session, name, at_s, ReasonCode.OTHER, None, found, log=log, blind=blind)
         else:
             item, _stated = move(current, session, name, moved, at_s, ReasonCode.WRONG_APEX, None, found, blind=blind)
     return {"run": name, "signal": item.signal_sha256, "anchor_s": anchor_of(item.before)}

@@ -56,6 +56,7 @@ def _log(request: Request) -> Response:
             "se_m": judged[jump.number].jump.apex_height_se_m,
             "flags": judged[jump.number].jump.flags,
             "anchor_s": anchor_of(judged[jump.number].before),
+            "log_begins_s": jump.at_s - anchor_of(judged[jump.number].jump),
             "signal": judged[jump.number].signal_sha256,
             "why_no_apex": judged[jump.number].jump.undefined_reason,
         }

@@ -323,11 +323,12 @@ const place = (moves) => {
   draw();
 };
 const putApex = async () => {
-  const { run } = item();
+  const { run, signal } = item();
   const { time, moves } = placing;
+  const at_s = time - jumpHere().log_begins_s;
   placing = null;
   try {
-    const found = await post("/api/apexes", { run, jump: moves ? named(item()) : null, at_s: time, blind: blind() });
+    const found = await post("/api/apexes", { run, signal, jump: moves ? named(item()) : null, at_s, blind: blind() });
     sessionStorage.setItem(PLACE, JSON.stringify({ search: location.search, ...found }));
     location.reload();  // numbers of later jumps may be others now
   } catch (error) {

@@ -195,6 +195,27 @@ def test_an_apex_is_moved_and_a_missed_jump_added_by_keyboard(page: Any, book: S
         assert [verdict for verdict, _reason in verdicts(book)] == ["move", "accept"]
 
 
+def test_of_a_run_of_two_logs_an_apex_is_moved_in_its_own(page: Any, book: SmallBook) -> None:
+    good(labbook("correct", "r003", "starts=2", "--why", "started again", "--as", ADA, at=book.folder))
+    good(labbook("assign", "r005.csv", "r003", "--why", "its second log", "--as", ADA, at=book.folder))
+    with served(book.folder, "--as", ADA) as server:
+        before = server.json("/api/runs/r003/log")["jumps"]
+        opened(page, server)
+        page.keyboard.press("ArrowLeft")
+        for _jump in before[1:]:
+            page.keyboard.press("ArrowRight")
+        until(lambda: page.text_content("#number").startswith("Jump 6 "))
+        page.keyboard.press("m")
+        page.keyboard.press("ArrowRight")
+        with page.expect_navigation():
+            page.keyboard.press("Enter")
+        until(lambda: len(verdicts(book)) == 1)
+        after = server.json("/api/runs/r003/log")["jumps"]
+    assert [one["at_s"] for one in after[:5]] == [one["at_s"] for one in before[:5]]
+    assert 0.0 < after[5]["at_s"] - before[5]["at_s"] < 0.02
+    assert {one["log_begins_s"] for one in after[:3]} == {0.0} != {one["log_begins_s"] for one in after[3:]}
+
+
 def test_a_verdict_says_whether_the_condition_was_hidden(page: Any, book: SmallBook) -> None:
     with served(book.folder, "--as", ADA) as server:
         opened(page, server, "/review?order=run")

@@ -186,7 +186,12 @@ class Client:
 
     def _apex(self, jump: dict[str, Any], verdict: str, at_s: float) -> Asked:
         row = Row(jump["signal"], jump["anchor_s"], verdict, None, at_s)
-        data = {"run": self.run, "at_s": at_s, **({"jump": jump} if verdict == "move" else {})}
+        data = {
+            "run": self.run,
+            "signal": jump["signal"],
+            "at_s": at_s,
+            **({"jump": jump} if verdict == "move" else {}),
+        }
         return Asked("/api/apexes", data, (row,), f'"at_s":{at_s!r}')
 
     def count(self, journal: str) -> None:
