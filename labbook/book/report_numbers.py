@@ -8,6 +8,7 @@ written over by the next report there; so the book has it, too, among its files 
 from __future__ import annotations
 
 import hashlib
+import io
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
@@ -116,14 +117,15 @@ def numbers_of_report(made: MadeReport) -> ReportNumbers:
 
 
 def numbers_bytes(numbers: ReportNumbers) -> bytes:
-    """Write them as JSON, a line each."""
-    encode = msgspec.json.encode
-    parts = (
-        [encode(key) + b": " + encode(value) for key, value in some.items()]
-        for some in (numbers.numbers, numbers.results)
-    )
-    of_numbers, of_results = (b",\n".join(lines) for lines in parts)
-    return b'{"numbers": {\n' + of_numbers + b'\n}, "results": {\n' + of_results + b"\n}}\n"
+    """Write them as JSON, a line each, piece by piece: of 100 000 runs they are 80 MB, which are in memory once."""
+    encode, file = msgspec.json.encode, io.BytesIO()
+    for head, some in ((b'{"numbers": {\n', numbers.numbers), (b'\n}, "results": {\n', numbers.results)):
+        file.write(head)
+        for place, (key, value) in enumerate(some.items()):
+            file.write(b",\n" if place else b"")
+            file.write(encode(key) + b": " + encode(value))
+    file.write(b"\n}}\n")
+    return file.getvalue()
 
 
 def numbers_path(store: Path, sha256: str) -> Path:
