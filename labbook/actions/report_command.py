@@ -18,7 +18,6 @@ from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.vocabulary import Action
 from ingest.store import STORED
-from labbook.book.as_of import book_as_of
 from labbook.book.opening import CONFIGURATION, JOURNAL, Book
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report, numbers_path
 from labbook.book.write_session import Statement, new_uid, now_utc
@@ -191,6 +190,8 @@ def unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -
 
 def report_as_of(book: Book, where: str | None, as_of: str, step: Callable[[str], None]) -> MadeReport:
     """Make the report of a book as it stood at an earlier entry or time."""
+    from labbook.book.as_of import book_as_of  # brings readers of files, for which no other report waits
+
     with book_as_of(book, as_of, step) as past:
         made = unsaved_report(past.book, where, step)
     return replace(made, content=replace(made.content, as_of=past.called))
