@@ -11,6 +11,7 @@ import sqlalchemy as sa
 
 from data_schema.calibration import Calibration
 from data_schema.tables.base import columns_of, in_chunks
+from data_schema.tables.design import day
 from data_schema.tables.files import LAST_READING, file, ingest, run_file
 from data_schema.tables.journal import person
 from data_schema.tables.runs import run
@@ -230,24 +231,24 @@ def calibrated_channels(
 
 @dataclass(frozen=True, slots=True)
 class RecordedRange:
-    """The lowest and highest value of a channel of a log, and the condition of its run."""
+    """The lowest and highest value of a channel of a log."""
 
     signal_uid: str
     run_uid: str
-    condition: int | None
     channel: str
     lowest: float
     highest: float
 
 
-def recorded_ranges(connection: sa.Connection, channels: Sequence[str]) -> list[RecordedRange]:
-    """Return what these channels recorded in the logs that belong to runs."""
+def recorded_ranges(
+    connection: sa.Connection, channels: Sequence[str], days: Sequence[str] | None = None
+) -> list[RecordedRange]:
+    """Return what these channels recorded in the logs that belong to runs, of some days or of all."""
     columns = columns_of(
         RecordedRange,
         channel,
         signal_uid=signal.c.uid,
         run_uid=run.c.uid,
-        condition=run.c.condition,
         channel=channel.c.name,
     )
     query = (
@@ -256,6 +257,8 @@ def recorded_ranges(connection: sa.Connection, channels: Sequence[str]) -> list[
         .where(channel.c.name.in_(channels), channel.c.lowest.is_not(None), run_file.c.role == str(FileRole.LOG))
         .order_by(run.c.id, signal.c.id)
     )
+    if days is not None:
+        query = query.where(run.c.day.in_(sa.select(day.c.id).where(day.c.date_local.in_(days))))
     return [RecordedRange(*row) for row in connection.execute(query)] if channels else []
 
 

@@ -344,9 +344,45 @@ def test_exchanged_logs_are_found_by_the_gain_that_they_recorded_and_given_back(
         ("r001", "r002.csv", "wrong"),
         ("r002", "r001.csv", "wrong"),
     ]
-    for one in found:
-        place.say(*(word.replace("WHY", "exchanged") for word in shlex.split(one["command"])[1:]))
+    for _half in found:
+        first = told(place.book.folder)["level_differs"][0]
+        place.say(*(word.replace("WHY", "exchanged") for word in shlex.split(first["command"])[1:]))
     assert told(place.book.folder) == before
+
+
+def test_the_log_that_is_too_many_is_the_one_of_another_level(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path), tmp_path)
+    place.say("ingest", place.file("copy.csv", shorter(place.book.log("r002"))), "--run", "r001")
+    found = told(place.book.folder)
+    (wrong,), (several,) = found["level_differs"], found["logs_too_many"]
+    assert (wrong["file"], wrong["fill_in"], several["file"]) == ("copy.csv", ["RUN", "WHY"], "copy.csv")
+
+
+def with_gains(log: Path, say: Callable[[float], float]) -> str:
+    """A log whose active-damping gain was logged otherwise."""
+    head, *rows = log.read_text().splitlines()
+    place = head.split(",").index("b_ad_gain")
+    cells = [row.split(",") for row in rows]
+    return "\n".join(
+        [head, *(",".join([*row[:place], f"{say(float(row[place])):.4f}", *row[place + 1 :]]) for row in cells), ""]
+    )
+
+
+@pytest.mark.parametrize(
+    ("say", "found"),
+    [(lambda gain: gain + random.gauss(0, 0.5), True), (lambda gain: gain / 1000, False), (lambda _gain: 0.0, False)],
+    ids=["noisy", "in another unit", "not logged"],
+)
+def test_of_a_gain_logged_otherwise_only_what_is_sure_is_said(
+    say: Callable[[float], float], found: bool, tmp_path: Path
+) -> None:
+    place = Place(small_book(tmp_path, ingested=False), tmp_path)
+    for number in (*range(1, 7), *range(9, 15)):
+        run = f"r{number:03d}"
+        place.say("ingest", place.file(f"{run}.csv", with_gains(place.book.log(run), say)))
+    assert "level_differs" not in told(place.book.folder)
+    exchanged_logs(place, "r001", "r002")
+    assert ("level_differs" in told(place.book.folder)) is found
 
 
 def test_a_log_of_another_run_is_told_when_it_is_taken_in(tmp_path: Path) -> None:

@@ -364,11 +364,12 @@ def _log_without_height(facts: Facts) -> Iterator[Found]:
 
 def _logs_too_many(facts: Facts) -> Iterator[Found]:
     for run in _without_heights(facts, Reason.MORE_LOGS_THAN_STARTS):
-        logs = facts.evidence.logs[run.uid]
+        logs, other = facts.evidence.logs[run.uid], facts.about.other_levels().get(run.uid)
+        one = next((log for log in logs if other is not None and log.uid == other.signal_uid), logs[-1])
         names = listed(list(dict.fromkeys(log.file_name for log in logs)), 4)
         what = f"run {run.name} has {facts.no_heights[run.uid].reason}, so none of them counts: {names}"
-        words = "assign", _file_word(facts, logs[-1]), "none", "--why", Blank.WHY
-        yield _found(what, *words, run=run, file=logs[-1].file_name, **_costs_heights(facts, run))
+        words = "assign", _file_word(facts, one), "none", "--why", Blank.WHY
+        yield _found(what, *words, run=run, file=one.file_name, **_costs_heights(facts, run))
 
 
 def _calibration_of_other_day(facts: Facts) -> Iterator[Found]:
@@ -397,15 +398,16 @@ def _samples_twice(facts: Facts) -> Iterator[Found]:
 def _level_differs(facts: Facts) -> Iterator[Found]:
     names = {run.uid: run.name for run in facts.evidence.selected}
     for run in facts.runs:
-        other = facts.about.other_levels.get(run.uid)
+        other = facts.about.other_levels().get(run.uid)
         if other is None:
             continue
         log = next(one for one in facts.about.signals[run.uid] if one.uid == other.signal_uid)
-        what, words = other.sentence(log.file_name, run.name), _correct(run, f"{other.factor}={other.recorded:g}")
-        if other.exchanged_with is not None:
-            name = names[other.exchanged_with]
-            what += f", as is so of {name} the other way round: the two logs are exchanged, or what was written down is"
-            words = "assign", _file_word(facts, log), name, "--why", Blank.WHY
+        what, words = other.sentence(log.file_name, run.name), _correct(run, f"{other.factor}={other.level}")
+        if other.of_run is not None:
+            what += f": it can be of {names[other.of_run]}"
+            words = "assign", _file_word(facts, log), names[other.of_run], "--why", Blank.WHY
+        elif other.is_of_another:
+            words = "assign", _file_word(facts, log), Blank.RUN, "--why", Blank.WHY
         yield _found(what, *words, run=run, file=log.file_name)
 
 
@@ -578,17 +580,23 @@ def _file_waits(facts: Facts) -> Iterator[Found]:
 
 
 _REFUSED_WITHIN = datetime.timedelta(days=7)
-"""A refused file that states no run of the book is forgotten then: it may be no instrument's."""
+"""A refused file that states no run of the book is forgotten then: it may be no instrument's. One that states a run is
+so when the run has its log and its charge, whatever they are called."""
 
 
 def _file_refused(facts: Facts) -> Iterator[Found]:
     oldest = (datetime.datetime.now(datetime.UTC) - _REFUSED_WITHIN).isoformat()
     for file in facts.refused:
         run = facts.by_name.get(file.stated_run or "")
-        if run is not None or file.at_utc >= oldest:
+        if (run is None and file.at_utc >= oldest) or (run is not None and _lacks_file(facts, run)):
             day = local_text(file.at_utc, facts.evidence.study.time_zone)[:10]
             what = f"{file.name} was refused on {day}: {file.why}"
             yield _found(what, "ingest", Blank.FILE, run=run, day=day, file=file.name, costs="what it holds is missing")
+
+
+def _lacks_file(facts: Facts, run: RunRow) -> bool:
+    has_log = run.kind is RunKind.IDLE or run.uid in facts.evidence.logs
+    return run.state is not RunState.VOID and not (has_log and run.uid in facts.evidence.charges)
 
 
 def _file_outdated(facts: Facts) -> Iterator[Found]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import functools
 import shlex
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ from zoneinfo import ZoneInfo
 import sqlalchemy as sa
 
 from data_schema.queries.charges import ChargeOfRun, charges_of_runs
-from data_schema.queries.runs import RunRow, condition_levels, list_runs, runs_named
+from data_schema.queries.runs import RunRow, list_runs, runs_named
 from data_schema.queries.signals import (
     CalibratedChannel,
     SameSamples,
@@ -55,8 +56,7 @@ class Facts:
     """What rules look at: the book's study, settings and days with runs; and of the runs in question, by their uid,
     charges, signals and copies of other files' samples, and their plan by their name.
 
-    `calibrated` has the calibrated channels by the signal's uid, `other_levels` the first level that a run's log
-    contradicts.
+    `calibrated` has the calibrated channels by the signal's uid; `other_levels` looks for logs of another level, once.
     """
 
     study: StudyRow
@@ -67,7 +67,7 @@ class Facts:
     calibrated: Mapping[str, Sequence[CalibratedChannel]]
     same_samples: Mapping[str, SameSamples]
     planned: Mapping[str, PlannedRow]
-    other_levels: Mapping[str, OtherLevel]
+    other_levels: Callable[[], Mapping[str, OtherLevel]]
 
     def heights(self, run: RunRow) -> list[SignalRow]:
         """Return the logs of a run with a body height."""
@@ -94,7 +94,7 @@ def remarks_on(
 ) -> list[Remark]:
     """Apply the rules to runs, given by name: all rules, or those that look at one of `columns`."""
     rows = runs_named(connection, runs)
-    facts = facts_about(connection, configuration, rows)
+    facts = facts_about(connection, configuration, rows, days=sorted({row.day for row in rows}))
     found = []
     for name, rule in RULES.items():
         if columns is None or rule.columns.intersection(columns):
@@ -105,8 +105,14 @@ def remarks_on(
     return found
 
 
-def facts_about(connection: sa.Connection, configuration: Configuration, rows: Sequence[RunRow]) -> Facts:
-    """Read what the rules look at of some runs."""
+def facts_about(
+    connection: sa.Connection,
+    configuration: Configuration,
+    rows: Sequence[RunRow],
+    *,
+    days: Sequence[str] | None = None,
+) -> Facts:
+    """Read what the rules look at of some runs; logs are compared with those of `days`, or of the whole book."""
     uids = [row.uid for row in rows]
     signals: dict[str, list[SignalRow]] = {uid: [] for uid in uids}
     for signal in signals_of_runs(connection, run_uids=uids):
@@ -120,16 +126,26 @@ def facts_about(connection: sa.Connection, configuration: Configuration, rows: S
         calibrated_channels(connection),
         same_samples(connection, uids),
         {row.run_name: row for row in planned_runs(connection) if row.run_name is not None},
-        _other_levels(connection, configuration),
+        functools.cache(lambda: _other_levels(connection, configuration, days)),
     )
 
 
-def _other_levels(connection: sa.Connection, configuration: Configuration) -> dict[str, OtherLevel]:
-    recorded = recorded_ranges(connection, list(configuration.factors))
+def _other_levels(
+    connection: sa.Connection, configuration: Configuration, days: Sequence[str] | None
+) -> dict[str, OtherLevel]:
+    declared = {
+        name: {level.label: level.value for level in factor.levels if level.value is not None}
+        for name, factor in configuration.factors.items()
+    }
+    recorded = recorded_ranges(connection, [name for name, levels in declared.items() if levels], days)
     if not recorded:
         return {}
-    days = {run.uid: run.day for run in list_runs(connection) if run.state is not RunState.VOID}
-    return other_levels(recorded, condition_levels(connection), days)
+    runs = [
+        run
+        for run in list_runs(connection)
+        if run.kind is RunKind.JUMPS and run.state is not RunState.VOID and (days is None or run.day in days)
+    ]
+    return other_levels(recorded, runs, declared)
 
 
 def remarks_on_check(earlier: Sequence[CheckRow], kind: str, value: float | None, unit: str | None) -> list[Remark]:
@@ -236,14 +252,14 @@ def _logs(run: RunRow, facts: Facts) -> str | None:
 
 
 def _levels(run: RunRow, facts: Facts) -> str | None:
-    other = facts.other_levels.get(run.uid)
+    other = facts.other_levels().get(run.uid)
     if other is None:
         return None
     log = next(one.file_name for one in facts.signals[run.uid] if one.uid == other.signal_uid)
-    quoted = shlex.quote(run.name)
+    correct = f"labbook correct {shlex.quote(run.name)} {other.factor}={other.level} --why ..."
     return (
-        f"{other.sentence(log, run.name)}: if it is another run's, `labbook assign {shlex.quote(log)} RUN --why ...`, "
-        f"else `labbook correct {quoted} {other.factor}={other.recorded:g} --why ...`"
+        f"{other.sentence(log, run.name)}: if it is another run's, `labbook assign {shlex.quote(log)} RUN --why ...`"
+        f"{'' if other.is_of_another else f', else `{correct}`'}"
     )
 
 

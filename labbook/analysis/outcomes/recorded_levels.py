@@ -2,86 +2,119 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import RecordedRange
 
-_CLOSE = 1e-3
-"""Relative: a gain that a text file was rounded to is the same gain."""
-
-_Levels = Mapping[str, str]
-"""The labels of the levels of a condition, by the factor's name."""
+_NEAR = 0.25
+"""Of the distance to the nearest other level: a value within it is of the level, whatever noise it has."""
 
 
 @dataclass(frozen=True, slots=True)
 class OtherLevel:
-    """A log that recorded another level of a factor than its run has.
+    """A log that recorded another `level` of a factor than its run `has`, both as they are declared.
 
-    `exchanged_with` is the uid of the one run of its day with which the log would be right, and that run's with this
-    one; None where there is none.
+    `of_run` is the uid of the one run of its day that it can be of: one whose log is of this run, or that has no log;
+    None where there is none, or are several. `is_of_another`: there are some, or the run has a log of its own level.
     """
 
     signal_uid: str
     factor: str
+    has: str
     level: str
-    recorded: float
-    exchanged_with: str | None
+    of_run: str | None
+    is_of_another: bool
 
     def sentence(self, log: str, run: str) -> str:
         """Say what the log, by its name, recorded, and what the run, by its name, has."""
-        return f"{log} recorded {self.factor} {self.recorded:g}, and its run {run} has {self.level}"
+        return f"{log} recorded {self.factor} {self.level}, and its run {run} has {self.has}"
 
 
 def other_levels(
-    recorded: Sequence[RecordedRange], levels: Mapping[int, _Levels], days: Mapping[str, str]
+    recorded: Sequence[RecordedRange], runs: Sequence[RunRow], declared: Mapping[str, Mapping[str, float]]
 ) -> dict[str, OtherLevel]:
-    """Return, by the run's uid, the first channel of its logs that contradicts the level of the factor of its name.
+    """Return, by the run's uid, the first channel of its logs that shows another level than the run has.
 
-    `recorded` is of the whole book, `levels` by the condition's key, `days` has the day of each run by its uid. Nothing
-    is said of a channel that does not fit the levels in most logs: it is in another unit, or it is another thing.
+    `recorded` is of logs of these `runs`; `declared` has the values of a factor's levels by their labels. Nothing is
+    said of a channel that shows other levels in most logs: it is in another unit, or it is another thing.
     """
-    of_run = {one.run_uid: levels.get(one.condition, {}) if one.condition is not None else {} for one in recorded}
-    fit = [_fits(one, of_run[one.run_uid]) for one in recorded]
+    of = {run.uid: run for run in runs}
+    known = [one for one in recorded if one.run_uid in of]
     balance: Counter[str] = Counter()
-    for one, fits in zip(recorded, fit, strict=True):
-        balance[one.channel] += 0 if fits is None else 1 if fits else -1
-    comparable = [(one, fits) for one, fits in zip(recorded, fit, strict=True) if balance[one.channel] > 0]
+    for one in known:
+        shown = _shown(one, of[one.run_uid], declared)
+        if shown is not None:
+            balance[one.channel] += _is_proof(one, shown[1], declared) if shown[0] == shown[1] else -1
+    logs: dict[str, dict[str, list[RecordedRange]]] = defaultdict(dict)
+    for one in known:
+        if balance[one.channel] > 0:
+            logs[one.run_uid].setdefault(one.signal_uid, []).append(one)
     wrong: dict[str, RecordedRange] = {}
-    channels: dict[str, list[RecordedRange]] = defaultdict(list)
-    for one, fits in comparable:
-        channels[one.signal_uid].append(one)
-        if fits is False and one.run_uid in days:
-            wrong.setdefault(one.run_uid, one)
-    by_day: dict[str, list[str]] = defaultdict(list)
-    for uid in wrong:
-        by_day[days[uid]].append(uid)
+    for uid, of_run in logs.items():
+        for one in (one for channels in of_run.values() for one in channels):
+            if _contradicts(one, of[uid], declared):
+                wrong.setdefault(uid, one)
+    by_day: dict[str, list[RunRow]] = defaultdict(list)
+    for run in runs:
+        by_day[run.day].append(run)
 
-    def would_fit(uid: str, other: str) -> bool:
-        return all(_fits(one, of_run[other]) for one in channels[wrong[uid].signal_uid])
+    def can_be_of(uid: str, other: RunRow) -> bool:
+        channels = logs[uid][wrong[uid].signal_uid]
+        return all((shown := _shown(one, other, declared)) is not None and shown[0] == shown[1] for one in channels)
 
     found = {}
     for uid, one in wrong.items():
-        others = [
-            other for other in by_day[days[uid]] if other != uid and would_fit(uid, other) and would_fit(other, uid)
-        ]
-        in_force = max(one.lowest, one.highest, key=abs)
-        exchanged_with = others[0] if len(others) == 1 else None
-        found[uid] = OtherLevel(one.signal_uid, one.channel, of_run[uid][one.channel], in_force, exchanged_with)
+        others = [other for other in by_day[of[uid].day] if other.uid != uid and can_be_of(uid, other)]
+        exchanged = [other.uid for other in others if other.uid in wrong and can_be_of(other.uid, of[uid])]
+        lacking = [other.uid for other in others if other.uid not in logs]
+        candidates = exchanged or lacking
+        shown = _shown(one, of[uid], declared)
+        assert shown is not None  # noqa: S101 - it contradicts the run
+        found[uid] = OtherLevel(
+            signal_uid=one.signal_uid,
+            factor=one.channel,
+            has=shown[0],
+            level=shown[1],
+            of_run=candidates[0] if len(candidates) == 1 else None,
+            is_of_another=bool(candidates)
+            or any(
+                not any(_contradicts(channel, of[uid], declared) for channel in channels)
+                for channels in logs[uid].values()
+            ),
+        )
     return found
 
 
-def _fits(one: RecordedRange, levels: _Levels) -> bool | None:
-    """Tell whether a channel shows the level of its factor; None where that is no number, or not known.
+def _contradicts(one: RecordedRange, run: RunRow, declared: Mapping[str, Mapping[str, float]]) -> bool:
+    shown = _shown(one, run, declared)
+    return shown is not None and shown[0] != shown[1]
+
+
+def _is_proof(one: RecordedRange, label: str, declared: Mapping[str, Mapping[str, float]]) -> int:
+    """Tell whether a level shows that the channel is in the unit of the levels: 0 is the same in all."""
+    return int(declared[one.channel][label] != 0.0)
+
+
+def _shown(one: RecordedRange, run: RunRow, declared: Mapping[str, Mapping[str, float]]) -> tuple[str, str] | None:
+    """Return the level of a run and the one that a channel shows, which may be the same; None where neither is clear.
 
     A gain is in force in one half of a jump, and another, or none, in the other half; a gain of 0 never is.
     """
-    try:
-        level = float(levels[one.channel])
-    except (KeyError, ValueError):
+    levels = declared.get(one.channel, {})
+    has = run.levels.get(one.channel)
+    if has is None or has not in levels or len(levels) < 2:
         return None
-    if level == 0.0:
-        return one.lowest == one.highest == 0.0
-    return any(math.isclose(level, end, rel_tol=_CLOSE) for end in (one.lowest, one.highest))
+    ends = {label for end in (one.lowest, one.highest) if (label := _level_near(end, levels)) is not None}
+    in_force = {label for label in ends if levels[label] != 0.0} or ends
+    if has in in_force:
+        return has, has
+    return (has, min(in_force)) if len(in_force) == 1 else None
+
+
+def _level_near(value: float, levels: Mapping[str, float]) -> str | None:
+    label = min(levels, key=lambda name: abs(levels[name] - value))
+    gap = min(abs(levels[label] - other) for name, other in levels.items() if name != label)
+    return label if abs(levels[label] - value) <= _NEAR * gap else None
