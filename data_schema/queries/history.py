@@ -166,9 +166,10 @@ def ends_of_commands(connection: sa.Connection, most: int, before: int | None = 
 
 @dataclass(frozen=True, slots=True)
 class CommandEnd:
-    """The last entry of a command, and when the command was given."""
+    """The last entry of a command, its hash, and when the command was given."""
 
     seq: int
+    hash: str
     at_utc: str
 
 
@@ -177,12 +178,12 @@ def command_ends(connection: sa.Connection) -> list[CommandEnd]:
 
     What was merged has times of its own, and so have commands of a clock that was set back.
     """
-    query = sa.select(journal.c.seq, journal.c.following, journal.c.at_utc).order_by(journal.c.seq)
+    query = sa.select(journal.c.seq, journal.c.following, journal.c.hash, journal.c.at_utc).order_by(journal.c.seq)
     found, latest = [], ""
-    for seq, following, at_utc in connection.execute(query):
+    for seq, following, found_hash, at_utc in connection.execute(query):
         latest = max(latest, at_utc)
         if following == 0:
-            found.append(CommandEnd(seq, latest))
+            found.append(CommandEnd(seq, found_hash, latest))
     return found
 
 

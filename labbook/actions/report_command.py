@@ -12,12 +12,14 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import sqlalchemy as sa
+
 from data_schema import journal
 from data_schema.disk import make_folder, sync_all, write_whole
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.vocabulary import Action
-from ingest.store import STORED
+from ingest.store import STORED, Store
 from labbook.book.opening import CONFIGURATION, JOURNAL, Book
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report, numbers_path
 from labbook.book.write_session import Statement, new_uid, now_utc
@@ -184,8 +186,8 @@ def _saved_report(
 
 def unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -> MadeReport:
     """Make a report that the book does not have."""
-    made, _seen = _make_report(book, where, step)
-    return replace(made, content=replace(made.content, stored=False))
+    with book.reading() as connection:
+        return _not_stored(_made(connection, book.store, book.configuration, where, step))
 
 
 def report_as_of(book: Book, where: str | None, as_of: str, step: Callable[[str], None]) -> MadeReport:
@@ -193,19 +195,31 @@ def report_as_of(book: Book, where: str | None, as_of: str, step: Callable[[str]
     from labbook.book.as_of import book_as_of  # brings readers of files, for which no other report waits
 
     with book_as_of(book, as_of, step) as past:
-        made = unsaved_report(past.book, where, step)
+        made = _not_stored(_made(past.connection, book.store, past.configuration, where, step))
     return replace(made, content=replace(made.content, as_of=past.called))
+
+
+def _not_stored(made: MadeReport) -> MadeReport:
+    return replace(made, content=replace(made.content, stored=False))
+
+
+def _made(
+    connection: sa.Connection,
+    store: Store,
+    configuration: Configuration,
+    where: str | None,
+    step: Callable[[str], None],
+) -> MadeReport:
+    refuse_empty_selection(connection, where)
+    made_at = now_utc().split(".")[0] + "Z"
+    return make_report(connection, store, configuration, where=where, made_at=made_at, progress=step)
 
 
 def _make_report(book: Book, where: str | None, step: Callable[[str], None]) -> tuple[MadeReport, tuple[int, str]]:
     """Make a report of the book as it stands; returns it and the head of the journal then."""
     with book.reading() as connection:
-        refuse_empty_selection(connection, where)
         seen = journal.head(connection)
-        made_at = now_utc().split(".")[0] + "Z"
-        return make_report(
-            connection, book.store, book.configuration, where=where, made_at=made_at, progress=step
-        ), seen
+        return _made(connection, book.store, book.configuration, where, step), seen
 
 
 def _refuse_store(out: Path) -> None:

@@ -26,7 +26,9 @@ def report(
     ] = False,
     as_of: Annotated[
         str | None,
-        typer.Option(metavar="ENTRY|TIME", help="Of the book as it stood then; stores nothing, needs --out."),
+        typer.Option(
+            metavar="ENTRY|TIME", help="Of the book as it stood then; of a date, its end. Stores nothing, needs --out."
+        ),
     ] = None,
     book: BookOption = None,
     person: AsOption = None,
@@ -59,10 +61,13 @@ def report(
                 every_figure=figures,
                 as_of=as_of,
             )
-        with opened_book.reading() as connection:
-            waiting = waiting_lines(why_waiting(connection, inbox(connection)))
-            # the bed's is the report itself
-            studies = [study for study in studies_of_book(connection, opened_book.configuration) if study != "bed"]
+        waiting: list[str] = []
+        studies: list[str] = []
+        if as_of is None:
+            with opened_book.reading() as connection:
+                waiting = waiting_lines(why_waiting(connection, inbox(connection)))
+                # the bed's is the report itself
+                studies = [study for study in studies_of_book(connection, opened_book.configuration) if study != "bed"]
     not_stored = ["nothing was stored: `labbook why` knows those of its numbers that a stored report has too."]
     return Shown(
         written,

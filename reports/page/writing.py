@@ -282,7 +282,8 @@ def _summary(content: ReportContent) -> str:
         first, last = content.days[0].date, content.days[-1].date
         dates = first if first == last else f"{first} to {last}"
         parts.append(f"{dates}, {count_text(len(content.days), 'day')}")
-    return f"{'; '.join(parts)}. Report of {content.made_at}."
+    made = f"Report of {content.made_at}."
+    return f"{'; '.join(parts)}. {f'As of {content.as_of}. ' if content.as_of else ''}{made}"
 
 
 def _facts(content: ReportContent) -> list[tuple[str, str]]:
