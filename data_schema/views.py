@@ -18,13 +18,17 @@ class View:
     columns: Mapping[str, str]
 
 
-_ANCHOR = "coalesce(jump.apex_s, jump.touchdown_s, jump.liftoff_s, 0)"
-_HALF_FLIGHT = "coalesce(jump.flight_time_s, 0.25) / 2"
-"""As in `labbook.analysis.outcomes.run_apexes`, which judges jumps."""
+_ANCHOR = "coalesce({0}.apex_s, {0}.touchdown_s, {0}.liftoff_s, 0)"
+_IS_NEAR = f"abs(decision.anchor_s - {_ANCHOR}) <= coalesce({{0}}.flight_time_s, 0.25) / 2"
+"""As in `labbook.analysis.outcomes.run_apexes`, which judges jumps: a verdict is on the jump at whose apex or touchdown it
+was given, else on the only one about it."""
 _VERDICT = f"""
     SELECT max(decision.id) FROM decision
     WHERE decision.target_kind = 'jump' AND decision.signal_sha256 IN (signal.sha256, signal.recorded_sha256)
-        AND abs(decision.anchor_s - {_ANCHOR}) <= {_HALF_FLIGHT}
+        AND (decision.anchor_s = {_ANCHOR.format("jump")} OR ({_IS_NEAR.format("jump")} AND NOT EXISTS (
+            SELECT 1 FROM jump AS other WHERE other.detection = jump.detection AND other.id <> jump.id
+                AND {_IS_NEAR.format("other")}
+        )))
 """  # noqa: S608 - nothing of it is given by anybody
 
 VIEWS: Mapping[str, View] = {
@@ -127,7 +131,8 @@ JOIN run ON run.id = run_file.run
         },
     ),
     "v_jump": View(
-        "a jump that the detector of the protocol found in a log in use as it was ingested, with the verdict on it",
+        "a stance and the jump out of it, found in a log in use as it was ingested, with the verdict on it, "
+        "whether or not it counts",
         f"""
 SELECT run.name AS run, signal.uid AS signal, jump.number AS jump, jump.touchdown_s, jump.liftoff_s AS lift_off_s,
     jump.apex_s, jump.apex_height_m, jump.apex_height_se_m, jump.flight_time_s, jump.undefined_reason AS why_no_apex,

@@ -71,6 +71,8 @@ REBUILDING = "another program is rebuilding this book: wait until it has finishe
 class Rebuilt:
     """How many entries were applied, where the old database is kept, and what differs from before.
 
+    `lost_views` are of a lab's own and could not be made again.
+
     `left_out` is what stands at the end of the journal file and is no complete command. `altered` are the first of the
     `n_altered` rows of the old database that were not what labbook had written there.
     """
@@ -81,6 +83,7 @@ class Rebuilt:
     left_out: LeftOut
     n_altered: int = 0
     altered: tuple[AlteredRow, ...] = ()
+    lost_views: tuple[str, ...] = ()
 
     @property
     def sentences(self) -> list[str]:
@@ -88,6 +91,8 @@ class Rebuilt:
         found = [*self.differences.sentences, *(rows.sentence for rows in self.altered)]
         if self.n_altered > len(self.altered):
             found.append(f"{self.n_altered - len(self.altered)} more were altered in the old database.")
+        if self.lost_views:
+            found.append(f"views of your own could not be made again: {', '.join(self.lost_views)}.")
         return [*found, *([self.left_out.sentence] if self.left_out.sentence else [])]
 
 
@@ -115,7 +120,11 @@ def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | N
         )
     replay = Replay(store_of(folder, configuration), mirror, step)
     with exclusive_lock(mirror.path, REBUILDING):
-        old = _rebuild_sqlite(folder, replay) if url is None else replace_postgres(url, replay.apply_to, replay.finish)
+        lost: list[str] = []
+        if url is None:
+            old = _rebuild_sqlite(folder, replay, lost)
+        else:
+            old = replace_postgres(url, replay.apply_to, replay.finish)
         if moves:
             write_whole(folder / CONFIGURATION, moved.encode())
             if configuration.database.url is None:
@@ -128,7 +137,7 @@ def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | N
             altered = (0, ()) if old is None or moves else _altered(folder, store, url, old, connection, found)
     finally:
         engine.dispose()
-    return Rebuilt(len(replay.hashes), old, found, replay.left_out, *altered)
+    return Rebuilt(len(replay.hashes), old, found, replay.left_out, *altered, lost_views=tuple(lost))
 
 
 def _altered(
@@ -153,7 +162,8 @@ def _altered(
         engine.dispose()
 
 
-def _rebuild_sqlite(folder: Path, replay: Replay) -> str | None:
+def _rebuild_sqlite(folder: Path, replay: Replay, lost: list[str]) -> str | None:
+    """Return under which name the old database is kept; the names of views that are `lost` are added there."""
     remove_leftovers(folder)
     path, fresh = folder / DATABASE, folder / f".{DATABASE}.rebuild.{secrets.token_hex(4)}"
     try:
@@ -170,7 +180,7 @@ def _rebuild_sqlite(folder: Path, replay: Replay) -> str | None:
                 replay.finish(last, head_of_sqlite(path))
             finally:
                 last.dispose()
-            _take_over_views(path, fresh)
+            lost.extend(_take_over_views(path, fresh))
             sync(fresh)
 
         return replace_sqlite(folder, fresh, finish)
@@ -178,16 +188,25 @@ def _rebuild_sqlite(folder: Path, replay: Replay) -> str | None:
         remove_leftovers(folder)
 
 
-def _take_over_views(path: Path, fresh: Path) -> None:
-    """Make the views that a lab made in the old database in the new one, too; none where it is too damaged."""
+def _take_over_views(path: Path, fresh: Path) -> list[str]:
+    """Make the views that a lab made in the old database in the new one, too; returns names of those that cannot be.
+
+    None is taken over from a database that is too damaged.
+    """
+    lost: list[str] = []
     with contextlib.suppress(sqlite3.DatabaseError):
         if not path.exists():
-            return
+            return lost
         with contextlib.closing(_connect(path)) as old, contextlib.closing(_connect(fresh)) as new:
             views = old.execute("SELECT name, sql FROM sqlite_master WHERE type = 'view' ORDER BY rowid").fetchall()
             for name, statement in views:
-                if name not in VIEWS:
+                if name in VIEWS:
+                    continue
+                try:
                     new.execute(statement)
+                except sqlite3.Error:
+                    lost.append(name)
+    return lost
 
 
 def rewrite_journal(folder: Path) -> int:
@@ -484,7 +503,7 @@ FROM found f
 LEFT JOIN pg_rewrite r ON f.classid = 'pg_rewrite'::regclass AND r.oid = f.objid
 LEFT JOIN pg_constraint c ON f.classid = 'pg_constraint'::regclass AND c.oid = f.objid
 WHERE (c.oid IS NULL OR c.conrelid NOT IN (SELECT oid FROM book))
-    AND (r.oid IS NULL OR r.ev_class NOT IN (SELECT oid FROM book))
+    AND (r.oid IS NULL OR r.rulename <> '_RETURN' OR r.ev_class NOT IN (SELECT oid FROM book))
 ORDER BY description
 """
 """Whatever names the book's tables and views in its own definition, except the book's own foreign keys and views."""

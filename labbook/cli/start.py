@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import _thread
+import contextlib
 import gc
 import os
 import signal
@@ -24,12 +26,11 @@ def main() -> NoReturn:
     Python and libraries may raise another error in place of a Ctrl-C that they meet: what ends a command after one is
     the Ctrl-C all the same. One that meets a destructor, where Python lets nothing through, comes again.
     """
-    pressed: list[bool] = []
+    pressed: list[threading.Timer] = []
 
     def on_interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
         if not pressed:
-            later(MOST_TO_END_S, end_now)
-        pressed.append(True)
+            pressed.append(later(MOST_TO_END_S, end_now))
         raise KeyboardInterrupt
 
     def on_lost_error(lost: sys.UnraisableHookArgs) -> None:
@@ -46,6 +47,8 @@ def main() -> NoReturn:
 
         run()
     except SystemExit as end:
+        for timer in pressed:
+            timer.cancel()
         if end.code == INTERRUPTED:
             print_interrupted()
         gc.freeze()  # Python looks for cycles twice as it ends: a tenth of a report's time, for memory that goes anyway
@@ -56,25 +59,33 @@ def main() -> NoReturn:
         end_now()  # half of an import may be left behind, at which closing in order would stumble
 
 
-def later(seconds: float, do: Callable[[], object]) -> None:
+def later(seconds: float, do: Callable[[], object]) -> threading.Timer:
     """Do something in a while, unless the command has ended by then."""
     timer = threading.Timer(seconds, do)
     timer.daemon = True
     timer.start()
+    return timer
 
 
 def press_again() -> None:
     """Interrupt what the main thread does, also where it waits."""
-    signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    else:
+        _thread.interrupt_main()
 
 
 def end_now() -> NoReturn:
     """End the command as after a Ctrl-C: the book is whole at any moment."""
-    print_interrupted()
-    sys.stderr.flush()
+    with contextlib.suppress(OSError):
+        os.set_blocking(2, False)  # a terminal that takes nothing more keeps no command
+        os.write(2, f"{_SENTENCE}\n".encode())
     os._exit(INTERRUPTED)
+
+
+_SENTENCE = "labbook: interrupted; what was finished before is kept, what was not is left out."
 
 
 def print_interrupted() -> None:
     """Print that the command was interrupted, and what that means for the book."""
-    print("labbook: interrupted; what was finished before is kept, what was not is left out.", file=sys.stderr)
+    print(_SENTENCE, file=sys.stderr)

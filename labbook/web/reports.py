@@ -5,24 +5,25 @@ from __future__ import annotations
 import hashlib
 import mimetypes
 import re
+import shlex
+import subprocess
+import sys
+import tempfile
 from base64 import b64encode
 from collections.abc import Iterable
+from pathlib import Path
 
 from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
 
-from data_schema.errors import BookError, UnknownName
+from data_schema.errors import BookError, UnknownName, UsageError
 from data_schema.queries.history import list_reports
-from labbook.actions.report_command import report_as_of
 from labbook.actions.upkeep.report_differences import report_named
-from labbook.book.write_session import now_utc
+from labbook.book.opening import Book
 from labbook.config.local_time import local_text
-from labbook.studies.registry import ask, studies_of_book
-from labbook.studies.study import Asked
+from labbook.studies.registry import studies_of_book
 from labbook.web.rendering import page
-from reports.page.study import study_page
-from reports.page.writing import report_files
 
 _PAGE = "report.html"
 _SCRIPT = re.compile(rb"<script>(.*?)</script>", re.DOTALL)
@@ -64,9 +65,8 @@ def _file(request: Request) -> Response:
 
 def _as_of(request: Request) -> Response:
     """Return the page of the report of the book as it stood at an entry, made now."""
-    book = request.app.state.book.current()
-    made = report_as_of(book, None, str(request.path_params["seq"]), lambda _step: None)
-    return _alone(report_files(made.content)[_PAGE], "text/html")
+    asked = "report", "--as-of", str(request.path_params["seq"]), "--out", "."
+    return _alone(_made_apart(request.app.state.book.current(), *asked, page=_PAGE), "text/html")
 
 
 def _study(request: Request) -> Response:
@@ -77,9 +77,27 @@ def _study(request: Request) -> Response:
         known = studies_of_book(connection, book.configuration)
     if name not in known:
         raise UnknownName(f"the book has no study {name!r}: it has {', '.join(known) or 'none'}.")
-    found = ask(name, Asked(book.folder))
-    made_at = now_utc().split(".")[0] + "Z"
-    return _alone(study_page(found.study, found.sources, found.files, made_at).encode(), "text/html")
+    return _alone(_made_apart(book, "study", name, "--page", _PAGE, page=_PAGE), "text/html")
+
+
+_COMMAND = "from labbook.cli.start import main; main()"
+
+
+def _made_apart(book: Book, *words: str, page: str) -> bytes:
+    """Return the page that a command makes in a process of its own: drawing has settings that all threads share."""
+    with tempfile.TemporaryDirectory(prefix="labbook-page-") as folder:
+        done = subprocess.run(
+            [sys.executable, "-c", _COMMAND, *words, "--book", str(book.folder.resolve())],
+            cwd=folder,
+            stdin=subprocess.DEVNULL,
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        if done.returncode:
+            said = done.stderr.strip().rpartition("labbook: ")[2]
+            raise UsageError(said or f"`labbook {shlex.join(words)}` ended with {done.returncode}.")
+        return (Path(folder) / page).read_bytes()
 
 
 def _alone(content: bytes, kind: str) -> Response:

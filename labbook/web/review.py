@@ -131,8 +131,8 @@ def _decide(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
         raise UsageError(f"this is no verdict ({error}): give run, jumps, verdict and reason.") from error
     if verdict not in _VERDICTS:
         raise UsageError(f"{verdict} is no verdict on a jump that is there: give {', '.join(_VERDICTS)}.")
-    if given.get("undo") is True:
-        _refuse_undo_of_others(found, numbers, book.person)
+    if "undo" in given:
+        _refuse_undo_of_other(found, numbers, book.person, given["undo"])
     blind, text = given.get("blind") is True, str(note) if note else None
     with current.session(book.person) as session:
         decide(current, session, name, numbers, verdict, reason, text, found, blind=blind)
@@ -153,12 +153,18 @@ def _decide(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _refuse_undo_of_others(found: RunReview, numbers: Collection[int], person: str) -> None:
+def _refuse_undo_of_other(found: RunReview, numbers: Collection[int], person: str, undone: Mapping[str, Any]) -> None:
+    """Refuse to take back another verdict than the one that was given on this page, be it one's own of another page."""
     for item in found.jumps:
-        if item.jump.number in numbers and item.decision is not None and item.decision.person != person:
+        stands = item.decision
+        if item.jump.number not in numbers or stands is None:
+            continue
+        if stands.person != person:
             raise UsageError(
-                f"what stands of jump {item.jump.number} is {item.decision.person}'s verdict, which is not undone here."
+                f"what stands of jump {item.jump.number} is {stands.person}'s verdict, which is not undone here."
             )
+        if (stands.verdict, stands.reason_code) != (undone.get("verdict"), undone.get("reason")):
+            raise UsageError(f"jump {item.jump.number} was judged anew on another page: that is not undone here.")
 
 
 def _put(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:

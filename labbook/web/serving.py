@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+import ipaddress
 import secrets
 import socket
 import threading
@@ -70,8 +71,11 @@ def served_beside(folder: Path, person: str, view: str) -> Iterator[Served]:
 def _server(
     folder: Path, person: str, host: str, port: int | None, read_only: bool, view: str
 ) -> Iterator[tuple[uvicorn.Server, socket.socket, Served]]:
-    if host in ("0.0.0.0", "::"):  # noqa: S104 - refused
-        raise UsageError(f"--host {host} names no address of this machine: give the one that others reach.")
+    with contextlib.suppress(ValueError):  # a name
+        address = ipaddress.ip_address(host)
+        if address.is_unspecified:
+            raise UsageError(f"--host {host} names no address of this machine: give the one that others reach.")
+        host = address.compressed
     name = f"{_name_of(folder)[:12]}{'-reading' if read_only else ''}"
     token = _token(name)
     book = OpenBook(folder, person, read_only, name)

@@ -59,7 +59,7 @@ main()
 
 
 WAITING = """
-import os, signal, sys, time
+import os, signal, sys, threading, time
 from labbook.cli import main, start
 
 class Dropped:
@@ -75,6 +75,9 @@ def run():
         os.kill(os.getpid(), signal.SIGINT)
         time.sleep(60)
     except KeyboardInterrupt:
+        if sys.argv[1] == "in order":
+            threading.Thread(target=time.sleep, args=(1,)).start()  # Python waits for it as it ends
+            sys.exit(0)
         time.sleep(60)  # as for a lock that nobody gives back
 
 main.run, start.MOST_TO_END_S = run, float(sys.argv[2])
@@ -146,8 +149,10 @@ def test_a_report_that_is_not_written_whole_is_none(
     assert len(good(labbook("reports", "list", "--json", at=stated.folder)).json) == 1
 
 
-@pytest.mark.parametrize(("where", "most_s"), [("destructor", 50.0), ("itself", 0.2)])
-def test_it_ends_a_command_that_misses_it(where: str, most_s: float) -> None:
+@pytest.mark.parametrize(
+    ("where", "most_s", "code"), [("destructor", 50.0, 130), ("itself", 0.2, 130), ("in order", 0.2, 0)]
+)
+def test_it_ends_a_command_that_misses_it(where: str, most_s: float, code: int) -> None:
     done = subprocess.run(
         [sys.executable, "-c", WAITING, where, str(most_s)],
         env=environment(),
@@ -157,7 +162,7 @@ def test_it_ends_a_command_that_misses_it(where: str, most_s: float) -> None:
         check=False,
         preexec_fn=heeds_ctrl_c,
     )
-    assert (done.returncode, done.stdout, done.stderr) == (130, "", TOLD)
+    assert (done.returncode, done.stdout, done.stderr) == (code, "", TOLD if code else "")
 
 
 def ingesting(book: SmallBook) -> subprocess.Popen[str]:

@@ -18,6 +18,8 @@ from data_schema.views import VIEWS
 from scripts.schema_document import described
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import small_book
+from tests.helpers.hopping_log import hopping_log
+from tests.helpers.wording import says
 
 COUNTS = {"v_run": 16, "v_level": 36, "v_charge": 16, "v_signal": 12, "v_jump": 36, "v_verdict": 0}
 """Rows of the small book."""
@@ -75,8 +77,34 @@ def test_they_say_what_the_commands_say(tmp_path: Path) -> None:
     ]
     assert len(queried(at, "SELECT * FROM v_verdict")) == 3
     assert queried(at, "SELECT charge_mah FROM v_charge WHERE run = 'r002'") == [(150.0,)]
-    assert queried(at, "SELECT * FROM v_signal WHERE run = 'r003' UNION ALL SELECT * FROM v_signal WHERE 0") == []
+    assert queried(at, "SELECT * FROM v_signal WHERE run = 'r003'") == []
     assert queried(at, "SELECT * FROM v_jump WHERE run = 'r003'") == []
+
+
+def test_a_verdict_is_on_the_stance_that_was_judged(tmp_path: Path) -> None:
+    book = small_book(tmp_path)
+    good(labbook("files", "withdraw", "r001.csv", "--why", "another", at=book.folder))
+    log = tmp_path / "hops.csv"
+    log.write_bytes(hopping_log(8))
+    good(labbook("ingest", log, "--run", "r001", at=book.folder))
+    for said in (("reject", "9", "--reason", "other"), ("reject", "8", "--reason", "misfire"), ("clear", "9")):
+        good(labbook("jumps", said[0], "r001", *said[1:], at=book.folder))
+        listed = good(labbook("jumps", "list", "r001", "--json", at=book.folder)).json["jumps"]
+        expected = [one["decision"] and one["decision"]["verdict"] for one in listed]
+        assert len(expected) == 9
+        found = queried(book.folder, "SELECT verdict FROM v_jump WHERE run = 'r001' ORDER BY jump")
+        assert [verdict for (verdict,) in found] == expected
+
+
+def test_a_view_that_cannot_be_made_again_is_named(tmp_path: Path) -> None:
+    at = small_book(tmp_path).folder
+    with contextlib.closing(sqlite3.connect(at / "labbook.db")) as connection:
+        connection.execute("DROP VIEW v_run")
+        for name in ("first_one", "V_Run", "last_one"):
+            connection.execute(f"CREATE VIEW {name} AS SELECT name FROM run")
+        connection.commit()
+    says(good(labbook("rebuild", at=at)).out, "V_Run")
+    assert len(queried(at, "SELECT * FROM first_one")) == len(queried(at, "SELECT * FROM last_one")) == 16
 
 
 def test_ones_own_views_are_there_after_a_rebuild(tmp_path: Path) -> None:

@@ -44,7 +44,7 @@ const logOf = (run) => {
 };
 const ahead = () => {
   const runs = new Set(queue.slice(Math.max(at - 2, 0), at + AHEAD).map((one) => one.run));
-  runs.forEach((run) => logOf(run).then((log) => { loaded.set(run, log); draw(); work(); }).catch((error) => { trouble = error.status ? error.message : "no answer from labbook"; status(); }));
+  runs.forEach((run) => logOf(run).then((log) => { loaded.set(run, log); showWaiting(run); draw(); work(); }).catch((error) => { trouble = error.status ? error.message : "no answer from labbook"; status(); }));
   [...loaded.keys()].slice(0, -LOGS).filter((run) => !runs.has(run)).forEach((run) => { loaded.delete(run); logs.delete(run); });
 };
 const item = () => queue[at];
@@ -231,7 +231,8 @@ const show = (run, jumps, decided, saved) => jumps.forEach((jump) => {
 });
 
 // What waits to be saved stands above what the server answered to an earlier statement.
-const showWaiting = () => waiting.forEach(({ run, jumps, verdict, reason, note }) => show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, note, person: "you" }, false));
+const showSaid = ({ run, jumps, verdict, reason, note }) => show(run, jumps, verdict === "clear" ? null : { verdict, reason_code: reason, note, person: "you" }, false);
+const showWaiting = (run) => waiting.filter((one) => one.run === run).forEach(showSaid);
 
 const keep = () => sessionStorage.setItem(WAITING, JSON.stringify(waiting));
 const later = () => { clearTimeout(timer); timer = setTimeout(send, AGAIN_MS); };
@@ -249,7 +250,7 @@ const send = async () => {
         loaded.get(found.run)?.jumps.filter(isOf(jump)).forEach((one) => { one.excluded = jump.excluded; });
       });
       waiting.shift();
-      showWaiting();
+      showWaiting(found.run);
     } catch (error) {
       trouble = error.status ? error.message : "no answer: labbook is asked again";
       if ([404, 409, 422].includes(error.status) && !error.message.includes("labbook.toml")) {  // it will never be taken
@@ -273,10 +274,10 @@ const state = (jumps, verdict, reason, before, note) => {
   if (READ_ONLY) { readOnly(); return; }
   const { run } = item();
   refused = "";
-  given.push({ place: { run, ...named(item()) }, run, before });
+  given.push({ place: { run, ...named(item()) }, run, before, undo: { verdict, reason } });
   waiting.push({ run, jumps: jumps.map(named), verdict, reason, note, blind: blind() });
   keep();
-  showWaiting();
+  showSaid(waiting[waiting.length - 1]);
   send();
 };
 const decide = (verdict, reason, note) => {
@@ -294,7 +295,7 @@ const undo = () => {
   ahead();
   last.before.forEach(({ jump, decided }) => {
     const own = decided && [ME, "you"].includes(decided.person) && ["accept", "reject"].includes(decided.verdict) ? decided : null;
-    waiting.push({ run: last.run, jumps: [jump], verdict: own?.verdict ?? "clear", reason: own?.reason_code ?? "other", note: own?.note, blind: blind(), undo: true });
+    waiting.push({ run: last.run, jumps: [jump], verdict: own?.verdict ?? "clear", reason: own?.reason_code ?? "other", note: own?.note, blind: blind(), undo: last.undo });
     show(last.run, [jump], own, false);
     if (decided && !own) refused = `${decided.person}'s verdict stood there before: it is for ${decided.person} to give again`;
   });
@@ -421,7 +422,7 @@ queue = asked.jumps;
 known = asked.entries;
 latest = Math.max(latest, known);
 counts.reviewed = queue.filter((one) => one.decided).length;
-showWaiting();
+waiting.forEach(showSaid);
 const left = JSON.parse(sessionStorage.getItem(PLACE) ?? "{}");
 at = left.search === location.search && placeIn(left) >= 0 ? placeIn(left) : nextOpen(0);
 ahead();

@@ -415,6 +415,34 @@ def test_the_page_opens_at_the_first_jump_without_a_verdict_and_j_leads_to_the_n
         until(lambda: page.text_content("#number").startswith("Jump 2 "))
 
 
+def test_undo_leaves_what_one_said_since_on_another_page(browser: Any, page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.keyboard.press("a")
+        all_saved(page)
+        other = browser.new_page()
+        opened(other, server)
+        other.keyboard.press("b")
+        other.keyboard.press("r")
+        other.keyboard.press("t")
+        all_saved(other)
+        other.close()
+        page.keyboard.press("u")
+        until(lambda: "another page" in page.text_content("#saved"))
+    assert verdicts(book) == [("accept", "looks_right"), ("reject", "touched_by_hand")]
+
+
+def test_what_waits_is_shown_after_a_reload(page: Any, book: SmallBook) -> None:
+    with served(book.folder, "--as", ADA) as server:
+        opened(page, server)
+        page.route("**/api/verdicts", lambda _route: None)
+        page.keyboard.press("a")
+        page.keyboard.press("b")
+        until(lambda: "not saved yet" in page.text_content("#verdict"))
+        page.reload()
+        until(lambda: "not saved yet" in page.text_content("#verdict"))
+
+
 def test_a_late_answer_does_not_show_again_what_was_undone(page: Any, book: SmallBook) -> None:
     held: list[Any] = []
     with served(book.folder, "--as", ADA) as server:
