@@ -21,6 +21,7 @@ class Declared:
     plural : names the values of several runs
     number_name : names it in results, in `unit`
     source : what a run's value is computed from
+    file : the module of `labbook.analysis.outcomes` that computes it, alone or with others
     comparative : words for a larger value and for a smaller one
     undefined_because : why a run that has the source may have no value
     of_every_run : every run is expected to have it; else it is left out where no run has it
@@ -38,6 +39,7 @@ class Declared:
     number_name: str
     unit: str
     source: FileRole
+    file: str
     comparative: tuple[str, str] = ("higher", "lower")
     undefined_because: str
     of_every_run: bool = False
@@ -57,6 +59,7 @@ class Outcome(StrEnum):
     number_name: str
     unit: str
     source: FileRole
+    file: str
     comparative: tuple[str, str]
     undefined_because: str
     of_every_run: bool
@@ -74,6 +77,7 @@ class Outcome(StrEnum):
         number_name="joules_per_jump",
         unit="J",
         source=FileRole.CHARGE,
+        file="run_energy",
         undefined_because="joules are undefined",
         of_every_run=True,
         shares_error=True,
@@ -87,6 +91,7 @@ class Outcome(StrEnum):
         number_name="apex_height",
         unit="m",
         source=FileRole.LOG,
+        file="run_apexes",
         undefined_because="none of its jumps counts",
         of_every_run=True,
         of_jumps=True,
@@ -100,6 +105,7 @@ class Outcome(StrEnum):
         number_name="peak_force",
         unit="N",
         source=FileRole.FORCE,
+        file="run_force",
         undefined_because="no contact is found in its force",
     )
     CONTACT_TIME = Declared(
@@ -110,6 +116,7 @@ class Outcome(StrEnum):
         number_name="contact_time",
         unit="s",
         source=FileRole.FORCE,
+        file="run_force",
         comparative=("longer", "shorter"),
         undefined_because="no contact is found in its force",
         of_push_off=True,
@@ -122,6 +129,7 @@ class Outcome(StrEnum):
         number_name="impulse_height",
         unit="m",
         source=FileRole.FORCE,
+        file="run_force",
         undefined_because="no jump comes from quiet standing, and fewer than 3 follow each other, in its force",
         of_push_off=True,
     )
@@ -133,6 +141,7 @@ class Outcome(StrEnum):
         number_name="flight_height",
         unit="m",
         source=FileRole.FORCE,
+        file="run_force",
         undefined_because="no jump from quiet standing lands again in its force",
         of_push_off=True,
     )

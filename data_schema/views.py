@@ -20,8 +20,8 @@ class View:
 
 _ANCHOR = "coalesce({0}.apex_s, {0}.touchdown_s, {0}.liftoff_s, 0)"
 _IS_NEAR = f"abs(decision.anchor_s - {_ANCHOR}) <= coalesce({{0}}.flight_time_s, 0.25) / 2"
-"""As in `labbook.analysis.outcomes.run_apexes`, which judges jumps: a verdict is on the jump at whose apex or touchdown it
-was given, else on the only one about it."""
+"""As `labbook.analysis.outcomes.run_apexes` judges jumps: a verdict is on the jump at whose apex or touchdown it was
+given, else on the only one about it."""
 _VERDICT = f"""
     SELECT max(decision.id) FROM decision
     WHERE decision.target_kind = 'jump' AND decision.signal_sha256 IN (signal.sha256, signal.recorded_sha256)

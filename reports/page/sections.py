@@ -102,8 +102,8 @@ def sections_of(content: ReportContent) -> tuple[Section, ...]:
 
 def _with_figures(section: Section, content: ReportContent) -> Section:
     """Add the figures that name this section themselves."""
-    named = (FigureHere(kind.name) for kind in figures_of(content) if kind.section == section.anchor)
-    return replace(section, parts=(*section.parts, *named))
+    named = (kind for kind in figures_of(content) if kind.section == section.anchor and kind.absent(content) is None)
+    return replace(section, parts=(*section.parts, *(FigureHere(kind.name) for kind in named)))
 
 
 def _answer(content: ReportContent) -> Section:
@@ -216,7 +216,7 @@ def _predicted(content: ReportContent) -> Section:
     parts: list[Part] = [TableHere("hypotheses")] if content.hypotheses else []
     if content.predictions.items:
         parts += [Paragraph(text) for text in (verdict_text(content),) if text]
-        parts += [TableHere("prediction_bias"), FigureHere("predictions")]
+        parts.append(TableHere("prediction_bias"))
     return Section("predicted", "Predicted and measured", tuple(parts))
 
 

@@ -11,7 +11,7 @@ from data_schema.queries.runs import RunRow
 from ingest.store import Store
 from labbook.actions.runs.rig_line import known_joules
 from labbook.analysis.outcomes.detection import Detections, jumps_found
-from labbook.analysis.outcomes.run_apexes import JudgedRun, as_protocol, judge_runs, logs_that_count
+from labbook.analysis.outcomes.run_apexes import JudgedRun, as_protocol, judge_runs, logs_that_count, to_review
 from labbook.analysis.outcomes.run_energy import drain_lines
 from labbook.analysis.study_data import gather
 from labbook.config.model import Configuration
@@ -21,7 +21,7 @@ from labbook.config.model import Configuration
 class RunSummary:
     """A run as a list shows it: energy in J a jump, mean apex height in m, jumps by number; None where there is none.
 
-    `found` are the flights with an apex, `counted` the jumps that count; of the stances `to_review`, `reviewed` have a
+    `found` are the flights with an apex, `counted` the jumps that count; of those `to_review`, `reviewed` have a
     person's verdict.
     """
 
@@ -71,6 +71,6 @@ def _summary(run: RunRow, joules: float | None, judged: JudgedRun | None) -> Run
         made=run.jumps_made,
         found=None if jumps is None else jumps_found(one.jump for one in jumps),
         counted=None if counted is None else len(counted),
-        to_review=None if jumps is None else len(jumps),
+        to_review=None if jumps is None else len(to_review(jumps)),
         reviewed=None if jumps is None else sum(one.decision is not None for one in jumps),
     )

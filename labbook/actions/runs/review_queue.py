@@ -19,7 +19,15 @@ from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.vocabulary import FileRole, ReviewOrder, RunKind, RunState, Undefined
 from data_schema.where import compile_where
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
-from labbook.analysis.outcomes.run_apexes import JudgedJump, Judgement, anchor_of, by_protocol, judge_runs, usable_logs
+from labbook.analysis.outcomes.run_apexes import (
+    JudgedJump,
+    Judgement,
+    anchor_of,
+    by_protocol,
+    judge_runs,
+    to_review,
+    usable_logs,
+)
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import SeededChance
 from stats.apexes.jumps import FLAGS
@@ -139,7 +147,7 @@ def _queued(run: RunRow, judgement: Judgement) -> Iterable[QueuedJump]:
     known = {number: height_m for number, height_m in heights.items() if height_m is not None}
     far = dict(zip(known, robust_z([*known.values()], least=usual_se_m or 0.0), strict=True))
     last = {item.signal_sha256: item.jump.number for item in judgement.jumps}
-    for item in judgement.jumps:
+    for item in to_review(judgement.jumps):
         z = far.get(item.jump.number, 0.0) if len(known) >= LEAST_JUMPS else 0.0
         landing = item.jump.number == last[item.signal_sha256]
         reasons = sorted(_reasons(item, z, usual_se_m, landing), key=lambda reason: -reason.weight)

@@ -1,12 +1,12 @@
 """One quantity in one condition: its values of runs or days, their mean and interval, and how far they lie apart.
 
-An outcome of a log's jumps that is no line here is `measured` in a file of its own, `run_KEY.py`.
+How an outcome is computed from a run stands in the file that it names in `data_schema.outcomes`.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
 from typing import Any
@@ -16,12 +16,11 @@ from scipy import special
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
-from data_schema.vocabulary import FileRole, Undefined
+from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.charger_step import ENOUGH_SCATTER, rounding_in, scatter_in_steps, with_rounding
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.run_apexes import ApexVariant, RunApexes, as_protocol, run_apexes
-from labbook.analysis.outcomes.run_energy import RunEnergy, passive_drains, run_energies
-from labbook.analysis.outcomes.run_force import run_forces
+from labbook.analysis.outcomes.run_apexes import ApexVariant, RunApexes, as_protocol
+from labbook.analysis.outcomes.run_energy import RunEnergy
 from labbook.analysis.results import (
     Algorithm,
     Results,
@@ -34,16 +33,6 @@ from reports.numbers import Number, Result
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.compare.summary import describe
 
-_MEASURES: Mapping[Outcome, Callable[[Results, Detections, StudyData], RunResults[Result]]] = {
-    Outcome.JOULES: lambda computed, _detections, data: run_energies(computed, data, passive_drains(computed, data)),
-    **{outcome: run_forces for outcome in Outcome if outcome.source is FileRole.FORCE},
-}
-
-_OF_JUMPS: Mapping[Outcome, Callable[[Results, Detections, StudyData, ApexVariant], RunResults[Result]]] = {
-    Outcome.APEX: run_apexes
-}
-"""Outcomes `of_jumps`, by the jumps that a variant finds and counts."""
-
 
 def measure(
     outcome: Outcome,
@@ -52,15 +41,11 @@ def measure(
     data: StudyData,
     variant: ApexVariant | None = None,
 ) -> RunResults[Result]:
-    """Compute the outcome of every selected jump run that has what it takes.
+    """Compute the outcome of every selected jump run that has what it takes, by the function `measured` of its file.
 
     Jumps are found and counted as the protocol says, or as a variant does.
     """
-    if outcome in _MEASURES:
-        return _MEASURES[outcome](computed, detections, data)
-    if outcome in _OF_JUMPS:
-        return _OF_JUMPS[outcome](computed, detections, data, variant or as_protocol(data))
-    of_file = import_module(f"labbook.analysis.outcomes.run_{outcome.key}")
+    of_file = import_module(f"labbook.analysis.outcomes.{outcome.file}")
     found: RunResults[Result] = of_file.measured(computed, detections, data, variant or as_protocol(data))
     return found
 
@@ -70,12 +55,11 @@ def measure_all(
 ) -> dict[Outcome, RunResults[Result]]:
     """Compute several outcomes; those that come from the same measurement are measured once."""
     found: dict[Outcome, RunResults[Result]] = {}
-    measured: dict[object, RunResults[Result]] = {}
+    measured: dict[str, RunResults[Result]] = {}
     for outcome in outcomes:
-        how = _MEASURES.get(outcome, outcome)
-        if how not in measured:
-            measured[how] = measure(outcome, computed, detections, data)
-        found[outcome] = measured[how]
+        if outcome.file not in measured:
+            measured[outcome.file] = measure(outcome, computed, detections, data)
+        found[outcome] = measured[outcome.file]
     return found
 
 

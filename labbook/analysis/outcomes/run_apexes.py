@@ -123,9 +123,19 @@ def reviewed(jumps: Sequence[JudgedJump]) -> tuple[Reviewed, ...]:
     return tuple(Reviewed(*alike, tuple(numbers)) for alike, numbers in found.items())
 
 
+def to_review(jumps: Sequence[JudgedJump]) -> list[JudgedJump]:
+    """Return what a person looks at: all but the last landing of a log, of which no jump came, unless it was judged."""
+    last = {item.signal_sha256: item for item in jumps}
+    return [
+        item
+        for item in jumps
+        if item.decision is not None or item.jump.apex_height_m is not None or item is not last[item.signal_sha256]
+    ]
+
+
 def not_reviewed(jumps: Sequence[JudgedJump]) -> tuple[int, ...]:
-    """Return the numbers of the jumps without a verdict; a stance without an apex counts neither way."""
-    return tuple(item.jump.number for item in jumps if item.decision is None and item.jump.apex_height_m is not None)
+    """Return the numbers of the jumps to review that have no verdict."""
+    return tuple(item.jump.number for item in to_review(jumps) if item.decision is None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -550,3 +560,6 @@ def _calibration_errors(
             key = f"{name} {number}"
             terms[key] = terms.get(key, 0.0) + error_m / len(heights)
     return terms, df
+
+
+measured = run_apexes

@@ -17,6 +17,8 @@ from data_schema.queries.sources import InputRow
 from data_schema.reasons import Reason
 from data_schema.units import MAH_TO_COULOMB
 from data_schema.vocabulary import ChargeMode, Undefined
+from labbook.analysis.outcomes.detection import Detections
+from labbook.analysis.outcomes.run_apexes import ApexVariant
 from labbook.analysis.results import (
     Algorithm,
     Results,
@@ -330,3 +332,10 @@ def joules_per_mah(reference_voltage_v: float, jumps_made: float) -> float:
     if not 0.0 < per_mah < math.inf:
         raise InputRefused(f"a mAh is worth {per_mah:g} J a jump: check voltage and jumps made.")
     return per_mah
+
+
+def measured(
+    computed: Results, _detections: Detections, data: StudyData, _variant: ApexVariant
+) -> RunResults[RunEnergy]:
+    """Compute the energies, whatever jumps count."""
+    return run_energies(computed, data, passive_drains(computed, data))

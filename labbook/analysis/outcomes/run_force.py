@@ -19,6 +19,7 @@ from data_schema.vocabulary import Undefined
 from ingest.channels.names import channel_kind
 from ingest.store import Store
 from labbook.analysis.outcomes.detection import Detections, gaps_for_detector
+from labbook.analysis.outcomes.run_apexes import ApexVariant
 from labbook.analysis.results import Algorithm, Results, RunResults, run_input, signal_input
 from labbook.analysis.study_data import VERTICAL_FORCE, StudyData
 from reports.numbers import Number, Result
@@ -79,7 +80,7 @@ def push_off_rules(data: StudyData) -> PushOffRules:
     return PushOffRules(protocol.onset, protocol.take_off)
 
 
-def run_forces(computed: Results, detections: Detections, data: StudyData) -> RunResults[RunForce]:
+def measured(computed: Results, detections: Detections, data: StudyData, _variant: ApexVariant) -> RunResults[RunForce]:
     """Compute the numbers from the force plate of every selected jump run that has one record of it."""
     missing: dict[str, Undefined] = {}
     signals: dict[str, SignalRow] = {}

@@ -166,7 +166,7 @@ const draw = () => {
   context.strokeStyle = context.fillStyle = colour("soft");
   [[jump.touchdown_s, "touchdown ", "right"], [jump.lift_off_s, " lift-off", "left"]].forEach(([moment, name, side]) => {
     if (moment === null) return;
-    const roomLeft = side === "left" || axes.x(moment) - axes.box.left > 76;
+    const roomLeft = side === "left" || axes.x(moment) - axes.box.left > 190;  // the axis has its name there
     context.textAlign = roomLeft ? side : "left";
     context.beginPath();
     context.moveTo(axes.x(moment), axes.box.top + 18);

@@ -58,7 +58,10 @@ def test_it_has_every_jump_once_under_the_number_of_its_run(made: SmallBook) -> 
         by_run = queue(book, ReviewOrder.RUN)
         with book.reading() as connection:
             for run in dict.fromkeys(item.run for item in by_run.jumps):
-                listed = [(item.jump.number, item.signal_sha256) for item in review(book, connection, run).jumps]
+                *others, last = review(book, connection, run).jumps
+                flies = last.jump.apex_height_m is not None  # else it is the landing that no jump follows
+                shown = [*others, last] if flies else others
+                listed = [(item.jump.number, item.signal_sha256) for item in shown]
                 assert [(item.number, item.signal_sha256) for item in by_run.jumps if item.run == run] == listed
         assert [*dict.fromkeys(item.run for item in by_run.jumps)] == [
             f"r{n:03d}" for n in (*range(1, 7), *range(9, 15))
@@ -76,8 +79,7 @@ def test_the_doubtful_come_first_and_the_reasons_are_said(made: SmallBook) -> No
     says(first.reasons[1].words, "samples", "missing")
     assert first.doubt == sum(reason.weight for reason in first.reasons) > second.doubt
     assert [item.doubt for item in found[2:]] == [0.0] * (len(found) - 2)
-    last = next(item for item in found if item.number == 11)
-    assert last.apex_height_m is None  # the last landing is no lost jump, and no doubt
+    assert max(item.number for item in found) == 10  # the last landing is no lost jump, and no doubt
 
 
 def test_a_height_far_from_those_of_the_other_jumps_and_a_wide_error_are_doubtful(tmp_path: Path) -> None:
