@@ -30,14 +30,15 @@ from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest
 from labbook.actions.files.stored_files import dismiss, reread_named, restore, restore_item, withdraw
 from labbook.actions.runs.charges import state_charge
-from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.correcting import correct, unvoid, void
+from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import opened
 from labbook.book.rebuilding import rebuild_database
 from tests.helpers.books import ADA, instrument_files, small_book
 from tests.helpers.databases import all_rows_by_name
-from tests.helpers.statements import state
+from tests.helpers.statements import note, state
 
 RUNS = ("r001", "r002", "r003")
 SHEETS = ("s1.csv", "s2.csv", "s3.csv")
@@ -194,9 +195,30 @@ class Statements(RuleBasedStateMachine):
     def type_charge(self, run: str, amount: float, add: bool) -> None:
         self.say(state_charge, run, amount, None, None, add=add)
 
-    @rule(jump=st.integers(1, 3), verdict=st.sampled_from(("accept", "reject")))
+    @rule(jump=st.integers(1, 3), verdict=st.sampled_from(("accept", "reject", "clear")))
     def decide_on_jump(self, jump: int, verdict: str) -> None:
         self.say(decide, "r003", [jump], verdict, "touched_by_hand", None)
+
+    @rule(
+        run=st.sampled_from(RUNS),
+        said=st.sampled_from(
+            ("jumps=5", "minutes=14", "date=2021-06-15", "position=9", "battery=B", "starts=2", "b_ad_gain=100")
+        ),
+    )
+    def correct_run(self, run: str, said: str) -> None:
+        self.say(correct, run, [said], "misread")
+
+    @rule(run=st.sampled_from(RUNS), again=st.booleans())
+    def void_run(self, run: str, again: bool) -> None:
+        self.say(unvoid if again else void, run, "a slip")
+
+    @rule(run=st.sampled_from(RUNS))
+    def write_note(self, run: str) -> None:
+        self.say(note, "a cable came loose", run)
+
+    @rule(kind=st.sampled_from(("rail_angle", "lubrication")), passed=st.booleans())
+    def check_day(self, kind: str, passed: bool) -> None:
+        self.say(state_check, kind, None, None, passed, "2021-06-14")
 
     @invariant()
     def a_run_has_one_charge_that_its_sheet_holds(self) -> None:
