@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-import _thread
 import contextlib
 import gc
 import os
 import signal
 import sys
-import threading
-from collections.abc import Callable
 from types import FrameType
 from typing import NoReturn
 
@@ -24,31 +21,42 @@ def main() -> NoReturn:
     """Run the command line; what it needs is imported here, because half of its time goes into that.
 
     Python and libraries may raise another error in place of a Ctrl-C that they meet: what ends a command after one is
-    the Ctrl-C all the same. One that meets a destructor, where Python lets nothing through, comes again.
+    the Ctrl-C all the same. One that meets a destructor, where Python lets nothing through, comes again. No thread is
+    started for it: a Ctrl-C may come while this one holds what starting another needs.
     """
-    pressed: list[threading.Timer] = []
+    pressed: list[bool] = []
+    lost: list[bool] = []
 
     def on_interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
-        if not pressed:
-            pressed.append(later(MOST_TO_END_S, end_now))
+        pressed.append(True)
+        wake_in(MOST_TO_END_S)
         raise KeyboardInterrupt
 
-    def on_lost_error(lost: sys.UnraisableHookArgs) -> None:
-        if pressed and issubclass(lost.exc_type, KeyboardInterrupt):
-            later(AGAIN_S, press_again)  # not from here, where it would be lost as well
+    def on_lost_error(error: sys.UnraisableHookArgs) -> None:
+        if pressed and issubclass(error.exc_type, KeyboardInterrupt):
+            lost.append(True)
+            wake_in(AGAIN_S)  # not from here, where it would be lost as well
         else:
-            sys.__unraisablehook__(lost)
+            sys.__unraisablehook__(error)
+
+    def on_alarm(_signal: int, _frame: FrameType | None) -> NoReturn:
+        if not lost:
+            end_now()
+        lost.clear()
+        wake_in(MOST_TO_END_S)
+        raise KeyboardInterrupt
 
     if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # else it is to be ignored, as under nohup
         signal.signal(signal.SIGINT, on_interrupt)
         sys.unraisablehook = on_lost_error
+        if hasattr(signal, "SIGALRM"):
+            signal.signal(signal.SIGALRM, on_alarm)
     try:
         from labbook.cli.main import run
 
         run()
     except SystemExit as end:
-        for timer in pressed:
-            timer.cancel()
+        wake_in(0.0)
         if end.code == INTERRUPTED:
             print_interrupted()
         gc.freeze()  # Python looks for cycles twice as it ends: a tenth of a report's time, for memory that goes anyway
@@ -59,20 +67,10 @@ def main() -> NoReturn:
         end_now()  # half of an import may be left behind, at which closing in order would stumble
 
 
-def later(seconds: float, do: Callable[[], object]) -> threading.Timer:
-    """Do something in a while, unless the command has ended by then."""
-    timer = threading.Timer(seconds, do)
-    timer.daemon = True
-    timer.start()
-    return timer
-
-
-def press_again() -> None:
-    """Interrupt what the main thread does, also where it waits."""
-    if hasattr(signal, "pthread_kill"):
-        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
-    else:
-        _thread.interrupt_main()
+def wake_in(seconds: float) -> None:
+    """Have SIGALRM come in a while, in place of one that was to come; never with 0, nor where the system has none."""
+    if hasattr(signal, "setitimer"):
+        signal.setitimer(signal.ITIMER_REAL, seconds)
 
 
 def end_now() -> NoReturn:
