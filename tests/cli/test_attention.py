@@ -329,6 +329,15 @@ def test_a_run_that_gets_another_date_gets_a_position_there_that_is_free(tmp_pat
     assert "charge_date" not in told(place.book.folder)
 
 
+def test_a_spike_in_a_gain_is_no_level(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path, ingested=False), tmp_path)
+    for run in ("r001", "r002", "r004", "r005", "r006"):
+        spikes = iter([1e6]) if run in ("r001", "r004") else iter(())
+        text = with_gains(place.book.log(run), lambda gain, spikes=spikes: next(spikes, gain))  # type: ignore[misc]
+        place.say("ingest", place.file(f"{run}.csv", text))
+    assert "level_differs" not in told(place.book.folder)
+
+
 def exchanged_logs(place: Place, one: str, other: str) -> None:
     place.say("assign", f"{one}.csv", other, *WHY)
     place.say("assign", f"{other}.csv", one, *WHY)

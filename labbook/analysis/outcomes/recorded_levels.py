@@ -107,11 +107,11 @@ def _shown(one: RecordedRange, run: RunRow, declared: Mapping[str, Mapping[str, 
     has = run.levels.get(one.channel)
     if has is None or has not in levels or len(levels) < 2:
         return None
-    ends = {label for end in (one.lowest, one.highest) if (label := _level_near(end, levels)) is not None}
-    in_force = {label for label in ends if levels[label] != 0.0} or ends
-    if has in in_force:
+    lowest, highest = (_level_near(end, levels) for end in (one.lowest, one.highest))
+    in_force = highest if abs(one.highest) >= abs(one.lowest) else lowest
+    if levels[has] != 0.0 and has in (lowest, highest):
         return has, has
-    return (has, min(in_force)) if len(in_force) == 1 else None
+    return None if in_force is None else (has, in_force)
 
 
 def _level_near(value: float, levels: Mapping[str, float]) -> str | None:
