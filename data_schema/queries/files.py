@@ -148,6 +148,17 @@ def refused_files(connection: sa.Connection, most: int | None = None) -> list[Re
     return [RefusedFile(*row) for row in connection.execute(query)]
 
 
+def last_imports(connection: sa.Connection) -> dict[str, str]:
+    """Return when the newest file in use of each run came in, by the run's uid."""
+    query = (
+        sa.select(run.c.uid, sa.func.max(ingest.c.at_utc))
+        .select_from(run_file.join(run, run_file.c.run == run.c.id).join(ingest, ingest.c.file == run_file.c.file))
+        .where(IN_USE)
+        .group_by(run.c.uid)
+    )
+    return {row[0]: row[1] for row in connection.execute(query)}
+
+
 def links_of_file(connection: sa.Connection, file_uid: str) -> list[Link]:
     """Return which runs the parts of a file belong to."""
     return _links(connection, _LINKS_OF_FILE, file_uid)

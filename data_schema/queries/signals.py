@@ -231,10 +231,11 @@ def calibrated_channels(
 
 @dataclass(frozen=True, slots=True)
 class RecordedRange:
-    """The lowest and highest value of a channel of a log."""
+    """The lowest and highest value of a channel of a log; `stated_run` is the run that its file names."""
 
     signal_uid: str
     run_uid: str
+    stated_run: str | None
     channel: str
     lowest: float
     highest: float
@@ -249,6 +250,7 @@ def recorded_ranges(
         channel,
         signal_uid=signal.c.uid,
         run_uid=run.c.uid,
+        stated_run=ingest.c.stated_run,
         channel=channel.c.name,
     )
     query = (

@@ -59,8 +59,8 @@ def _end(ends: Sequence[CommandEnd], asked: str, zone: str) -> CommandEnd:
     if asked.isdecimal() and len(asked) < len("20210614"):
         before = [end for end in ends if end.seq <= int(asked)]
         if not before or int(asked) > ends[-1].seq:
-            of = f"entries 1 to {ends[-1].seq}" if ends else "no entry"
-            raise UsageError(f"--as-of {asked}: the journal has {of}, and no command ended before (`labbook journal`).")
+            of = f"its first command ends at entry {ends[0].seq}, the last at {ends[-1].seq}" if ends else "it has none"
+            raise UsageError(f"--as-of {asked} is no entry of the journal: {of} (`labbook journal`).")
         return before[-1]
     until = _instant(asked, zone)
     before = [end for end in ends if datetime.datetime.fromisoformat(end.at_utc) < until]
@@ -93,7 +93,8 @@ def _instant(asked: str, zone: str) -> datetime.datetime:
                 continue
             if moment is None:
                 moment = local.replace(fold=int(bool(offset) and names[0] != offset))
-            return moment.astimezone(datetime.UTC) + lasts
+            moment = moment.astimezone(datetime.UTC)
+            return moment + min(lasts, datetime.datetime.max.replace(tzinfo=datetime.UTC) - moment)
     raise UsageError(
         f"--as-of {asked!r} is neither the number of an entry nor a time: give for example 412, 2021-06-14, "
         '"2021-06-14 12:30" or a time as `labbook journal` lists it.'

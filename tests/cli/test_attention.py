@@ -359,6 +359,44 @@ def test_exchanged_logs_are_found_by_the_gain_that_they_recorded_and_given_back(
     assert told(place.book.folder) == before
 
 
+def test_two_exchanges_and_one_in_a_small_book_are_found(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path / "two"), tmp_path)
+    exchanged_logs(place, "r001", "r002")
+    exchanged_logs(place, "r003", "r005")
+    found = told(place.book.folder)["level_differs"]
+    assert {(one["run"], one["command"].split()[3]) for one in found} == {
+        ("r001", "r002"), ("r002", "r001"), ("r003", "r005"), ("r005", "r003"),
+    }  # fmt: skip
+    small = Place(small_book(tmp_path / "small", ingested=False), tmp_path)
+    for run in ("r001", "r002", "r003", "r004"):
+        small.say("ingest", small.book.log(run))
+    exchanged_logs(small, "r001", "r002")
+    assert len(told(small.book.folder)["level_differs"]) == 2
+
+
+def test_no_level_is_corrected_where_the_other_log_says_nothing(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path, ingested=False), tmp_path)
+    for number in (*range(1, 7), *range(9, 15)):
+        run = f"r{number:03d}"
+        spikes = iter([1e6]) if run == "r002" else iter(())
+        text = with_gains(place.book.log(run), lambda gain, spikes=spikes: next(spikes, gain))  # type: ignore[misc]
+        place.say("ingest", place.file(f"{run}.csv", text))
+    exchanged_logs(place, "r001", "r002")
+    (found,) = told(place.book.folder)["level_differs"]
+    assert found["command"].split()[:4] == ["labbook", "assign", "r001.csv", "r001"]
+
+
+def test_a_refused_file_is_forgotten_when_its_run_has_another(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path), tmp_path)
+    place.say("files", "withdraw", "r001.csv", *WHY)
+    place.say("assign", "2021-06-14.csv#1", "none", *WHY)
+    broken = place.file("r001.csv", "time [ms],height\n")
+    assert labbook("ingest", broken, at=place.book.folder).code == 2
+    assert [one["run"] for one in told(place.book.folder)["file_refused"]] == ["r001"]
+    place.say("ingest", place.file("good.csv", shorter(place.book.log("r001"))), "--run", "r001")
+    assert "file_refused" not in told(place.book.folder)
+
+
 def test_the_log_that_is_too_many_is_the_one_of_another_level(tmp_path: Path) -> None:
     place = Place(small_book(tmp_path), tmp_path)
     place.say("ingest", place.file("copy.csv", shorter(place.book.log("r002"))), "--run", "r001")

@@ -581,22 +581,21 @@ def _file_waits(facts: Facts) -> Iterator[Found]:
 
 _REFUSED_WITHIN = datetime.timedelta(days=7)
 """A refused file that states no run of the book is forgotten then: it may be no instrument's. One that states a run is
-so when the run has its log and its charge, whatever they are called."""
+so when a file of that run came in since, whatever it is called."""
 
 
 def _file_refused(facts: Facts) -> Iterator[Found]:
     oldest = (datetime.datetime.now(datetime.UTC) - _REFUSED_WITHIN).isoformat()
     for file in facts.refused:
         run = facts.by_name.get(file.stated_run or "")
-        if (run is None and file.at_utc >= oldest) or (run is not None and _lacks_file(facts, run)):
+        if run is None:
+            is_open = file.at_utc >= oldest
+        else:
+            is_open = run.state is not RunState.VOID and facts.last_imports.get(run.uid, "") < file.at_utc
+        if is_open:
             day = local_text(file.at_utc, facts.evidence.study.time_zone)[:10]
             what = f"{file.name} was refused on {day}: {file.why}"
             yield _found(what, "ingest", Blank.FILE, run=run, day=day, file=file.name, costs="what it holds is missing")
-
-
-def _lacks_file(facts: Facts, run: RunRow) -> bool:
-    has_log = run.kind is RunKind.IDLE or run.uid in facts.evidence.logs
-    return run.state is not RunState.VOID and not (has_log and run.uid in facts.evidence.charges)
 
 
 def _file_outdated(facts: Facts) -> Iterator[Found]:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.detections import WaitingVerdict, verdicts_waiting
-from data_schema.queries.files import LEG, RefusedFile, imported_names, inbox, refused_files, values_found
+from data_schema.queries.files import LEG, RefusedFile, imported_names, inbox, last_imports, refused_files, values_found
 from data_schema.queries.history import first_measurement
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, SourceColumn, source_columns
@@ -55,6 +55,7 @@ class Facts:
     checks_made: Mapping[str, frozenset[str]]
     waiting: Sequence[Waiting]
     refused: Sequence[RefusedFile]
+    last_imports: Mapping[str, str]
     verdicts_waiting: Sequence[WaitingVerdict]
     planned_not_made: Sequence[str]
     undecided: bool
@@ -115,7 +116,8 @@ def gather_facts(
         log_costs=_claims_lost(evidence, of_all, [run for run in evidence.runs if run.uid in no_heights], _LOG),
         checks_made={date: frozenset(one.kind for one in made) for date, made in checks_by_day(connection).items()},
         waiting=why_waiting(connection, inbox(connection)),
-        refused=refused_files(connection),
+        refused=(refused := refused_files(connection)),
+        last_imports=last_imports(connection) if any(one.stated_run for one in refused) else {},
         verdicts_waiting=verdicts_waiting(connection),
         planned_not_made=[row.name for row in planned_runs(connection) if row.run_name is None],
         undecided=configuration.analysis is None and first_measurement(connection) is None,

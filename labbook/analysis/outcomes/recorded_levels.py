@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import defaultdict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -17,8 +17,9 @@ _NEAR = 0.25
 class OtherLevel:
     """A log that recorded another `level` of a factor than its run `has`, both as they are declared.
 
-    `of_run` is the uid of the one run of its day that it can be of: one whose log is of this run, or that has no log;
-    None where there is none, or are several. `is_of_another`: there are some, or the run has a log of its own level.
+    `of_run` is the uid of the one run of its day that it can be of: that of its name, else one whose log is of this
+    run, else one without a log that says otherwise; None where there is none, or are several. `is_of_another`: there
+    are some, or the run has a log of its own level.
     """
 
     signal_uid: str
@@ -39,18 +40,14 @@ def other_levels(
     """Return, by the run's uid, the first channel of its logs that shows another level than the run has.
 
     `recorded` is of logs of these `runs`; `declared` has the values of a factor's levels by their labels. Nothing is
-    said of a channel that shows other levels in most logs: it is in another unit, or it is another thing.
+    said of a channel that may be another thing or in another unit, whatever its logs show.
     """
-    of = {run.uid: run for run in runs}
+    of, named = {run.uid: run for run in runs}, {run.name: run for run in runs}
     known = [one for one in recorded if one.run_uid in of]
-    balance: Counter[str] = Counter()
-    for one in known:
-        shown = _shown(one, of[one.run_uid], declared)
-        if shown is not None:
-            balance[one.channel] += _is_proof(one, shown[1], declared) if shown[0] == shown[1] else -1
+    comparable = {name for name, levels in declared.items() if _is_comparable(known, name, of, levels)}
     logs: dict[str, dict[str, list[RecordedRange]]] = defaultdict(dict)
     for one in known:
-        if balance[one.channel] > 0:
+        if one.channel in comparable:
             logs[one.run_uid].setdefault(one.signal_uid, []).append(one)
     wrong: dict[str, RecordedRange] = {}
     for uid, of_run in logs.items():
@@ -65,12 +62,18 @@ def other_levels(
         channels = logs[uid][wrong[uid].signal_uid]
         return all((shown := _shown(one, other, declared)) is not None and shown[0] == shown[1] for one in channels)
 
+    def is_clear(uid: str) -> bool:
+        return any(_shown(one, of[uid], declared) for channels in logs[uid].values() for one in channels)
+
     found = {}
     for uid, one in wrong.items():
         others = [other for other in by_day[of[uid].day] if other.uid != uid and can_be_of(uid, other)]
-        exchanged = [other.uid for other in others if other.uid in wrong and can_be_of(other.uid, of[uid])]
-        lacking = [other.uid for other in others if other.uid not in logs]
-        candidates = exchanged or lacking
+        stated = named.get(one.stated_run or "")
+        candidates = (
+            [stated.uid for other in others if stated is other]
+            or [other.uid for other in others if other.uid in wrong and can_be_of(other.uid, of[uid])]
+            or [other.uid for other in others if other.uid not in logs or not is_clear(other.uid)]
+        )
         shown = _shown(one, of[uid], declared)
         assert shown is not None  # noqa: S101 - it contradicts the run
         found[uid] = OtherLevel(
@@ -88,14 +91,27 @@ def other_levels(
     return found
 
 
+def _is_comparable(
+    known: Sequence[RecordedRange], name: str, of: Mapping[str, RunRow], levels: Mapping[str, float]
+) -> bool:
+    """Tell whether a channel has the levels of its factor: it shows two of them, and seldom 0 where there is a gain.
+
+    0 is the same in every unit, and where nothing is logged.
+    """
+    shown = [
+        pair
+        for one in known
+        if one.channel == name
+        if (pair := _shown(one, of[one.run_uid], {name: levels})) is not None
+    ]
+    gains = sum(levels[level] != 0.0 for _has, level in shown)
+    missing = sum(levels[level] == 0.0 != levels[has] for has, level in shown)
+    return len({level for _has, level in shown}) > 1 and gains > missing
+
+
 def _contradicts(one: RecordedRange, run: RunRow, declared: Mapping[str, Mapping[str, float]]) -> bool:
     shown = _shown(one, run, declared)
     return shown is not None and shown[0] != shown[1]
-
-
-def _is_proof(one: RecordedRange, label: str, declared: Mapping[str, Mapping[str, float]]) -> int:
-    """Tell whether a level shows that the channel is in the unit of the levels: 0 is the same in all."""
-    return int(declared[one.channel][label] != 0.0)
 
 
 def _shown(one: RecordedRange, run: RunRow, declared: Mapping[str, Mapping[str, float]]) -> tuple[str, str] | None:

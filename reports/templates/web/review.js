@@ -288,8 +288,9 @@ const decide = (verdict, reason, note) => {
 };
 // Undone is one's own verdict; what somebody else had said stands no more, and is theirs to say again.
 const undo = () => {
+  refused = "";
   const last = given.pop();
-  if (!last) return;
+  if (!last) { status(); return; }
   at = Math.max(placeIn(last.place), 0);
   stay();
   ahead();
