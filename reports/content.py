@@ -66,16 +66,12 @@ class Level:
 class RunValue:
     """What one run contributes to a condition: the run's own value, or the mean of its jumps `jumps_m`, m.
 
-    `jumps` are the numbers of these jumps in the run. The other fields are facts of the run, by their words in lists.
+    `jumps` are the numbers of these jumps in the run.
     """
 
     run: str
     value: float
-    day: str = ""
-    position: int = 0
     robot: str = ""
-    pack: str = ""
-    duration_s: float | None = None
     jumps_m: tuple[float, ...] = field(default=(), repr=False)
     jumps: tuple[int, ...] = field(default=(), repr=False)
 

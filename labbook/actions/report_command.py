@@ -126,7 +126,7 @@ def write(
         return _drawn(book, made, out, report_files(made.content, summary=summary, every_figure=every_figure))
 
     if unsaved:
-        made = unsaved_report(book, where, step) if as_of is None else report_as_of(book, where, as_of, step)
+        made = _unsaved_report(book, where, step) if as_of is None else _report_as_of(book, where, as_of, step)
         drawn = draw(made)
         drawn.put()
     else:
@@ -184,13 +184,13 @@ def _saved_report(
         raise BookReadOnly(f"{error} `labbook report --unsaved --out DIR` needs no right to write.") from error
 
 
-def unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -> MadeReport:
+def _unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -> MadeReport:
     """Make a report that the book does not have."""
     with book.reading() as connection:
         return _not_stored(_made(connection, book.store, book.configuration, where, step))
 
 
-def report_as_of(book: Book, where: str | None, as_of: str, step: Callable[[str], None]) -> MadeReport:
+def _report_as_of(book: Book, where: str | None, as_of: str, step: Callable[[str], None]) -> MadeReport:
     """Make the report of a book as it stood at an earlier entry or time."""
     from labbook.book.as_of import book_as_of  # brings readers of files, for which no other report waits
 

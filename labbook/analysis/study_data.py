@@ -128,9 +128,6 @@ def _signals(
     for signal in signals:
         if records(signal, what) and (signal.role, signal.run_uid) not in incomplete:
             found.setdefault(signal.run_uid, []).append(signal)
-    if what is FileRole.FORCE:  # a plate's own record goes before what a log holds of it
-        own = {uid: [one for one in several if one.role == FileRole.FORCE] for uid, several in found.items()}
-        found = {uid: own[uid] or several for uid, several in found.items()}
     return found
 
 

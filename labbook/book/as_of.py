@@ -24,11 +24,10 @@ from labbook.config.parsing import Configuration, parse_configuration
 
 @dataclass(frozen=True, slots=True)
 class PastBook:
-    """What a book held after entry `seq`, for reading, and in words when that was."""
+    """What a book held after an entry, for reading, and in words which and when that was."""
 
     connection: sa.Connection
     configuration: Configuration
-    seq: int
     called: str
 
 
@@ -51,7 +50,7 @@ def book_as_of(book: Book, asked: str, step: Callable[[str], None]) -> Iterator[
             if row is None:
                 raise UsageError(f"at entry {end.seq} the book had no configuration yet: name a later one.")
             configuration = parse_configuration(row.text, "the book's configuration then")
-            yield PastBook(connection, configuration, end.seq, f"entry {end.seq}, {local_text(end.at_utc, zone)}")
+            yield PastBook(connection, configuration, f"entry {end.seq}, {local_text(end.at_utc, zone)}")
 
 
 def _end(ends: Sequence[CommandEnd], asked: str, zone: str) -> CommandEnd:
@@ -70,30 +69,20 @@ def _end(ends: Sequence[CommandEnd], asked: str, zone: str) -> CommandEnd:
     return before[-1]
 
 
-_FORMS: Sequence[tuple[str, datetime.timedelta]] = (
-    (r"\d{4}-\d\d-\d\d", datetime.timedelta(days=1)),
-    (r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d", datetime.timedelta(minutes=1)),
-    (r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d", datetime.timedelta(seconds=1)),
-    (r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d:\d\d\.\d{1,6}", datetime.timedelta(milliseconds=1)),
-)
-"""How a time is written, and how long the last of what it says lasts."""
+_TIME = re.compile(r"(\d{4}-\d\d-\d\d)(?:[T ](\d\d:\d\d)(?::(\d\d)(\.\d{1,6})?)?)? ?([+-]\d\d:?\d\d|[A-Za-z]+)?")
+"""A date, and what may follow: minutes, seconds, a fraction, and an offset, Z, or the zone's letters as lists have."""
+_LASTS = ({"days": 1}, {"minutes": 1}, {"seconds": 1}, {"milliseconds": 1})
+"""How long the last of what a time says lasts: a date, a minute, a second, a fraction."""
 
 
 def _instant(asked: str, zone: str) -> datetime.datetime:
-    """Return the end of what a time says; behind it may stand an offset, Z, or the zone's own letters as lists have."""
-    text, offset = _parted(asked.strip())
-    for form, lasts in _FORMS:
-        with contextlib.suppress(ValueError, OverflowError):
-            if not re.fullmatch(form, text):
-                continue
-            moment = datetime.datetime.fromisoformat(text + offset) if offset[:1] in ("+", "-", "Z") else None
-            local = datetime.datetime.fromisoformat(text).replace(tzinfo=ZoneInfo(zone))
-            names = {fold: local.replace(fold=fold).tzname() for fold in (0, 1)}
-            if moment is None and offset and offset not in names.values():
-                continue
-            if moment is None:
-                moment = local.replace(fold=int(bool(offset) and names[0] != offset))
-            moment = moment.astimezone(datetime.UTC)
+    """Return the end of what a time says, by the clock of a zone where it names no other."""
+    with contextlib.suppress(ValueError, OverflowError):
+        if (found := _TIME.fullmatch(asked.strip())) is not None:
+            date, minute, second, fraction, offset = found.groups()
+            moment = datetime.datetime.fromisoformat(f"{date}T{minute or '00:00'}:{second or '00'}{fraction or ''}")
+            moment = _in_zone(moment, offset, zone).astimezone(datetime.UTC)
+            lasts = datetime.timedelta(**_LASTS[sum(part is not None for part in (minute, second, fraction))])
             return moment + min(lasts, datetime.datetime.max.replace(tzinfo=datetime.UTC) - moment)
     raise UsageError(
         f"--as-of {asked!r} is neither the number of an entry nor a time: give for example 412, 2021-06-14, "
@@ -101,7 +90,12 @@ def _instant(asked: str, zone: str) -> datetime.datetime:
     )
 
 
-def _parted(text: str) -> tuple[str, str]:
-    """Part a time from its offset or zone."""
-    found = re.fullmatch(r"(\d{4}-\d\d-\d\d(?:[T ][\d:.]+)?) ?((?:[+-]\d\d:?\d\d|[A-Za-z]+)?)", text)
-    return (found[1], found[2]) if found else (text, "")
+def _in_zone(moment: datetime.datetime, offset: str | None, zone: str) -> datetime.datetime:
+    """Return a moment with its zone; raises `ValueError` for letters that the zone does not have then."""
+    if offset is not None and offset[0] in "+-Z":
+        return datetime.datetime.fromisoformat(f"{moment.isoformat()}{offset}")
+    for fold in (0, 1):
+        local = moment.replace(tzinfo=ZoneInfo(zone), fold=fold)
+        if offset in (None, local.tzname()):
+            return local
+    raise ValueError(offset)

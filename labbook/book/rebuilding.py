@@ -71,10 +71,9 @@ REBUILDING = "another program is rebuilding this book: wait until it has finishe
 class Rebuilt:
     """How many entries were applied, where the old database is kept, and what differs from before.
 
-    `lost_views` are of a lab's own and could not be made again.
-
     `left_out` is what stands at the end of the journal file and is no complete command. `altered` are the first of the
-    `n_altered` rows of the old database that were not what labbook had written there.
+    `n_altered` rows of the old database that were not what labbook had written there. `lost_views` are of a lab's own
+    and could not be made again.
     """
 
     entries: int
@@ -122,7 +121,7 @@ def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | N
     with exclusive_lock(mirror.path, REBUILDING):
         lost: list[str] = []
         if url is None:
-            old = _rebuild_sqlite(folder, replay, lost)
+            old, lost = _rebuild_sqlite(folder, replay)
         else:
             old = replace_postgres(url, replay.apply_to, replay.finish)
         if moves:
@@ -162,8 +161,9 @@ def _altered(
         engine.dispose()
 
 
-def _rebuild_sqlite(folder: Path, replay: Replay, lost: list[str]) -> str | None:
-    """Return under which name the old database is kept; the names of views that are `lost` are added there."""
+def _rebuild_sqlite(folder: Path, replay: Replay) -> tuple[str | None, list[str]]:
+    """Return under which name the old database is kept, and which views in it could not be made again."""
+    lost: list[str] = []
     remove_leftovers(folder)
     path, fresh = folder / DATABASE, folder / f".{DATABASE}.rebuild.{secrets.token_hex(4)}"
     try:
@@ -183,7 +183,7 @@ def _rebuild_sqlite(folder: Path, replay: Replay, lost: list[str]) -> str | None
             lost.extend(_take_over_views(path, fresh))
             sync(fresh)
 
-        return replace_sqlite(folder, fresh, finish)
+        return replace_sqlite(folder, fresh, finish), lost
     finally:
         remove_leftovers(folder)
 

@@ -1,6 +1,7 @@
 """Commands that only read: show, plot, channels, formats, config, analysis, compare, why."""
 
 from pathlib import Path
+from textwrap import shorten
 from typing import Annotated
 
 import typer
@@ -216,6 +217,10 @@ def why(
     )
 
 
+_LONGEST_LINE = 300
+"""Of what a command stated; --json has all of it."""
+
+
 def journal(
     newest: Annotated[int, typer.Option("--newest", "-n", min=1, help="So many commands.")] = 20,
     before: Annotated[int | None, typer.Option(min=1, help="Those that ended before this entry.")] = None,
@@ -237,7 +242,7 @@ def journal(
             local_text(one.at_utc, zone),
             one.run or "",
             one.person,
-            f"{one.what}{f' ({one.why})' if one.why else ''}",
+            shorten(f"{one.what}{f' ({one.why})' if one.why else ''}", _LONGEST_LINE, placeholder="\u2026"),
         )
         for one in found
     ]

@@ -396,7 +396,6 @@ def _samples_twice(facts: Facts) -> Iterator[Found]:
 
 
 def _level_differs(facts: Facts) -> Iterator[Found]:
-    names = {run.uid: run.name for run in facts.evidence.selected}
     for run in facts.runs:
         other = facts.about.other_levels().get(run.uid)
         if other is None:
@@ -404,8 +403,8 @@ def _level_differs(facts: Facts) -> Iterator[Found]:
         log = next(one for one in facts.about.signals[run.uid] if one.uid == other.signal_uid)
         what, words = other.sentence(log.file_name, run.name), _correct(run, f"{other.factor}={other.level}")
         if other.of_run is not None:
-            what += f": it can be of {names[other.of_run]}"
-            words = "assign", _file_word(facts, log), names[other.of_run], "--why", Blank.WHY
+            what += f": it can be of {other.of_run}"
+            words = "assign", _file_word(facts, log), other.of_run, "--why", Blank.WHY
         elif other.is_of_another:
             words = "assign", _file_word(facts, log), Blank.RUN, "--why", Blank.WHY
         yield _found(what, *words, run=run, file=log.file_name)

@@ -103,6 +103,7 @@ def gather_facts(
     positions: dict[str, dict[int, str]] = {}
     for run in evidence.selected:
         positions.setdefault(run.day, {})[run.position_in_day] = run.name
+    refused = refused_files(connection)
     return Facts(
         evidence=evidence,
         about=about,
@@ -116,7 +117,7 @@ def gather_facts(
         log_costs=_claims_lost(evidence, of_all, [run for run in evidence.runs if run.uid in no_heights], _LOG),
         checks_made={date: frozenset(one.kind for one in made) for date, made in checks_by_day(connection).items()},
         waiting=why_waiting(connection, inbox(connection)),
-        refused=(refused := refused_files(connection)),
+        refused=refused,
         last_imports=last_imports(connection) if any(one.stated_run for one in refused) else {},
         verdicts_waiting=verdicts_waiting(connection),
         planned_not_made=[row.name for row in planned_runs(connection) if row.run_name is None],

@@ -49,16 +49,7 @@ def _line(connection: sa.Connection, entries: Sequence[EntryRow]) -> CommandLine
     reasons = dict.fromkeys(entry.reason for entry in entries if entry.reason)
     what = _what(connection, own[-1], run) if len(own) == 1 else _counted(own)
     what += ", and took over labbook.toml" if len(own) < len(entries) else ""
-    why = _shortened("; ".join(reasons))
-    return CommandLine(entries[0].seq, last.seq, by.at_utc, by.person, _shortened(what), why, run)
-
-
-_LONGEST = 300
-
-
-def _shortened(text: str) -> str:
-    """Return a text, or as much of its beginning as a line has room for."""
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}\u2026"
+    return CommandLine(entries[0].seq, last.seq, by.at_utc, by.person, what, "; ".join(reasons), run)
 
 
 def _run_uid(connection: sa.Connection, entry: EntryRow) -> str | None:

@@ -12,12 +12,15 @@ from data_schema.queries.signals import RecordedRange
 _NEAR = 0.25
 """Of the distance to the nearest other level: a value within it is of the level, whatever noise it has."""
 
+_Levels = Mapping[str, float]
+"""The values of a factor's levels by their labels."""
+
 
 @dataclass(frozen=True, slots=True)
 class OtherLevel:
     """A log that recorded another `level` of a factor than its run `has`, both as they are declared.
 
-    `of_run` is the uid of the one run of its day that it can be of: that of its name, else one whose log is of this
+    `of_run` names the one run of its day that it can be of: the run that its file names, else one whose log is of this
     run, else one without a log that says otherwise; None where there is none, or are several. `is_of_another`: there
     are some, or the run has a log of its own level.
     """
@@ -35,102 +38,91 @@ class OtherLevel:
 
 
 def other_levels(
-    recorded: Sequence[RecordedRange], runs: Sequence[RunRow], declared: Mapping[str, Mapping[str, float]]
+    recorded: Sequence[RecordedRange], runs: Sequence[RunRow], declared: Mapping[str, _Levels]
 ) -> dict[str, OtherLevel]:
     """Return, by the run's uid, the first channel of its logs that shows another level than the run has.
 
-    `recorded` is of logs of these `runs`; `declared` has the values of a factor's levels by their labels. Nothing is
-    said of a channel that may be another thing or in another unit, whatever its logs show.
+    `recorded` is of logs of these `runs`; `declared` has the levels by the factor's name. Nothing is said of a channel
+    that may be another thing or in another unit, whatever its logs show.
     """
-    of, named = {run.uid: run for run in runs}, {run.name: run for run in runs}
-    known = [one for one in recorded if one.run_uid in of]
-    comparable = {name for name, levels in declared.items() if _is_comparable(known, name, of, levels)}
+    of = {run.uid: run for run in runs}
+    by_channel: dict[str, list[RecordedRange]] = defaultdict(list)
+    for one in recorded:
+        if one.run_uid in of:
+            by_channel[one.channel].append(one)
+    levels = {name: declared[name] for name, some in by_channel.items() if _is_comparable(some, of, declared[name])}
     logs: dict[str, dict[str, list[RecordedRange]]] = defaultdict(dict)
-    for one in known:
-        if one.channel in comparable:
-            logs[one.run_uid].setdefault(one.signal_uid, []).append(one)
-    wrong: dict[str, RecordedRange] = {}
-    for uid, of_run in logs.items():
-        for one in (one for channels in of_run.values() for one in channels):
-            if _contradicts(one, of[uid], declared):
-                wrong.setdefault(uid, one)
+    for one in (one for name in levels for one in by_channel[name]):
+        logs[one.run_uid].setdefault(one.signal_uid, []).append(one)
+
+    def is_of(log: Sequence[RecordedRange], run: RunRow) -> bool:
+        shown = [(_shown(one, run, levels[one.channel]), run.levels.get(one.channel)) for one in log]
+        return all(at is not None and at == has for at, has in shown)
+
+    def contradiction(log: Sequence[RecordedRange], run: RunRow) -> tuple[str, str] | None:
+        """Return the first factor of which a log shows another level than a run has, and that level."""
+        shown = {one.channel: _shown(one, run, levels[one.channel]) for one in log}
+        return next(((name, at) for name, at in shown.items() if at is not None and at != run.levels[name]), None)
+
+    wrong: dict[str, tuple[str, tuple[str, str]]] = {}
+    for uid, several in logs.items():
+        for signal_uid, log in several.items():
+            if uid not in wrong and (found := contradiction(log, of[uid])) is not None:
+                wrong[uid] = signal_uid, found
     by_day: dict[str, list[RunRow]] = defaultdict(list)
     for run in runs:
         by_day[run.day].append(run)
 
-    def can_be_of(uid: str, other: RunRow) -> bool:
-        channels = logs[uid][wrong[uid].signal_uid]
-        return all((shown := _shown(one, other, declared)) is not None and shown[0] == shown[1] for one in channels)
+    def wrong_log(uid: str) -> Sequence[RecordedRange]:
+        return logs[uid][wrong[uid][0]]
 
-    def is_clear(uid: str) -> bool:
-        return any(_shown(one, of[uid], declared) for channels in logs[uid].values() for one in channels)
-
-    found = {}
-    for uid, one in wrong.items():
-        others = [other for other in by_day[of[uid].day] if other.uid != uid and can_be_of(uid, other)]
-        stated = named.get(one.stated_run or "")
+    def of_other(uid: str) -> OtherLevel:
+        run, (signal_uid, (factor, level)) = of[uid], wrong[uid]
+        log = wrong_log(uid)
+        others = [other for other in by_day[run.day] if other is not run and is_of(log, other)]
         candidates = (
-            [stated.uid for other in others if stated is other]
-            or [other.uid for other in others if other.uid in wrong and can_be_of(other.uid, of[uid])]
-            or [other.uid for other in others if other.uid not in logs or not is_clear(other.uid)]
+            [other.name for other in others if other.name == log[0].stated_run]
+            or [other.name for other in others if other.uid in wrong and is_of(wrong_log(other.uid), run)]
+            or [other.name for other in others if not _says_anything(logs.get(other.uid, {}), other, levels)]
         )
-        shown = _shown(one, of[uid], declared)
-        assert shown is not None  # noqa: S101 - it contradicts the run
-        found[uid] = OtherLevel(
-            signal_uid=one.signal_uid,
-            factor=one.channel,
-            has=shown[0],
-            level=shown[1],
-            of_run=candidates[0] if len(candidates) == 1 else None,
-            is_of_another=bool(candidates)
-            or any(
-                not any(_contradicts(channel, of[uid], declared) for channel in channels)
-                for channels in logs[uid].values()
-            ),
-        )
-    return found
+        has_own = any(contradiction(one, run) is None for one in logs[uid].values())
+        of_run = candidates[0] if len(candidates) == 1 else None
+        return OtherLevel(signal_uid, factor, run.levels[factor], level, of_run, bool(candidates) or has_own)
+
+    return {uid: of_other(uid) for uid in wrong}
 
 
-def _is_comparable(
-    known: Sequence[RecordedRange], name: str, of: Mapping[str, RunRow], levels: Mapping[str, float]
-) -> bool:
+def _says_anything(logs: Mapping[str, Sequence[RecordedRange]], run: RunRow, levels: Mapping[str, _Levels]) -> bool:
+    return any(_shown(one, run, levels[one.channel]) is not None for log in logs.values() for one in log)
+
+
+def _is_comparable(known: Sequence[RecordedRange], of: Mapping[str, RunRow], levels: _Levels) -> bool:
     """Tell whether a channel has the levels of its factor: it shows two of them, and seldom 0 where there is a gain.
 
     0 is the same in every unit, and where nothing is logged.
     """
-    shown = [
-        pair
-        for one in known
-        if one.channel == name
-        if (pair := _shown(one, of[one.run_uid], {name: levels})) is not None
-    ]
+    pairs = [(of[one.run_uid].levels.get(one.channel, ""), _shown(one, of[one.run_uid], levels)) for one in known]
+    shown = [(has, level) for has, level in pairs if level is not None]
     gains = sum(levels[level] != 0.0 for _has, level in shown)
     missing = sum(levels[level] == 0.0 != levels[has] for has, level in shown)
     return len({level for _has, level in shown}) > 1 and gains > missing
 
 
-def _contradicts(one: RecordedRange, run: RunRow, declared: Mapping[str, Mapping[str, float]]) -> bool:
-    shown = _shown(one, run, declared)
-    return shown is not None and shown[0] != shown[1]
-
-
-def _shown(one: RecordedRange, run: RunRow, declared: Mapping[str, Mapping[str, float]]) -> tuple[str, str] | None:
-    """Return the level of a run and the one that a channel shows, which may be the same; None where neither is clear.
+def _shown(one: RecordedRange, run: RunRow, levels: _Levels) -> str | None:
+    """Return the level that a channel shows, which is that of a run where it can be; None where none is clear.
 
     A gain is in force in one half of a jump, and another, or none, in the other half; a gain of 0 never is.
     """
-    levels = declared.get(one.channel, {})
     has = run.levels.get(one.channel)
     if has is None or has not in levels or len(levels) < 2:
         return None
     lowest, highest = (_level_near(end, levels) for end in (one.lowest, one.highest))
-    in_force = highest if abs(one.highest) >= abs(one.lowest) else lowest
     if levels[has] != 0.0 and has in (lowest, highest):
-        return has, has
-    return None if in_force is None else (has, in_force)
+        return has
+    return highest if abs(one.highest) >= abs(one.lowest) else lowest
 
 
-def _level_near(value: float, levels: Mapping[str, float]) -> str | None:
+def _level_near(value: float, levels: _Levels) -> str | None:
     label = min(levels, key=lambda name: abs(levels[name] - value))
     gap = min(abs(levels[label] - other) for name, other in levels.items() if name != label)
     return label if abs(levels[label] - value) <= _NEAR * gap else None

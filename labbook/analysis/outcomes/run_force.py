@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
+from data_schema.vocabulary import FileRole, Undefined
 from ingest.channels.names import channel_kind
 from ingest.store import Store
 from labbook.analysis.outcomes.detection import Detections, gaps_for_detector
@@ -67,8 +67,12 @@ ALGORITHM = Algorithm("run_force", 5)
 
 
 def usable_force(forces: Sequence[SignalRow]) -> SignalRow | Undefined:
-    """Return the one record of vertical force of a run, or why there is none; samples saved twice are one record."""
-    distinct = list({signal.sha256: signal for signal in forces}.values())
+    """Return the one record of vertical force of a run, or why there is none; samples saved twice are one record.
+
+    A plate's own record goes before what a log holds of it.
+    """
+    own = [signal for signal in forces if signal.role == FileRole.FORCE]
+    distinct = list({signal.sha256: signal for signal in own or forces}.values())
     if not distinct:
         return Undefined(Reason.NO_FORCE_RECORD)
     return distinct[0] if len(distinct) == 1 else Undefined(Reason.SEVERAL_FORCE_RECORDS, n=len(distinct))

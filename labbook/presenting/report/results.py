@@ -164,7 +164,7 @@ def _summary(analysis: StudyAnalysis, values: ConditionValues) -> Summary:
 
 def _run_value(analysis: StudyAnalysis, item: RunNumber) -> RunValue:
     run = item.run
-    value = RunValue(run.name, item.value, run.day, run.position_in_day, run.robot, run.battery, run.duration_s)
+    value = RunValue(run.name, item.value, run.robot)
     if not isinstance(item.result, RunApexes):
         return value
     jumps = analysis.judgements[run.uid].counted
