@@ -15,7 +15,8 @@ from playwright.sync_api import sync_playwright
 
 DOCUMENTS = Path(__file__).resolve().parents[1] / "docs" / "web"
 VIEWS = {"runs": "/", "attention": "/attention", "run": "/runs/r002", "review": "/review?run=r006", "live": "/live",
-         "diff": "/diff?first=r002&second=r003", "journal": "/journal"}  # fmt: skip
+         "diff": "/diff?first=r002&second=r003",
+         "files": "/files", "reports": "/reports", "journal": "/journal"}  # fmt: skip
 SIZES = {"": (1280, 800, "light"), "_narrow_dark": (400, 800, "dark")}
 
 

@@ -92,6 +92,7 @@ def _queued(served: OpenBook, connection: sa.Connection, jumps: Iterable[QueuedJ
             "doubts": [reason.words for reason in one.reasons],
             "left_out": one.excluded is not None,
             "decided": any(said.person == served.person for said in one.verdicts),
+            "rejected": any(said.person == served.person and said.verdict is Verdict.REJECT for said in one.verdicts),
         }
         for one in jumps
     ]

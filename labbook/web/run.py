@@ -8,12 +8,13 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
+from data_schema.queries.detections import DecisionRow, WaitingVerdict
 from data_schema.queries.runs import run_names
 from labbook.actions.runs.jump_review import RunReview, review
 from labbook.actions.runs.run_plot import drawn_log
 from labbook.actions.runs.run_view import run_view, view_lines
 from labbook.analysis.outcomes.detection import Detections
-from labbook.analysis.outcomes.run_apexes import anchor_of
+from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of, jumps_near
 from labbook.analysis.study_data import VERTICAL_FORCE
 from labbook.book.opening import Book
 from labbook.terminal import plain
@@ -59,6 +60,7 @@ def _log(request: Request) -> Response:
             "log_begins_s": jump.at_s - anchor_of(judged[jump.number].jump),
             "signal": judged[jump.number].signal_sha256,
             "why_no_apex": judged[jump.number].jump.undefined_reason,
+            "earlier": _earlier(found, judged[jump.number]),
         }
         for jump in log.jumps
     ]
@@ -72,6 +74,17 @@ def _log(request: Request) -> Response:
             "beside": list(_beside(book, found, log)),
         }
     )
+
+
+def _earlier(found: RunReview, item: JudgedJump) -> list[dict[str, str]]:
+    """Return the verdicts that stood at a jump without one before its log, its reading or the detector changed."""
+    every: list[DecisionRow | WaitingVerdict] = [*found.waiting, *found.lost]
+    return [
+        {"verdict": said.verdict, "person": said.person}
+        for said in (every if item.decision is None else ())
+        if jumps_near(said.anchor_s, [item.before])
+        and (said.signal_sha256 == item.signal_sha256 or len(found.signals) == 1)
+    ]
 
 
 def _samples(request: Request) -> Response:

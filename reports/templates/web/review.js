@@ -30,7 +30,7 @@ const seen = new Set(JSON.parse(sessionStorage.getItem(SEEN) ?? "[]"));
 const see = (run) => { seen.add(run); sessionStorage.setItem(SEEN, JSON.stringify([...seen])); };
 if (new URLSearchParams(location.search).has("run")) see(new URLSearchParams(location.search).get("run"));
 let placing = null;  // where a person is about to put an apex: { time, moves }
-const counts = { reviewed: 0 };
+const counts = { reviewed: 0, rejected: 0 };
 
 const logOf = (run) => {
   if (!logs.has(run)) {
@@ -59,6 +59,7 @@ const shownVerdict = (jump) => (jump.decided && (open || [ME, "you"].includes(ju
 
 const status = () => {
   const parts = [`${counts.reviewed} of ${queue.length} reviewed`];
+  if (counts.rejected) parts.push(`${counts.rejected} rejected`);
   if (waiting.length) parts.push(`${waiting.length} waiting to be saved`);
   if (trouble) parts.push(trouble);
   if (refused) parts.push(refused);
@@ -203,7 +204,9 @@ const draw = () => {
   verdict.className = `verdict ${said?.verdict ?? ""}`;
   const why = said?.reason_code === "with_the_rest" ? " with the rest of its run" : said?.verdict === "reject" ? `: ${said.reason_code.replaceAll("_", " ")}` : "";
   const note = said?.note ? `, ${said.note},` : "";
-  verdict.textContent = said ? `${SAID[said.verdict]}${why}${note} by ${said.person}${jump.saved === false ? " (not saved yet)" : ""}` : "";
+  const earlier = jump.earlier.filter(({ person }) => !jump.decided && (open || person === ME))
+    .map((one) => `${SAID[one.verdict]} by ${one.person}`).join(", ");
+  verdict.textContent = !said && earlier ? `before the log or its reading changed: ${earlier}` : said ? `${SAID[said.verdict]}${why}${note} by ${said.person}${jump.saved === false ? " (not saved yet)" : ""}` : "";
   status();
 };
 
@@ -224,8 +227,10 @@ const move = (by) => {
 
 const show = (run, jumps, decided, saved) => jumps.forEach((jump) => {
   queue.filter((one) => one.run === run && isOf(jump)(one)).forEach((one) => {
+    const rejected = decided?.verdict === "reject";
     counts.reviewed += (decided !== null) - one.decided;
-    one.decided = decided !== null;
+    counts.rejected += rejected - one.rejected;
+    Object.assign(one, { decided: decided !== null, rejected });
   });
   loaded.get(run)?.jumps.filter(isOf(jump)).forEach((one) => Object.assign(one, { decided, saved }));
 });
@@ -422,7 +427,11 @@ const asked = await askJson(`/api/queue${location.search}`);
 queue = asked.jumps;
 known = asked.entries;
 latest = Math.max(latest, known);
-counts.reviewed = queue.filter((one) => one.decided).length;
+const count = () => {
+  counts.reviewed = queue.filter((one) => one.decided).length;
+  counts.rejected = queue.filter((one) => one.rejected).length;
+};
+count();
 waiting.forEach(showSaid);
 const left = JSON.parse(sessionStorage.getItem(PLACE) ?? "{}");
 at = left.search === location.search && placeIn(left) >= 0 ? placeIn(left) : nextOpen(0);
@@ -443,7 +452,7 @@ const look = async () => {
   const shown = item();
   [known, latest] = [fresh.entries, fresh.entries];
   queue = fresh.jumps;
-  counts.reviewed = queue.filter((one) => one.decided).length;
+  count();
   logs.clear();
   loaded.clear();
   const place = shown ? placeIn(shown) : -1;

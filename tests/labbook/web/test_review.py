@@ -9,8 +9,10 @@ import pytest
 import sqlalchemy as sa
 
 from data_schema.tables.runs import decision
-from data_schema.vocabulary import ReasonCode, Verdict
-from labbook.actions.runs.jump_review import decide
+from data_schema.vocabulary import Action, ReasonCode, Verdict
+from labbook.actions.runs.jump_review import decide, review
+from labbook.book.naming import run_named
+from labbook.book.write_session import Statement, new_uid
 from labbook.config.model import ProtocolSettings
 from labbook.web.review import reason_keys
 from tests.cli.shell import good, labbook
@@ -354,6 +356,35 @@ def test_after_a_rereading_the_page_shows_the_jumps_that_there_are(page: Any, bo
             )
         )
         until(lambda: page.text_content("#facts") != facts or page.text_content("#title") == "Nothing to review")
+
+
+def test_a_verdict_of_an_earlier_detector_stands_beside_its_jump_which_comes_back(page: Any, book: SmallBook) -> None:
+    with book.open() as opened_book, opened_book.session(ADA) as session:
+        first = review(opened_book, session.connection, "r003").jumps[0]
+        assert first.jump.apex_s is not None
+        new = {
+            "target_kind": "jump", "target_uid": run_named(session.connection, "r003").uid,
+            "signal_sha256": first.signal_sha256, "anchor_s": first.jump.apex_s, "verdict": "accept",
+            "reason_code": "looks_right", "note": None, "old_value": (first.jump.apex_height_m or 0.0) + 0.1,
+            "algorithm": "robust", "version": 1, "blind": 1,
+        }  # fmt: skip
+        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new))
+    with served(book.folder, "--as", ADA) as server:
+        assert [jump["earlier"] for jump in server.json("/api/runs/r003/log")["jumps"]] == [
+            [{"verdict": "accept", "person": ADA}], [], []
+        ]  # fmt: skip
+        opened(page, server)
+        until(lambda: f"accepted by {ADA}" in page.text_content("#verdict"))
+        assert page.text_content("#saved").startswith("0 of 3 reviewed")
+        page.keyboard.press("r")
+        page.keyboard.press("m")
+        all_saved(page)
+        page.keyboard.press("b")
+        until(lambda: page.text_content("#verdict").startswith("rejected"))
+        assert "1 of 3 reviewed, 1 rejected" in page.text_content("#saved")
+        page.keyboard.press("u")
+        until(lambda: page.text_content("#verdict").endswith(f"accepted by {ADA}"))
+        assert "rejected" not in page.text_content("#saved")
 
 
 def test_a_note_being_written_outlives_what_others_say(page: Any, book: SmallBook) -> None:
