@@ -91,18 +91,24 @@ def heeds_ctrl_c() -> None:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-@pytest.mark.parametrize("by", ["import", "class"])
-@pytest.mark.parametrize("module", ["labbook.cli.main", "typer", "labbook.terminal"])
-def test_while_it_starts(by: str, module: str) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", INTERRUPTED, by, module],
+def ran(program: str, *words: str | Path, at: Path | None = None) -> subprocess.CompletedProcess[str]:
+    """Run a program of this file to its end."""
+    return subprocess.run(
+        [sys.executable, "-c", program, *words],
+        cwd=at,
         env=environment(),
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=120,
         check=False,
         preexec_fn=heeds_ctrl_c,
     )
+
+
+@pytest.mark.parametrize("by", ["import", "class"])
+@pytest.mark.parametrize("module", ["labbook.cli.main", "typer", "labbook.terminal"])
+def test_while_it_starts(by: str, module: str) -> None:
+    done = ran(INTERRUPTED, by, module)
     assert (done.returncode, done.stdout, done.stderr) == (130, "", TOLD)
 
 
@@ -131,15 +137,7 @@ def test_a_report_that_is_not_written_whole_is_none(
     stated: SmallBook, tmp_path: Path, number: int, last: str, code: int
 ) -> None:
     words = ["report", "--out", tmp_path / "paper"]
-    done = subprocess.run(
-        [sys.executable, "-c", CUT_OFF_REPORT, str(int(number)), last, *words],
-        cwd=stated.folder,
-        env=environment(),
-        capture_output=True,
-        timeout=120,
-        check=False,
-        preexec_fn=heeds_ctrl_c,
-    )
+    done = ran(CUT_OFF_REPORT, str(int(number)), last, *words, at=stated.folder)
     assert done.returncode == code, done.stderr
     assert (tmp_path / "paper" / "figures").exists()
     assert not (tmp_path / "paper" / "report.html").exists()
@@ -153,15 +151,7 @@ def test_a_report_that_is_not_written_whole_is_none(
     ("where", "most_s", "code"), [("destructor", 50.0, 130), ("itself", 0.2, 130), ("in order", 0.2, 0)]
 )
 def test_it_ends_a_command_that_misses_it(where: str, most_s: float, code: int) -> None:
-    done = subprocess.run(
-        [sys.executable, "-c", WAITING, where, str(most_s)],
-        env=environment(),
-        capture_output=True,
-        text=True,
-        timeout=30,
-        check=False,
-        preexec_fn=heeds_ctrl_c,
-    )
+    done = ran(WAITING, where, str(most_s))
     assert (done.returncode, done.stdout, done.stderr) == (code, "", TOLD if code else "")
 
 
