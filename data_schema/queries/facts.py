@@ -5,9 +5,10 @@ Why a table refuses a row is put in words from the table's constraints, the same
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import sqlalchemy as sa
@@ -26,9 +27,12 @@ def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     except (sa.exc.StatementError, OverflowError) as error:
         _pass_on_trouble(error)
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {why_refused(error, table, values)}.") from error
-    key = done.inserted_primary_key
-    assert key is not None  # noqa: S101 - every fact has a private key
-    return int(key[0])
+    found = done.inserted_primary_key
+    assert found is not None  # noqa: S101 - every fact has a private key
+    key = int(found[0])
+    if (known := connection.info.get(_KNOWN)) is not None:
+        known[table.name, uid] = key
+    return key
 
 
 def update_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[str, Any]) -> None:
@@ -73,10 +77,32 @@ def fact_exists(connection: sa.Connection, kind: str, uid: str) -> bool:
 
 def key_of(connection: sa.Connection, kind: str, uid: str) -> int:
     """Return the private key of a row."""
-    key = private_keys(connection, FACTS[kind].c.uid, [uid]).get(uid)
+    table = FACTS[kind]
+    known: Keys = connection.info.get(_KNOWN, {})
+    key = known.get((table.name, uid))
+    if key is None:
+        key = private_keys(connection, table.c.uid, [uid]).get(uid)
     if key is None:
         raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
     return key
+
+
+Keys = dict[tuple[str, str], int]
+"""Private keys by table and uid."""
+_KNOWN = "labbook_keys"
+
+
+@contextlib.contextmanager
+def remembering_keys(connection: sa.Connection, known: Keys) -> Iterator[None]:
+    """Ask the database only once for the key of a row, in a transaction of which no part is rolled back.
+
+    For a replay, in which one query in three would ask for keys. `known` are those of rows that stand already.
+    """
+    connection.info[_KNOWN] = known
+    try:
+        yield
+    finally:
+        del connection.info[_KNOWN]
 
 
 def _referred(column: sa.Column[Any]) -> sa.Table | None:
@@ -87,16 +113,28 @@ def _referred(column: sa.Column[Any]) -> sa.Table | None:
 
 def _with_keys(connection: sa.Connection, table: sa.Table, values: Mapping[str, Any]) -> dict[str, Any]:
     """Put private keys where the values name rows by their uids; all of them are looked up in one query."""
-    uids = {name: uid for name, uid in values.items() if uid is not None and _referred(table.c[name]) is not None}
-    if not uids:
-        return dict(values)
-    keys = connection.execute(_select_keys(table.name, tuple(uids)), uids).mappings().one()
-    for name, key in keys.items():
-        if key is None:
-            raise UnknownName(
-                f"there is no {name} with uid {uids[name]!r}: list what there is and use a name from there."
-            )
-    return {**values, **keys}
+    referred = _references(table.name)
+    uids = {name: uid for name, uid in values.items() if uid is not None and name in referred}
+    known: Keys = connection.info.get(_KNOWN, {})
+    found = {name: key for name, uid in uids.items() if (key := known.get((referred[name], uid))) is not None}
+    asked = {name: uids[name] for name in uids if name not in found}
+    if asked:
+        keys = connection.execute(_select_keys(table.name, tuple(asked)), asked).mappings().one()
+        for name, key in keys.items():
+            if key is None:
+                raise UnknownName(
+                    f"there is no {name} with uid {uids[name]!r}: list what there is and use a name from there."
+                )
+            known[referred[name], uids[name]] = key
+        found |= keys
+    return {**values, **found}
+
+
+@functools.cache
+def _references(kind: str) -> dict[str, str]:
+    """Return the tables that the references of a kind's table refer to, by their names."""
+    referred = {column.name: _referred(column) for column in FACTS[kind].c}
+    return {name: table.name for name, table in referred.items() if table is not None}
 
 
 # A sheet of runs writes thousands of rows of few shapes: building a query takes longer than asking it.

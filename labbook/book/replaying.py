@@ -33,6 +33,7 @@ from data_schema.engine import sqlite_engine, writing
 from data_schema.errors import BookDamaged, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
+from data_schema.queries.facts import Keys, remembering_keys
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
 from labbook.book.making import fill_sqlite
@@ -62,6 +63,9 @@ class Replay:
     """Of the entries that were applied, in their order."""
     without_rows: list[Entry] = field(default_factory=list)
     left_out: LeftOut = NOTHING
+    verified: dict[str, str] = field(default_factory=dict)
+    """SHA-256 of files of the store, as they lay there when what they hold was verified, by path."""
+    _keys: Keys = field(default_factory=dict)
 
     def apply_to(self, engine: sa.Engine, until: int | None = None) -> None:
         """Apply what the journal holds beyond what was applied before, many commands in one transaction.
@@ -76,9 +80,9 @@ class Replay:
         entries = journal.verified_chain(self.mirror.tail(seq), (seq, last_hash)) if seq else self.mirror.entries()
         new = itertools.takewhile(lambda entry: entry.seq <= total, entries)
         forget_unused()
-        with reading_ahead(self.store, use_cache=self.use_cache, needs_samples=self.needs_samples) as ahead:
+        with contextlib.closing(ReadingAhead(self.store, self.use_cache, self.needs_samples, self.verified)) as ahead:
             for some in _batched(journal.commands(ahead.pass_on(new))):
-                with writing(engine) as connection:
+                with writing(engine) as connection, remembering_keys(connection, self._keys):
                     for command in some:
                         self.without_rows += self._applied(connection, command, ahead.take)
                         self.step(f"{command[-1].seq}/{total} {command[-1].action} {command[-1].entity_kind}")
@@ -173,6 +177,7 @@ class ReadingAhead:
     store: Store
     use_cache: bool
     needs_samples: bool
+    verified: dict[str, str] = field(default_factory=dict)
     _pool: ProcessPoolExecutor | None = None
     _asked: dict[int, Future[bytes]] = field(default_factory=dict)
     _known: dict[int, PreparedImport] = field(default_factory=dict)
@@ -229,33 +234,27 @@ class ReadingAhead:
         done = remembered(new["sha256"], new["settings"]) if self.use_cache else None
         if done is None:
             return True
+        copies = {raw_path(done.sha256): done.copy_sha256, **{part.store_path: part.file_sha256 for part in done.parts}}
+        self.verified |= {path: sha256 for path, sha256 in copies.items() if sha256 is not None}
         if self.needs_samples:
-            paths = {part.store_path: part.sha256 for part in done.parts}
-            if not all((self.store.root / path).exists() for path in (raw_path(done.sha256), *paths)):
+            if not all((self.store.root / path).exists() for path in copies):
                 return True
-            self._checking[entry.seq] = self._threads.submit(self._are_whole, done.sha256, paths)
+            self._checking[entry.seq] = self._threads.submit(self._are_whole, done)
         self._known[entry.seq] = done
         return False
 
-    def _are_whole(self, sha256: str, samples: Mapping[str, str]) -> bool:
+    def _are_whole(self, done: PreparedImport) -> bool:
         """Read a raw copy and samples, which a rebuild does not trust; one that was altered is read in its turn."""
-        return self.store.has_raw(sha256) and all(self.store.has_samples(*item) for item in samples.items())
+        has_samples = self.store.has_samples
+        return self.store.has_raw(done.sha256, done.copy_sha256) and all(
+            has_samples(part.store_path, part.sha256, part.file_sha256) for part in done.parts
+        )
 
     def _ask(self, pool: ProcessPoolExecutor, entry: Entry) -> None:
         new = entry.new or {}
         with contextlib.suppress(BrokenProcessPool, OSError):  # then files are read when their turn comes
             root = self.store.root.resolve()
             self._asked[entry.seq] = pool.submit(_read, root, new["sha256"], new["settings"])
-
-
-@contextlib.contextmanager
-def reading_ahead(store: Store, *, use_cache: bool, needs_samples: bool) -> Iterator[ReadingAhead]:
-    """Have files read ahead until the end of the block."""
-    ahead = ReadingAhead(store, use_cache, needs_samples)
-    try:
-        yield ahead
-    finally:
-        ahead.close()
 
 
 def _processors() -> int:

@@ -32,7 +32,7 @@ from ingest.model import (
     SignalPart,
 )
 from ingest.read import read_file
-from ingest.store import Store
+from ingest.store import Store, StoredFile, raw_path
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detection, detect_part, detection_row
 from labbook.config.model import ProfileSettings
 from labbook.config.parsing import Configuration
@@ -83,12 +83,14 @@ class PartJumps:
 class StoredPart:
     """The stored samples of one part, and the jumps found in them if it holds a body height.
 
+    `file_sha256` is that of the file of samples as it lies in the store, None where nobody verified it.
     `time_sha256` is the hash of its elapsed times: verdicts on jumps hold for all readings that have the same.
     `ranges` are the lowest and highest value of each channel, None of one without any.
     """
 
     sha256: str
     store_path: str
+    file_sha256: str | None
     time_sha256: str
     ranges: tuple[tuple[float, float] | None, ...]
     detection: PartJumps | None
@@ -98,7 +100,8 @@ class StoredPart:
 class PreparedImport:
     """One file read, and its copy and samples on disk; `parts` are in the order of `read.parts`.
 
-    `settings` are those that were in force: of the profiles, the one that was used.
+    `settings` are those that were in force: of the profiles, the one that was used. `copy_sha256` is that of the raw
+    copy as it lies in the store, compressed, None where nobody verified it.
     """
 
     sha256: str
@@ -106,6 +109,7 @@ class PreparedImport:
     read: ReadFile
     settings: ReadSettings
     parts: tuple[StoredPart, ...]
+    copy_sha256: str | None = None
 
 
 def as_read(done: PreparedImport) -> dict[str, Any]:
@@ -172,7 +176,8 @@ def store_reading(
 ) -> PreparedImport:
     """Store the copy and the samples of a file that was read, and find its jumps; of a refused file nothing is stored.
 
-    With `anew`, samples that are there already are read back and compared, because a rebuild must not trust them.
+    With `anew`, samples that are there already are read back and compared, because a rebuild must not trust them; the
+    bytes are those of the raw copy then.
     """
     in_force = with_used_profile(settings, read)
     if read.refused:
@@ -183,8 +188,8 @@ def store_reading(
         found = [_detected(part, settings) for part in read.parts]
         pairs = zip(read.parts, stored_signals, found, strict=True)
         stored = tuple(_stored_part(part, *done.result(), jumps) for part, done, jumps in pairs)
-        raw.result()
-        return PreparedImport(sha256, len(data), read, in_force, stored)
+        copy_sha256 = store.file_sha256(raw_path(sha256)) if anew else raw.result().file_sha256
+        return PreparedImport(sha256, len(data), read, in_force, stored, copy_sha256)
 
 
 def reread_stored(store: Store, data: bytes, sha256: str, settings: ReadSettings) -> PreparedImport:
@@ -197,7 +202,8 @@ def reread_stored(store: Store, data: bytes, sha256: str, settings: ReadSettings
         _stored_part(part, *store.put_signal(part, anew=True), _detected(part, settings))
         for part in (() if read.refused else read.parts)
     )
-    return PreparedImport(sha256, len(data), read, with_used_profile(settings, read), stored)
+    copy_sha256 = store.file_sha256(raw_path(sha256))
+    return PreparedImport(sha256, len(data), read, with_used_profile(settings, read), stored, copy_sha256)
 
 
 def without_storing(data: bytes, sha256: str, read: ReadFile, settings: ReadSettings) -> PreparedImport:
@@ -205,7 +211,9 @@ def without_storing(data: bytes, sha256: str, read: ReadFile, settings: ReadSett
     from ingest.samples import signal_sha256
 
     parts = () if read.refused else read.parts
-    stored = tuple(_stored_part(part, signal_sha256(part), "", _detected(part, settings)) for part in parts)
+    stored = tuple(
+        _stored_part(part, signal_sha256(part), StoredFile("", None), _detected(part, settings)) for part in parts
+    )
     return PreparedImport(sha256, len(data), read, with_used_profile(settings, read), stored)
 
 
@@ -213,7 +221,7 @@ def _detected(part: SignalPart, settings: ReadSettings) -> Detection | None:
     return detect_part(part, settings.detector, settings.rest_length_m)
 
 
-def _stored_part(part: SignalPart, sha256: str, store_path: str, found: Detection | None) -> StoredPart:
+def _stored_part(part: SignalPart, sha256: str, file: StoredFile, found: Detection | None) -> StoredPart:
     jumps = None
     if found is not None:
         row, height_range_m = detection_row(found, "", sha256), None
@@ -224,7 +232,7 @@ def _stored_part(part: SignalPart, sha256: str, store_path: str, found: Detectio
         misfires = sum(jump.misfired for jump in found.found.jumps)
         jumps = PartJumps(row, float(found.parameters["rest_length_m"]), found.found.zero_m, height_range_m, misfires)
     ranges = tuple(_range(channel.values) for channel in part.channels)
-    return StoredPart(sha256, store_path, times_sha256(part.time_s), ranges, jumps)
+    return StoredPart(sha256, file.path, file.file_sha256, times_sha256(part.time_s), ranges, jumps)
 
 
 def _range(values: FloatArray) -> tuple[float, float] | None:

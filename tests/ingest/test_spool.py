@@ -80,12 +80,12 @@ def test_a_file_beyond_the_bound_is_mapped_and_kept_byte_for_byte(
     monkeypatch.setattr(spool, "LARGE_BYTES", 10_000)
     found, sha256 = store.read_and_hash(path, 10**9)
     assert mapped(found) is not None
-    assert bytes(store.raw(store.put_raw(found, sha256), sha256)) == data
+    assert bytes(store.raw(store.put_raw(found, sha256).path, sha256)) == data
     (part,) = read_file(found, Declarations()).parts
     assert spool.folder_of(part.channels[0].values) == store.root
     _, kept = store.put_signal(part)
     (whole,) = read_file(data, Declarations()).parts
-    for name, values in read_samples(store.root / kept, ["body_height", "leg_length"]).items():
+    for name, values in read_samples(store.root / kept.path, ["body_height", "leg_length"]).items():
         expected = whole.time_s if name == "time" else {c.name: c.values for c in whole.channels}[name]
         assert np.array_equal(values, expected)
     with pytest.raises(InputRefused, match="largest_file_bytes"):

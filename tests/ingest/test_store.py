@@ -14,7 +14,7 @@ from hypothesis.extra.numpy import arrays
 from data_schema.errors import BookDamaged
 from ingest.model import ChannelData, FloatArray, SignalPart
 from ingest.samples import signal_sha256
-from ingest.store import Store
+from ingest.store import Store, StoredFile
 
 N = 20_000
 
@@ -31,14 +31,16 @@ def part(*columns: FloatArray) -> SignalPart:
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_samples_come_back_bit_by_bit(tmp_path: Path, columns: list[FloatArray]) -> None:
     store, kept = Store(tmp_path), part(*columns)
-    sha256, path = store.put_signal(kept)
+    sha256, file = store.put_signal(kept)
+    path = file.path
     found = store.samples(path, [channel.name for channel in kept.channels])
     assert list(found) == ["time", *(channel.name for channel in kept.channels)]
     for channel in kept.channels:
         assert found[channel.name].tobytes() == channel.values.tobytes()
     assert sha256 == signal_sha256(kept)
     store.check_samples(path, sha256, "log")
-    assert store.put_signal(kept) == (sha256, path)
+    assert store.has_samples(path, sha256, file.file_sha256)
+    assert store.put_signal(kept) == (sha256, StoredFile(path, None))
 
 
 @pytest.mark.parametrize(
@@ -52,26 +54,31 @@ def test_samples_come_back_bit_by_bit(tmp_path: Path, columns: list[FloatArray])
     ids=["held", "coarse", "six decimals", "noise"],
 )
 def test_samples_take_the_space_of_what_they_say(tmp_path: Path, values: FloatArray, most_bytes: float) -> None:
-    sizes = [(tmp_path / Store(tmp_path).put_signal(part(*columns))[1]).stat().st_size for columns in ([], [values])]
+    sizes = [
+        (tmp_path / Store(tmp_path).put_signal(part(*columns))[1].path).stat().st_size for columns in ([], [values])
+    ]
     assert sizes[1] - sizes[0] < most_bytes * N
 
 
 def test_a_rebuild_writes_only_samples_that_are_not_whole(tmp_path: Path) -> None:
     store, kept = Store(tmp_path), part(np.arange(300.0))
-    sha256, path = store.put_signal(kept)
+    sha256, file = store.put_signal(kept)
+    path = file.path
     inode = (tmp_path / path).stat().st_ino
-    assert store.put_signal(kept, anew=True) == (sha256, path)
+    assert store.put_signal(kept, anew=True) == (sha256, file)
     assert (tmp_path / path).stat().st_ino == inode
     (tmp_path / path).chmod(0o644)
     (tmp_path / path).write_bytes((tmp_path / path).read_bytes()[:-20])
-    assert store.put_signal(kept, anew=True) == (sha256, path)
+    assert not store.has_samples(path, sha256, file.file_sha256)
+    assert store.put_signal(kept, anew=True) == (sha256, file)
     store.check_samples(path, sha256, "r001.csv")
 
 
 @pytest.mark.parametrize("damage", ["another value", "another name", "time renamed", "cut", "missing"])
 def test_samples_that_are_not_those_that_were_kept_are_told(tmp_path: Path, damage: str) -> None:
     store = Store(tmp_path)
-    sha256, path = store.put_signal(part(np.arange(300.0)))
+    sha256, stored = store.put_signal(part(np.arange(300.0)))
+    path = stored.path
     file = tmp_path / path
     content, table = file.read_bytes(), pq.read_table(file)
     file.unlink()

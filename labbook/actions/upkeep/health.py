@@ -13,6 +13,7 @@ import hashlib
 import json
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from functools import partial
@@ -54,6 +55,9 @@ _MADE_ANEW = (
 )
 _PROBLEMS_OF_SQLITE = 20
 """The most problems listed of SQLite's integrity check, which can find very many in a damaged file."""
+
+_THREADS = 4
+"""Reading, unpacking and hashing of files release the interpreter."""
 
 _T = TypeVar("_T")
 _ReplayedJournal: TypeAlias = Callable[[int], AbstractContextManager[tuple[sa.Connection, Replay]]]
@@ -122,8 +126,10 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
             replayed(store, mirror, entries, step, use_cache=not deep) as (engine, replay),
             reading(engine) as fresh,
         ):
+            verified.update(replay.verified)
             yield fresh, replay
 
+    verified: dict[str, str] = {}
     problems: list[str] = []
     database = _attempt(
         problems, lambda: _read_database(store.root, engine_of(folder, configuration), replayed_journal)
@@ -142,13 +148,25 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
     problems += [*altered, *altered_numbers]
     if database.journal is None and written is None:
         problems.append("neither the database nor journal.jsonl holds the whole journal: `labbook restore` a backup.")
-    with counted(len(database.raw) + len(database.samples)) as step:
-        for stored in database.raw:
-            if stored.store_path == raw_path(stored.sha256):  # else the row is altered, not the copy
-                _attempt(problems, partial(store.raw, stored.store_path, stored.sha256))
-            step(stored.name)
-        for stored in database.samples:
-            _attempt(problems, partial(store.check_samples, stored.store_path, stored.sha256, stored.name))
+    checks: list[tuple[StoredFile, Callable[[], object]]] = [
+        (stored, partial(store.raw, stored.store_path, stored.sha256))
+        for stored in database.raw
+        if stored.store_path == raw_path(stored.sha256)  # else the row is altered, not the copy
+    ]
+    checks += [
+        (stored, partial(store.check_samples, stored.store_path, stored.sha256, stored.name))
+        for stored in database.samples
+    ]
+
+    def damage(check: tuple[StoredFile, Callable[[], object]]) -> list[str]:
+        path, found = check[0].store_path, list[str]()
+        if (known := verified.get(path)) is None or store.file_sha256(path) != known:
+            _attempt(found, check[1])
+        return found
+
+    with counted(len(checks)) as step, ThreadPoolExecutor(_THREADS) as pool:
+        for (stored, _check), found in zip(checks, pool.map(damage, checks), strict=True):
+            problems += found
             step(stored.name)
     spoken_of = {stored.store_path for stored in (*database.raw, *database.samples)}
     spoken_of |= {raw_path(stored.sha256) for stored in database.raw}

@@ -217,6 +217,6 @@ def test_which_begins_with_which(
     copy = written + bytes(nuls)
     data = written[: len(written) - cut] if shorter else written[: len(written) - cut] + more
     store = Store(tmp_path)
-    path = store.put_raw(copy, hashlib.sha256(copy).hexdigest())
+    path = store.put_raw(copy, hashlib.sha256(copy).hexdigest()).path
     if data:
         assert store.is_beginning(path, data) is begins_with(copy, data)
