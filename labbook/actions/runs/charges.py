@@ -13,7 +13,6 @@ from data_schema.queries.facts import find_uid
 from data_schema.queries.files import charges_of_file, place_of_charge
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import ChargeMode, ChargeState, FileRole
-from ingest.formats.chargers.packs import MOST_OF_CAPACITY
 from labbook.book.naming import run_named
 from labbook.book.write_session import WriteSession
 from labbook.config.parsing import Configuration
@@ -30,6 +29,8 @@ def state_charge(
     add: bool = False,
 ) -> str:
     """State what a charger put back after a run, beside what the run has where `add`; returns the charge's uid."""
+    from ingest.formats.chargers.packs import MOST_OF_CAPACITY  # with readers of files, which others need not load
+
     run = run_named(session.connection, name)
     if not (math.isfinite(charge_mah) and charge_mah >= 0):
         raise UsageError(f"MAH {charge_mah:g} is not possible: give what the charger put back, 0 or more.")
