@@ -7,16 +7,37 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from enum import StrEnum
+
+from data_schema.columns import Column, ValueKind
+from data_schema.vocabulary import ChargeMode, FileRole, RunKind, RunState, Severity
 
 
 @dataclass(frozen=True, slots=True)
 class View:
-    """A view: of what a row is, the query behind it, and what each of its columns means, with the unit."""
+    """A view: of what a row is, the query behind it, and what each of its columns means."""
 
     row: str
     query: str
-    columns: Mapping[str, str]
+    columns: Mapping[str, Column]
 
+
+def words(known: type[StrEnum]) -> str:
+    """List the words of a closed list."""
+    return ", ".join(known)
+
+
+NUMBER, COUNT, FLAG, DATE, TIME = (
+    ValueKind.NUMBER,
+    ValueKind.COUNT,
+    ValueKind.FLAG,
+    ValueKind.DATE,
+    ValueKind.TIME,
+)
+SHEET, TOML, PLAN, JOURNAL = "run sheet", "labbook.toml", "plan", "journal"
+CHARGER, FILE, DETECTOR = "charger's sheet, or typed in", "instrument's file", "found in the log by the detector"
+PERSON, CHECK = "stated by a person", "found when the file was read"
+VERDICTS = "accept, reject, move, add"
 
 _ANCHOR = "coalesce({0}.apex_s, {0}.touchdown_s, {0}.liftoff_s, 0)"
 _IS_NEAR = f"abs(decision.anchor_s - {_ANCHOR}) <= coalesce({{0}}.flight_time_s, 0.25) / 2"
@@ -46,21 +67,21 @@ LEFT JOIN condition ON condition.id = run.condition
 LEFT JOIN planned_run ON planned_run.id = run.planned_run
 """,
         {
-            "run": "its name",
-            "kind": "jumps, idle, characterisation or field",
-            "state": "open, complete or void; no result uses a void one",
-            "day": "local date in the study's time zone",
-            "position": "its place in the day, from 1",
-            "condition": "its levels, as `foot=small k_gain=400`; NULL of an idle run",
-            "is_control": "1 where the condition is a control",
-            "robot": "the robot's name",
-            "pack": "the battery pack's name",
-            "started_utc": "when it began, ISO 8601; NULL where nobody wrote it down",
-            "duration_s": "how long it lasted, s",
-            "jumps_made": "jumps that the person counted",
-            "starts": "how often the run was started",
-            "planned_as": "the name of the planned run that it carries out",
-            "uid": "what the journal calls it",
+            "run": Column("its name", source=SHEET),
+            "kind": Column("what it was made for", allowed=words(RunKind), source=SHEET),
+            "state": Column("how far it is; no result uses a void one", allowed=words(RunState), source=SHEET),
+            "day": Column("local date in the study's time zone", DATE, source=SHEET),
+            "position": Column("its place in the day, from 1", COUNT, source=SHEET),
+            "condition": Column("its levels, as `foot=small k_gain=400`", missing="an idle run", source=SHEET),
+            "is_control": Column("whether the condition is a control", FLAG, missing="an idle run", source=TOML),
+            "robot": Column("the robot's name", source=SHEET),
+            "pack": Column("the battery pack's name", source=SHEET),
+            "started_utc": Column("when it began", TIME, missing="nobody wrote it down", source=SHEET),
+            "duration_s": Column("how long it lasted", NUMBER, "s", "nobody wrote it down", source=SHEET),
+            "jumps_made": Column("jumps that the person counted", COUNT, source=SHEET),
+            "starts": Column("how often the run was started", COUNT, source=SHEET),
+            "planned_as": Column("the planned run that it carries out", missing="it was not planned", source=PLAN),
+            "uid": Column("what the journal calls it", source=JOURNAL),
         },
     ),
     "v_level": View(
@@ -73,10 +94,10 @@ JOIN factor ON factor.id = condition_level.factor
 JOIN level ON level.id = condition_level.level
 """,
         {
-            "run": "the run's name",
-            "factor": "the factor's name in labbook.toml",
-            "level": "the level as it is written there",
-            "value": "the same as a number; NULL where the factor is a label",
+            "run": Column("the run's name", source=SHEET),
+            "factor": Column("the factor's name in labbook.toml", source=TOML),
+            "level": Column("the level as it is written there", source=TOML),
+            "value": Column("the same as a number", NUMBER, missing="the factor is a label", source=TOML),
         },
     ),
     "v_charge": View(
@@ -92,18 +113,20 @@ LEFT JOIN ingest ON ingest.file = file.id AND ingest.status IN ('imported', 'wai
 WHERE charge.state = 'counted'
 """,
         {
-            "run": "the run's name",
-            "charge_mah": "the charge, mAh",
-            "resolution_mah": "the step of the charger's display, mAh",
-            "mode": "charge or discharge; joules come from charges",
-            "charging_s": "how long it took, s",
-            "end_voltage_v": "the pack's voltage at the end, V",
-            "ended_utc": "when it ended, ISO 8601",
-            "stated_pack": "the pack that the sheet names",
-            "added": "1 where a person added it to another charge of the run",
-            "file": "the sheet's name; NULL of one that was typed in",
-            "row": "its row in the sheet, from 1",
-            "uid": "what the journal calls it",
+            "run": Column("the run's name", source=CHARGER),
+            "charge_mah": Column("the charge", NUMBER, "mAh", source=CHARGER),
+            "resolution_mah": Column("the step of the charger's display", NUMBER, "mAh", source=CHARGER),
+            "mode": Column("joules come from charges", allowed=words(ChargeMode), source=CHARGER),
+            "charging_s": Column("how long it took", NUMBER, "s", "the sheet does not say", source=CHARGER),
+            "end_voltage_v": Column(
+                "the pack's voltage at the end", NUMBER, "V", "the sheet does not say", source=CHARGER
+            ),
+            "ended_utc": Column("when it ended", TIME, missing="the sheet does not say", source=CHARGER),
+            "stated_pack": Column("the pack that the sheet names", missing="it names none", source=CHARGER),
+            "added": Column("whether a person added it to another charge of the run", FLAG, source=JOURNAL),
+            "file": Column("the sheet's name", missing="it was typed in", source=FILE),
+            "row": Column("its row in the sheet, from 1", COUNT, source=CHARGER),
+            "uid": Column("what the journal calls it", source=JOURNAL),
         },
     ),
     "v_signal": View(
@@ -118,16 +141,18 @@ JOIN run_file ON run_file.file = signal.file AND run_file.part = signal.part
 JOIN run ON run.id = run_file.run
 """,
         {
-            "run": "the run's name",
-            "role": "log or force",
-            "file": "the file's name",
-            "part": "which table of the file",
-            "start_utc": "the instant of its first sample, ISO 8601; NULL where the file has none",
-            "rate_hz": "its rate, Hz; NULL where it has none",
-            "n_samples": "how many samples",
-            "samples": "the Parquet file with its channels, below the folder of the book (or of `[store]`)",
-            "uid": "what the journal calls it",
-            "file_sha256": "the SHA-256 of the file's bytes",
+            "run": Column("the run's name", source=JOURNAL),
+            "role": Column("what it is of the run", allowed="log or force", source=FILE),
+            "file": Column("the file's name", source=FILE),
+            "part": Column("which table of the file", source=FILE),
+            "start_utc": Column("the instant of its first sample", TIME, missing="the file does not say", source=FILE),
+            "rate_hz": Column("its rate", NUMBER, "Hz", "it has none", source=FILE),
+            "n_samples": Column("how many samples", COUNT, source=FILE),
+            "samples": Column(
+                "the Parquet file with its channels, below the folder of the book (or of `[store]`)", source=FILE
+            ),
+            "uid": Column("what the journal calls it", source=JOURNAL),
+            "file_sha256": Column("the SHA-256 of the file's bytes", source=FILE),
         },
     ),
     "v_jump": View(
@@ -149,22 +174,26 @@ JOIN run ON run.id = run_file.run
 LEFT JOIN decision AS said ON said.id = ({_VERDICT})
 """,  # noqa: S608 - nothing of it is given by anybody
         {
-            "run": "the run's name",
-            "signal": "the uid of its signal in v_signal",
-            "jump": "its number in the log, from 1",
-            "touchdown_s": "when the stance before it began, s from the log's first sample",
-            "lift_off_s": "when it left the ground, s",
-            "apex_s": "when it was highest, s",
-            "apex_height_m": "how high, m; NULL where there is no apex",
-            "apex_height_se_m": "the standard error of that, m",
-            "flight_time_s": "how long it flew, s",
-            "why_no_apex": "why there is no apex; NULL where there is one",
-            "gap_touched": "1 where samples are missing in the flight",
-            "flags": "the detector's doubts, a JSON list",
-            "verdict": "accept, reject, move or add: the last one said, on the same flight; NULL where none stands",
-            "reason": "the reason given with it",
-            "detector": "which detector",
-            "detector_version": "and its version",
+            "run": Column("the run's name", source=JOURNAL),
+            "signal": Column("the uid of its signal in v_signal", source=JOURNAL),
+            "jump": Column("its number in the log, from 1", COUNT, source=DETECTOR),
+            "touchdown_s": Column(
+                "when the stance before it began, from the log's first sample", NUMBER, "s", "not seen", source=DETECTOR
+            ),
+            "lift_off_s": Column("when it left the ground", NUMBER, "s", "not seen", source=DETECTOR),
+            "apex_s": Column("when it was highest", NUMBER, "s", "there is no apex", source=DETECTOR),
+            "apex_height_m": Column("how high", NUMBER, "m", "there is no apex", source=DETECTOR),
+            "apex_height_se_m": Column("the standard error of that", NUMBER, "m", "there is no apex", source=DETECTOR),
+            "flight_time_s": Column("how long it flew", NUMBER, "s", "not seen", source=DETECTOR),
+            "why_no_apex": Column("why there is no apex", missing="there is one", source=DETECTOR),
+            "gap_touched": Column("whether samples are missing in the flight", FLAG, source=DETECTOR),
+            "flags": Column("the detector's doubts, a JSON list", source=DETECTOR),
+            "verdict": Column(
+                "the last one said, on the same flight", missing="none stands", allowed=VERDICTS, source=PERSON
+            ),
+            "reason": Column("the reason given with it", missing="no verdict stands", source=PERSON),
+            "detector": Column("which detector", source=DETECTOR),
+            "detector_version": Column("and its version", COUNT, source=DETECTOR),
         },
     ),
     "v_verdict": View(
@@ -178,15 +207,46 @@ JOIN person ON person.id = decision.person
 WHERE decision.target_kind = 'jump'
 """,
         {
-            "run": "the run's name",
-            "anchor_s": "the apex or touchdown of the jump that was judged, s from the log's first sample",
-            "verdict": "accept, reject, move, add or clear",
-            "reason": "why",
-            "note": "what was written beside it",
-            "placed_s": "where a person put the apex, s",
-            "blind": "1 where the run and its condition were not shown",
-            "person": "who",
-            "at_utc": "when, ISO 8601",
+            "run": Column("the run's name", source=JOURNAL),
+            "anchor_s": Column(
+                "the apex or touchdown of the jump that was judged, from the log's first sample",
+                NUMBER,
+                "s",
+                source=PERSON,
+            ),
+            "verdict": Column("what was said", allowed=f"{VERDICTS}, clear", source=PERSON),
+            "reason": Column("why", source=PERSON),
+            "note": Column("what was written beside it", missing="nothing was", source=PERSON),
+            "placed_s": Column("where a person put the apex", NUMBER, "s", "nobody moved it", source=PERSON),
+            "blind": Column("whether the run and its condition were not shown", FLAG, source=PERSON),
+            "person": Column("who", source=PERSON),
+            "at_utc": Column("when", TIME, source=JOURNAL),
+        },
+    ),
+    "v_finding": View(
+        "what a check found in a file as it was read last",
+        """
+SELECT (
+        SELECT CASE WHEN count(DISTINCT run.id) = 1 THEN min(run.name) END
+        FROM run_file JOIN run ON run.id = run_file.run WHERE run_file.file = ingest.file
+    ) AS run, ingest.original_name AS file, ingest.role, finding.severity, finding.rule, finding.message,
+    finding.line, finding.column_name AS file_column, finding.value, finding.n
+FROM finding
+JOIN ingest ON ingest.id = finding.ingest AND ingest.status IN ('imported', 'waiting')
+""",
+        {
+            "run": Column("the run that the file belongs to", missing="none, or several", source=JOURNAL),
+            "file": Column("the file's name", source=FILE),
+            "role": Column("what the file is", allowed=words(FileRole), source=FILE),
+            "severity": Column("what it made of the file", allowed=words(Severity), source=CHECK),
+            "rule": Column("which check", source=CHECK),
+            "message": Column("what was found, in words", source=CHECK),
+            "line": Column(
+                "the first line of the file concerned", COUNT, missing="no line in particular", source=CHECK
+            ),
+            "file_column": Column("the column of the file concerned", missing="no column in particular", source=CHECK),
+            "value": Column("the value found there", missing="no value in particular", source=CHECK),
+            "n": Column("how often it was found", COUNT, source=CHECK),
         },
     ),
 }

@@ -18,7 +18,7 @@ def described(text: str) -> str:
         "\n".join(
             [
                 f"### {name}\n\nOne row is {view.row}.\n\n| column | meaning |\n|---|---|",
-                *(f"| `{column}` | {meaning} |" for column, meaning in view.columns.items()),
+                *(f"| `{column}` | {meaning.text} |" for column, meaning in view.columns.items()),
                 "",
             ]
         )

@@ -40,22 +40,30 @@ from stats.days.order import PositionsCompared
 
 
 @dataclass(frozen=True, slots=True)
-class StudyAnalysis:
-    """Everything computed for one selection.
+class Measured:
+    """What was measured of the runs of a selection, before anything is compared.
 
     By run uid, `judgements` says which jumps count and `apexes` what that gives; `results` and `conditions` have the
-    outcomes that every run is expected to have, and those that any of its runs has. `favoured` are the headlines that
-    the order within days favours, and `overall_adjusted` the effects over groups adjusted for it, where it favours
-    those.
+    outcomes that every run is expected to have, and those that any of its runs has.
     """
 
     evidence: StudyData
-    planned: Planned
     drains: dict[str, Drain]
     judgements: Mapping[str, Judgement]
     apexes: Mapping[str, RunApexes]
     results: dict[Outcome, RunResults[Result]]
     conditions: dict[Outcome, list[ConditionValues]]
+
+
+@dataclass(frozen=True, slots=True)
+class StudyAnalysis(Measured):
+    """Everything computed for one selection.
+
+    `favoured` are the headlines that the order within days favours, and `overall_adjusted` the effects over groups
+    adjusted for it, where it favours those.
+    """
+
+    planned: Planned
     swept: str | None
     compared: list[Compared]
     anovas: list[Anova]
@@ -86,6 +94,24 @@ def _results(
     }
 
 
+def measure_study(
+    computed: Results, detections: Detections, evidence: StudyData, progress: Callable[[str], None]
+) -> Measured:
+    """Compute every outcome of every run, and each condition's mean; `progress` is called with what is being done."""
+    progress("passive drain and joules a jump")
+    drains = passive_drains(computed, evidence)
+    energies = run_energies(computed, evidence, drains)
+    progress("apex heights")
+    apexes = run_apexes(computed, detections, evidence, as_protocol(evidence))
+    results = _results(computed, detections, evidence, {Outcome.JOULES: energies, Outcome.APEX: apexes})
+    scope = {"selection": evidence.selection}
+    conditions = {
+        outcome: condition_values(computed, evidence.runs, found.results, outcome, scope)
+        for outcome, found in results.items()
+    }
+    return Measured(evidence, drains, apexes.judgements, apexes.results, results, conditions)
+
+
 def analyse(
     computed: Results,
     detections: Detections,
@@ -105,24 +131,16 @@ def analyse(
         settings = replace(settings, alpha=settings.alpha * (1.0 - level) / settings.outside)
         planned = replace(planned, settings=settings)
     ahead = predictions_in_background(detections.connection, evidence)
-    progress("passive drain and joules a jump")
-    drains = passive_drains(computed, evidence)
-    energies = run_energies(computed, evidence, drains)
-    progress("apex heights")
-    apexes = run_apexes(computed, detections, evidence, as_protocol(evidence))
-    results = _results(computed, detections, evidence, {Outcome.JOULES: energies, Outcome.APEX: apexes})
+    measured = measure_study(computed, detections, evidence, progress)
+    results, conditions = measured.results, measured.conditions
     progress("comparisons")
     scope = {"selection": evidence.selection}
-    conditions = {
-        outcome: condition_values(computed, evidence.runs, found.results, outcome, scope)
-        for outcome, found in results.items()
-    }
     swept = pairing.swept_factor(evidence.configuration)
     packs = pack_deviations(computed, conditions[Outcome.JOULES], scope)
     of_a_joule = budget(computed, evidence, conditions[Outcome.JOULES], scope)
-    measured = list(dict.fromkeys(item.key for several in conditions.values() for item in several))
+    keys = list(dict.fromkeys(item.key for several in conditions.values() for item in several))
     simulated = [outcome for outcome in SIMULATED if outcome in ALWAYS or conditions.get(outcome)]
-    predicted = predictions(computed, detections.connection, evidence, measured, progress, simulated, ahead)
+    predicted = predictions(computed, detections.connection, evidence, keys, progress, simulated, ahead)
     checks = {
         outcome: check_conditions(computed, conditions[outcome], predicted, outcome, swept, scope)
         for outcome in simulated
@@ -132,9 +150,9 @@ def analyse(
     analysis = StudyAnalysis(
         evidence=evidence,
         planned=planned,
-        drains=drains,
-        judgements=apexes.judgements,
-        apexes=apexes.results,
+        drains=measured.drains,
+        judgements=measured.judgements,
+        apexes=measured.apexes,
         results=results,
         conditions=conditions,
         swept=swept,
@@ -189,7 +207,7 @@ def analyse(
             fingerprints_of_positions,
         )
     progress("what the headlines depend on")
-    variations = vary(computed, detections, evidence, drains, results, conditions, swept, settings)
+    variations = vary(computed, detections, evidence, measured.drains, results, conditions, swept, settings)
     of_savings = [(item.pair, item.shown.decision) for item in compared if item.shown.quantity is Outcome.JOULES]
     return replace(
         analysis,
