@@ -53,7 +53,7 @@ $(STAMP): pyproject.toml constraints.txt
 	@echo "== setting up .venv"
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11) and "labbook needs Python 3.11 or newer: make PYTHON=python3.11")'
 	@$(PYTHON) -m venv .venv
-	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,postgres,sweeps,web]'
+	@$(BIN)/python -m pip install --quiet --disable-pip-version-check -c constraints.txt -e '.[dev,export,postgres,sweeps,web]'
 	@touch $(STAMP)
 
 clean:

@@ -290,6 +290,27 @@ def source_columns(connection: sa.Connection, signal_uids: Sequence[str], channe
     }
 
 
+@dataclass(frozen=True, slots=True)
+class ChannelRow:
+    """A channel of a signal: its name, its unit (None where nothing says it), and the file's column and its unit."""
+
+    name: str
+    unit: str | None
+    source_name: str
+    source_unit: str | None
+
+
+def channels_of(connection: sa.Connection, signal_uid: str) -> list[ChannelRow]:
+    """Return the channels of a signal in their order."""
+    query = (
+        sa.select(*columns_of(ChannelRow, channel))
+        .join(signal, channel.c.signal == signal.c.id)
+        .where(signal.c.uid == signal_uid)
+        .order_by(channel.c.position)
+    )
+    return [ChannelRow(*row) for row in connection.execute(query)]
+
+
 def gaps_of(connection: sa.Connection, signal_uid: str) -> tuple[GapRow, ...]:
     """Return the gaps of one signal by their start."""
     return gaps_by_signal(connection, [signal_uid])[signal_uid]

@@ -57,6 +57,7 @@ COMMANDS = {
     "power": (REPORT, "power"),
     "analysis": (REPORT, "views"),
     "why": (REPORT, "views"),
+    "export": (REPORT, "export"),
     "init": (BOOK, "book"),
     "config": (BOOK, "views"),
     "demo": (BOOK, "book"),

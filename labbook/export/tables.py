@@ -64,7 +64,7 @@ def _series(kind: ValueKind, values: list[Any]) -> pd.Series[Any]:
     if kind is ValueKind.TIME:
         return pd.Series(pd.to_datetime(pd.Series(values, dtype="str"), utc=True, format="ISO8601")).dt.as_unit("us")
     if kind is ValueKind.DATE:
-        return pd.Series(pd.to_datetime(pd.Series(values, dtype="str"), format="ISO8601")).dt.as_unit("s")
+        return pd.Series(pd.to_datetime(pd.Series(values, dtype="str"), format="ISO8601")).dt.as_unit("ms")
     if kind is ValueKind.FLAG:
         return pd.Series([None if value is None else bool(value) for value in values], dtype="boolean")
     return pd.Series(values, dtype=_DTYPES[kind])

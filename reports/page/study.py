@@ -11,10 +11,12 @@ import importlib.metadata
 import io
 import re
 from collections.abc import Callable, Mapping, Sequence
+from html import escape
 from typing import ClassVar
 
 from matplotlib.figure import Figure
 
+from data_schema.notebook import table_html
 from reports.display import BESIDE, true_minus
 from reports.figures.style import publication_style
 from reports.page.sections import Bullets, Paragraph
@@ -51,6 +53,13 @@ class Study(abc.ABC):
     def beside(self) -> Sequence[Sequence[str]]:
         """Return what was measured beside what the simulator gives and the thesis says, under `BESIDE`."""
         return ()
+
+    def _repr_html_(self) -> str:
+        """Return sentences, figure and table as notebooks show them."""
+        sentences = "".join(f"<p>{escape(text)}</p>" for text in self.sentences())
+        drawing = inline_svg(_svg(self.draw), "study", self.title, self.caption())
+        head, *rows = self.table() or [()]
+        return f"{sentences}{drawing}{table_html(head, rows) if rows else ''}"
 
 
 def study_page(study: Study, sources: Sequence[tuple[str, str]], files: Sequence[tuple[str, str]], made_at: str) -> str:

@@ -70,12 +70,17 @@ def _field(value: Raw) -> str:
         case None | Undefined():
             return ""
         case str():
-            text = value.replace(NO_BREAK, " ").replace("\r\n", "\n").replace("\r", "\n")
-            return f"'{text}" if text.startswith(_FORMULA_STARTS) else text
+            return safe_text(value)
         case int():
             return str(int(value))
         case _:
             return repr(float(value))  # a numpy float would give its type's name
+
+
+def safe_text(text: str) -> str:
+    """Return a text as a cell that no spreadsheet runs as a formula, with plain blanks and line ends."""
+    text = text.replace(NO_BREAK, " ").replace("\r\n", "\n").replace("\r", "\n")
+    return f"'{text}" if text.startswith(_FORMULA_STARTS) else text
 
 
 PAGE_LINES = 48

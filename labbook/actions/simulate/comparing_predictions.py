@@ -33,7 +33,7 @@ _MOST = {
     PredictedQuantity.IMPULSE_HEIGHT: "most_impulse_height_m",
     PredictedQuantity.SAVINGS: "most_savings_percent",
 }
-_TABLES = {
+COMPARED = {
     "hypotheses_in_full": None,
     **{kind.name: title_text(quantity) for kind, quantity in zip(PREDICTED, PredictedQuantity, strict=True)},
     "prediction_bias": None,
@@ -101,7 +101,7 @@ def as_lines(compared: ComparedPredictions) -> list[str]:
 
 def _tables(content: ReportContent) -> list[str]:
     lines: list[str] = []
-    for name, title in _TABLES.items():
+    for name, title in COMPARED.items():
         table = TABLES[name].make(content)
         if table.rows:
             lines += [f"{title}:" if title else table.caption, "", *_table_lines(table), ""]
