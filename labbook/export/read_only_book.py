@@ -10,6 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Self
 
+from data_schema import journal
 from data_schema.errors import UsageError, unknown_name
 from data_schema.queries.runs import run_names
 from data_schema.vocabulary import FileRole
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
+    from labbook.analysis.study import Measured
     from reports.content import ReportContent
     from reports.page.study import Study
     from reports.tables.table import Table
@@ -38,6 +40,7 @@ class ReadOnlyBook:
 
     def __init__(self, book: Book) -> None:
         self._book = book
+        self._last: tuple[tuple[str | None, int, str], Measured] | None = None
 
     def __repr__(self) -> str:
         study = self._book.configuration.study
@@ -84,8 +87,13 @@ class ReadOnlyBook:
 
     def _frame(self, name: str, where: str | None) -> pd.DataFrame:
         with self._book.reading() as connection:
-            selection = Selection(connection, self._book.store, self._book.configuration, where)
-            return TABLES[name](selection).frame()
+            at = (where, *journal.head(connection))
+            known = self._last[1] if self._last is not None and self._last[0] == at else None
+            selection = Selection(connection, self._book.store, self._book.configuration, where, known=known)
+            frame = TABLES[name](selection).frame()
+            if "measured" in selection.__dict__:  # some table asked for it
+                self._last = (at, selection.measured)
+            return frame
 
     def signal(self, run: str, *, role: str | None = None, file: str | None = None) -> xr.Dataset:
         """Return the samples of a run's log, or of the record that `role` ("log", "force") or `file` names.

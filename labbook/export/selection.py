@@ -19,23 +19,31 @@ from labbook.config.parsing import Configuration
 
 @dataclass(frozen=True)
 class Selection:
-    """The selected runs of an open book, all of them without `where`; `step` is called with what is being done."""
+    """The selected runs of an open book, all of them without `where`; `step` is called with what is being done.
+
+    `known` is what was measured of them before, if the book has not changed since.
+    """
 
     connection: sa.Connection
     store: Store
     configuration: Configuration
     where: str | None = None
     step: Callable[[str], None] = field(default=lambda _what: None)
+    known: Measured | None = None
 
     @cached_property
     def data(self) -> StudyData:
         """The facts of the runs; raises `InputRefused` where no run fulfils `where`."""
+        if self.known is not None:
+            return self.known.evidence
         refuse_empty_selection(self.connection, self.where)
         return gather(self.connection, self.configuration, self.where)
 
     @cached_property
     def measured(self) -> Measured:
         """What a report of these runs measures."""
+        if self.known is not None:
+            return self.known
         return measure_study(Results(), Detections(self.connection, self.store, self.step), self.data, self.step)
 
     @cached_property

@@ -44,6 +44,16 @@ def test_reading_changes_nothing(book: SmallBook) -> None:
     assert sorted((path, path.stat().st_mtime_ns) for path in (book.folder / "raw").rglob("*")) == before
 
 
+def test_a_frame_shows_what_was_said_meanwhile(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    with package.open(small.folder) as opened:
+        before = opened.runs()
+        assert opened.jumps().loc[("r001", 2), "counted"]
+        good(labbook("jumps", "reject", "r001", "2", "--reason", "misfire", at=small.folder))
+        assert not opened.jumps().loc[("r001", 2), "counted"]
+        assert opened.runs().loc["r001", "jumps_counted"] == before.loc["r001", "jumps_counted"] - 1
+
+
 def test_samples_have_units_and_nan_within_gaps(tmp_path: Path) -> None:
     small = small_book(tmp_path)
     with package.open(small.folder / "raw") as book:  # a folder within it
