@@ -33,10 +33,11 @@ def test_its_python_runs(tmp_path: Path) -> None:
 def test_its_commands_and_its_r_run(tmp_path: Path) -> None:
     book = small_book(tmp_path).folder
     commands = re.findall(r"^    labbook (.+)$", PAGE, re.MULTILINE)
-    assert len(commands) == 2
+    assert len(commands) == 3
     for words in commands:
         good(labbook(*(word.strip('"') for word in words.split()), at=book))
     assert (book / "tables" / "runs.csv").is_file()
+    assert (book / "r001.mcap").is_file()
     assert (book / "tables_2021" / "runs.parquet").is_file()
     if shutil.which("Rscript") is None:
         pytest.skip("R is not installed: its example is not run")
