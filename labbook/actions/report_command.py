@@ -26,7 +26,7 @@ from labbook.book.write_session import Statement, new_uid, now_utc
 from labbook.config.parsing import Configuration, settings_of_numbers
 from labbook.presenting.report.content import MadeReport, make_report
 from reports.page.printing import print_pdf
-from reports.page.writing import refuse_foreign, report_files, write_report
+from reports.page.writing import refuse_foreign, refuse_no_template, report_files, write_report
 
 _ATTEMPTS = 5
 REPORTS = "reports"
@@ -102,6 +102,8 @@ def write(
     summary: bool = False,
     pdf: bool = False,
     every_figure: bool = False,
+    word: bool = False,
+    templates: Path | None = None,
     as_of: str | None = None,
 ) -> WrittenReport:
     """Analyse, write the page, state that the report was made.
@@ -109,8 +111,11 @@ def write(
     With `unsaved` the page is written to `out` and the book stays as it is, as it has to for who may only read it; so
     it is of the book `as_of` an earlier entry or time.
     With `summary` the first page is written alone, too; with `pdf` it, or the whole, is printed where a browser is.
-    With `every_figure` each is written as SVG and PDF at both widths.
+    With `every_figure` each is written as SVG and PDF at both widths, with `word` the tables for Word too. `templates`
+    is a folder with a lab's own page.
     """
+    if templates is not None:
+        refuse_no_template(templates)
     unsaved = unsaved or as_of is not None
     if unsaved and out is None:
         asked = "--unsaved" if as_of is None else "--as-of"
@@ -123,7 +128,8 @@ def write(
 
     def draw(made: MadeReport) -> DrawnReport:
         step("writing the page")
-        return _drawn(book, made, out, report_files(made.content, summary=summary, every_figure=every_figure))
+        files = report_files(made.content, summary=summary, every_figure=every_figure, word=word, templates=templates)
+        return _drawn(book, made, out, files)
 
     if unsaved:
         made = _unsaved_report(book, where, step) if as_of is None else _report_as_of(book, where, as_of, step)

@@ -24,6 +24,10 @@ def report(
     pdf: Annotated[
         bool, typer.Option("--pdf", help="Print it to a PDF on A4 as well, by Chromium where it is installed.")
     ] = False,
+    docx: Annotated[bool, typer.Option("--docx", help="Write the tables as a Word document, too.")] = False,
+    template: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Your own page: templates beside labbook's (docs/own-page.md).")
+    ] = None,
     as_of: Annotated[
         str | None,
         typer.Option(
@@ -59,6 +63,8 @@ def report(
                 summary=summary,
                 pdf=pdf,
                 every_figure=figures,
+                word=docx,
+                templates=template,
                 as_of=as_of,
             )
         waiting: list[str] = []

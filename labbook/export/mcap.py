@@ -16,10 +16,12 @@ from typing import TYPE_CHECKING, Any
 from data_schema.columns import Column, ValueKind
 from data_schema.disk import partial_path, path_in_errors, put_in_place
 from data_schema.errors import UsageError
+from data_schema.libraries import optional
 from labbook.book.naming import run_named
 from labbook.export.selection import Selection
 from labbook.export.signals import dataset, signals_named
 from labbook.export.tables import ExportTable, jumps
+from labbook.export.writing import EXTRA
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -37,8 +39,7 @@ def write_mcap(selection: Selection, name: str, path: Path) -> int:
     Times are those of the first sample's instant; where the file does not say it, from 1970 on. A message leaves out
     what is not a number. Raises `UsageError` where the file is there, and for a run without signals.
     """
-    from mcap.writer import Writer
-
+    writer_of = optional("mcap.writer", "--mcap", EXTRA)
     if path.exists():
         raise UsageError(f"{str(path)!r} is there already: name a new file.")
     run = run_named(selection.connection, name)
@@ -47,7 +48,7 @@ def write_mcap(selection: Selection, name: str, path: Path) -> int:
     with path_in_errors(path):
         try:
             with part.open("wb") as stream:
-                writer = Writer(stream)
+                writer: Writer = writer_of.Writer(stream)
                 writer.start(profile="", library="labbook")
                 names = itertools.count(2)
                 topics: set[str] = set()

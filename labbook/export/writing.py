@@ -22,6 +22,7 @@ from data_schema import journal
 from data_schema.columns import Column, ValueKind
 from data_schema.disk import make_folder, partial_path, path_in_errors, sync, sync_all
 from data_schema.errors import UsageError
+from data_schema.libraries import optional
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.views import words
@@ -38,6 +39,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 DICTIONARY, README = "data_dictionary.csv", "README.md"
+EXTRA = "export"
+"""Names what some formats need beside, in `pip install 'robot-labbook[export]'`."""
 WORKBOOK, SIGNALS = "tables.xlsx", "signals"
 _MOST_ROWS_OF_A_SHEET = 1_048_576
 
@@ -53,11 +56,15 @@ class Exported:
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """A form of files: the ending, and what writes a table, and a signal, to a path; None where it holds none."""
+    """A form of files: the ending, and what writes a table, and a signal, to a path; None where it holds none.
+
+    `library` is what it needs beside what labbook always has.
+    """
 
     ending: str
     table: Callable[[ExportTable, Path], None] | None
     signal: Callable[[xr.Dataset, Path], None] | None
+    library: str = ""
 
 
 def export_tables(selection: Selection, folder: Path, form: str, *, with_signals: bool = False) -> Exported:
@@ -69,6 +76,8 @@ def export_tables(selection: Selection, folder: Path, form: str, *, with_signals
     if with_signals and FORMATS[form].signal is None:
         held = ", ".join(name for name, one in FORMATS.items() if one.signal is not None)
         raise UsageError(f"--signals needs another format than {form}, which does not hold so many rows: {held}.")
+    if FORMATS[form].library:
+        optional(FORMATS[form].library, f"--format {form}", EXTRA)
     with _in_place(folder) as partial:
         tables = {name: make(selection) for name, make in TABLES.items()}
         paths = _signal_paths(selection, FORMATS[form].ending) if with_signals else {}
@@ -233,8 +242,8 @@ def _signal_netcdf(samples: xr.Dataset, path: Path) -> None:
 FORMATS: Mapping[str, Format] = {
     "csv": Format("csv", _write_csv, _signal_csv),
     "parquet": Format("parquet", _write_parquet, _signal_parquet),
-    "netcdf": Format("nc", _write_netcdf, _signal_netcdf),
-    "xlsx": Format("xlsx", None, None),
+    "netcdf": Format("nc", _write_netcdf, _signal_netcdf, "netCDF4"),
+    "xlsx": Format("xlsx", None, None, "openpyxl"),
 }
 """The forms of an export by name; a workbook holds all tables."""
 

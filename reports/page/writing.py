@@ -38,6 +38,7 @@ from reports.tables.formats import csv_bytes, latex_bytes, macros_bytes
 from reports.tables.headlines import HEADLINES
 from reports.tables.registry import TABLES, tables_of
 from reports.tables.table import Table
+from reports.tables.word import WORD, word_bytes
 
 _PROLOG = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
 _METADATA = re.compile(r"<metadata>.*?</metadata>|<!--.*?-->", re.DOTALL)
@@ -74,23 +75,32 @@ _WIDTHS = {"": TWO_COLUMNS_IN, "_one_column": ONE_COLUMN_IN}
 """File name's end -> width: each figure fits both columns of a paper, and one."""
 
 
-def report_files(content: ReportContent, *, summary: bool = False, every_figure: bool = False) -> dict[str, bytes]:
+def report_files(
+    content: ReportContent,
+    *,
+    summary: bool = False,
+    every_figure: bool = False,
+    word: bool = False,
+    templates: Path | None = None,
+) -> dict[str, bytes]:
     """Make a report: name below its folder -> bytes, in the order in which they are written, its pages last.
 
     The figures are those of the page, at the width that they have there; with `every_figure` each as SVG and PDF, at
-    both widths. With `summary` its first page stands alone in `summary.html`, too.
+    both widths. With `summary` its first page stands alone in `summary.html`, too; with `word` the tables are in
+    `tables.docx` as well. Pages come from the `templates` of a lab where its folder has them.
     """
     of_page = None if every_figure else _drawn_on(sections_of(content))
     figures, (tables, table_files) = _figure_files(content, of_page, lambda: _tables(content))
     drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
-    pages = {"report.html": render_page(content, drawings, tables)}
+    pages = {"report.html": render_page(content, drawings, tables, templates=templates)}
     if summary:
-        pages = {"summary.html": render_page(content, drawings, tables, first_only=True), **pages}
+        pages = {"summary.html": render_page(content, drawings, tables, first_only=True, templates=templates), **pages}
     return {
         **{f"figures/{file_name(name, content)}": data for name, data in figures.items()},
         **{f"tables/{name}": data for name, data in table_files.items()},
         "numbers.tex": macros_bytes(content),
         "references.bib": references_bib(content),
+        **({WORD: word_bytes(content, tables.values())} if word else {}),
         MARK: f"{content.made_at}{'' if content.stored else ' unsaved'}".encode(),
         **{name: page.encode("utf-8") for name, page in pages.items()},
     }
@@ -151,7 +161,7 @@ def _of_a_report(out_dir: Path) -> set[Path]:
     return {
         *(out_dir / "figures" / name for name in figures),
         *(out_dir / "tables" / name for name in tables),
-        *(out_dir / name for name in _PAGES),
+        *(out_dir / name for name in (*_PAGES, WORD)),
     }
 
 
@@ -167,12 +177,14 @@ def _writing_to(out_dir: Path) -> Iterator[None]:
         ) from error
 
 
+OWN_TEMPLATES = ("report.html.j2", "parts.html.j2", "report.css", "report.js")
+"""What a lab's folder of templates may hold; what it lacks is labbook's own."""
 _FORMATS = ("svg", "pdf")
 MARK = ".labbook-report"
 """A file in the folder of a report, which says when it was made: what has the names of its files there is labbook's."""
 _GENERATOR = b'<meta name="generator" content="labbook'
 _PAGES = ("report.html", "summary.html", "report.pdf", "summary.pdf")
-_NAMES = (*_PAGES, "numbers.json", "numbers.tex", "references.bib", "figures", "tables")
+_NAMES = (*_PAGES, WORD, "numbers.json", "numbers.tex", "references.bib", "figures", "tables")
 """What a report puts into its folder."""
 
 
@@ -206,7 +218,12 @@ def _drawn_on(sections: Sequence[Section]) -> set[str]:
 
 
 def render_page(
-    content: ReportContent, drawings: Mapping[str, bytes], tables: Mapping[str, Table], *, first_only: bool = False
+    content: ReportContent,
+    drawings: Mapping[str, bytes],
+    tables: Mapping[str, Table],
+    *,
+    first_only: bool = False,
+    templates: Path | None = None,
 ) -> str:
     """Return the page's HTML; `drawings` has the SVG of each figure by name, "_one_column" behind it for the narrow.
 
@@ -221,29 +238,49 @@ def render_page(
     traced = {**tables, "provenance": _of_this_page(tables["provenance"], _ids_of(planned, tables))}
     page = _Page(content, drawings, traced, anchors)
     sections = list(map(page.section, planned))
-    return (
-        environment()
-        .get_template("report.html.j2")
-        .render(
-            content=content,
-            summary=_summary(content),
-            facts=_facts(content),
-            sections=[section for section in sections if section["parts"]],
-            first_only=first_only,
-            known_ids=set() if first_only else {row.cells[0].text for row in traced["provenance"].rows},
-        )
-    )
+    shown = {
+        "content": content,
+        "summary": _summary(content),
+        "facts": _facts(content),
+        "sections": [section for section in sections if section["parts"]],
+        "first_only": first_only,
+        "known_ids": set() if first_only else {row.cells[0].text for row in traced["provenance"].rows},
+    }
+    try:
+        return environment(templates).get_template("report.html.j2").render(**shown)
+    except jinja2.TemplateError as error:
+        if templates is None:
+            raise
+        raise UsageError(
+            f"the templates in {str(templates)!r} cannot be used ({error}): docs/own-page.md lists what they get."
+        ) from error
 
 
-def environment() -> jinja2.Environment:
-    """Return what renders the templates of pages."""
+def environment(own: Path | None = None) -> jinja2.Environment:
+    """Return what renders the templates of pages: a lab's `own`, where its folder has one of the name."""
+    loaders: list[jinja2.BaseLoader] = [] if own is None else [jinja2.FileSystemLoader(own)]
     return jinja2.Environment(
-        loader=jinja2.FunctionLoader(_template),
+        loader=jinja2.ChoiceLoader([*loaders, jinja2.FunctionLoader(_template)]),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+
+
+def refuse_no_template(folder: Path) -> None:
+    """Raise `UsageError` for a folder without a template of pages, or with one that is no template."""
+    found = [name for name in OWN_TEMPLATES if (folder / name).is_file()]
+    if not found:
+        raise UsageError(
+            f"{str(folder)!r} has no template of labbook's page: put one of {', '.join(OWN_TEMPLATES)} there, "
+            "beginning with a copy of labbook's own."
+        )
+    for name in found:
+        try:
+            environment(folder).get_template(name)
+        except (jinja2.TemplateError, UnicodeDecodeError) as error:
+            raise UsageError(f"{str(folder / name)!r} cannot be used ({error}): mend it.") from error
 
 
 def figure_page(svg: bytes, title: str, alternative: str) -> str:

@@ -12,7 +12,6 @@ computed again by another. Libraries that only sweeps need may be absent.
 from __future__ import annotations
 
 import contextlib
-import importlib
 import itertools
 import json
 import math
@@ -30,6 +29,7 @@ from numpy.typing import NDArray
 
 from data_schema.disk import exclusive_lock, sync, sync_all, write_json
 from data_schema.errors import BookBusy, LabbookError, UsageError
+from data_schema.libraries import optional
 from simulator.effects.registry import EFFECTS
 from simulator.scene_file import write_scene
 from simulator.sweep.chunks import (
@@ -266,7 +266,7 @@ LIBRARIES = {".nc": "netCDF4", ".zarr": "zarr"}
 def _check_format(out: Path) -> None:
     if out.suffix not in LIBRARIES:
         raise UsageError(f"--out {out} does not say which format: end it in {' or '.join(LIBRARIES)}.")
-    optional(LIBRARIES[out.suffix], f"a {out.suffix} file")
+    optional(LIBRARIES[out.suffix], f"a {out.suffix} file", "sweeps")
 
 
 @contextlib.contextmanager
@@ -405,7 +405,7 @@ def cluster(address: str) -> Iterator[Computing]:
 
     Raises `UsageError` where there is none, or where a worker has another labbook.
     """
-    distributed = optional("distributed", "--scheduler")
+    distributed = optional("distributed", "--scheduler", "sweeps")
     try:
         # a client that fails on this by itself is closed as Python ends, and complains then of a loop that has gone
         distributed.comm.get_address_host_port(address)
@@ -424,15 +424,3 @@ def cluster(address: str) -> Iterator[Computing]:
                 )
         most = max(FEWEST_WAITING, CHUNKS_A_CORE * sum(client.ncores().values()))
         yield Computing(client.get_executor(pure=False), most, here=False)
-
-
-def optional(module: str, what_for: str) -> Any:
-    """Import a library; raises `UsageError` with the command that installs it where it is absent."""
-    try:
-        return importlib.import_module(module)
-    except ModuleNotFoundError as error:
-        if error.name is not None and error.name.partition(".")[0] != module.partition(".")[0]:
-            raise
-        raise UsageError(
-            f"{what_for} needs {module}, which is not installed: run `pip install 'robot-labbook[sweeps]'`."
-        ) from error
