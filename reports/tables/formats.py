@@ -21,6 +21,7 @@ import csv
 import io
 import math
 import re
+import unicodedata
 from collections import Counter
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -110,14 +111,18 @@ class Layout:
 def layout_of(table: Table, columns: Sequence[Column]) -> Layout:
     """Lay out a table: heads in two lines, smaller type where they or numbers need it, words that break beside these.
 
-    Columns of prose share the room by how much stands in them; the first of words breaks where numbers leave no room.
+    Where that is still too wide, each word of a head has its line. Columns of prose share the room by how much stands
+    in them; the first of words breaks where numbers leave no room.
     """
-    heads = {column: _two_lines(column.head) for column in columns}
     texts = {column: [row.cells[table.columns.index(column)].text for row in table.rows] for column in columns}
-    wide = {column: max(map(len, [*heads[column], *texts[column]])) for column in columns}
     gaps = _GAP_LETTERS * (len(columns) - 1)
-    least = gaps + sum(min(wide[column], _PROSE_LETTERS) if column.prose else wide[column] for column in columns)
-    size, line = next(((name, letters) for name, letters in _SIZES if least <= letters), _SIZES[-1])
+    for broken in (_two_lines, _each_word):
+        heads = {column: broken(column.head) for column in columns}
+        wide = {column: max(map(len, [*heads[column], *texts[column]])) for column in columns}
+        least = gaps + sum(min(wide[column], _PROSE_LETTERS) if column.prose else wide[column] for column in columns)
+        size, line = next(((name, letters) for name, letters in _SIZES if least <= letters), _SIZES[-1])
+        if least <= line:
+            break
     breaking = [column for column in columns if column.prose]
     if least > line:
         breaking += [column for column in columns[:1] if not column.numeric and not column.prose]
@@ -134,6 +139,11 @@ def _two_lines(head: str) -> tuple[str, ...]:
     places = [place for place, letter in enumerate(head) if letter == " "]
     at = min(places, key=lambda place: max(place, len(head) - place), default=None)
     return (head,) if at is None else (head[:at], head[at + 1 :])
+
+
+def _each_word(head: str) -> tuple[str, ...]:
+    """Break a head at each blank."""
+    return tuple(head.split())
 
 
 def _lines(table: Table, texts: Mapping[Column, Sequence[str]], widths: Mapping[Column, float]) -> int:
@@ -177,6 +187,7 @@ _ESCAPES = str.maketrans(
         "\u00b1": r"\ensuremath{\pm}",
         "\u00d7": r"\ensuremath{\times}",
         "\u00b2": r"\ensuremath{^2}",
+        "\u00b3": r"\ensuremath{^3}",
         "\u00b0": r"\ensuremath{^\circ}",
         "\u221e": r"\ensuremath{\infty}",
         "\n": " ",
@@ -184,6 +195,36 @@ _ESCAPES = str.maketrans(
         "\t": " ",
     }
 )
+
+
+_AS_LATIN = {"ALPHA": "A", "BETA": "B", "EPSILON": "E", "ZETA": "Z", "ETA": "H", "IOTA": "I", "KAPPA": "K", "MU": "M",
+             "NU": "N", "OMICRON": "O", "RHO": "P", "TAU": "T", "CHI": "X"}  # fmt: skip
+"""Greek capitals for which LaTeX has no name, because they look as Latin ones."""
+
+
+def _greek() -> dict[int, str]:
+    """Return what stands for each Greek letter: a factor's symbol, Kendall's tau."""
+    found = {}
+    for code in (*range(0x391, 0x3AA), *range(0x3B1, 0x3CA)):
+        words = unicodedata.name(chr(code), "").split()
+        if len(words) != 4:
+            continue  # no letter, or the sigma at the end of a word
+        _greek_word, size, _letter, name = words
+        name = {"LAMDA": "LAMBDA"}.get(name, name)
+        if size == "CAPITAL":
+            found[code] = (
+                rf"\ensuremath{{\mathrm{{{_AS_LATIN[name]}}}}}" if name in _AS_LATIN else _math(name.capitalize())
+            )
+        else:
+            found[code] = "o" if name == "OMICRON" else _math(name.lower())
+    return found
+
+
+def _math(name: str) -> str:
+    return rf"\ensuremath{{\{name}}}"
+
+
+_ESCAPES.update(_greek())
 
 
 def latex_text(text: str) -> str:

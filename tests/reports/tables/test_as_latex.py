@@ -74,7 +74,7 @@ def test_words_break_their_lines_and_numbers_do_not():
 
 
 PDFLATEX = shutil.which("pdflatex")
-NASTY = '50 % of A&B_1 {#$} ~^ \\x <a> | [b] `c` "d" --e -- f* ± ² × ° ∞ − – é ß\u00a0…'
+NASTY = '50 % of A&B_1 {#$} ~^ \\x <a> | [b] `c` "d" --e -- f* ± ² × ° ∞ − – é ß\u00a0… αβγτω ΔΩΑ m³'
 DOCUMENT = r"""\documentclass{article}
 \usepackage[utf8]{inputenc}
 \usepackage{PACKAGES}
@@ -111,6 +111,7 @@ def test_latex_prints_every_table_within_its_page(content, minimal, tmp_path):
 def test_latex_prints_any_name_as_it_is(tmp_path):
     columns = (Column(NASTY, ("a",), numeric=False, prose=True), Column("b", ("b",), NASTY))
     rows = tuple(
-        Row((words(name), value_cell(Undefined(NASTY))), block=NASTY) for name in (NASTY, f"[{NASTY}", NASTY * 30)
+        Row((words(name), value_cell(Undefined(Reason.AS_SAID, said=NASTY))), block=NASTY)
+        for name in (NASTY, f"[{NASTY}", NASTY * 30)
     )
     compiled(tmp_path, [Table("a_b", NASTY, columns, rows), Table("long", NASTY, columns, rows * 20)])

@@ -92,11 +92,22 @@ def test_macros_lie_beside_the_page(written, content):
 
 
 @pytest.mark.skipif(PDFLATEX is None, reason="pdflatex is not installed: the macros are not compiled")
-def test_latex_knows_every_macro(with_overall, tmp_path):
+def test_latex_knows_every_macro_wherever_it_stands(with_overall, tmp_path):
     (tmp_path / "numbers.tex").write_bytes(macros_bytes(with_overall))
-    uses = "\n\n".join(rf"\{macro.name}{{}}" for macro in macros_of(with_overall))
-    source = rf"\documentclass{{article}}\input{{numbers}}\begin{{document}}{uses}\end{{document}}"
+    uses = [rf"\{macro.name}{{}}" for macro in macros_of(with_overall)]
+    places = [
+        rf"\section{{Of {use} in a title}} {use}"
+        rf"\begin{{figure}}\caption[short: {use}]{{In a caption: {use}}}\end{{figure}}"
+        rf"\begin{{table}}\caption{{{use}}}"
+        rf"\begin{{tabular}}{{lr}}{use} & {use}\footnote{{{use}}}\\\end{{tabular}}\end{{table}}"
+        r"\clearpage"
+        for use in uses
+    ]
+    lists = r"\tableofcontents\listoffigures\listoftables"
+    head = r"\documentclass{article}\usepackage{hyperref}\input{numbers}"
+    source = rf"{head}\begin{{document}}{lists}{chr(10).join(places)}\end{{document}}"
     (tmp_path / "paper.tex").write_text(source, encoding="utf-8")
     command = [PDFLATEX, "-interaction=nonstopmode", "-halt-on-error", "-no-shell-escape", "paper.tex"]
-    done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=120, check=False)
-    assert done.returncode == 0, done.stdout[-2000:]
+    for _pass in range(2):  # the lists are read in the second
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, timeout=120, check=False)
+        assert done.returncode == 0, done.stdout[-2000:]
