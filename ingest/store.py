@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import os
+import re
 import secrets
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -33,6 +34,17 @@ _FIRST_BYTES, _MORE_BYTES = 1 << 12, 1 << 20
 
 STORED = ("raw", "signals", "numbers")
 """The folders of a store: raw copies, samples, and the numbers of reports."""
+
+
+_OWN = re.compile(
+    r"(raw|signals)/([0-9a-f]{2})/(\2[0-9a-f]{62}\.(zst|parquet)|\.\2[0-9a-f]{62}\.(zst|parquet)\.[0-9a-f]{8})"
+    r"|numbers/([0-9a-f]{64}\.json|\.[0-9a-f]{64}\.json(\.[0-9a-f]{8})?\.part)"
+)
+
+
+def is_store_name(path: str) -> bool:
+    """Tell whether a path in a store is one that a store gives to its files, or to one that is being written."""
+    return _OWN.fullmatch(path) is not None
 
 
 def raw_path(sha256: str) -> str:

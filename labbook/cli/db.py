@@ -21,8 +21,9 @@ def prune_command(
 ) -> Shown:
     """List what nothing needs: old databases, files of commands that were cut off, numbers of no report.
 
-    Never a raw copy that a row or the journal speaks of. Files written to within an hour are left out. What was set
-    aside from the journal is removed only by its name. The book is checked before anything is removed.
+    Never a raw copy that a row or the journal speaks of, nor a file that is not labbook's: those are named. Files
+    written to within an hour are left out. What was set aside from the journal is removed only by its name. The book is
+    checked before anything is removed.
 
     Example: labbook db prune --yes
     """
@@ -38,6 +39,8 @@ def prune_command(
     lines = columns(["name", "size", "what it is"], rows) if rows else []
     if not found:
         lines.append("nothing lies about.")
+    elif all(one.foreign for one in found):
+        lines.append("nothing of labbook's lies about.")
     elif yes:
         lines.append(f"{len(found)} removed.")
     else:

@@ -7,6 +7,7 @@ while nobody can write; an ingest that has put its files there and not yet its r
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -17,19 +18,21 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.disk import exclusive_lock
 from data_schema.engine import writing
-from data_schema.errors import BookDamaged, unknown_name
+from data_schema.errors import BookDamaged, UsageError, unknown_name
 from data_schema.queries.files import raw_copies, signal_files
 from data_schema.vocabulary import Action
-from ingest.store import STORED, raw_path
+from ingest.store import STORED, is_store_name, raw_path
 from labbook.actions.upkeep.health import check_book
 from labbook.book.copies.copying import Counted, raw_of
 from labbook.book.opening import DATABASE, JOURNAL, Book
 from labbook.book.rebuilding import REBUILDING, drop_old, old_schemas
 from labbook.book.report_numbers import numbers_files, numbers_path
 
+_OLD_NAME = re.compile(rf"{re.escape(DATABASE)}\.before-rebuild\.\d{{8}}T\d{{12}}Z(-wal|-shm)?")
 QUIET_S = 3600.0
 """A file that was written to less long ago may belong to a command that is at work."""
 _OLD, _CUT_OFF, _ORPHAN = "an old database", "left by a command that was cut off", "a file of the store without a row"
+_FOREIGN = "not labbook's, never removed"
 _SET_ASIDE = "set aside from the journal, removed only by its name"
 
 
@@ -37,7 +40,8 @@ _SET_ASIDE = "set aside from the journal, removed only by its name"
 class Leftover:
     """A leftover: the name by which it is removed, its kind, and its size where it has one.
 
-    `by_name_only`: a person may want it, so that it is removed only when named.
+    `by_name_only`: a person may want it, so that it is removed only when named. A `foreign` one is in a folder of the
+    store under a name that labbook never gives, and is never removed.
     """
 
     name: str
@@ -45,6 +49,7 @@ class Leftover:
     n_bytes: int | None
     by_name_only: bool = False
     path: Path | None = None
+    foreign: bool = False
 
 
 def leftovers(book: Book, connection: sa.Connection) -> list[Leftover]:
@@ -57,7 +62,10 @@ def leftovers(book: Book, connection: sa.Connection) -> list[Leftover]:
 
 
 def prune(book: Book, names: Sequence[str], counted: Counted) -> list[Leftover]:
-    """Remove all leftovers, or only the named ones; returns what was removed."""
+    """Remove all leftovers, or only the named ones; returns what was removed.
+
+    Raises `UsageError` for the name of a file that is not labbook's.
+    """
     health = check_book(book.folder, counted)
     if not health.whole:
         raise BookDamaged(
@@ -65,7 +73,12 @@ def prune(book: Book, names: Sequence[str], counted: Counted) -> list[Leftover]:
             "names all that it lacks."
         )
     with exclusive_lock(book.mirror.path, REBUILDING), writing(book.engine) as connection:
-        chosen = [one for one in named(leftovers(book, connection), names) if names or not one.by_name_only]
+        found = named(leftovers(book, connection), names)
+        if foreign := [one.name for one in found if names and one.foreign]:
+            raise UsageError(
+                f"{foreign[0]} is not labbook's, and nothing was removed: move it out of the store yourself."
+            )
+        chosen = [one for one in found if not one.foreign and (names or not one.by_name_only)]
         for one in chosen:
             if one.path is None:
                 drop_old(connection, one.name)
@@ -86,11 +99,12 @@ def named(found: Sequence[Leftover], names: Sequence[str]) -> list[Leftover]:
 
 def _file(book: Book, path: Path, what: str, by_name_only: bool = False) -> Leftover:
     name = str(path.relative_to(book.folder) if path.is_relative_to(book.folder) else path)
-    return Leftover(name, what, path.stat().st_size, by_name_only, path)
+    return Leftover(name, what, path.lstat().st_size, by_name_only, path, foreign=what is _FOREIGN)
 
 
 def _files(book: Book, connection: sa.Connection) -> Iterator[tuple[Path, str]]:
-    yield from ((path, _OLD) for path in sorted(book.folder.glob(f"{DATABASE}.before-rebuild.*")))
+    old = sorted(book.folder.glob(f"{DATABASE}.before-rebuild.*"))
+    yield from ((path, _OLD) for path in old if _OLD_NAME.fullmatch(path.name))
     begun = [*book.folder.glob(f".{DATABASE}.*"), *(book.folder / "reports").rglob(".*.part")]
     begun += [*book.store.root.glob(f".{JOURNAL}.*"), *book.store.root.glob(".last-backup.json.*")]
     yield from ((path, _CUT_OFF) for path in sorted(begun) if _is_quiet(path))
@@ -100,8 +114,12 @@ def _files(book: Book, connection: sa.Connection) -> Iterator[tuple[Path, str]]:
     )
     for folder in STORED:
         for path in sorted((book.store.root / folder).rglob("*")):
-            wanted = str(path.relative_to(book.store.root)) in spoken_of or path.stem.encode() in aside
-            if path.is_file() and not wanted and _is_quiet(path):
+            name = path.relative_to(book.store.root).as_posix()
+            if path.is_dir() and not path.is_symlink():
+                continue
+            if not is_store_name(name):
+                yield path, _FOREIGN
+            elif name not in spoken_of and path.stem.encode() not in aside and _is_quiet(path):
                 yield path, _CUT_OFF if path.name.startswith(".") else _ORPHAN
 
 

@@ -23,7 +23,9 @@ from tests.helpers.folders import contents
 from tests.helpers.upkeep import health, rebuilt, untold
 from tests.helpers.wording import refuses
 
-TEMPORARY = "raw/ab/.abc.zst.12345678"
+SHA256 = "ab" + "01" * 31
+TEMPORARY = f"raw/ab/.{SHA256}.zst.12345678"
+ORPHAN = f"signals/ab/{SHA256}.parquet"
 
 
 def listed(book: Book) -> dict[str, Leftover]:
@@ -56,11 +58,11 @@ def test_old_databases_and_what_was_cut_off_go_and_the_book_stays(book: SmallBoo
         rows = all_rows_by_name(standing.engine)
         old = {rebuild(book)}
         left = {TEMPORARY, ".labbook.db.rebuild.0123abcd", "reports/20210601/.report.html.x1.part"}
-        left.add("signals/ab/ab.parquet")
+        left.add(ORPHAN)
         aside = {"journal.jsonl.cut-off.20210601T000000000000Z", "journal.jsonl.before-rebuild.20210601T000000000000Z"}
         for name in left | aside:
             lay(book, name)
-        lay(book, "raw/cd/.cd.zst.87654321", age_s=60)  # of a command at work
+        lay(book, TEMPORARY.replace("ab", "cd"), age_s=60)  # of a command at work
         mine = {lay(book, name) for name in ("raw.txt", "labbook.db.mine", "reports/2021/.mine", ".notes")}
         before = contents(book.folder)
         assert set(listed(standing)) == old | left | aside
@@ -72,6 +74,35 @@ def test_old_databases_and_what_was_cut_off_go_and_the_book_stays(book: SmallBoo
         assert all_rows_by_name(standing.engine) == rows
         assert pruned(standing, *aside) == aside
         assert listed(standing) == {}
+
+
+FOREIGN = (
+    "raw/README.txt",
+    "raw/2024-03/only_copy.csv",
+    f"raw/ab/{SHA256}.csv",
+    f"raw/cd/{SHA256}.zst",
+    "signals/ab/.DS_Store",
+    "numbers/notes.json",
+)
+
+
+def test_files_that_are_not_labbooks_are_named_and_never_removed(book: SmallBook) -> None:
+    mine = [lay(book, name) for name in FOREIGN]
+    outside = book.folder.parent / "thesis.txt"
+    outside.write_text("years of work")
+    (book.folder / "raw" / "link.zst").symlink_to(outside)
+    lay(book, "labbook.db.before-rebuild.mine")
+    lay(book, ORPHAN)
+    with book.open() as standing:
+        found = listed(standing)
+        assert {name for name, one in found.items() if one.foreign} == {*FOREIGN, "raw/link.zst"}
+        with refuses(UsageError, FOREIGN[1], "not labbook's"):
+            pruned(standing, FOREIGN[1])
+        assert pruned(standing) == {ORPHAN}
+        assert pruned(standing) == set()
+    assert all(path.exists() for path in mine)
+    assert outside.read_text() == "years of work"
+    assert (book.folder / "raw" / "link.zst").is_symlink()
 
 
 def test_what_the_journal_speaks_of_stays_also_without_a_row(tmp_path: Path, commands: Commands) -> None:
@@ -94,10 +125,10 @@ def test_what_the_journal_speaks_of_stays_also_without_a_row(tmp_path: Path, com
 
 def test_what_a_journal_that_was_set_aside_speaks_of_stays_until_that_is_removed(tmp_path: Path) -> None:
     book = small_book(tmp_path, ingested=False)
-    raw = "raw/ab/ab12.zst"
+    raw = f"raw/ab/{SHA256}.zst"
     lay(book, raw)
     aside = lay(book, "journal.jsonl.cut-off.20210601T000000000000Z")
-    aside.write_bytes(b'{"action":"ingest","new":{"sha256":"ab12"')
+    aside.write_bytes(b'{"action":"ingest","new":{"sha256":"' + SHA256.encode())
     with book.open() as standing:
         assert pruned(standing) == set()
         assert pruned(standing, aside.name) == {aside.name}
@@ -176,7 +207,7 @@ def test_a_prune_that_is_killed_leaves_a_whole_book(tmp_path: Path, commands: Co
     book = small_book(tmp_path)
     chance = random.Random(8)
     for number in range(2):
-        for name in (TEMPORARY, "signals/ab/ab.parquet", f"labbook.db.before-rebuild.{number}"):
+        for name in (TEMPORARY, ORPHAN, f"labbook.db.before-rebuild.2021060{number}T000000000000Z"):
             lay(book, name)
         running = commands.start("db", "prune", "--yes", "--book", book.folder)
         time.sleep(chance.uniform(0, 0.3))
