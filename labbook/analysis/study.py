@@ -187,11 +187,7 @@ def analyse(
     ]
     pooled = {outcome: pairing.pairs_pooled(several, swept) for outcome, several in conditions.items()}
     effects, adjusted_effects = overall_effects(computed, pooled, settings, scope), Overall()
-    values = {
-        level.label: level.value
-        for level in evidence.configuration.factors[swept].levels
-        if level.value is not None and level.label != evidence.configuration.factors[swept].control
-    }
+    values = pairing.treated_values(evidence.configuration, swept)
     contrasts = contrast_means(computed, conditions, swept, values, planned, evidence.selection)
     favoured = favoured_by_order(
         (pair for pairs in pooled.values() for pair in pairs),

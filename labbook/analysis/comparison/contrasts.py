@@ -75,13 +75,7 @@ def contrast_means(
     Several are a family, whose p is adjusted by Holm's method.
     """
     settings, scope = planned.settings, {"selection": selection}
-    every = (
-        one
-        for each in settings.contrasts or _suggested(conditions, swept, values)
-        for one in contrasts_of(each, conditions.get(each.outcome, ()), swept, values)
-        if one.terms or settings.contrasts
-    )
-    asked = {one.label: one for one in every}
+    asked = asked_contrasts(settings.contrasts, conditions, swept, values)
     tested = {label: _recorded(computed, one, swept, settings.alpha, scope) for label, one in asked.items()}
     family = adjust(computed, tested, "contrasts", scope, settings.alpha)
     found = []
@@ -94,6 +88,22 @@ def contrast_means(
             adjusted, rejected = family.adjusted_p[label], family.rejected[label]
             found.append(replace(result, exploratory=why, adjusted=adjusted, rejected=rejected))
     return found
+
+
+def asked_contrasts(
+    planned: Sequence[ContrastSettings],
+    conditions: Mapping[Outcome, Sequence[ConditionValues]],
+    swept: str,
+    values: Mapping[str, float],
+) -> dict[str, AskedContrast]:
+    """Return the contrasts that are planned, or else those that the factors suggest, by their labels."""
+    every = (
+        one
+        for each in planned or _suggested(conditions, swept, values)
+        for one in contrasts_of(each, conditions.get(each.outcome, ()), swept, values)
+        if one.terms or planned
+    )
+    return {one.label: one for one in every}
 
 
 def _suggested(

@@ -37,6 +37,14 @@ def swept_factor(configuration: Configuration) -> str | None:
     return next((name for name, factor in configuration.factors.items() if factor.control is not None), None)
 
 
+def treated_values(configuration: Configuration, swept: str) -> dict[str, float]:
+    """Return the numbers of the levels of the swept factor but for the control, of those that have one."""
+    factor = configuration.factors[swept]
+    return {
+        level.label: level.value for level in factor.levels if level.value is not None and level.label != factor.control
+    }
+
+
 def groups(conditions: Sequence[ConditionValues], swept: str) -> list[tuple[dict[str, str], list[ConditionValues]]]:
     """Return the groups of conditions that differ in the swept factor only, in order of first occurrence."""
     found: dict[tuple[tuple[str, str], ...], list[ConditionValues]] = {}

@@ -249,7 +249,7 @@ def vary(
     """Recompute the pooled comparisons; a day is left out with its jump runs and its idle runs."""
     found: list[Varied] = []
     scope = {"selection": evidence.selection}
-    everything = _with_void(evidence)
+    everything = with_void(evidence)
     joules = (
         _joules_of(computed, everything, evidence, drains, WITHOUT_EXCLUSIONS)
         if evidence.void
@@ -326,7 +326,7 @@ def _by_rules(
     ]
 
 
-def _with_void(evidence: StudyData) -> StudyData:
+def with_void(evidence: StudyData) -> StudyData:
     """Return the evidence with the runs that are void put back."""
     return replace(
         evidence,

@@ -94,7 +94,7 @@ def judge_hypotheses(
     }
     found = []
     for settings in hypotheses:
-        comparisons = _comparisons_of(settings, conditions.get(settings.outcome, ()), swept)
+        comparisons = comparisons_of(settings, conditions.get(settings.outcome, ()), swept)
         saves = settings.claim is ClaimKind.SAVES
         results = [
             _part(
@@ -113,9 +113,7 @@ def judge_hypotheses(
     return found
 
 
-def _comparisons_of(
-    settings: HypothesisSettings, conditions: Sequence[ConditionValues], swept: str
-) -> list[Comparison]:
+def comparisons_of(settings: HypothesisSettings, conditions: Sequence[ConditionValues], swept: str) -> list[Comparison]:
     """Return what a hypothesis compares among the conditions; nothing where they lack what it needs."""
     if settings.claim is ClaimKind.SAME:
         return _between(settings, conditions, swept)
