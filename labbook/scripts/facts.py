@@ -1,0 +1,162 @@
+"""What was measured of the runs behind a number: their values as a report of the same runs has them, by condition."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import sqlalchemy as sa
+
+from data_schema.errors import UsageError
+from data_schema.outcomes import Outcome
+from data_schema.vocabulary import Undefined
+from ingest.store import Store
+from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.contrasts import AskedContrast, asked_contrasts
+from labbook.analysis.comparison.order import ADJUSTED, adjusted_for_position
+from labbook.analysis.comparison.pairing import Pair
+from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, with_void, without_day
+from labbook.analysis.outcomes.charger_step import rounding_in, with_rounding_of
+from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure
+from labbook.analysis.outcomes.detection import Detections
+from labbook.analysis.outcomes.run_apexes import ApexVariant, as_protocol, without_exclusions
+from labbook.analysis.preregistration.planned import Planned, planned_analysis
+from labbook.analysis.results import Results
+from labbook.analysis.study_data import StudyData, gather
+from labbook.config.parsing import Configuration
+from stats.apexes.detectors import DETECTORS
+
+WITHOUT = "without "
+
+
+@dataclass(frozen=True, slots=True)
+class Varied:
+    """The facts of a variant of the analysis, and by which jumps; `day` is one that is left out, "" where none is."""
+
+    evidence: StudyData
+    jumps: ApexVariant
+    day: str = ""
+
+
+@dataclass(frozen=True)
+class Facts:
+    """The facts of the runs that a report selects, in a book as it was when the report was made."""
+
+    connection: sa.Connection
+    store: Store
+    configuration: Configuration
+    selection: str
+    _found: dict[tuple[Outcome, str], list[ConditionValues]] = field(default_factory=dict)
+
+    @cached_property
+    def evidence(self) -> StudyData:
+        """The selected runs with what was measured of them."""
+        return gather(self.connection, self.configuration, self.selection or None)
+
+    @cached_property
+    def planned(self) -> Planned:
+        """The settings of the analysis."""
+        selected = frozenset(run.uid for run in self.evidence.selected)
+        return planned_analysis(self.connection, self.configuration, selected)
+
+    @property
+    def swept(self) -> str:
+        """The factor with a control, "" where none has one."""
+        return pairing.swept_factor(self.configuration) or ""
+
+    def varied(self, variant: str) -> Varied:
+        """Return the facts of a variant of the analysis; raises `UsageError` where it has no script."""
+        protocol = as_protocol(self.evidence)
+        detector = variant.removeprefix("with the ").removesuffix(" detector")
+        if variant in ("", ADJUSTED):
+            return Varied(self.evidence, protocol)
+        if variant == WITHOUT_EXCLUSIONS:
+            return Varied(with_void(self.evidence), without_exclusions(self.evidence))
+        if variant.startswith(WITHOUT):
+            day = variant.removeprefix(WITHOUT)
+            return Varied(without_day(self.evidence, day), protocol, day)
+        if detector in DETECTORS:
+            return Varied(self.evidence, replace(protocol, detector=detector))
+        raise UsageError(
+            f"the number is of the variant {variant!r}, which has no script: ask for the same number of the report's "
+            f"own way, {WITHOUT_EXCLUSIONS}, without a day, by another detector or {ADJUSTED}."
+        )
+
+    def conditions(self, outcome: Outcome, variant: str = "") -> list[ConditionValues]:
+        """Return the conditions of the runs, in the order in which a report has them."""
+        if (outcome, variant) not in self._found:
+            self._found[outcome, variant] = self._measured(outcome, variant)
+        return self._found[outcome, variant]
+
+    def _measured(self, outcome: Outcome, variant: str) -> list[ConditionValues]:
+        varied = self.varied(variant)
+        found = self._conditions(varied.evidence, outcome, varied.jumps)
+        if not varied.day:
+            return found
+        # whether runs are rounded alike is decided by those of all days
+        of_all_days = {item.run.uid: item.shared for one in self.conditions(outcome) for item in one.runs}
+        return [
+            replace(
+                one,
+                runs=tuple(
+                    replace(
+                        item,
+                        shared=with_rounding_of(rounding_in(item.shared, without=True), of_all_days[item.run.uid]),
+                    )
+                    for item in one.runs
+                ),
+            )
+            for one in found
+        ]
+
+    def conditions_beside(self, outcome: Outcome) -> list[ConditionValues]:
+        """Return the conditions of which the selection takes no run, which count in a planned family of tests."""
+        if not self.planned.stated or not self.evidence.beside:
+            return []
+        beside = replace(self.evidence, runs=self.evidence.beside)
+        return self._conditions(beside, outcome, as_protocol(self.evidence))
+
+    def _conditions(self, evidence: StudyData, outcome: Outcome, jumps: ApexVariant) -> list[ConditionValues]:
+        computed = Results()
+        found = measure(outcome, computed, Detections(self.connection, self.store), evidence, jumps)
+        return condition_values(computed, evidence.runs, found.results, outcome, {})
+
+    @property
+    def settings(self) -> dict[str, object]:
+        """The settings of templates that are the study's."""
+        return {"REFERENCE_VOLTAGE_V": float(self.evidence.study.reference_voltage_v)}
+
+    def decision_level(self, outcome: Outcome) -> float:
+        """Return the level of the intervals of comparisons."""
+        settings = self.planned.settings
+        return 1.0 - (2.0 if settings.one_sided and outcome.has_savings else 1.0) * settings.alpha
+
+    def pooled(self, outcome: Outcome, variant: str = "") -> list[Pair]:
+        """Return the comparisons of all levels with the control, one a group; adjusted for position where asked for."""
+        found = pairing.pairs_pooled(self.conditions(outcome, variant), self.swept)
+        adjusted = adjusted_for_position(found) if variant == ADJUSTED else found
+        return found if isinstance(adjusted, Undefined) else adjusted
+
+    def contrasts(self) -> dict[str, AskedContrast]:
+        """Return the contrasts of means of the plan, or those that the factors suggest, by their labels."""
+        settings = self.planned.settings
+        outcomes = {each.outcome for each in settings.contrasts} or {each for each in Outcome if each.has_savings}
+        conditions = {outcome: self.conditions(outcome) for outcome in Outcome if outcome in outcomes}
+        values = pairing.treated_values(self.configuration, self.swept)
+        return asked_contrasts(settings.contrasts, conditions, self.swept, values)
+
+    def pairs(self, outcome: Outcome, variant: str = "") -> list[Pair]:
+        """Return what the planned families compare, in order."""
+        return pairing.pairs_with_control(self.conditions(outcome, variant), self.swept)
+
+
+def keys_of(pair: Pair) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the conditions of both sides of a comparison by their keys, the control's first."""
+    return tuple(one.key for one in pair.a), tuple(one.key for one in pair.b)
+
+
+def conditions_in(pairs: Sequence[Pair]) -> list[ConditionValues]:
+    """Return the conditions that some comparisons are of, each once."""
+    found: Mapping[str, ConditionValues] = {one.key: one for pair in pairs for one in (*pair.a, *pair.b)}
+    return list(found.values())

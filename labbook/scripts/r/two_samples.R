@@ -1,0 +1,34 @@
+# The thesis's own tests (5.2.1): F of two variances, and Student's or Welch's t as F decides, over runs or jumps.
+
+control_values <- function(runs) of_conditions(runs, PAIR[[1]])$value
+
+treated_values <- function(runs) of_conditions(runs, PAIR[[2]])$value
+
+variances_tested <- function(runs) var.test(treated_values(runs), control_values(runs))
+
+means_tested <- function(runs) {
+  equal <- variances_tested(runs)$p.value >= ALPHA
+  t.test(treated_values(runs), control_values(runs), var.equal = equal, conf.level = 1 - ALPHA)
+}
+
+f_of_variances <- function(runs) list(value = variances_tested(runs)$statistic[[1]])
+
+p_of_variances <- function(runs) list(value = variances_tested(runs)$p.value)
+
+difference_of_samples <- function(runs) {
+  found <- means_tested(runs)
+  list(
+    value = mean(treated_values(runs)) - mean(control_values(runs)),
+    ci_low = found$conf.int[1], ci_high = found$conf.int[2], df = found$parameter[[1]]
+  )
+}
+
+t_of_samples <- function(runs) {
+  found <- means_tested(runs)
+  list(value = found$statistic[[1]], df = found$parameter[[1]])
+}
+
+p_of_samples <- function(runs) {
+  found <- means_tested(runs)
+  list(value = found$p.value, df = found$parameter[[1]])
+}

@@ -1,0 +1,25 @@
+"""How far the runs of a battery pack lie from the means of their conditions."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from labbook.scripts.templates.runs import Run, of_conditions, values_of
+from labbook.scripts.templates.shared import LEVEL, quantile
+
+PACK = ""
+"""The pack that is asked about."""
+
+
+def pack_deviation(runs: Sequence[Run]) -> dict[str, float]:
+    """Return the mean deviation of the pack's runs, with Student's interval."""
+    means = {
+        condition: float(np.mean(values_of(of_conditions(runs, [condition]))))
+        for condition in dict.fromkeys(run.row["condition"] for run in runs)
+    }
+    away = [run.value - means[run.row["condition"]] for run in runs if run.row["battery"] == PACK]
+    n, value = len(away), math.fsum(away) / len(away)
+    se = float(np.std(away, ddof=1)) / math.sqrt(n)
+    half = quantile(LEVEL, n - 1.0) * se
+    return {"value": value, "se": se, "ci_low": value - half, "ci_high": value + half}

@@ -1,0 +1,67 @@
+"""Errors that values share (docs/statistics.md, "The shared passive-drain error"): they do not average out."""
+
+import math
+from collections.abc import Sequence
+
+from scipy import stats
+
+from labbook.scripts.templates.runs import Shared, Source
+
+LEVEL = 0.95
+"""Of the intervals."""
+ENOUGH_DF = 4.0
+"""Degrees of freedom of a fit from which its error counts as Welch and Satterthwaite have it."""
+
+
+def quantile(level: float, df: float) -> float:
+    """Return the half width of Student's two-sided interval in standard errors."""
+    return float(stats.t.isf((1.0 - level) / 2.0, df))
+
+
+def two_sided_p(t: float, df: float) -> float:
+    """Return the chance of a t as far from 0 as this, to either side."""
+    return 2.0 * float(stats.t.sf(abs(t), df))
+
+
+def satterthwaite_df(parts: Sequence[tuple[float, float]]) -> float:
+    """Return the degrees of freedom of a sum of variances, each with its own (Welch 1938, Satterthwaite 1946)."""
+    total = math.fsum(variance for variance, _df in parts)
+    doubt = math.fsum((variance / total) ** 2 / df for variance, df in parts) if total > 0.0 else 0.0
+    return 1.0 / doubt if doubt > 0.0 else math.inf
+
+
+def weighted_sum(errors: Sequence[Shared], weights: Sequence[float]) -> Shared:
+    """Return the shared errors of a weighted sum of values: the weighted sum of each source."""
+    total: Shared = {}
+    for error, weight in zip(errors, weights, strict=True):
+        for source, size in error.items():
+            total[source] = total.get(source, 0.0) + weight * size
+    return total
+
+
+def of_mean(errors: Sequence[Shared]) -> Shared:
+    """Return the shared errors of a mean."""
+    return weighted_sum(errors, [1.0 / len(errors)] * len(errors))
+
+
+def shared_se(error: Shared) -> float:
+    """Return the standard error of all sources together: they are independent."""
+    return math.hypot(*error.values())
+
+
+def shared_df(error: Shared) -> float:
+    """Return the degrees of freedom of the fits behind an error, Satterthwaite's where they are several."""
+    variances: dict[tuple[str, float], float] = {}
+    for source, size in error.items():
+        variances[source.fit, source.df] = variances.get((source.fit, source.df), 0.0) + size * size
+    return satterthwaite_df([(variance, df) for (_fit, df), variance in variances.items()])
+
+
+def weight_of(source: Source, level: float, df: float) -> float:
+    """Return by how much a source counts beside a quantile of df: a fit of few degrees of freedom has its own."""
+    return 1.0 if source.df >= ENOUGH_DF else (quantile(level, source.df) / quantile(level, df)) ** 2
+
+
+def shared_covariance(one: Shared, other: Shared, level: float, df: float) -> float:
+    """Return the covariance of two values by the errors that they share, as it counts beside a quantile of df."""
+    return math.fsum(weight_of(source, level, df) * size * other.get(source, 0.0) for source, size in one.items())

@@ -1,0 +1,66 @@
+"""Stand-alone scripts give the numbers of reports again, without labbook."""
+
+from __future__ import annotations
+
+import random
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from labbook.actions.upkeep.tracing import ReportOfNumber
+from labbook.book.opening import opened
+from labbook.scripts.in_r import has_r
+from labbook.scripts.registry import KINDS
+from labbook.scripts.writing import R, facts_of, numbers_printed, script_of
+from tests.helpers.books import reported_book
+from tests.helpers.demos import made_demo
+from tests.helpers.scripts import differs, numbers_of_last_report, one_of_each, run_all, write_all
+
+WITHOUT_SCRIPT = {
+    "prediction_check", "prediction_bias", "joint_bias", "limits_of_agreement", "energy_budget",
+}  # fmt: skip
+
+
+def has_script(one: ReportOfNumber) -> bool:
+    kind = one.numbers.result_of(one.number).kind
+    return kind in KINDS and (kind, one.number.name) != ("hypothesis", "simulated")
+
+
+def test_every_number_of_a_book_of_two_days(tmp_path: Path) -> None:
+    with reported_book(tmp_path / "book").open() as book:
+        numbers = numbers_of_last_report(book)
+        known = {uid: one for uid, one in numbers.items() if one.number.value is not None}
+        written = list(write_all(book, known, tmp_path / "scripts", has_script))
+    assert {one.numbers.result_of(one.number).kind for one in known.values() if not has_script(one)} <= WITHOUT_SCRIPT
+    assert len(written) > 100
+    assert [each for number, printed in run_all(written) for each in differs(number, printed)] == []
+
+
+@pytest.mark.parametrize("demo", ["two_runs_a_condition", pytest.param("demonstration", marks=pytest.mark.soak)])
+def test_a_number_of_every_kind_of_the_demonstration(demo: str, tmp_path: Path) -> None:
+    with opened(Path(made_demo(demo).book)) as book:
+        numbers = numbers_of_last_report(book)
+        some = one_of_each(numbers)
+        if demo == "demonstration":
+            uids = [uid for uid, one in numbers.items() if one.number.value is not None]
+            some |= {uid: numbers[uid] for uid in random.Random(0).sample(uids, 50)}
+        written = list(write_all(book, some, tmp_path, has_script))
+    expected = set(KINDS) - ({"overall_savings"} if demo == "two_runs_a_condition" else set())
+    assert {one.numbers.result_of(one.number).kind for one in some.values()} >= expected
+    assert [each for number, printed in run_all(written) for each in differs(number, printed)] == []
+
+
+@pytest.mark.skipif(shutil.which("Rscript") is None, reason="Rscript is not installed")
+def test_scripts_in_r_print_the_same(tmp_path: Path) -> None:
+    with reported_book(tmp_path / "book").open() as book:
+        numbers = numbers_of_last_report(book)
+        some = one_of_each(numbers)
+        with facts_of(book, next(iter(some.values())).shown_in[-1], lambda _step: None) as facts:
+            with_r = {uid: one for uid, one in some.items() if has_script(one) and has_r(script_of(one, facts))}
+        written = list(write_all(book, with_r, tmp_path / "scripts", has_script, in_r=True))
+    assert len(written) > 20
+    for number, folder in written:
+        done = subprocess.run(["Rscript", str(folder / R)], capture_output=True, text=True, check=True, timeout=60)
+        assert differs(number, numbers_printed(done.stdout)) == []

@@ -1,0 +1,200 @@
+"""The parts that scripts are made of, beside `stats` on random runs, and how they are put together."""
+
+from __future__ import annotations
+
+import importlib
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from data_schema.calibration import Calibration
+from data_schema.queries.signals import CalibratedChannel
+from labbook.scripts import assembling, in_r
+from labbook.scripts.script import Script
+from labbook.scripts.templates import contrasts, days, equivalence, heights, overall, position, shared
+from labbook.scripts.templates.runs import Run, Source
+from stats.compare.shared_error import SharedError
+from stats.days.contrasts import Effect, linear_contrast
+from stats.days.decision import Contrast, blocks_of_runs, contrast_by_day
+from stats.days.order import adjust_for_position
+from stats.days.overall import overall_equivalence, overall_savings
+
+PAIR = (("control",), ("one", "two"))
+LEVEL = 0.9
+
+
+def modules() -> Iterator[ModuleType]:
+    for name in assembling.TEMPLATES:
+        yield importlib.import_module(f"labbook.scripts.templates.{name}")
+
+
+@pytest.fixture(autouse=True)
+def level(monkeypatch: pytest.MonkeyPatch) -> None:
+    """All intervals have one level, which is not the usual one."""
+    for module in modules():
+        if hasattr(module, "LEVEL"):
+            monkeypatch.setattr(module, "LEVEL", LEVEL)
+    for module in (days, equivalence):
+        monkeypatch.setattr(module, "PAIR", PAIR)
+
+
+def random_runs(seed: int, n_days: int, df: float = 6.0) -> list[Run]:
+    """Runs of three conditions on some days, with two errors that they share."""
+    rng = np.random.default_rng(seed)
+    found = []
+    for condition, effect in (("control", 0.0), ("one", -8.0), ("two", -5.0)):
+        for day in range(n_days):
+            for _repeat in range(int(rng.integers(2, 4))):
+                terms = rng.normal(0.0, 0.5, 2)
+                errors = {Source("line", "level", df): terms[0], Source("line", "slope", df): terms[1]}
+                row = {"condition": condition, "day": f"2021-06-{day + 1:02d}", "position_in_day": str(len(found) % 7)}
+                found.append(Run(row, 60.0 + effect + day + float(rng.normal(0.0, 2.0)), errors))
+    return found
+
+
+def shared_of(run: Run) -> SharedError:
+    terms = {(source.fit, source.term): size for source, size in run.shared.items()}
+    return SharedError(terms, {source.fit: source.df for source in run.shared})
+
+
+def contrast_of(runs: list[Run]) -> Contrast:
+    sides = [[run for run in runs if run.row["condition"] in side] for side in PAIR]
+    control, treated = ([run.value for run in side] for side in sides)
+    days_control, days_treated = ([run.row["day"] for run in side] for side in sides)
+    shared_control, shared_treated = (list(map(shared_of, side)) for side in sides)
+    return contrast_by_day(
+        treated, control,
+        days_treated=days_treated, days_control=days_control,
+        shared_treated=shared_treated, shared_control=shared_control,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("df", [6.0, 2.0])
+@pytest.mark.parametrize("n_days", [6, 2])
+def test_the_deciding_test_is_that_of_stats(n_days: int, df: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = random_runs(n_days, n_days, df)
+    found = contrast_of(runs)
+    for mine, theirs in (
+        (days.difference_of_means(runs), found.difference(LEVEL)),
+        (days.savings(runs), found.savings(LEVEL)),
+    ):
+        assert isinstance(theirs.ci, tuple)
+        ends = theirs.ci
+        expected = [theirs.value, theirs.se, theirs.shared_se, *ends, theirs.df]
+        names = ("value", "se", "shared_se", "ci_low", "ci_high", "df")
+        assert [mine[name] for name in names] == pytest.approx(expected, rel=1e-11)
+    assert days.t_of_difference(runs)["value"] == pytest.approx(found.difference(LEVEL).t, rel=1e-11)
+    assert days.p_of_difference(runs)["value"] == pytest.approx(found.difference(LEVEL).p, rel=1e-9)
+    assert days.run_sd(runs)["value"] == pytest.approx(found.run_sd, rel=1e-11)
+
+
+@pytest.mark.parametrize("percent", [True, False])
+def test_equivalence_is_that_of_stats(percent: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = random_runs(3, 5)
+    monkeypatch.setattr(equivalence, "IN_PERCENT", percent)
+    monkeypatch.setattr(equivalence, "LOW", -20.0)
+    monkeypatch.setattr(equivalence, "HIGH", 12.0)
+    theirs = contrast_of(runs).equivalence(-20.0, 12.0, (1.0 - LEVEL) / 2.0, percent=percent)
+    mine = [equivalence.t_low(runs), equivalence.p_low(runs), equivalence.t_high(runs), equivalence.p_high(runs)]
+    expected = [theirs.t_low, theirs.p_low, theirs.t_high, theirs.p_high]
+    assert [one["value"] for one in mine] == pytest.approx(expected, rel=1e-9)
+    assert isinstance(theirs.ci, tuple)
+    found = equivalence.estimate(runs)
+    assert [found["ci_low"], found["ci_high"]] == pytest.approx(theirs.ci, rel=1e-10)
+    assert equivalence.p_of_both(runs)["value"] == pytest.approx(theirs.p, rel=1e-9)
+
+
+@pytest.mark.parametrize("n_days", [6, 2])
+def test_contrasts_are_those_of_stats(n_days: int) -> None:
+    runs = random_runs(4, n_days)
+    blocks = {
+        name: blocks_of_runs(name, [run.value for run in own], [run.row["day"] for run in own], None,
+                             [shared_of(run) for run in own])
+        for name in ("control", "one", "two")
+        for own in [[run for run in runs if run.row["condition"] == name]]
+    }  # fmt: skip
+    theirs = linear_contrast(
+        blocks, [Effect(1.0, "one", "control"), Effect(-1.0, "two", "control")], percent=True, level=LEVEL
+    ).estimate
+    effects = ((1.0, (("control",), ("one",))), (-1.0, (("control",), ("two",))))
+    mine = contrasts.contrast_of(runs, effects, percent=True)
+    assert isinstance(theirs.ci, tuple)
+    expected = [theirs.value, theirs.se, theirs.shared_se, *theirs.ci, theirs.df, theirs.t]
+    names = ("value", "se", "shared_se", "ci_low", "ci_high", "df", "t")
+    assert [mine[name] for name in names] == pytest.approx(expected, rel=1e-9)
+
+
+def test_effects_over_groups_are_those_of_stats(monkeypatch: pytest.MonkeyPatch) -> None:
+    groups = {"first": random_runs(5, 5), "second": random_runs(6, 6), "third": random_runs(7, 2)}
+    found = {name: contrast_of(runs) for name, runs in groups.items()}
+    runs = [
+        run._replace(row={**run.row, "condition": f"{name} {run.row['condition']}"})
+        for name, own in groups.items()
+        for run in own
+    ]
+    claimed = {name: ((f"{name} control",), (f"{name} one", f"{name} two")) for name in groups}
+    monkeypatch.setattr(overall, "CLAIMED", claimed)
+    theirs = overall_savings(found, LEVEL)
+    mine = overall.overall_savings(runs)
+    assert isinstance(theirs.estimate.ci, tuple)
+    expected = [theirs.estimate.value, theirs.estimate.se, *theirs.estimate.ci, theirs.estimate.df]
+    assert [mine[name] for name in ("value", "se", "ci_low", "ci_high", "df")] == pytest.approx(expected, rel=1e-10)
+    assert overall.heterogeneity_p(runs)["value"] == pytest.approx(getattr(theirs.heterogeneity, "p", None), rel=1e-9)
+    bounded = overall_equivalence(found, -5.0, 5.0, (1.0 - LEVEL) / 2.0).bounded
+    assert overall.overall_p_of_both(runs)["value"] == pytest.approx(bounded.p, rel=1e-9)
+
+
+def test_values_at_the_mean_position_are_those_of_stats(monkeypatch: pytest.MonkeyPatch) -> None:
+    runs = random_runs(8, 5)
+    monkeypatch.setattr(position, "GROUPS", {"all": PAIR})
+    theirs = adjust_for_position(
+        [run.value for run in runs],
+        [int(run.row["position_in_day"]) for run in runs],
+        [run.row["condition"] in PAIR[1] for run in runs],
+        [run.row["day"] for run in runs],
+        [run.row["condition"] for run in runs],
+    )
+    mine = position.at_mean_position(runs)
+    assert [run.value for run in mine] == pytest.approx(getattr(theirs, "values", None), rel=1e-11)
+    errors = [error.se for error in getattr(theirs, "shared", ())]
+    assert [abs(run.shared[list(run.shared)[-1]]) for run in mine] == pytest.approx(errors, rel=1e-9, abs=1e-15)
+
+
+def test_the_error_of_a_calibration_is_that_of_its_channel() -> None:
+    calibration = Calibration(scale=2.0, offset=0.1, errors=((0.0, 0.004), (0.002, -0.001)), df=5)
+    channel = CalibratedChannel("body_height", "pot", -0.5, 0.3, -1, calibration, "m", "Ada Nwosu")
+    row = {
+        "apex_height_m": "0.42", "calibration": "c", "calibration_df": "5", "height_sign": "-1", "height_scale": "-0.5",
+        "height_zero": "0.3", "calibration_scale": "2.0", "error_slopes": "0.0 0.002",
+        "error_intercepts": "0.004 -0.001",
+    }  # fmt: skip
+    assert list(heights.calibration_errors_m(row).values()) == pytest.approx(channel.error_terms(0.42), rel=1e-12)
+
+
+def test_every_template_is_listed_and_names_are_its_own() -> None:
+    files = {file.stem for file in assembling.FOLDER.glob("*.py")} - {"__init__"}
+    assert set(assembling.TEMPLATES) == files
+    names = Counter(name for each in assembling.TEMPLATES for name in assembling.template(each).defined)
+    assert [name for name, count in names.items() if count > 1] == []
+    assert {file.stem for file in in_r.FOLDER.glob("*.R")} <= files
+
+
+def test_settings_are_written_as_python_reads_them() -> None:
+    settings = {
+        "LOW": -float("inf"), "HIGH": 5.0, "IN_PERCENT": False,
+        "PAIR": (("a",), tuple(f"foot=large k_gain={gain}" for gain in range(9))),
+    }  # fmt: skip
+    script = Script([], ("heights.heights_of_runs", "equivalence.p_of_both"), settings)
+    text = assembling.assemble(script, "A p.", "the report prints 1.0")
+    names: dict[str, object] = {"__name__": "read", "__file__": str(Path(__file__))}
+    exec(text, names)
+    assert {name: names[name] for name in settings} == settings
+    assert max(map(len, text.splitlines())) <= 120
+
+
+def test_quantiles_are_of_the_level_that_is_asked_for() -> None:
+    assert shared.quantile(0.95, 1e9) == pytest.approx(1.959964, rel=1e-6)
