@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from data_schema.errors import BookDamaged
+from data_schema.errors import BookDamaged, UsageError
 from labbook.cli.common import BookOption, WhereOption, opened, options_given, reading
 from labbook.terminal import Shown, columns, progress
 
@@ -189,6 +189,14 @@ def why(
     check: Annotated[
         bool, typer.Option("--check", help="Compute the number anew from raw copies and journal, and compare.")
     ] = False,
+    script: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FOLDER",
+            help="Write a Python script that computes the number without labbook, and its table, into an empty folder.",
+        ),
+    ] = None,
+    in_r: Annotated[bool, typer.Option("--r", help="With --script: write the same in R, too.")] = False,
     book: BookOption = None,
 ) -> Shown:
     """Trace a number to the algorithm, the facts and the bytes it was computed from.
@@ -196,25 +204,40 @@ def why(
     The numbers of a report are in its numbers.json. With --check, the number is computed anew from raw copies and
     journal as of the newest report that shows it: exit code 3 where it comes out otherwise, or an input was altered.
 
-    Example: labbook why 3fa9c2d1 --check
+    With --script, a Python file (numpy and scipy alone) and a table of what was measured are written that give the
+    number again: each step with its formula and its source. The script is run once; exit code 3 where it prints
+    another number. Means, comparisons, tests and drain lines have one, predictions have none.
+
+    Example: labbook why 3fa9c2d1 --check; labbook why 3fa9c2d1 --script number
     """
     from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
 
+    if in_r and script is None:
+        raise UsageError("--r was given without --script: name the folder that the scripts go to, as --script number.")
     with opened(book) as opened_book:
         with opened_book.reading() as connection:
             asked = find_number(opened_book, connection, number)
             found = trace(connection, asked)
-        if not check:
+        if not check and script is None:
             return Shown(found, trace_lines(found))
-        from labbook.actions.upkeep.tracing import recompute
+        data: dict[str, object] = {"trace": found}
+        lines: list[str] = []
+        stands = True
+        if check:
+            from labbook.actions.upkeep.tracing import recompute
 
-        with progress("replaying", None) as step:
-            (checked,) = recompute(opened_book, [asked], step)
-    return Shown(
-        {"trace": found, "check": checked},
-        [checked.sentence, *trace_lines(found)],
-        BookDamaged.exit_code if checked.stands is False else 0,
-    )
+            with progress("replaying", None) as step:
+                (checked,) = recompute(opened_book, [asked], step)
+            data["check"], stands = checked, checked.stands is not False
+            lines.append(checked.sentence)
+        if script is not None:
+            from labbook.scripts.writing import write_and_run
+
+            with progress("script", None) as step:
+                written = write_and_run(opened_book, asked, script, step, in_r=in_r)
+            data["script"], stands = written, stands and written.same
+            lines += written.lines
+    return Shown(data, [*lines, *trace_lines(found)], 0 if stands else BookDamaged.exit_code)
 
 
 _LONGEST_LINE = 300
