@@ -114,6 +114,7 @@ def test_a_reviewer_looks_and_recomputes(tmp_path: Path, monkeypatch: pytest.Mon
     for words in commands("reviewer.md"):
         works([number if word == "ID" else word for word in words], book.folder)
     assert list((book.folder.parent / "review").rglob("report.html"))
+    assert {file.name for file in (book.folder.parent / "number").iterdir()} == {"number.py", "number.R", "runs.csv"}
 
 
 def test_jumps_are_reviewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
