@@ -42,7 +42,7 @@ class WrittenScript:
     @property
     def same(self) -> bool:
         """Whether the script printed the number of the report, to 1e-9 of it."""
-        return equals_printed(self.number.value, self.printed, self.number.se)
+        return equals_printed(self.number.value, self.printed, error_of(self.number))
 
     @property
     def lines(self) -> list[str]:
@@ -56,6 +56,15 @@ class WrittenScript:
             f"{printed}, and the report {self.number.value!r}: `labbook why {self.number.id} --check` says whether an "
             "input was altered.",
         ]
+
+
+def error_of(number: ReportedNumber) -> float | None:
+    """Return the scale of a number's digits beside itself: its standard error, half its interval, or 1 of a t."""
+    if number.se is not None:
+        return number.se
+    if number.ci_low is not None and number.ci_high is not None:
+        return (number.ci_high - number.ci_low) / 2.0
+    return 1.0 if number.name.partition("_")[0] == "t" else None
 
 
 def refuse_filled(folder: Path) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -10,9 +9,10 @@ from pathlib import Path
 
 from data_schema.queries.history import list_reports
 from labbook.actions.upkeep.tracing import ReportOfNumber
+from labbook.analysis.results import equals_printed
 from labbook.book.opening import Book
 from labbook.book.report_numbers import ReportedNumber, read_numbers
-from labbook.scripts.writing import PYTHON, facts_of, files_of, numbers_printed, script_of
+from labbook.scripts.writing import PYTHON, error_of, facts_of, files_of, numbers_printed, script_of
 
 _RUN_ALL = """
 import contextlib, io, json, runpy, sys
@@ -90,8 +90,9 @@ def run_all(written: Sequence[tuple[ReportedNumber, Path]]) -> Iterator[tuple[Re
 def differs(number: ReportedNumber, printed: Mapping[str, float]) -> list[str]:
     """What a script printed otherwise than the report has it, to 1e-9."""
     wanted = {name: getattr(number, name) for name in FIELDS}
+    errors = {"value": error_of(number)}
     return [
         f"{number.id} {number.name} of {number.about}: {name} is {printed.get(name)!r}, the report has {value!r}"
         for name, value in wanted.items()
-        if value is not None and not math.isclose(printed.get(name, math.nan), value, rel_tol=1e-9)
+        if value is not None and not equals_printed(value, printed.get(name), errors.get(name))
     ]

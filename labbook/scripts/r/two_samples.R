@@ -16,11 +16,10 @@ f_of_variances <- function(runs) list(value = variances_tested(runs)$statistic[[
 p_of_variances <- function(runs) list(value = variances_tested(runs)$p.value)
 
 difference_of_samples <- function(runs) {
+  value <- mean(treated_values(runs)) - mean(control_values(runs))
+  if (min(length(treated_values(runs)), length(control_values(runs))) < 2) return(list(value = value))
   found <- means_tested(runs)
-  list(
-    value = mean(treated_values(runs)) - mean(control_values(runs)),
-    ci_low = found$conf.int[1], ci_high = found$conf.int[2], df = found$parameter[[1]]
-  )
+  list(value = value, ci_low = found$conf.int[1], ci_high = found$conf.int[2], df = found$parameter[[1]])
 }
 
 t_of_samples <- function(runs) {

@@ -20,6 +20,8 @@ def pack_deviation(runs: Sequence[Run]) -> dict[str, float]:
     }
     away = [run.value - means[run.row["condition"]] for run in runs if run.row["battery"] == PACK]
     n, value = len(away), math.fsum(away) / len(away)
+    if n < 2:  # one run has no scatter
+        return {"value": value}
     se = float(np.std(away, ddof=1)) / math.sqrt(n)
     half = quantile(LEVEL, n - 1.0) * se
     return {"value": value, "se": se, "ci_low": value - half, "ci_high": value + half}

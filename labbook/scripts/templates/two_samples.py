@@ -57,7 +57,10 @@ def p_of_variances(runs: Sequence[Run]) -> dict[str, float]:
 def difference_of_samples(runs: Sequence[Run]) -> dict[str, float]:
     """Return the mean of the treatment less that of the control, with its interval."""
     treated, control = samples(runs)
-    value, (se, df) = float(np.mean(treated) - np.mean(control)), error_and_df(runs)
+    value = float(np.mean(treated) - np.mean(control))
+    if min(len(treated), len(control)) < 2:  # one value has no scatter
+        return {"value": value}
+    se, df = error_and_df(runs)
     half = quantile(1.0 - ALPHA, df) * se
     return {"value": value, "ci_low": value - half, "ci_high": value + half, "df": df}
 

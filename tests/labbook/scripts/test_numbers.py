@@ -7,14 +7,18 @@ import shutil
 import subprocess
 from pathlib import Path
 
+import numpy as np
 import pytest
 
+from labbook.actions.report_command import state_report
 from labbook.actions.upkeep.tracing import ReportOfNumber
+from labbook.analysis.comparison.order import ADJUSTED
 from labbook.book.opening import opened
 from labbook.scripts.in_r import has_r
 from labbook.scripts.registry import KINDS
 from labbook.scripts.writing import R, facts_of, numbers_printed, script_of
-from tests.helpers.books import reported_book
+from tests.helpers.books import ADA, reported_book
+from tests.helpers.charged_book import Made, charged_book
 from tests.helpers.demos import made_demo
 from tests.helpers.scripts import differs, numbers_of_last_report, one_of_each, run_all, write_all
 
@@ -58,9 +62,37 @@ def test_scripts_in_r_print_the_same(tmp_path: Path) -> None:
         numbers = numbers_of_last_report(book)
         some = one_of_each(numbers)
         with facts_of(book, next(iter(some.values())).shown_in[-1], lambda _step: None) as facts:
-            with_r = {uid: one for uid, one in some.items() if has_script(one) and has_r(script_of(one, facts))}
-        written = list(write_all(book, with_r, tmp_path / "scripts", has_script, in_r=True))
-    assert len(written) > 20
+            scripts = {uid: script_of(one, facts) for uid, one in some.items() if has_script(one)}
+        with_r = {script.steps[-1]: uid for uid, script in scripts.items() if has_r(script)}
+        some = {uid: numbers[uid] for uid in with_r.values()}
+        written = list(write_all(book, some, tmp_path / "scripts", has_script, in_r=True))
+    assert len(written) > 15
     for number, folder in written:
         done = subprocess.run(["Rscript", str(folder / R)], capture_output=True, text=True, check=True, timeout=60)
         assert differs(number, numbers_printed(done.stdout)) == []
+
+
+@pytest.mark.parametrize("sd_j", [3.0, 0.8])
+def test_groups_whose_controls_come_first_and_runs_that_are_rounded_alike(sd_j: float, tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    order = [(foot, gain) for foot in ("small", "large") for gain in (0, 0, 100, 100)]
+    runs = [
+        Made(day, foot, gain, 80.0 + (gain == 0) * 6.0 + sd_j * float(rng.normal()))
+        for day in range(5)
+        for foot, gain in order
+    ]
+    made = charged_book(tmp_path / "book", runs)
+    with made.open() as book:
+        state_report(book, None, ADA, lambda _step: None)
+        numbers = numbers_of_last_report(book)
+        some = one_of_each(numbers)
+        written = list(write_all(book, some, tmp_path / "scripts", has_script))
+    overall = {
+        str(one.numbers.result_of(one.number).scope.get("variant", ""))
+        for one in some.values()
+        if one.numbers.result_of(one.number).kind == "overall_savings"
+    }
+    assert overall == {"", ADJUSTED}
+    tables = [(folder / "runs.csv").read_text() for _number, folder in written]
+    assert any(",yes" in table for table in tables) == (sd_j < 1.0)
+    assert [each for number, printed in run_all(written) for each in differs(number, printed)] == []
