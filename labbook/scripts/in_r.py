@@ -13,17 +13,12 @@ from labbook.scripts.script import Script
 FOLDER = Path(__file__).parent / "r"
 
 
-def has_r(script: Script) -> bool:
-    """Whether there are templates in R for all that a script computes."""
-    return all(_defines(step) for step in script.steps) and all(_file(name).exists() for name in _needed(script))
-
-
 def assemble_in_r(script: Script, heading: str, last_line: str) -> str:
     """Return the text of a file in R that reads the table beside it and prints the number.
 
     Parameters
     ----------
-    script : what is computed, of which table; `has_r` of it is true
+    script : what is computed, of which table
     heading : what stands at the head, as a comment
     last_line : what stands at the end, as a comment
     """
@@ -42,11 +37,6 @@ def _needed(script: Script) -> Sequence[str]:
 
 def _file(name: str) -> Path:
     return FOLDER / f"{name}.R"
-
-
-def _defines(step: str) -> bool:
-    where, name = step.split(".")
-    return _file(where).exists() and f"\n{name} <- function(" in _file(where).read_text(encoding="utf-8")
 
 
 def _main(script: Script) -> str:

@@ -22,7 +22,7 @@ from labbook.book.report_numbers import ReportedNumber, ReportedResult
 from labbook.config.parsing import parse_configuration
 from labbook.scripts.assembling import assemble
 from labbook.scripts.facts import Facts
-from labbook.scripts.in_r import assemble_in_r, has_r
+from labbook.scripts.in_r import assemble_in_r
 from labbook.scripts.registry import KINDS, kinds_in_words
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import columns_in, table_bytes
@@ -125,19 +125,13 @@ def script_of(found: ReportOfNumber, facts: Facts) -> Script:
 
 
 def files_of(script: Script, found: ReportOfNumber, *, in_r: bool = False) -> dict[str, bytes]:
-    """Return the table and the script of a number by their names; raises `UsageError` where it has none in R."""
+    """Return the table and the script of a number by their names, with `in_r` also that in R."""
     number, heading = found.number, _heading(found, script)
     last_line = f"the report prints {number.value!r}"
     files = {script.table: table_bytes(script.rows), PYTHON: assemble(script, heading, last_line).encode()}
-    if not in_r:
-        return files
-    if not has_r(script):
-        raise UsageError(
-            f"{number.id}, {number.name} of {number.about}, has no script in R: leave out --r, or ask for a mean, "
-            "a comparison with a control, an equivalence test, the thesis's F and t, an analysis of variance or a "
-            "drain line."
-        )
-    return {**files, R: assemble_in_r(script, heading, last_line).encode()}
+    if in_r:
+        files[R] = assemble_in_r(script, heading, last_line).encode()
+    return files
 
 
 def write_and_run(

@@ -100,8 +100,8 @@ fieller <- function(means) {
   100 * c(middle - root, middle + root) / a
 }
 
-savings <- function(runs) {
-  means <- compare(runs, PAIR)
+# The saving 100 (1 - T / C) in percent, with Fieller's interval.
+saving_of <- function(means) {
   ratio <- means$treated / means$control
   ends <- fieller(means)
   found <- list(
@@ -112,6 +112,8 @@ savings <- function(runs) {
   )
   if (is.null(ends)) found else c(found, list(ci_low = ends[1], ci_high = ends[2]))
 }
+
+savings <- function(runs) saving_of(compare(runs, PAIR))
 
 t_of <- function(means) (means$treated - means$control) / error_of(means, 1)
 
@@ -142,3 +144,22 @@ run_sd <- function(runs) {
   sides <- unlist(runs_by_day(runs, PAIR), recursive = FALSE)
   list(value = sqrt(sum(vapply(sides, squares_of, 0)) / sum(vapply(sides, nrow, 0) - 1)))
 }
+
+# C and T where the days allow no test: weighted over shared days, of all runs where no day is shared.
+means_without_claim <- function(runs, pair) {
+  days <- runs_by_day(runs, pair)
+  if (length(days) == 0) return(vapply(pair, function(conditions) mean(of_conditions(runs, conditions)$value), 0))
+  vapply(1:2, function(side) sum(day_weights(days) * vapply(days, function(day) mean(day[[side]]$value), 0)), 0)
+}
+
+difference_of_means_without_claim <- function(runs) {
+  means <- means_without_claim(runs, PAIR)
+  list(value = means[2] - means[1])
+}
+
+savings_without_claim <- function(runs) {
+  means <- means_without_claim(runs, PAIR)
+  list(value = 100 * (means[1] - means[2]) / means[1])
+}
+
+mean_of_control_without_claim <- function(runs) list(value = means_without_claim(runs, PAIR)[1])

@@ -12,8 +12,10 @@ estimate <- function(runs) {
   means <- compare(runs, PAIR)
   change <- means$treated - means$control
   if (IN_PERCENT) {
-    ends <- rev(-fieller(means))
+    saved <- fieller(means)
     change <- 100 * change / means$control
+    if (is.null(saved)) return(list(value = change))
+    ends <- -rev(saved)
   } else {
     ends <- change + c(-1, 1) * t_quantile(LEVEL, means$df) * error_of(means, 1)
   }

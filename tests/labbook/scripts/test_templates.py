@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import importlib
 from collections import Counter
 from collections.abc import Iterator
@@ -180,7 +181,19 @@ def test_every_template_is_listed_and_names_are_its_own() -> None:
     assert set(assembling.TEMPLATES) == files
     names = Counter(name for each in assembling.TEMPLATES for name in assembling.template(each).defined)
     assert [name for name, count in names.items() if count > 1] == []
-    assert {file.stem for file in in_r.FOLDER.glob("*.R")} <= files
+
+
+def test_templates_in_r_have_the_numbers_of_those_in_python() -> None:
+    numbers = [
+        (where, name)
+        for where in assembling.TEMPLATES
+        for name, node in assembling.template(where).defined.items()
+        if isinstance(node, ast.FunctionDef) and node.returns is not None
+        if ast.unparse(node.returns) == "dict[str, float]" and node.args.args[0].arg in ("runs", "rows")
+    ]
+    assert len(numbers) > 45
+    for where, name in numbers:
+        assert f"\n{name} <- function(" in (in_r.FOLDER / f"{where}.R").read_text(encoding="utf-8"), name
 
 
 def test_settings_are_written_as_python_reads_them() -> None:
