@@ -21,6 +21,7 @@ from labbook.analysis.outcomes.charger_step import rounding_in, with_rounding_of
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import ApexVariant, as_protocol, without_exclusions
+from labbook.analysis.outcomes.run_force import ALL_RULES, PushOffRules, RunForce, run_forces_by_rules
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results import Results
 from labbook.analysis.study_data import StudyData, gather
@@ -28,15 +29,21 @@ from labbook.config.parsing import Configuration
 from stats.apexes.detectors import DETECTORS
 
 WITHOUT = "without "
+_RULES = {str(rules): rules for rules in ALL_RULES}
 
 
 @dataclass(frozen=True, slots=True)
 class Varied:
-    """The facts of a variant of the analysis, and by which jumps; `day` is one that is left out, "" where none is."""
+    """The facts of a variant of the analysis, and by which jumps.
+
+    `day` is one that is left out, "" where none is; `rules` are those of single jumps on a plate, where not the
+    protocol's.
+    """
 
     evidence: StudyData
     jumps: ApexVariant
     day: str = ""
+    rules: PushOffRules | None = None
 
 
 @dataclass(frozen=True)
@@ -78,9 +85,11 @@ class Facts:
             return Varied(without_day(self.evidence, day), protocol, day)
         if detector in DETECTORS:
             return Varied(self.evidence, replace(protocol, detector=detector))
+        if variant in _RULES:
+            return Varied(self.evidence, protocol, rules=_RULES[variant])
         raise UsageError(
             f"the number is of the variant {variant!r}, which has no script: ask for the same number of the report's "
-            f"own way, {WITHOUT_EXCLUSIONS}, without a day, by another detector or {ADJUSTED}."
+            f"own way, {WITHOUT_EXCLUSIONS}, without a day, by another detector or other rules, or {ADJUSTED}."
         )
 
     def conditions(self, outcome: Outcome, variant: str = "") -> list[ConditionValues]:
@@ -91,7 +100,7 @@ class Facts:
 
     def _measured(self, outcome: Outcome, variant: str) -> list[ConditionValues]:
         varied = self.varied(variant)
-        found = self._conditions(varied.evidence, outcome, varied.jumps)
+        found = self._conditions(varied, outcome)
         if not varied.day:
             return found
         # whether runs are rounded alike is decided by those of all days
@@ -115,12 +124,15 @@ class Facts:
         if not self.planned.stated or not self.evidence.beside:
             return []
         beside = replace(self.evidence, runs=self.evidence.beside)
-        return self._conditions(beside, outcome, as_protocol(self.evidence))
+        return self._conditions(Varied(beside, as_protocol(self.evidence)), outcome)
 
-    def _conditions(self, evidence: StudyData, outcome: Outcome, jumps: ApexVariant) -> list[ConditionValues]:
-        computed = Results()
-        found = measure(outcome, computed, Detections(self.connection, self.store), evidence, jumps)
-        return condition_values(computed, evidence.runs, found.results, outcome, {})
+    def _conditions(self, varied: Varied, outcome: Outcome) -> list[ConditionValues]:
+        evidence, computed, detections = varied.evidence, Results(), Detections(self.connection, self.store)
+        found = measure(outcome, computed, detections, evidence, varied.jumps).results
+        if varied.rules is not None:
+            single = [uid for uid, force in found.items() if isinstance(force, RunForce) and force.single_jumps]
+            found = {**found, **run_forces_by_rules(computed, detections, evidence, single)[varied.rules]}
+        return condition_values(computed, evidence.runs, found, outcome, {})
 
     @property
     def settings(self) -> dict[str, object]:

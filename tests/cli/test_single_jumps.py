@@ -12,9 +12,11 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.analysis.outcomes.run_force import ALL_RULES
+from labbook.book.opening import opened
 from tests.cli.shell import good, labbook
 from tests.helpers.books import ADA, small_book, small_runs
 from tests.helpers.once import made_once
+from tests.helpers.scripts import differs, numbers_of_last_report, run_all, write_all
 from tests.helpers.single_jumps import SimulatedJump
 from tests.helpers.tomls import without
 from tests.helpers.wording import says
@@ -82,6 +84,20 @@ def test_the_report_compares_by_every_rule_and_says_whether_the_verdict_holds(re
     says(page, "verdict holds under all 12 rules of onset and take-off", "onset 5sd_back_30ms, take-off flight_5sd")
     for outcome in HEIGHTS:
         assert outcome.heading in page
+
+
+def test_numbers_by_every_rule_have_scripts(report: Path, tmp_path: Path) -> None:
+    with opened(report.parent) as book:
+        numbers = numbers_of_last_report(book)
+        by_rules = {
+            uid: one
+            for uid, one in numbers.items()
+            if str(one.numbers.result_of(one.number).scope.get("variant")).startswith("onset ")
+        }
+        some = {uid: by_rules[uid] for uid in sorted(by_rules)[::7]}
+        written = list(write_all(book, some, tmp_path, lambda _one: True))
+    assert len(written) > 5
+    assert [each for number, printed in run_all(written) for each in differs(number, printed)] == []
 
 
 def test_the_protocol_s_rules_are_used(book: Path, tmp_path: Path) -> None:

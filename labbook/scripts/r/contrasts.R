@@ -1,4 +1,5 @@
-# Weighted sums of effects on shared days: differences of levels, interactions, trends (docs/statistics.md).
+# Weighted sums of effects on shared days: differences of levels, interactions, trends.
+# Source: docs/statistics.md, "What the saving depends on"; savings by the delta method.
 # An effect is list(weight, list(conditions of a reference, conditions of what is compared with it)).
 
 # Whether the days of each effect are its units: four or more, and no condition is in an effect of fewer.

@@ -18,7 +18,8 @@ shared_by_day <- function(days, side) {
   matrix(unlist(errors), length(days), byrow = TRUE, dimnames = list(NULL, names(errors[[1]])))
 }
 
-# From four shared days on: the day is the unit, df = days - 1.
+# From four shared days on: the day is the unit, df = days - 1. A paired t with unequal variances is conservative (Bakirov
+# and Szekely 2005; Ibragimov and Mueller 2010).
 paired_means <- function(runs, pair) {
   days <- runs_by_day(runs, pair)
   k <- length(days)
@@ -49,7 +50,7 @@ side_within_days <- function(days, side) {
   )
 }
 
-# Fewer shared days: the run is the unit, df the smaller side's.
+# Fewer shared days: the run is the unit, df the smaller side's, which bound Welch's (Mickey and Brown 1966).
 means_within_days <- function(runs, pair) {
   days <- runs_by_day(runs, pair)
   control <- side_within_days(days, 1)

@@ -1,4 +1,5 @@
-# Values as at the mean position of their day: a drift over the day is taken off (docs/statistics.md, "Order").
+# Values as at the mean position of their day: a drift over the day is taken off.
+# Source: docs/statistics.md, "Order within the day".
 
 # Take slope * (position - mean position of the group's day) off every value. The slope is that of least squares of value
 # on position, with a constant for every side of a group's day and for every condition. Its error is one that all values

@@ -1,4 +1,7 @@
-"""Weighted sums of effects on shared days: differences of levels, interactions, trends (docs/statistics.md)."""
+"""Weighted sums of effects on shared days: differences of levels, interactions, trends.
+
+Source: docs/statistics.md, "What the saving depends on"; savings by the delta method.
+"""
 
 import math
 from collections.abc import Sequence

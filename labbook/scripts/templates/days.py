@@ -65,7 +65,10 @@ def shared_of(runs: Sequence[Run]) -> Shared:
 
 
 def paired_means(runs: Sequence[Run], pair: Pair) -> Means:
-    """Compare day means, from four shared days on: the day is the unit, df = days - 1."""
+    """Compare day means, from four shared days on: the day is the unit, df = days - 1.
+
+    A paired t with unequal variances is conservative (Bakirov and Szekely 2005; Ibragimov and Mueller 2010).
+    """
     days = list(runs_by_day(runs, pair).values())
     k = len(days)
     control, treated = ([mean_of(day[side]) for day in days] for side in (0, 1))
@@ -91,7 +94,10 @@ def side_within_days(sides: Sequence[list[Run]], weights: Sequence[float]) -> tu
 
 
 def means_within_days(runs: Sequence[Run], pair: Pair) -> Means:
-    """Compare runs within days, where fewer days are shared: the run is the unit, df the smaller side's."""
+    """Compare runs within days, where fewer days are shared: the run is the unit, df the smaller side's.
+
+    These degrees of freedom bound Welch's (Mickey and Brown 1966).
+    """
     days = list(runs_by_day(runs, pair).values())
     weights = day_weights(days)
     control, v_cc, df_control, of_control = side_within_days([day[0] for day in days], weights)
@@ -137,7 +143,7 @@ def difference_of_means(runs: Sequence[Run]) -> dict[str, float]:
 
 
 def fieller(means: Means) -> tuple[float, float] | None:
-    """Return Fieller's interval of the saving 100 (1 - T / C) in percent; None where it is unbounded.
+    """Return Fieller's interval of the saving 100 (1 - T / C) in percent (Fieller 1954); None where it is unbounded.
 
     It holds the ratios r at which (T - r C)^2 <= q^2 V(r), the roots of a r^2 - 2 b r + g = 0 with a = C^2 - q^2 V_CC;
     written for the saving s = 1 - r, so that nothing cancels.

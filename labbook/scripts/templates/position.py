@@ -1,4 +1,7 @@
-"""Values as at the mean position of their day: a drift over the day is taken off (docs/statistics.md, "Order")."""
+"""Values as at the mean position of their day: a drift over the day is taken off.
+
+Source: docs/statistics.md, "Order within the day".
+"""
 
 import math
 from collections.abc import Mapping, Sequence
