@@ -86,17 +86,15 @@ def test_the_report_compares_by_every_rule_and_says_whether_the_verdict_holds(re
         assert outcome.heading in page
 
 
-def test_numbers_by_every_rule_have_scripts(report: Path, tmp_path: Path) -> None:
+def test_numbers_by_other_rules_have_scripts(report: Path, tmp_path: Path) -> None:
     with opened(report.parent) as book:
-        numbers = numbers_of_last_report(book)
-        by_rules = {
+        some = {
             uid: one
-            for uid, one in numbers.items()
-            if str(one.numbers.result_of(one.number).scope.get("variant")).startswith("onset ")
+            for uid, one in numbers_of_last_report(book).items()
+            if one.numbers.result_of(one.number).scope.get("variant") == str(ALL_RULES[-1])
         }
-        some = {uid: by_rules[uid] for uid in sorted(by_rules)[::7]}
         written = list(write_all(book, some, tmp_path, lambda _one: True))
-    assert len(written) > 5
+    assert len(written) > 3
     assert [each for number, printed in run_all(written) for each in differs(number, printed)] == []
 
 
