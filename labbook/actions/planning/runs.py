@@ -8,8 +8,10 @@ import functools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import sqlalchemy as sa
+
 from data_schema.disk import replace_together
-from data_schema.errors import UsageError
+from data_schema.errors import BookBusy, UsageError
 from data_schema.queries.history import EntryRow, first_measurement
 from data_schema.queries.runs import run_names
 from data_schema.queries.study import OpenPlan, open_plans, planned_runs, withdrawn_names
@@ -84,8 +86,7 @@ def make_plan(book: Book, seed: int, request: PlanRequest, person: str | None, *
     drawn = draw(request.n)
     with book.reading() as connection:
         _refuse_seed_in_use(open_plans(connection), seed)
-        planned = {row.name for row in planned_runs(connection)}
-        taken = {*run_names(connection), *planned, *withdrawn_names(connection)}
+        taken = _names_taken(connection)
         settings = planned_analysis(connection, configuration).settings
         measured = first_measurement(connection)
     jumps = sum(run.condition is not None for run in drawn.runs)
@@ -121,7 +122,10 @@ def make_plan(book: Book, seed: int, request: PlanRequest, person: str | None, *
             reason = error.strerror or error
             raise UsageError(f"{error.filename} cannot be written ({reason}): name another file with --out.") from error
         if not dry_run:
-            with book.session(person) as session:
+            with book.session(person) as session:  # which has caught up with what others stated meanwhile
+                _refuse_seed_in_use(open_plans(session.connection), seed)
+                if not _names_taken(session.connection).isdisjoint(names):
+                    raise BookBusy("somebody planned or made runs meanwhile: give the command again.")
                 entries = [
                     PlannedEntry(name, run.day, run.block, None if run.condition is None else dict(run.condition))
                     for name, run in zip(names, drawn.runs, strict=True)
@@ -142,6 +146,12 @@ def make_plan(book: Book, seed: int, request: PlanRequest, person: str | None, *
         remarks=tuple(_remarks(configuration, idle)),
         looks=looks,
     )
+
+
+def _names_taken(connection: sa.Connection) -> set[str]:
+    """Return the names that no run of a new plan may have: of runs made, planned or withdrawn."""
+    planned = {row.name for row in planned_runs(connection)}
+    return {*run_names(connection), *planned, *withdrawn_names(connection)}
 
 
 def _looks(number: int, runs: int, settings: AnalysisSettings, measured: EntryRow | None) -> tuple[PlannedLook, ...]:

@@ -1,0 +1,48 @@
+"""A plan is stated once, whoever was killed or spoke meanwhile."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from data_schema.queries.study import open_plans
+from tests.helpers.books import SmallBook, small_book
+from tests.helpers.commands import KILLED, Commands
+
+WORDS = ("plan", "--seed", "7", "--n", "2", "--per-day", "8", "--start", "2021-06-21")
+
+
+def plans(small: SmallBook) -> int:
+    with small.open() as book, book.reading() as connection:
+        return len(open_plans(connection))
+
+
+def test_a_plan_repeated_after_a_kill_is_one_plan(tmp_path: Path, commands: Commands) -> None:
+    small = small_book(tmp_path)
+    words = [*WORDS, "--book", small.folder, "--out", tmp_path / "plan.csv"]
+    code, _said = commands.run(*words, die_after_sync=1, of="journal.jsonl")
+    assert code == KILLED
+    assert plans(small) == 0  # only the journal has it
+    code, said = commands.run(*words[:-1], tmp_path / "again.csv")
+    assert code == 2, said
+    assert "seed 7" in said
+    assert not (tmp_path / "again.csv").exists()
+    code, said = commands.run("note", "r001", "a cable came loose", "--book", small.folder)
+    assert code == 0, said
+    assert plans(small) == 1
+
+
+@pytest.mark.parametrize("seeds", [("7", "7"), ("7", "8")])
+def test_two_at_once_do_not_plan_the_same_runs(tmp_path: Path, commands: Commands, seeds: tuple[str, str]) -> None:
+    small = small_book(tmp_path)
+    running = [
+        commands.start(*WORDS[:2], seed, *WORDS[3:], "--book", small.folder, "--out", tmp_path / f"plan{number}.csv")
+        for number, seed in enumerate(seeds)
+    ]
+    codes = sorted(one.wait() for one in running)
+    assert codes[0] == 0
+    with small.open() as book, book.reading() as connection:
+        names = [name for plan in open_plans(connection) for name in plan.to_be_made]
+    assert len(names) == len(set(names))
+    assert plans(small) == codes.count(0) <= (1 if seeds[0] == seeds[1] else 2)
