@@ -207,7 +207,7 @@ def _read_database(store: Path, engine: sa.Engine, replayed_journal: _ReplayedJo
             problems += _with_remedy([*damage, *triggers], _MADE_ANEW)
             raw, samples = raw_copies(connection), signal_files(connection)
             read = _attempt(problems, lambda: _read_through(_entries_of_table(connection)))
-            if read is not None and read.hashes:
+            if read is not None:
                 problems += _altered(store, connection, len(read.hashes), replayed_journal)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
         return _Database(problems, raw, samples, read, *waiting)
