@@ -418,12 +418,13 @@ def replace_postgres(
     """
     engine, fresh = postgres_engine(url, busy_timeout_s=busy_timeout_s), postgres_engine(url, schema=FRESH)
     try:
-        with _allowed(engine), engine.begin() as connection:
+        with translated_errors(), _allowed(engine), engine.begin() as connection:
             _refuse_dependents(connection, POSTGRES_SCHEMA, _STAYS)
             connection.exec_driver_sql(f"DROP SCHEMA IF EXISTS {FRESH} CASCADE")
             connection.exec_driver_sql(f"CREATE SCHEMA {FRESH}")
-        make_tables(fresh)
-        fill(fresh)
+        with translated_errors():
+            make_tables(fresh)
+            fill(fresh)
         with _allowed(engine), translated_errors(), engine.begin() as connection:
             tables = set(sa.inspect(connection).get_table_names(POSTGRES_SCHEMA))
             if "journal" in tables:
@@ -435,7 +436,7 @@ def replace_postgres(
             return _change_names(connection, sorted(tables))
     finally:
         fresh.dispose()
-        with engine.begin() as connection:
+        with contextlib.suppress(sa.exc.SQLAlchemyError), engine.begin() as connection:  # else the next rebuild does it
             connection.exec_driver_sql(f"DROP SCHEMA IF EXISTS {FRESH} CASCADE")
         engine.dispose()
 
