@@ -12,6 +12,8 @@ computed again by another. Libraries that only sweeps need may be absent.
 from __future__ import annotations
 
 import contextlib
+import hashlib
+import io
 import itertools
 import json
 import math
@@ -119,7 +121,7 @@ def run_sweep(
             return Finished(out, sweep, _summary_of(out), len(chunks))
         compile_time_s = kernel_of(recipe).compile_time_s if computing.here else 0.0
         started = time.perf_counter()
-        missing = [number for number in range(len(chunks)) if not _chunk_file(folder, number).exists()]
+        missing = [number for number in range(len(chunks)) if not _is_whole(_chunk_file(folder, number))]
         wanted = {number: int((~sweep.refused[chunks[number]]).sum()) * sweep.scene.jumps for number in missing}
         advance(sweep.jumps_wanted - sum(wanted.values()))
         for number, block in _computed(sweep, recipe, missing, computing):
@@ -195,11 +197,25 @@ def _chunk_file(folder: Path, number: int) -> Path:
     return folder / f"{number}.npy"
 
 
+def _is_whole(path: Path) -> bool:
+    """Tell whether a chunk is on disk as it was written: its SHA-256 stands behind it."""
+    try:
+        data = path.read_bytes()
+    except OSError:
+        return False
+    return len(data) > _DIGEST_BYTES and hashlib.sha256(data[:-_DIGEST_BYTES]).digest() == data[-_DIGEST_BYTES:]
+
+
+_DIGEST_BYTES = hashlib.sha256().digest_size
+
+
 def _keep(folder: Path, number: int, block: Block) -> None:
     """Put a chunk on disk, output by output, shape (outputs, rows, jumps); it gets its name once it is there."""
-    being_written = folder / f".{number}.npy"
+    being_written, stream = folder / f".{number}.npy", io.BytesIO()
+    np.save(stream, np.moveaxis(block, -1, 0))
     with being_written.open("wb") as file:
-        np.save(file, np.moveaxis(block, -1, 0))
+        file.write(stream.getbuffer())
+        file.write(hashlib.sha256(stream.getbuffer()).digest())
         file.flush()
         os.fsync(file.fileno())
     being_written.rename(_chunk_file(folder, number))  # a name that a power cut takes back costs one chunk, so no sync

@@ -154,6 +154,29 @@ def test_threads_order_and_interruptions_change_no_bit(kind: str, tmp_path: Path
     }
 
 
+@pytest.mark.parametrize("damage", ["emptied", "cut", "flipped", "another's"])
+def test_a_damaged_chunk_is_computed_anew(tmp_path: Path, damage: str) -> None:
+    sweep, first, broken = sobol_sweep(1536), tmp_path / "first.nc", tmp_path / "broken.nc"
+    run(sweep, first)
+    with pytest.raises(KeyboardInterrupt):
+        run_sweep(sweep, broken, Computing(Backwards(4), 3))
+    one, other, *_more = sorted(part_folder(broken).glob("[0-9]*.npy"))
+    content = one.read_bytes()
+    middle = len(content) // 2
+    one.write_bytes(
+        {
+            "emptied": b"",
+            "cut": content[:-1],
+            "flipped": content[:middle] + bytes([content[middle] ^ 1]) + content[middle + 1 :],
+            "another's": b"\x93NUMPY" + bytes(len(content) - 6),
+        }[damage]
+    )
+    assert other.exists()
+    done = run(sweep, broken)
+    assert done.chunks_before < 4
+    assert every_byte(broken) == every_byte(first)
+
+
 def test_a_chunk_is_there_when_it_is_on_disk(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def power_cut(_file: int) -> None:
         raise KeyboardInterrupt
