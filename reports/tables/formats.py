@@ -54,7 +54,7 @@ def csv_bytes(table: Table) -> bytes:
     writer.writerow(["block"] * with_block + names + ["undefined"] * with_reasons)
     for row, values, reason in zip(table.rows, rows, reasons, strict=True):
         line = [row.block] * with_block + values + [reason] * with_reasons
-        writer.writerow([_field(value) for value in line])
+        writer.writerow([csv_field(value) for value in line])
     return stream.getvalue().encode("utf-8")
 
 
@@ -62,7 +62,8 @@ def _reasons(names: list[str], values: list[Raw]) -> str:
     return "; ".join(f"{n}: {v.reason}" for n, v in zip(names, values, strict=True) if isinstance(v, Undefined))
 
 
-def _field(value: Raw) -> str:
+def csv_field(value: Raw) -> str:
+    """Return a value as a cell of a CSV file; text that a spreadsheet would run as a formula gets an apostrophe."""
     if type(value) is float:
         return repr(value)
     if type(value) is str and value.isalnum():

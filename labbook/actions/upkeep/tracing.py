@@ -228,7 +228,7 @@ def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str],
         for seq, report in sorted(shown_in.items()):
             replay.apply_to(engine, seq - 1)
             with reading(engine) as fresh, without_caches():
-                again = _made_again(fresh, replay.store, report)
+                again = made_again(fresh, replay.store, report.selection or None, report.made_utc)
             made[seq] = numbers_of_report(again).numbers, again.versions
         replay.apply_to(engine, until)
         with reading(engine) as fresh:
@@ -237,8 +237,8 @@ def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str],
                 Recomputed(
                     report=report,
                     printed=one.number,
-                    anew=(anew := _found(numbers, one.number)),
-                    differs=_differing(one.number, anew),
+                    anew=(anew := number_anew(numbers, one.number)),
+                    differs=differing_fields(one.number, anew),
                     altered=tuple(_altered(connection, fresh, one)),
                     other_versions=readers or versions != report.versions,
                 )
@@ -248,19 +248,21 @@ def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str],
             ]
 
 
-def _made_again(fresh: sa.Connection, store: Store, report: ReportRow) -> MadeReport:
+def made_again(fresh: sa.Connection, store: Store, where: str | None, made_at: str) -> MadeReport:
+    """Make a report again of a book as it stood before the report's entry, as the journal played back gives it."""
     row = config_in_force(fresh)
     assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
     configuration = parse_configuration(row.text, "the book's configuration")
-    return make_report(fresh, store, configuration, where=report.selection or None, made_at=report.made_utc)
+    return make_report(fresh, store, configuration, where=where, made_at=made_at)
 
 
-def _found(numbers: Mapping[str, ReportedNumber], number: ReportedNumber) -> ReportedNumber | None:
+def number_anew(numbers: Mapping[str, ReportedNumber], number: ReportedNumber) -> ReportedNumber | None:
     """Return a number as it is now; where its inputs were altered its id is another, and its path the same."""
     return numbers.get(number.id) or next((one for one in numbers.values() if one.path == number.path), None)
 
 
-def _differing(printed: ReportedNumber, anew: ReportedNumber | None) -> tuple[str, ...]:
+def differing_fields(printed: ReportedNumber, anew: ReportedNumber | None) -> tuple[str, ...]:
+    """Name the fields of a number (value, standard error, ends of the interval, ...) that came out otherwise anew."""
     names = [field.name for field in fields(ReportedNumber) if field.name not in ("id", "result")]
     return tuple(name for name in names if anew and repr(getattr(printed, name)) != repr(getattr(anew, name)))
 
