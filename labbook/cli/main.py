@@ -58,6 +58,8 @@ COMMANDS = {
     "analysis": (REPORT, "views"),
     "why": (REPORT, "views"),
     "export": (REPORT, "export"),
+    "capsule": (REPORT, "capsule"),
+    "verify": (REPORT, "capsule"),
     "init": (BOOK, "book"),
     "config": (BOOK, "views"),
     "demo": (BOOK, "book"),

@@ -507,6 +507,13 @@ class StoreSettings:
     path: str | None = None
 
 
+@dataclass(frozen=True, slots=True)
+class SharingSettings:
+    """`[sharing]`: under which licence others may use what leaves the book, an SPDX identifier or an address."""
+
+    license: str | None = None
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Configuration:
     """All of `labbook.toml`; `people` goes from name to initials."""
@@ -527,6 +534,7 @@ class Configuration:
     studies: Mapping[str, StudyProtocol] = field(default_factory=dict)
     database: DatabaseSettings = DatabaseSettings()
     store: StoreSettings = StoreSettings()
+    sharing: SharingSettings = SharingSettings()
     text: Annotated[str, NOT_A_KEY] = ""
     """The file as it was, with that of a scene of one's own below it."""
 

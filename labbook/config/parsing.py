@@ -68,7 +68,7 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
                 f"simulation.scene: the text of {scene} is not kept with it: put that under [{_SCENE_FILES}]."
             )
         elif folder is not None and scene_toml is not None:
-            text = f"{text}\n\n[{_SCENE_FILES}]\n{_quoted(scene)} = {_quoted(scene_toml)}\n"
+            text += _scene_below(scene, scene_toml)
     configuration = read_model(Configuration, given, faults)
     if configuration is not None:
         simulation = configuration.simulation and replace(configuration.simulation, scene_toml=scene_toml)
@@ -81,6 +81,19 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
         listed = "".join(f"\n  {fault}" for fault in faults)
         raise InputRefused(f"{source} has {len(faults)} faults, correct each of them and try again:{listed}")
     return configuration
+
+
+def _scene_below(scene: str, scene_toml: str) -> str:
+    """Return what stands below a file's text where it is stored with its scene."""
+    return f"\n\n[{_SCENE_FILES}]\n{_quoted(scene)} = {_quoted(scene_toml)}\n"
+
+
+def own_text(configuration: Configuration) -> str:
+    """Return the text of labbook.toml alone, without that of a scene of one's own that is stored below it."""
+    simulation = configuration.simulation
+    if simulation is None or simulation.scene_toml is None:
+        return configuration.text
+    return configuration.text.removesuffix(_scene_below(simulation.scene, simulation.scene_toml))
 
 
 def _toml(text: str, source: str) -> dict[str, Any]:
@@ -578,6 +591,10 @@ idle_minutes = [20, 24, 30, 40, 50, 60]
 
 #[store]
 #path = "/mnt/lab/mybook"
+
+# Under which licence others may use what is shared, an SPDX identifier or an address: `labbook capsule` states it.
+#[sharing]
+#license = "CC-BY-4.0"
 """
 
 

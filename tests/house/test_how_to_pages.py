@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.outcomes import Outcome
+from labbook.actions.report_command import state_report
 from labbook.actions.runs.attention import CHECKS, Gravity
 from labbook.config.parsing import parse_configuration
 from labbook.config.studies import STUDIES
@@ -115,6 +116,19 @@ def test_a_reviewer_looks_and_recomputes(tmp_path: Path, monkeypatch: pytest.Mon
         works([number if word == "ID" else word for word in words], book.folder)
     assert list((book.folder.parent / "review").rglob("report.html"))
     assert {file.name for file in (book.folder.parent / "number").iterdir()} == {"number.py", "number.R", "runs.csv"}
+
+
+def test_a_capsule_is_made_and_checked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("LABBOOK_AS", "Ada Nwosu")
+    book = small_book(tmp_path / "book")
+    (sharing,) = re.findall(r"```toml\n(.*?)```", (DOCS / "capsule.md").read_text(encoding="utf-8"), re.DOTALL)
+    book.toml.write_text(f"{book.toml.read_text(encoding='utf-8')}\n{sharing}", encoding="utf-8")
+    report, capsule, verify = commands("capsule.md")
+    works([*report, "--unsaved", "--out", "../drawn"], book.folder)
+    with book.open() as opened:
+        state_report(opened, None, None, lambda _step: None)
+    works(capsule, book.folder)
+    assert "whole" in works(verify, book.folder).out
 
 
 def test_jumps_are_reviewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

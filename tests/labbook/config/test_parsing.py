@@ -138,10 +138,13 @@ url = "postgresql+psycopg://ada@server/labbook"
 
 [store]
 path = "/mnt/lab/book"
+
+[sharing]
+license = "CC-BY-4.0"
 """
 
 OPTIONAL = {
-    "grain_mm",
+    *("grain_mm", "license"),
     *('unit = "1"', "control", "run_duration_s", "detector", "exclude_first_jumps", "exclude_gap_jumps"),
     *("onset", "take_off"),
     *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "time", "columns"),
