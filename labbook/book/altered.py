@@ -93,7 +93,7 @@ class AlteredRow:
                 Misfit.REMOVED: " is missing",
                 Misfit.MOVED: " stands after what was stated later",
             }[self.how]
-        pairs = [(name, *_shortened_pair(self.stands[name], self.should_be[name])) for name in self.columns]
+        pairs = [(name, *shortened_pair(self.stands[name], self.should_be[name])) for name in self.columns]
         return ": " + "; ".join(f"{name} is {stands} and should be {right}" for name, stands, right in pairs)
 
 
@@ -225,7 +225,7 @@ def _input_names(connection: sa.Connection, table: sa.Table, row: _Row, met: set
                 yield from _input_names(connection, other, found, met)
 
 
-def _shortened_pair(stands: Any, should_be: Any) -> tuple[str, str]:
+def shortened_pair(stands: Any, should_be: Any) -> tuple[str, str]:
     """Return two values to be read side by side; of long texts what is around the first difference."""
     texts = [str(value) for value in (stands, should_be)]
     if max(map(len, texts)) <= _MOST_SHOWN:

@@ -35,7 +35,7 @@ from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
 from labbook.actions.upkeep.tracing import differing_fields, made_again, number_anew
-from labbook.book.altered import differences
+from labbook.book.altered import differences, shortened_pair
 from labbook.book.opening import JOURNAL
 from labbook.book.replaying import Replay, replayed
 from labbook.book.report_numbers import NUMBERS, ReportedNumber, ReportNumbers, numbers_bytes, numbers_of_report
@@ -51,7 +51,10 @@ from labbook.export.capsule import (
     time_of,
 )
 from labbook.export.crate import METADATA, StatedFile, stated_files
+from reports.content import ReportContent
+from reports.page.writing import files_beside_figures
 
+PAGE = "report.html"
 MOST_METADATA = 64 * 2**20
 """Bytes of the crate's description, which is in memory as a whole: that of 100 000 files."""
 MOST_NAMED = 20
@@ -200,6 +203,9 @@ def _check_book(archive: Archive, folder: Path, members: Mapping[str, Member], f
     except BookError as error:
         found.differences.append(_of_capsule(error, folder))
         return
+    except RecursionError:
+        found.differences.append(f"{JOURNAL} holds a line that no labbook wrote: {ASK_AGAIN}.")
+        return
     if left_out.n_bytes or not entries:
         found.differences.append(f"{JOURNAL} ends in {left_out.n_bytes} bytes that are no whole command: {ASK_AGAIN}.")
         return
@@ -218,8 +224,9 @@ def _check_book(archive: Archive, folder: Path, members: Mapping[str, Member], f
             _check_made(engine, replay, entries, folder, members, found, step)
     except LabbookError as error:
         found.differences.append(f"the journal cannot be played back: {_of_capsule(error, folder)}")
-    except (KeyError, TypeError, ValueError, AttributeError, sa.exc.SQLAlchemyError, ArithmeticError) as error:
-        # a journal whose hashes fit and that says what no labbook would
+    except OSError:
+        raise  # the disk is full, or may not be written to
+    except Exception as error:  # whatever a journal leads to whose hashes fit, and that says what no labbook would
         found.differences.append(f"the journal cannot be played back ({type(error).__name__}: {error}): {ASK_AGAIN}.")
 
 
@@ -289,6 +296,8 @@ def _check_made(
     given = (folder / REPORT / NUMBERS).read_bytes()
     if data != given:
         found.add(_numbers_that_differ(given, data), "numbers that differ")
+    step("writing the report's pages")
+    _compare_pages(again.content, folder, members, found)
     replay.apply_to(engine)
     step("making tables")
     with reading(engine) as connection, without_caches():
@@ -358,7 +367,8 @@ def _first_line(given: bytes, anew: bytes) -> str:
     lines = zip_longest(*(data.decode(errors="replace").splitlines() for data in (given, anew)), fillvalue="")
     for number, (one, other) in enumerate(lines, start=1):
         if one != other:
-            return f"line {number} is {one[:120]!r} and should be {other[:120]!r}"
+            stands, should_be = shortened_pair(one, other)
+            return f"line {number} is {stands} and should be {should_be}"
     return "its line ends differ"
 
 
@@ -419,6 +429,41 @@ def _by_how_much(given: object, anew: object) -> str:
     part = abs(one - other) / max(abs(one), abs(other)) if one != other else 0.0
     rounding = ", as another processor or library rounds" if part <= ROUNDING else ""
     return f", a difference of {one - other:.3g} ({100 * part:.2g} %){rounding}"
+
+
+def _compare_pages(content: ReportContent, folder: Path, members: Mapping[str, Member], found: _Found) -> None:
+    """Compare the report's pages and tables with those made anew, around the figures that the capsule has."""
+    beginning = f"{REPORT}/"
+    given = {path.removeprefix(beginning): folder / path for path in members if path.startswith(beginning)}
+    if PAGE not in given:
+        return
+    page = given[PAGE].read_text(encoding="utf-8", errors="replace")
+    made_with = [f"labbook {content.software_version}", *(f"{name} {version}" for name, version in content.software)]
+    others = [software for software in made_with if software not in page]
+    if others:
+        found.remarks.append(
+            f"the report's pages were not compared, for they were written without {' and '.join(others)}, which made "
+            "those that they would be compared with."
+        )
+        return
+    drawn = {name: path.read_bytes() for name, path in given.items() if name.startswith("figures/")}
+    try:
+        anew = files_beside_figures(content, drawn, summary="summary.html" in given)
+    except (KeyError, ValueError) as error:
+        found.differences.append(f"a figure of the report is missing, or no drawing ({error}).")
+        return
+    differing = [
+        f"{beginning}{name} is not the page or table that comes out anew: {_first_line(path.read_bytes(), anew[name])}."
+        for name, path in given.items()
+        if name in anew and path.read_bytes() != anew[name]
+    ]
+    differing += [f"{beginning}{name} is missing, which this report has." for name in anew if name not in given]
+    differing += [
+        f"{beginning}{name} is nothing that this report has."
+        for name in given
+        if name not in anew and name != NUMBERS and not name.startswith("figures/")
+    ]
+    found.add(differing, "pages and tables that differ")
 
 
 def _compare_samples(

@@ -90,17 +90,48 @@ def report_files(
     `tables.docx` as well. Pages come from the `templates` of a lab where its folder has them.
     """
     of_page = None if every_figure else _drawn_on(sections_of(content))
-    figures, (tables, table_files) = _figure_files(content, of_page, lambda: _tables(content))
+    figures, tables = _figure_files(content, of_page, lambda: _tables(content))
     drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
+    return {
+        **{_figure_path(name, content): data for name, data in figures.items()},
+        **({WORD: word_bytes(content, tables[0].values())} if word else {}),
+        **_but_figures(content, drawings, tables, summary=summary, templates=templates),
+    }
+
+
+def files_beside_figures(
+    content: ReportContent, drawn: Mapping[str, bytes], *, summary: bool = False
+) -> dict[str, bytes]:
+    """Make a report's files but for its figures, which are `drawn` already: name below its folder -> bytes.
+
+    Raises `KeyError` with the name of a figure that is not there, `ValueError` where one is no drawing.
+    """
+    wanted = _drawn_on(sections_of(content))
+    known = {f"{kind.name}{ending}" for kind in figures_of(content) for ending in _WIDTHS}
+    drawings = {name: drawn[_figure_path(f"{name}.svg", content)] for name in sorted(wanted & known)}
+    return _but_figures(content, drawings, _tables(content), summary=summary)
+
+
+def _figure_path(name: str, content: ReportContent) -> str:
+    return f"figures/{file_name(name, content)}"
+
+
+def _but_figures(
+    content: ReportContent,
+    drawings: Mapping[str, bytes],
+    made: tuple[Mapping[str, Table], Mapping[str, bytes]],
+    *,
+    summary: bool,
+    templates: Path | None = None,
+) -> dict[str, bytes]:
+    tables, table_files = made
     pages = {"report.html": render_page(content, drawings, tables, templates=templates)}
     if summary:
         pages = {"summary.html": render_page(content, drawings, tables, first_only=True, templates=templates), **pages}
     return {
-        **{f"figures/{file_name(name, content)}": data for name, data in figures.items()},
         **{f"tables/{name}": data for name, data in table_files.items()},
         "numbers.tex": macros_bytes(content),
         "references.bib": references_bib(content),
-        **({WORD: word_bytes(content, tables.values())} if word else {}),
         MARK: f"{content.made_at}{'' if content.stored else ' unsaved'}".encode(),
         **{name: page.encode("utf-8") for name, page in pages.items()},
     }

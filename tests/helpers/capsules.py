@@ -11,10 +11,12 @@ from typing import Any
 
 from data_schema import journal
 from data_schema.journal import Entry
+from data_schema.vocabulary import Action
+from labbook.actions.report_command import write
 from labbook.export.archive import member, write_archive
 from labbook.export.capsule import SUMS, VERIFY, time_of, write_capsule
 from labbook.export.crate import METADATA
-from tests.helpers.books import SmallBook, copy_of, reported_book
+from tests.helpers.books import ADA, SmallBook, copy_of, reported_book, small_book
 
 Files = dict[str, bytes]
 
@@ -29,6 +31,20 @@ def capsule_of_small_book(folder: Path) -> Path:
         return small
 
     copy_of("small-book-capsule", made, folder)
+    return folder / "study.eln"
+
+
+def capsule_of_drawn_report(folder: Path) -> Path:
+    """Copy a capsule of the small book whose report has its pages, which is made once a test run."""
+
+    def made(above: Path) -> SmallBook:
+        small = small_book(above)
+        with small.open() as book:
+            write(book, None, None, ADA, lambda _step: None)
+            write_capsule(book, above / "study.eln")
+        return small
+
+    copy_of("small-book-drawn-capsule", made, folder)
     return folder / "study.eln"
 
 
@@ -74,6 +90,15 @@ def rechained(files: Files, change: Callable[[Entry], Entry]) -> None:
         after = (entries[-1].seq, entries[-1].hash) if entries else (0, journal.GENESIS)
         entries += journal.chain_entries([change(entry) for entry in command], after)
     files["journal.jsonl"] = "".join(f"{entry.line}\n" for entry in entries).encode()
+
+
+def restated(files: Files) -> None:
+    """Let the journal's entry of the report have the hashes of the files that are here."""
+    folder = "report/"
+    of_report = {
+        path.removeprefix(folder): member(path, data).sha256 for path, data in files.items() if path.startswith(folder)
+    }
+    rechained(files, lambda entry: with_new(entry, files=of_report) if entry.action is Action.REPORT else entry)
 
 
 def with_new(entry: Entry, **values: Any) -> Entry:

@@ -26,7 +26,17 @@ from labbook.export.crate import METADATA
 from labbook.export.verifying import Verified, verify
 from tests.cli.shell import good, labbook
 from tests.helpers.books import ADA, reported_book
-from tests.helpers.capsules import Files, capsule_of_small_book, entries_of, files_of, forged, rechained, with_new
+from tests.helpers.capsules import (
+    Files,
+    capsule_of_drawn_report,
+    capsule_of_small_book,
+    entries_of,
+    files_of,
+    forged,
+    rechained,
+    restated,
+    with_new,
+)
 from tests.helpers.folders import contents
 from tests.helpers.wording import refuses, says
 
@@ -165,11 +175,7 @@ def test_a_number_that_was_made_better_is_named_with_its_amount(capsule: Path, o
         number["value"] *= 1.5
         first.append(uid)
         files["report/numbers.json"] = json.dumps(numbers).encode()
-        sha256 = archives.member("", files["report/numbers.json"]).sha256
-        rechained(
-            files,
-            lambda entry: with_new(entry, files={"numbers.json": sha256}) if entry.action is Action.REPORT else entry,
-        )
+        restated(files)
 
     found = differences(capsule, out, change)
     assert says(found.differences, first[0], "a difference of", "33 %")
@@ -180,6 +186,44 @@ def test_a_page_that_was_exchanged_is_found(capsule: Path, out: Path) -> None:
         files["report/report.html"] = b"<p>better"
 
     assert says(differences(capsule, out, change).differences, "report")
+
+
+def test_pages_are_written_anew_around_their_figures(tmp_path: Path, out: Path) -> None:
+    drawn = capsule_of_drawn_report(tmp_path / "drawn")
+    found = verify(drawn)
+    assert (found.differences, found.remarks) == ((), ())
+
+    def page(files: Files) -> None:
+        files["report/report.html"] = files["report/report.html"].replace(b" J", b" kJ")
+        restated(files)
+
+    assert says(differences(drawn, out, page).differences, "report/report.html", "kJ")
+    out.unlink()
+
+    def table(files: Files) -> None:
+        files["report/tables/each_run.csv"] = b"run,joules_J\nr001,3\n"
+        files["report/tables/more.csv"] = b""
+        del files["report/tables/each_run.tex"]
+        restated(files)
+
+    found = differences(drawn, out, table)
+    for name in ("each_run.csv", "more.csv", "each_run.tex"):
+        assert says(found.differences, name)
+    out.unlink()
+
+    def figure(files: Files) -> None:
+        del files["report/figures/savings.svg"]
+        restated(files)
+
+    assert says(differences(drawn, out, figure).differences, "figure", "savings")
+    out.unlink()
+
+    def other_software(files: Files) -> None:
+        files["report/report.html"] = files["report/report.html"].replace(b"numpy ", b"numpy 0.")
+        restated(files)
+
+    found = verify(forged(drawn, out, other_software))
+    assert says(found.remarks, "not compared", "numpy")
 
 
 def test_a_cell_of_a_table_is_named_with_its_amount(capsule: Path, out: Path) -> None:
@@ -283,6 +327,12 @@ def test_a_journal_that_no_labbook_wrote_is_named(capsule: Path, out: Path) -> N
         rechained(files, lambda one: replace(one, new={}) if one.entity_kind == "run" else one)
 
     assert says(differences(capsule, out, change).differences, "cannot be played back")
+    out.unlink()
+
+    def nest(files: Files) -> None:
+        files["journal.jsonl"] = b"[" * 100_000 + b"\n" + files["journal.jsonl"]
+
+    assert says(differences(capsule, out, nest).differences, "journal")
 
 
 def test_a_raw_file_that_unpacks_without_end_is_stopped(capsule: Path, out: Path) -> None:
