@@ -15,6 +15,9 @@ def capsule(
         str | None,
         typer.Option(metavar="REPORT", help="Which report: its number, id, last or last-1; without it the newest."),
     ] = None,
+    for_sharing: Annotated[
+        bool, typer.Option("--for-sharing", help="Leave out what [privacy] of labbook.toml names.")
+    ] = False,
     book: BookOption = None,
 ) -> Shown:
     """Write the book and its report into one file, from which anybody can compute every number anew.
@@ -23,12 +26,15 @@ def capsule(
     columns mean, and the report. `labbook verify` checks it. [sharing] license in labbook.toml says what others may do
     with it.
 
+    With --for-sharing initials stand for names, and notes and paths are left out, as [privacy] leave_out says; the
+    journal is chained anew, and says so. Files of the instruments are as they came.
+
     Example: labbook capsule ../study.eln
     """
     from labbook.export.capsule import write_capsule
 
     with opened(book) as opened_book, progress("capsule", None) as step:
-        done = write_capsule(opened_book, file, report, step)
+        done = write_capsule(opened_book, file, report, step, for_sharing=for_sharing)
     lines = [
         f"{done.file}: {done.entries} entries, {done.raw_copies} raw files and report {done.report}, "
         f"{done.n_bytes / 1e6:.1f} MB.",

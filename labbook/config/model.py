@@ -514,6 +514,17 @@ class SharingSettings:
     license: str | None = None
 
 
+Private = Literal["people", "notes", "paths"]
+"""What a capsule for sharing can leave out: names of people, texts of notes, paths of files and the database's."""
+
+
+@dataclass(frozen=True, slots=True)
+class PrivacySettings:
+    """`[privacy]`: what is left out of what is shared with everybody."""
+
+    leave_out: tuple[Private, ...] = ()
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Configuration:
     """All of `labbook.toml`; `people` goes from name to initials."""
@@ -535,6 +546,7 @@ class Configuration:
     database: DatabaseSettings = DatabaseSettings()
     store: StoreSettings = StoreSettings()
     sharing: SharingSettings = SharingSettings()
+    privacy: PrivacySettings = PrivacySettings()
     text: Annotated[str, NOT_A_KEY] = ""
     """The file as it was, with that of a scene of one's own below it."""
 

@@ -185,6 +185,7 @@ def _check_study(configuration: Configuration, faults: Faults) -> None:
             )
     _check_once(protocol.checks, "protocol.checks", faults)
     _check_once(protocol.reject_reasons, "protocol.reject_reasons", faults)
+    _check_once(configuration.privacy.leave_out, "privacy.leave_out", faults)
     for name, robot in configuration.robots.items():
         if robot.leg_min_m >= robot.leg_max_m:
             faults.append(
@@ -595,6 +596,10 @@ idle_minutes = [20, 24, 30, 40, 50, 60]
 # Under which licence others may use what is shared, an SPDX identifier or an address: `labbook capsule` states it.
 #[sharing]
 #license = "CC-BY-4.0"
+
+# What `labbook capsule --for-sharing` leaves out: names (initials stand for them), texts of notes, paths of files.
+#[privacy]
+#leave_out = ["people", "notes", "paths"]
 """
 
 

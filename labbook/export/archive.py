@@ -10,7 +10,6 @@ named, each no further than its crate states, all together no further than `MOST
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import os
 import shutil
@@ -176,7 +175,7 @@ def first_difference(file: Path, root: str, members: Sequence[Member], at: datet
 
 _UNREADABLE = (
     *(zipfile.BadZipFile, zlib.error, struct.error, EOFError),
-    *(NotImplementedError, UnicodeError, ValueError, OverflowError, RuntimeError, KeyError),
+    *(NotImplementedError, UnicodeError, ValueError, OverflowError, RuntimeError, KeyError, OSError),
 )
 """What the standard library raises of archives that are not as they should be."""
 
@@ -191,8 +190,8 @@ class Archive:
         self.file = file
         self.n_bytes = file.stat().st_size
         self.root, self._entries = "", dict[str, zipfile.ZipInfo]()
+        self._stream = file.open("rb")
         try:
-            self._stream = file.open("rb")
             _refuse_large_directory(self._stream, self.n_bytes, file)
             self._zip = zipfile.ZipFile(self._stream)
             self.root, self._entries = _harmless(self._zip.infolist(), file)
@@ -213,8 +212,7 @@ class Archive:
 
     def close(self) -> None:
         """Give the file back."""
-        with contextlib.suppress(AttributeError):
-            self._stream.close()
+        self._stream.close()
 
     @property
     def paths(self) -> list[str]:

@@ -12,6 +12,7 @@ import hashlib
 import importlib.metadata
 import json
 import re
+import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -20,8 +21,10 @@ from pathlib import Path, PurePosixPath
 import sqlalchemy as sa
 
 from data_schema import journal
+from data_schema.engine import reading
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal import Entry
+from data_schema.journal_file import JournalFile
 from data_schema.queries.files import signal_files
 from data_schema.queries.history import ReportRow, list_reports
 from data_schema.queries.study import ConfigRow, config_in_force, people
@@ -30,11 +33,13 @@ from labbook.actions.upkeep.report_differences import report_named
 from labbook.analysis.preregistration.planned import planned_analysis
 from labbook.book.copies.copying import raw_of
 from labbook.book.opening import CONFIGURATION, JOURNAL, Book
+from labbook.book.replaying import replayed
 from labbook.book.report_numbers import NUMBERS, numbers_path
 from labbook.config.parsing import Configuration, own_text, parse_configuration
 from labbook.export.archive import BLOCK, Member, member, write_archive
 from labbook.export.crate import METADATA, About, crate_bytes
 from labbook.export.selection import Selection
+from labbook.export.sharing import ORIGIN, Origin, SharedBook, origin_bytes, shared_book
 from labbook.export.table_files import (
     DICTIONARY,
     PACKAGE,
@@ -67,12 +72,17 @@ class WrittenCapsule:
 
 
 def write_capsule(
-    book: Book, file: Path, report: str | None = None, step: Callable[[str], None] = lambda _what: None
+    book: Book,
+    file: Path,
+    report: str | None = None,
+    step: Callable[[str], None] = lambda _what: None,
+    *,
+    for_sharing: bool = False,
 ) -> WrittenCapsule:
     """Write a book and a report of it into one file, which appears whole or not at all.
 
     Parameters: the open book; the file, which must not exist; the report by its number, id or `last` (the newest one
-    without); what is called with each step. Nothing is stated in the book.
+    without); what is called with each step; whether what `[privacy]` names is left out. Nothing is stated in the book.
     Raises `UsageError` where the file exists or is not called `.eln`, where there is no report, or where its pages are
     not there as they were written; `BookDamaged` where a raw copy or the journal is not.
     """
@@ -84,11 +94,20 @@ def write_capsule(
         made_of = _report_of(connection, report)
         entries = _entries(book, connection)
         configuration = _configuration(book, connection)
-        step("making tables")
-        about, made = made_files(connection, book.store, configuration, entries, made_of)
-        paths = {**_stored_files(book, connection, entries, step), **_report_files(book, made_of)}
+        sources: dict[str, bytes | Path] = {**_stored_files(book, connection, entries, step)}
+        of_report = _report_files(book, made_of)
+        if for_sharing:
+            shared = shared_book(book.store, entries, people(connection), configuration, made_of, step)
+            entries = shared.entries
+            about, made = _made_of_shared(book.store, shared, made_of, step)
+            shared.refuse_names(made)
+            sources |= {f"{REPORT}/{name}": data for name, data in shared.report.items()}
+        else:
+            step("making tables")
+            about, made = made_files(connection, book.store, configuration, entries, made_of)
+            sources |= of_report
     step("hashing files")
-    members = crate_members(about, made, [member(path, source) for path, source in paths.items()])
+    members = crate_members(about, made, [member(path, source) for path, source in sources.items()])
     step("packing")
     write_archive(file, root_of(file), members, _time_of(entries))
     with file.open("rb") as stream:
@@ -102,6 +121,24 @@ def write_capsule(
         raw_copies=len(raw_of(entries)),
         report=made_of.called,
     )
+
+
+def _made_of_shared(
+    store: Store, shared: SharedBook, made_of: ReportRow, step: Callable[[str], None]
+) -> tuple[About, dict[str, bytes]]:
+    """Make a capsule's files of the journal that is to be shared, played back."""
+    with tempfile.TemporaryDirectory(prefix="labbook-capsule-") as name:
+        mirror = JournalFile(Path(name) / JOURNAL)
+        mirror.path.write_text("".join(f"{entry.line}\n" for entry in shared.entries), encoding="utf-8")
+        with (
+            replayed(store, mirror, len(shared.entries), step, use_cache=True) as (engine, _replay),
+            reading(engine) as connection,
+        ):
+            row = config_in_force(connection)
+            assert row is not None, "a report was made of it"  # noqa: S101
+            made_now = next(one for one in list_reports(connection) if one.seq == made_of.seq)
+            step("making tables")
+            return made_files(connection, store, configuration_of(row), shared.entries, made_now, shared.origin)
 
 
 def _report_of(connection: sa.Connection, named: str | None) -> ReportRow:
@@ -210,11 +247,13 @@ def made_files(
     configuration: Configuration,
     entries: Sequence[Entry],
     made_of: ReportRow,
+    origin: Origin | None = None,
 ) -> tuple[About, dict[str, bytes]]:
     """Make all of a capsule that is not as the store or the report has it, but for the crate and the list of hashes.
 
-    Parameters: the book after the last of `entries`, with its store and configuration, and the report. Returns what the
-    crate says of itself, and the files by path; the same for the same book.
+    Parameters: the book after the last of `entries`, with its store and configuration, the report, and where the
+    journal comes from, if something was left out of it. Returns what the crate says of itself, and the files by path;
+    the same for the same book.
     """
     selection = Selection(connection, store, configuration)
     tables = every_table(selection)
@@ -226,10 +265,11 @@ def made_files(
     files[ANALYSIS] = (json.dumps(analysis, indent=1, ensure_ascii=False) + "\n").encode()
     files[JOURNAL] = "".join(f"{entry.line}\n" for entry in entries).encode()
     files |= _configuration_files(configuration)
+    files |= {} if origin is None else {ORIGIN: origin_bytes(origin)}
     days = sorted(run.day for run in selection.data.selected if run.day)
     about = About(
         name=configuration.study.name,
-        description=_description(configuration, made_of, len(selection.data.selected), days, entries),
+        description=_description(configuration, made_of, len(selection.data.selected), days, entries, origin),
         people={initials: name for name, initials in people(connection).items()},
         license=configuration.sharing.license,
         entries=len(entries),
@@ -237,7 +277,7 @@ def made_files(
         at_utc=entries[-1].at_utc,
         version=importlib.metadata.version("robot-labbook"),
     )
-    files[VERIFY] = _verify_text(about, made_of).encode()
+    files[VERIFY] = _verify_text(about, made_of, origin).encode()
     return about, files
 
 
@@ -252,12 +292,18 @@ def _configuration_files(configuration: Configuration) -> dict[str, bytes]:
 
 
 def _description(
-    configuration: Configuration, made_of: ReportRow, runs: int, days: Sequence[str], entries: Sequence[Entry]
+    configuration: Configuration,
+    made_of: ReportRow,
+    runs: int,
+    days: Sequence[str],
+    entries: Sequence[Entry],
+    origin: Origin | None,
 ) -> str:
+    shared = "" if origin is None else f" It was {origin.sentence}."
     when = f" of {days[0]}" + (f" to {days[-1]}" if days[-1] != days[0] else "") if days else ""
     return (
         f"The lab notebook of the study {configuration.study.name!r}: {runs} runs{when}, the files of the instruments, "
-        f"the journal of {len(entries)} statements, tables of what was measured, and report {made_of.called}."
+        f"the journal of {len(entries)} statements, tables of what was measured, and report {made_of.called}.{shared}"
     )
 
 
@@ -284,7 +330,8 @@ def time_of(entry: Entry) -> datetime:
     return datetime.fromisoformat(entry.at_utc)
 
 
-def _verify_text(about: About, made_of: ReportRow) -> str:
+def _verify_text(about: About, made_of: ReportRow, origin: Origin | None) -> str:
+    shared = "" if origin is None else _SHARED.format(origin.sentence)
     return f"""\
 # {about.name}
 
@@ -302,7 +349,7 @@ rest on. Written by labbook {about.version}; {about.entries} statements, the las
 | `journal.jsonl` | every statement of a person: each line has the hash of the line before |
 | `labbook.toml` | the configuration of the study |
 | `ro-crate-metadata.json` | all of this as RO-Crate, which other notebooks read |
-
+{shared}
 ## Check it with labbook
 
     pip install robot-labbook
@@ -325,4 +372,11 @@ that of the line before. The last line's is `{about.head}`.
 
 Who wrote the journal, and when, a hash cannot prove: compare the last line's hash with one that was published, or sent
 to somebody, at the time.
+"""
+
+
+_SHARED = """
+It was {}. Initials stand for names, and `(left out)` for the rest; files of the instruments are as they came. The
+report was made again of this journal, with the same values; its numbers' ids are others where labbook.toml is. Who has
+the book can make this file again, to the same bytes, with `labbook capsule --for-sharing`.
 """

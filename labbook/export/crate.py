@@ -50,7 +50,7 @@ DESCRIPTIONS: Mapping[str, str] = {
     "data_dictionary.csv": "What each column of the tables means",
     "datapackage.json": "The tables as a Frictionless data package",
     "analysis.json": "What was decided about the analysis, when and by whom, and what departs from it",
-    "planned_runs.csv": "The runs that were planned, in their order",
+    "origin.json": "What was left out of the book's journal for sharing, and where that ends",
     "report/numbers.json": "The report's numbers, unrounded, and what each rests on",
     "report/report.html": "The report",
 }

@@ -51,6 +51,7 @@ from labbook.export.capsule import (
     time_of,
 )
 from labbook.export.crate import METADATA, StatedFile, stated_files
+from labbook.export.sharing import ORIGIN, Origin, read_origin
 from reports.content import ReportContent
 from reports.page.writing import files_beside_figures
 
@@ -287,6 +288,9 @@ def _check_made(
         )
         return
     of_report = stated.new or {}
+    origin = read_origin((folder / ORIGIN).read_bytes()) if ORIGIN in members else None
+    if origin is not None:
+        found.remarks.append(f"It was {origin.sentence}; only who has the book can show that.")
     replay.apply_to(engine, stated.seq - 1)
     step("computing the report's numbers")
     with reading(engine) as connection, without_caches():
@@ -302,7 +306,7 @@ def _check_made(
     step("making tables")
     with reading(engine) as connection, without_caches():
         made_of = next(one for one in list_reports(connection) if one.seq == stated.seq)
-        anew = _made_anew(connection, replay.store, entries, made_of, members)
+        anew = _made_anew(connection, replay.store, entries, made_of, members, origin)
         samples = {stored.store_path: stored.sha256 for stored in signal_files(connection)}
         other_readers = differences(connection, journal.stored(connection), replay.without_rows).other_versions
     found.report = made_of.called
@@ -331,12 +335,13 @@ def _made_anew(
     entries: Sequence[Entry],
     made_of: ReportRow,
     members: Mapping[str, Member],
+    origin: Origin | None,
 ) -> dict[str, Member]:
     """Make every file again that a capsule makes of its book."""
     row = config_in_force(connection)
     if row is None:
         raise BookDamaged("the journal has no configuration.")
-    about, made = made_files(connection, store, configuration_of(row), entries, made_of)
+    about, made = made_files(connection, store, configuration_of(row), entries, made_of, origin)
     as_stored = [one for path, one in members.items() if path.startswith(("raw/", "signals/", f"{REPORT}/"))]
     return {one.path: one for one in crate_members(about, made, as_stored)}
 

@@ -121,14 +121,16 @@ def test_a_reviewer_looks_and_recomputes(tmp_path: Path, monkeypatch: pytest.Mon
 def test_a_capsule_is_made_and_checked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LABBOOK_AS", "Ada Nwosu")
     book = small_book(tmp_path / "book")
-    (sharing,) = re.findall(r"```toml\n(.*?)```", (DOCS / "capsule.md").read_text(encoding="utf-8"), re.DOTALL)
-    book.toml.write_text(f"{book.toml.read_text(encoding='utf-8')}\n{sharing}", encoding="utf-8")
-    report, capsule, verify = commands("capsule.md")
+    sharing, privacy = re.findall(r"```toml\n(.*?)```", (DOCS / "capsule.md").read_text(encoding="utf-8"), re.DOTALL)
+    book.toml.write_text(f"{book.toml.read_text(encoding='utf-8')}\n{sharing}\n{privacy}", encoding="utf-8")
+    report, capsule, for_sharing, verify = commands("capsule.md")
     works([*report, "--unsaved", "--out", "../drawn"], book.folder)
     with book.open() as opened:
         state_report(opened, None, None, lambda _step: None)
     works(capsule, book.folder)
-    assert "whole" in works(verify, book.folder).out
+    works(for_sharing, book.folder)
+    for words in (verify, ["verify", for_sharing[1]]):
+        assert "whole" in works(words, book.folder).out
 
 
 def test_jumps_are_reviewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -141,10 +141,13 @@ path = "/mnt/lab/book"
 
 [sharing]
 license = "CC-BY-4.0"
+
+[privacy]
+leave_out = ["people", "notes"]
 """
 
 OPTIONAL = {
-    *("grain_mm", "license"),
+    *("grain_mm", "license", "leave_out"),
     *('unit = "1"', "control", "run_duration_s", "detector", "exclude_first_jumps", "exclude_gap_jumps"),
     *("onset", "take_off"),
     *("charger_resolution_mah", "idle_minutes", "zero", "make", "model", "serial", "time", "columns"),
