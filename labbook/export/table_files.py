@@ -8,6 +8,7 @@ import io
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from data_schema.columns import Column, ValueKind
@@ -29,8 +30,19 @@ _TYPES: Mapping[ValueKind, str] = {
 
 
 def every_table(selection: Selection) -> list[ExportTable]:
-    """Return the tables of a selection, and the runs of its plans."""
-    return [*(make(selection) for make in TABLES.values()), _planned(selection)]
+    """Return the tables of a selection, and the runs of its plans, with their rows in the same order on any engine."""
+    return [*(_in_order(make(selection)) for make in TABLES.values()), _planned(selection)]
+
+
+def _in_order(table: ExportTable) -> ExportTable:
+    """Order the rows of each run, or of what else the first column names, by all that they say."""
+    places = {key: place for place, key in enumerate(dict.fromkeys(row[0] for row in table.rows))}
+    rows = sorted(table.rows, key=lambda row: (places[row[0]], [_comparable(cell) for cell in row[1:]]))
+    return replace(table, rows=rows)
+
+
+def _comparable(cell: Any) -> tuple[bool, float, str]:
+    return (False, 0.0, cell) if isinstance(cell, str) else (cell is None, cell or 0.0, "")
 
 
 def _planned(selection: Selection) -> ExportTable:

@@ -19,10 +19,12 @@ from ingest.store import raw_path
 from labbook.book.copies.copying import raw_of
 from labbook.export.capsule import write_capsule
 from labbook.export.tables import TABLES
+from labbook.export.verifying import verify
 from tests.cli.shell import good, labbook, no_file_above
 from tests.helpers.books import ADA, SmallBook, reported_book, small_book
 from tests.helpers.capsules import capsule_of_small_book, entries_of, files_of
 from tests.helpers.folders import contents
+from tests.helpers.whole_book import whole_book
 from tests.helpers.wording import refuses, says
 
 
@@ -116,6 +118,14 @@ def test_the_tables_are_a_data_package(unpacked: Path) -> None:
 def test_the_hashes_can_be_checked_by_hand(unpacked: Path) -> None:
     done = subprocess.run(["sha256sum", "--check", "--quiet", "SHA256SUMS"], cwd=unpacked, check=False)
     assert done.returncode == 0
+    previous = "0" * 64
+    for line in (unpacked / "journal.jsonl").read_text(encoding="utf-8").splitlines():
+        entry = json.loads(line)
+        found = entry.pop("hash")
+        bare = json.dumps(entry, sort_keys=True, separators=(",", ":"), ensure_ascii=False)
+        assert (entry["prev_hash"], found) == (previous, hashlib.sha256(bare.encode()).hexdigest())
+        previous = found
+    assert previous in (unpacked / "VERIFY.md").read_text(encoding="utf-8")
 
 
 def test_text_that_a_spreadsheet_would_run_is_escaped(book: SmallBook) -> None:
@@ -193,3 +203,9 @@ def test_the_command_says_what_was_written(book: SmallBook) -> None:
     refused = labbook("capsule", "../study.eln", at=book.folder)
     assert refused.code == 2
     assert says(refused.err, "study.eln", "exists")
+
+
+def test_a_book_on_postgresql_gives_a_capsule_that_is_whole(tmp_path: Path, postgres_url: str) -> None:
+    file = written(whole_book(tmp_path / "book", postgres_url))
+    assert verify(file).differences == ()
+    assert postgres_url.encode() in files_of(file)["labbook.toml"]
