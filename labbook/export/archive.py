@@ -35,8 +35,8 @@ MOST_EXPANSION = 20
 """Times the archive that its files may have together: text that another program compressed has less."""
 MOST_BESIDE = 64 * 2**20
 """Bytes that any archive's files may have, however small it is."""
-MOST_DIRECTORY = 64 * 2**20
-"""Bytes of the list of names at the end of an archive, which is in memory as a whole."""
+MOST_DIRECTORY = 32 * 2**20
+"""Bytes of the list of names at the end of an archive, which is in memory as a whole: of 200 000 files."""
 LONGEST_NAME, LONGEST_PART = 1000, 200
 
 _LOCAL = struct.Struct("<4s5H3L2H")

@@ -16,7 +16,7 @@ import io
 import re
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from itertools import zip_longest
 from pathlib import Path
 
@@ -33,6 +33,7 @@ from data_schema.queries.files import signal_files
 from data_schema.queries.history import ReportRow, list_reports
 from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
+from ingest.model import DEFAULT_LIMITS
 from ingest.store import Store, raw_path
 from labbook.actions.upkeep.tracing import differing_fields, made_again, number_anew
 from labbook.book.altered import differences, shortened_pair
@@ -60,6 +61,8 @@ MOST_METADATA = 64 * 2**20
 """Bytes of the crate's description, which is in memory as a whole: that of 100 000 files."""
 MOST_NAMED = 20
 """So many differences of a kind are named, and then how many more there are."""
+MOST_LIMITS = 10
+"""Times what labbook lets a file ask for: a journal states the bounds under which its files were read."""
 ROUNDING = 1e-9
 """Relative differences up to this are those of another processor or library, and said to be."""
 _SHA256 = re.compile(r"[0-9a-f]{64}")
@@ -242,7 +245,7 @@ def _has_raw(entries: Sequence[Entry], folder: Path, members: Mapping[str, Membe
     None may be missing or too many.
     """
     n_bytes = {str((entry.new or {}).get("sha256")): (entry.new or {}).get("n_bytes") for entry in _readings(entries)}
-    differing: list[str] = []
+    differing = [sentence for entry in _readings(entries) for sentence in _beyond_limits(entry)]
     for sha256, most in n_bytes.items():
         path = raw_path(sha256)
         if not _SHA256.fullmatch(sha256) or path not in members:
@@ -265,6 +268,22 @@ def _has_raw(entries: Sequence[Entry], folder: Path, members: Mapping[str, Membe
 
 def _readings(entries: Sequence[Entry]) -> Iterator[Entry]:
     return (entry for entry in entries if entry.action in (Action.INGEST, Action.READ))
+
+
+def _beyond_limits(entry: Entry) -> list[str]:
+    """Name the bounds on what a file may ask for that an entry raises further than is believed of a stranger."""
+    new = entry.new or {}
+    settings = new.get("settings")
+    declared = settings.get("declared") if isinstance(settings, Mapping) else None
+    limits = declared.get("limits") if isinstance(declared, Mapping) else None
+    if not isinstance(limits, Mapping):
+        return [f"entry {entry.seq} of the journal does not say how its file was read: {ASK_AGAIN}."]
+    asked = {name: (limits.get(name, most), MOST_LIMITS * most) for name, most in asdict(DEFAULT_LIMITS).items()}
+    return [
+        f"entry {entry.seq} of the journal lets a file ask for {name} = {given!r}, beyond {most}: it is not read."
+        for name, (given, most) in asked.items()
+        if not isinstance(given, int) or given > most
+    ]
 
 
 def _is_beyond(path: str, folder: str, known: set[str]) -> bool:

@@ -19,6 +19,7 @@ import pyarrow as pa
 import pytest
 
 from data_schema.errors import InputRefused, LabbookError, UsageError
+from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from ingest.store import raw_path
 from labbook.export import archive as archives
@@ -357,6 +358,19 @@ def test_a_raw_file_that_unpacks_without_end_is_stopped(capsule: Path, out: Path
     began = time.monotonic()
     assert says(differences(capsule, out, change).differences, "holds more")
     assert time.monotonic() - began < 10
+
+
+def test_a_journal_that_lets_files_ask_for_anything_is_named(capsule: Path, out: Path) -> None:
+    def raised(entry: Entry) -> Entry:
+        if entry.action is not Action.INGEST:
+            return entry
+        settings = (entry.new or {})["settings"]
+        declared = settings["declared"]
+        limits = {**declared["limits"], "largest_expanded_bytes": 10**15}
+        return with_new(entry, settings={**settings, "declared": {**declared, "limits": limits}})
+
+    found = differences(capsule, out, lambda files: rechained(files, raised))
+    assert says(found.differences, "largest_expanded_bytes", 10**15)
 
 
 NAMES = {
