@@ -48,6 +48,13 @@ PostgresUrl = Annotated[
         extra_json_schema={"description": "an address such as 'postgresql+psycopg://user@host/labbook'"},
     ),
 ]
+License = Annotated[
+    str,
+    Meta(
+        pattern=r"^([A-Za-z0-9._-]+|https?://\S+)$",
+        extra_json_schema={"description": 'an SPDX identifier such as "CC-BY-4.0", or an address'},
+    ),
+]
 NOT_A_KEY = Meta(extra_json_schema={"readOnly": True})
 
 HOW_TO_DECIDE = (
@@ -511,7 +518,7 @@ class StoreSettings:
 class SharingSettings:
     """`[sharing]`: under which licence others may use what leaves the book, an SPDX identifier or an address."""
 
-    license: str | None = None
+    license: License | None = None
 
 
 Private = Literal["people", "notes", "paths"]

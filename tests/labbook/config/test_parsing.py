@@ -335,6 +335,11 @@ def test_faults_are_reported_at_once_one_a_line() -> None:
         ("x = " + "9" * 5000, ["TOML"]),
         ("", ["study: ", "[study]"]),
         ("study = 3", ["study: 3", "[study]"]),
+        (
+            SAMPLE.replace('"CC-BY-4.0"', '"all rights, reserved"'),
+            ["sharing.license", "all rights, reserved", "CC-BY-4.0"],
+        ),
+        (SAMPLE.replace('"notes"]', '"note"]'), ["privacy.leave_out", "'note'", "'notes'"]),
         (SAMPLE.replace("[batteries.A]\ncells = 4\ncapacity_mah = 6600", "[batteries]\nA = 3"), ["batteries.A: 3"]),
     ],
 )
