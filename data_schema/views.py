@@ -249,6 +249,22 @@ JOIN ingest ON ingest.id = finding.ingest AND ingest.status IN ('imported', 'wai
             "n": Column("how often it was found", COUNT, source=CHECK),
         },
     ),
+    "v_note": View(
+        "a note that a person wrote",
+        """
+SELECT run.name AS run, note.target_kind AS about, note.text, person.name AS person, note.at_utc
+FROM note
+JOIN person ON person.id = note.person
+LEFT JOIN run ON note.target_kind = 'run' AND run.uid = note.target_uid
+""",
+        {
+            "run": Column("the run that it is about", missing="it is about something else", source=JOURNAL),
+            "about": Column("what it is about", source=JOURNAL),
+            "text": Column("what was written", source=PERSON),
+            "person": Column("who", source=PERSON),
+            "at_utc": Column("when", TIME, source=JOURNAL),
+        },
+    ),
 }
 """The views by name, in the order in which they are described."""
 

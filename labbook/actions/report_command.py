@@ -121,7 +121,7 @@ def write(
         asked = "--unsaved" if as_of is None else "--as-of"
         raise UsageError(f"{asked} writes nothing into the book: add --out DIR, a folder of your own for the report.")
     if out is not None:
-        _refuse_store(out)
+        refuse_store(out)
         _refuse_replacing(book, out)
         refuse_foreign(out)
         _check_writable(out)
@@ -228,7 +228,7 @@ def _make_report(book: Book, where: str | None, step: Callable[[str], None]) -> 
         return _made(connection, book.store, book.configuration, where, step), seen
 
 
-def _refuse_store(out: Path) -> None:
+def refuse_store(out: Path) -> None:
     """Raise `UsageError` for a folder among the raw copies or samples of any book, or among what else makes it one."""
     place = out.resolve()
     if (place / CONFIGURATION).exists() or (place.name == REPORTS and (place.parent / CONFIGURATION).exists()):

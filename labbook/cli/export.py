@@ -1,24 +1,38 @@
 """`labbook export`: what a book has, as files that other programs read."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from data_schema.errors import unknown_name
+from data_schema.errors import UsageError, unknown_name
 from labbook.cli.common import BookOption, WhereOption, opened
 from labbook.terminal import Shown, progress
 
 
 def export(
-    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A new folder; with --mcap, a new file.")],
+    folder: Annotated[
+        Path | None, typer.Argument(metavar="[FOLDER]", help="A new folder, or an empty one; with --mcap, a new file.")
+    ] = None,
     form: Annotated[str, typer.Option("--format", metavar="csv|parquet|netcdf|xlsx", help="Of the files.")] = "csv",
     signals: Annotated[bool, typer.Option("--signals", help="Write the samples too, a file a log.")] = False,
     mcap: Annotated[
         str | None,
-        typer.Option("--mcap", metavar="RUN", help="Write a run as the one MCAP file FOLDER, and no tables."),
+        typer.Option("--mcap", metavar="RUN", help="Write a run as one MCAP file, and no tables."),
     ] = None,
+    capsule: Annotated[
+        Path | None,
+        typer.Option("--capsule", metavar="FILE.eln", help="Write the book and a report as one file."),
+    ] = None,
+    report: Annotated[
+        str | None,
+        typer.Option(metavar="REPORT", help="Of --capsule: its number, id, last or last-1; without it the newest."),
+    ] = None,
+    for_sharing: Annotated[
+        bool, typer.Option("--for-sharing", help="Of --capsule: leave out what [privacy] of labbook.toml names.")
+    ] = False,
     where: WhereOption = None,
     book: BookOption = None,
 ) -> Shown:
@@ -26,22 +40,69 @@ def export(
 
     From Python: labbook.open("mybook").runs() and its like give the same as frames.
 
+    With --capsule the book and a report become one file, a zipped RO-Crate (.eln), from which anybody can compute every
+    number anew: the files of the instruments, the journal, labbook.toml, the tables and the report. `labbook verify`
+    checks it. [sharing] license in labbook.toml says what others may do with it. With --for-sharing initials stand for
+    names, and notes and paths are left out, as [privacy] leave_out says; the journal is chained anew, and says so.
+    Files of the instruments are as they came.
+
     Example: labbook export tables; labbook export tables --format parquet --signals --where "day>=2021-06-01";
-    labbook export r003.mcap --mcap r003
+    labbook export r003.mcap --mcap r003; labbook export --capsule ../study.eln
     """
-    from labbook.export.mcap import write_mcap
+    of_tables = {"--signals": signals, "--where": where is not None, "--format": form != "csv"}
+    of_capsule = {"--report": report is not None, "--for-sharing": for_sharing}
+    if capsule is not None:
+        _refuse("--capsule", {"FOLDER": folder is not None, "--mcap": mcap is not None, **of_tables})
+        return _capsule(capsule, report, book, for_sharing=for_sharing)
+    _refuse("an export without --capsule", of_capsule)
+    if folder is None:
+        raise UsageError("name the folder that the tables go to: labbook export FOLDER.")
+    if mcap is not None:
+        _refuse("--mcap", of_tables)
+        return _mcap(mcap, folder, book)
+    return _tables(folder, form, where, book, signals=signals)
+
+
+def _refuse(what: str, given: Mapping[str, bool]) -> None:
+    """Raise `UsageError` for options that mean nothing beside another."""
+    names = [name for name, is_given in given.items() if is_given]
+    if names:
+        raise UsageError(f"{what} has no use for {' and '.join(names)}: leave that out.")
+
+
+def _tables(folder: Path, form: str, where: str | None, book: Path | None, *, signals: bool) -> Shown:
     from labbook.export.selection import Selection
     from labbook.export.writing import FORMATS, export_tables
 
     if form not in FORMATS:
         raise unknown_name("format of an export", form, FORMATS)
     with opened(book) as opened_book, opened_book.reading() as connection, progress("export", None) as step:
-        if mcap is not None:
-            of_run = f"run={json.dumps(mcap, ensure_ascii=False)}"
-            selection = Selection(connection, opened_book.store, opened_book.configuration, of_run, step)
-            count = write_mcap(selection, mcap, folder)
-            return Shown({"file": str(folder), "messages": count}, [f"wrote {folder}: {count} messages."])
         selection = Selection(connection, opened_book.store, opened_book.configuration, where, step)
         exported = export_tables(selection, folder, form, with_signals=signals)
-    rows = ", ".join(f"{count} {name}" for name, count in exported.rows.items())
+    rows = ", ".join(f"{name} {count}" for name, count in exported.rows.items())
     return Shown(exported, [f"wrote {exported.folder}: {rows}."])
+
+
+def _mcap(run: str, file: Path, book: Path | None) -> Shown:
+    from labbook.export.mcap import write_mcap
+    from labbook.export.selection import Selection
+
+    with opened(book) as opened_book, opened_book.reading() as connection, progress("export", None) as step:
+        of_run = f"run={json.dumps(run, ensure_ascii=False)}"
+        selection = Selection(connection, opened_book.store, opened_book.configuration, of_run, step)
+        count = write_mcap(selection, run, file)
+    return Shown({"file": str(file), "messages": count}, [f"wrote {file}: {count} messages."])
+
+
+def _capsule(file: Path, report: str | None, book: Path | None, *, for_sharing: bool) -> Shown:
+    from labbook.export.capsule import write_capsule
+
+    with opened(book) as opened_book, progress("capsule", None) as step:
+        done = write_capsule(opened_book, file, report, step, for_sharing=for_sharing)
+    lines = [
+        f"{done.file}: {done.entries} entries, {done.raw_copies} raw files and report {done.report}, "
+        f"{done.n_bytes / 1e6:.1f} MB.",
+        f"SHA-256 {done.sha256}",
+        f"check it: labbook verify {done.file}",
+    ]
+    return Shown(done, lines)

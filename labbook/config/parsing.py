@@ -593,11 +593,11 @@ idle_minutes = [20, 24, 30, 40, 50, 60]
 #[store]
 #path = "/mnt/lab/mybook"
 
-# Under which licence others may use what is shared, an SPDX identifier or an address: `labbook capsule` states it.
+# Under which licence others may use what is shared, an SPDX identifier or an address: a capsule states it.
 #[sharing]
 #license = "CC-BY-4.0"
 
-# What `labbook capsule --for-sharing` leaves out: names (initials stand for them), texts of notes, paths of files.
+# What a capsule --for-sharing leaves out: names (initials stand for them), texts of notes, paths of files.
 #[privacy]
 #leave_out = ["people", "notes", "paths"]
 """

@@ -339,5 +339,5 @@ def _why_not(entry: zipfile.ZipInfo) -> str | None:
 
 def _not_a_capsule(file: Path, why: str) -> InputRefused:
     return InputRefused(
-        f"{str(file)!r} is not read, for {why}: {ASK_AGAIN}, as `labbook capsule` wrote it, and compare its SHA-256."
+        f"{str(file)!r} is not read, for {why}: {ASK_AGAIN}, as labbook wrote it, and compare its SHA-256."
     )

@@ -1,4 +1,4 @@
-"""`labbook capsule`: a book and one report of it as one file, from which anybody can make every number anew.
+"""`labbook export --capsule`: a book and one report of it as one file, from which anybody can make every number anew.
 
 The file is a zipped RO-Crate, as notebooks of other makers read and write (`.eln`): raw copies and samples as the store
 has them, the journal, labbook.toml, tables with what their columns mean, the report, and how to check all of it.
@@ -378,5 +378,5 @@ to somebody, at the time.
 _SHARED = """
 It was {}. Initials stand for names, and `(left out)` for the rest; files of the instruments are as they came. The
 report was made again of this journal, with the same values; its numbers' ids are others where labbook.toml is. Who has
-the book can make this file again, to the same bytes, with `labbook capsule --for-sharing`.
+the book can make this file again, to the same bytes, with `labbook export --capsule FILE --for-sharing`.
 """

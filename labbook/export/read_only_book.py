@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from html import escape
 from pathlib import Path
@@ -39,10 +39,12 @@ class ReadOnlyBook:
     """
 
     def __init__(self, book: Book) -> None:
-        self._book = book
+        self._opened: Book | None = book
         self._last: tuple[tuple[str | None, int, str], Measured] | None = None
 
     def __repr__(self) -> str:
+        if self._opened is None:
+            return "<closed book>"
         study = self._book.configuration.study
         with self._book.reading() as connection:
             return f"<book of {study.name!r} with {len(run_names(connection))} runs in {self._book.folder}>"
@@ -53,9 +55,17 @@ class ReadOnlyBook:
     def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, at: TracebackType | None) -> None:
         self.close()
 
+    @property
+    def _book(self) -> Book:
+        if self._opened is None:
+            raise UsageError("the book was closed: open it again with labbook.open.")
+        return self._opened
+
     def close(self) -> None:
-        """Give the database connections back."""
-        self._book.close()
+        """Give the database connections back; the book answers no more."""
+        if self._opened is not None:
+            self._opened.close()
+            self._opened = None
 
     def runs(self, where: str | None = None) -> pd.DataFrame:
         """Return one row a run: when and how it was made, its levels, and each outcome with its standard error."""
@@ -84,6 +94,14 @@ class ReadOnlyBook:
     def signals(self, where: str | None = None) -> pd.DataFrame:
         """Return one row a table of samples in use; `signal` reads one."""
         return self._frame("signals", where)
+
+    def notes(self, where: str | None = None) -> pd.DataFrame:
+        """Return one row a note that a person wrote."""
+        return self._frame("notes", where)
+
+    def planned_runs(self) -> pd.DataFrame:
+        """Return one row a run of a plan, with the run that was made of it."""
+        return self._frame("planned_runs", None)
 
     def _frame(self, name: str, where: str | None) -> pd.DataFrame:
         with self._book.reading() as connection:
@@ -142,22 +160,26 @@ class ReadOnlyBook:
         compared = compare_predictions(self._book, where, lambda _what: None)
         return BookReport(compared.content, tuple(COMPARED))
 
-    def study(self, name: str) -> Study:
-        """Return a study of the thesis by its name, for example "emulator": numbers, sentences, figure, table."""
+    def study(self, name: str, where: str | None = None) -> Study:
+        """Return a study of the thesis by its name, for example "emulator": numbers, sentences, figure, table.
+
+        `where` selects runs of a study that is made of runs.
+        """
+        from labbook.config.model import StudyProtocol
         from labbook.config.studies import STUDIES
         from labbook.studies.registry import ask
         from labbook.studies.study import Asked
 
         if name not in STUDIES:
             raise unknown_name("study", name, STUDIES)
-        return ask(name, Asked(book=self._book.folder)).study
+        return ask(name, Asked(book=self._book.folder, options=StudyProtocol(where=where))).study
 
 
 @dataclass(frozen=True)
 class BookReport:
     """What a report shows: `content` has its results, `tables` and `figure` show them; a notebook prints the claims."""
 
-    content: ReportContent
+    content: ReportContent = field(repr=False)
     names: tuple[str, ...] | None = None
     """The tables that it has; all without them."""
 
@@ -196,6 +218,9 @@ class BookReport:
         if name not in self.figures:
             raise unknown_name("figure of this report", name, self.figures)
         return FIGURES[name].draw(FIGURES[name].drawn(self.content), width_in)
+
+    def __repr__(self) -> str:
+        return "\n".join(self.claims) or "a report without a claim"
 
     def _repr_html_(self) -> str:
         """Return the claims, and where tables are named, these."""

@@ -12,7 +12,6 @@ from dataclasses import replace
 from typing import Any
 
 from data_schema.columns import Column, ValueKind
-from data_schema.queries.study import planned_runs
 from labbook.export.selection import Selection
 from labbook.export.tables import TABLES, ExportTable
 from reports.tables.formats import csv_field
@@ -30,8 +29,8 @@ _TYPES: Mapping[ValueKind, str] = {
 
 
 def every_table(selection: Selection) -> list[ExportTable]:
-    """Return the tables of a selection, and the runs of its plans, with their rows in the same order on any engine."""
-    return [*(_in_order(make(selection)) for make in TABLES.values()), _planned(selection)]
+    """Return the tables of a selection, with their rows in the same order on any engine."""
+    return [_in_order(make(selection)) for make in TABLES.values()]
 
 
 def _in_order(table: ExportTable) -> ExportTable:
@@ -43,22 +42,6 @@ def _in_order(table: ExportTable) -> ExportTable:
 
 def _comparable(cell: Any) -> tuple[bool, float, str]:
     return (False, 0.0, cell) if isinstance(cell, str) else (cell is None, cell or 0.0, "")
-
-
-def _planned(selection: Selection) -> ExportTable:
-    rows = [(row.position, row.block, row.name, row.condition_key, row.run_name) for row in _rows(selection)]
-    columns = {
-        "position": Column("place in the order of its plan", ValueKind.COUNT, source="plan"),
-        "block": Column("block of the plan", source="plan"),
-        "planned_run": Column("name that the plan gave it", source="plan"),
-        "condition": Column("its levels, as `foot=small k_gain=400`", missing="it has none", source="plan"),
-        "run": Column("the run that was made of it", missing="none was made", source="run sheet"),
-    }
-    return ExportTable("planned_runs", "a run of a plan that was not withdrawn, or was made", columns, rows)
-
-
-def _rows(selection: Selection) -> Iterable[Any]:
-    return planned_runs(selection.connection)
 
 
 def table_csv(table: ExportTable) -> bytes:

@@ -13,10 +13,13 @@ import sqlalchemy as sa
 
 from data_schema.columns import Column, ValueKind
 from data_schema.outcomes import Outcome
+from data_schema.queries.history import void_reasons
+from data_schema.queries.study import planned_runs
 from data_schema.views import VIEWS, words
-from data_schema.vocabulary import FactorKind, ReasonCode, Undefined
+from data_schema.vocabulary import FactorKind, ReasonCode, RunState, Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.conditions import number_of
+from labbook.analysis.outcomes.detection import jumps_found
 from labbook.export.selection import Selection
 from reports.fields import unit_slug
 from reports.numbers import Number, Value
@@ -25,7 +28,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
 NUMBER, COUNT, FLAG = ValueKind.NUMBER, ValueKind.COUNT, ValueKind.FLAG
-_COMPUTED = "computed as docs/statistics.md says"
+_COMPUTED = "computed"
+_NO_LOG = "no log of it can be used"
 _JUDGED = "the protocol in labbook.toml, and verdicts of persons"
 
 
@@ -92,24 +96,32 @@ def runs(selection: Selection) -> ExportTable:
     columns = {
         **facts.columns,
         **{factor.name: factor.column for factor in factors},
-        "jumps_found": Column("jumps that the detector found", COUNT, missing="no log", source=_COMPUTED),
-        "jumps_counted": Column("those that count", COUNT, missing="no log", source=_JUDGED),
+        "jumps_found": Column("jumps with an apex that the detector found", COUNT, missing=_NO_LOG, source=_COMPUTED),
+        "jumps_counted": Column("those that count", COUNT, missing=_NO_LOG, source=_JUDGED),
+        "why_void": Column("why the run is void", missing="it is not", source="journal"),
         **_outcome_columns(measured.results),
     }
+    void = void_reasons(
+        selection.connection, [run.uid for run in selection.data.selected if run.state is RunState.VOID]
+    )
     by_name = {run.name: run for run in selection.data.selected}
     numbers = {run.uid for run in selection.data.runs}
     rows = []
     for fact in facts.rows:
         run = by_name[fact[0]]
         judged = measured.judgements.get(run.uid)
-        found = [None, None] if judged is None else [len(judged.jumps), len(judged.counted)]
+        found: list[Any] = [None, None, void.get(run.uid)]
+        if judged is not None:
+            found[:2] = jumps_found([one.jump for one in judged.jumps]), len(judged.counted)
         outcomes: list[Any] = []
         for outcome, results in measured.results.items():
             if (result := results.results.get(run.uid)) is not None:
                 outcomes += _cells(number_of(result, outcome))
                 continue
             why = results.missing[run.uid].reason if run.uid in results.missing else outcome.undefined_because
-            outcomes += [None, None, why if run.uid in numbers else "void, or not a run of jumps"]
+            if run.uid not in numbers:
+                why = "the run is void" if run.state is RunState.VOID else f"a run of kind {run.kind} has none"
+            outcomes += [None, None, None, why]
         rows.append([*fact, *(factor.value(run.levels) for factor in factors), *found, *outcomes])
     return replace(facts, columns=columns, rows=rows)
 
@@ -166,6 +178,13 @@ def _outcome_columns(outcomes: Mapping[Outcome, object]) -> dict[str, Column]:
             "it has none",
             source=_COMPUTED,
         )
+        found[f"{one.key}_shared_se_{one.unit}"] = Column(
+            "standard error that it has in common with other runs (drain line, calibration)",
+            NUMBER,
+            one.unit,
+            "it has none",
+            source=_COMPUTED,
+        )
         found[f"why_no_{one.key}"] = Column(
             f"why it has no {one.heading.lower()}", missing="it has one", source=_COMPUTED
         )
@@ -174,7 +193,7 @@ def _outcome_columns(outcomes: Mapping[Outcome, object]) -> dict[str, Column]:
 
 def _cells(number: Number) -> list[Any]:
     why = number.value.reason if isinstance(number.value, Undefined) else None
-    return [_plain(number.value), _plain(number.se), why]
+    return [_plain(number.value), _plain(number.se), _plain(number.shared_se), why]
 
 
 def _plain(value: Value | None) -> float | None:
@@ -244,10 +263,10 @@ def conditions(selection: Selection) -> ExportTable:
         for outcome in measured:
             found = values[outcome].get(key)
             if found is None:
-                row += [0, *[None] * 6]
+                row += [0, *[None] * 7]
                 continue
             mean = found.mean
-            ends = (mean.se, mean.ci_low, mean.ci_high)
+            ends = (mean.se, mean.shared_se, mean.ci_low, mean.ci_high)
             row += [len(found.runs), _plain(mean.value), _plain(found.sd.value), *map(_plain, ends), mean.ci_level]
         rows.append(row)
     return ExportTable("conditions", "a condition of the selected runs", columns, rows)
@@ -263,11 +282,28 @@ def _mean_columns(outcome: Outcome) -> dict[str, Column]:
         f"{name}_runs": Column(f"runs with a value of the {of}", COUNT, source=_COMPUTED),
         f"{name}_mean_{unit}": number(f"mean {of} of these runs", "no run has one"),
         f"{name}_sd_{unit}": number(f"standard deviation of the {of} of these runs"),
-        f"{name}_se_{unit}": number("standard error of the mean"),
-        f"{name}_ci_low_{unit}": number("lower end of the mean's confidence interval"),
+        f"{name}_se_{unit}": number("standard error of the mean, from the scatter of these runs"),
+        f"{name}_shared_se_{unit}": number("standard error that these runs have in common", "they have none"),
+        f"{name}_ci_low_{unit}": number("lower end of the mean's confidence interval, of both errors"),
         f"{name}_ci_high_{unit}": number("upper end of it"),
         f"{name}_ci_level": replace(number("its level", "no run has one"), unit=""),
     }
+
+
+def planned(selection: Selection) -> ExportTable:
+    """Return the runs of all plans that were not withdrawn, or were made, with the runs that were made of them."""
+    rows = [
+        (row.position, row.block, row.name, row.condition_key, row.run_name)
+        for row in planned_runs(selection.connection)
+    ]
+    columns = {
+        "position": Column("place in the order of its plan", COUNT, source="plan"),
+        "block": Column("block of the plan", source="plan"),
+        "planned_run": Column("name that the plan gave it", source="plan"),
+        "condition": Column("its levels, as `foot=small k_gain=400`", missing="it has none", source="plan"),
+        "run": Column("the run that was made of it", missing="none was made", source="run sheet"),
+    }
+    return ExportTable("planned_runs", "a run of a plan that was not withdrawn, or was made", columns, rows)
 
 
 TABLES: Mapping[str, Callable[[Selection], ExportTable]] = {
@@ -278,5 +314,7 @@ TABLES: Mapping[str, Callable[[Selection], ExportTable]] = {
     "verdicts": lambda selection: of_view(selection, "v_verdict", "verdicts"),
     "findings": lambda selection: of_view(selection, "v_finding", "findings"),
     "signals": lambda selection: of_view(selection, "v_signal", "signals"),
+    "notes": lambda selection: of_view(selection, "v_note", "notes"),
+    "planned_runs": planned,
 }
 """The tables by name, in the order in which they are written."""

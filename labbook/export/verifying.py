@@ -149,7 +149,7 @@ def verify(file: Path, step: Step = lambda _what: None) -> Verified:
     encrypted files, more bytes than it states. Raises `UsageError` where the file is not there.
     """
     if not file.is_file():
-        raise UsageError(f"there is no file {str(file)!r}: name a capsule, which `labbook capsule` writes.")
+        raise UsageError(f"there is no file {str(file)!r}: name a capsule, which `labbook export --capsule` writes.")
     found = _Found(file)
     with tempfile.TemporaryDirectory(prefix="labbook-verify-") as name, Archive(file) as archive:
         folder = Path(name)
@@ -164,7 +164,7 @@ def _unpacked(archive: Archive, folder: Path, found: _Found, step: Step) -> dict
     """Unpack the files that the crate states, and compare each with it."""
     if METADATA not in archive.paths:
         raise InputRefused(
-            f"{str(archive.file)!r} has no {METADATA} in its folder: name a capsule, which `labbook capsule` writes."
+            f"{str(archive.file)!r} has no {METADATA} in its folder: name a file of `labbook export --capsule`."
         )
     metadata = archive.read(METADATA, MOST_METADATA)
     stated = stated_files(metadata)

@@ -8,9 +8,11 @@ from __future__ import annotations
 import contextlib
 import errno
 import importlib.metadata
+import io
 import itertools
 import re
 import shutil
+import tempfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,28 +21,29 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from data_schema import journal
-from data_schema.columns import Column, ValueKind
-from data_schema.disk import make_folder, partial_path, path_in_errors, sync, sync_all
+from data_schema.columns import ValueKind
+from data_schema.disk import PART, make_folder, path_in_errors, sync, sync_all
 from data_schema.errors import UsageError
 from data_schema.libraries import optional
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
-from data_schema.views import words
+from labbook.actions.report_command import refuse_store
 from labbook.book.write_session import now_utc
 from labbook.export.selection import Selection
 from labbook.export.signals import CONVENTIONS, dataset
-from labbook.export.tables import TABLES, ExportTable
+from labbook.export.table_files import DICTIONARY, data_dictionary, every_table, table_csv
+from labbook.export.tables import ExportTable
 from reports.display import count_text
-from reports.tables.formats import safe_text
 
 if TYPE_CHECKING:
     import pandas as pd
     import pyarrow as pa
     import xarray as xr
 
-DICTIONARY, README = "data_dictionary.csv", "README.md"
+README = "README.md"
 EXTRA = "export"
 """Names what some formats need beside, in `pip install 'robot-labbook[export]'`."""
+FLAG = ValueKind.FLAG
 WORKBOOK, SIGNALS = "tables.xlsx", "signals"
 _MOST_ROWS_OF_A_SHEET = 1_048_576
 
@@ -79,7 +82,7 @@ def export_tables(selection: Selection, folder: Path, form: str, *, with_signals
     if FORMATS[form].library:
         optional(FORMATS[form].library, f"--format {form}", EXTRA)
     with _in_place(folder) as partial:
-        tables = {name: make(selection) for name, make in TABLES.items()}
+        tables = {table.name: table for table in every_table(selection)}
         paths = _signal_paths(selection, FORMATS[form].ending) if with_signals else {}
         if with_signals:
             tables["signals"] = _with_paths(tables["signals"], paths)
@@ -89,66 +92,56 @@ def export_tables(selection: Selection, folder: Path, form: str, *, with_signals
         for signal, path in paths.values():
             selection.step(f"samples of {signal.run_name}")
             _write_signal(selection, runs, signal, partial / path, form)
-        (partial / DICTIONARY).write_bytes(csv_bytes(dictionary(tables)))
+        (partial / DICTIONARY).write_bytes(data_dictionary(tables.values()))
         (partial / README).write_text(_readme(selection, tables, form, len(paths)), encoding="utf-8")
     return Exported(str(folder), {name: len(table.rows) for name, table in tables.items()}, len(paths))
 
 
 @contextlib.contextmanager
 def _in_place(folder: Path) -> Iterator[Path]:
-    """Give a folder to write to that takes the place of `folder`, new or empty, when the block has ended well."""
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise UsageError(f"{str(folder)!r} is there already and not an empty folder: name a new one.")
+    """Give a folder of its own to write to, whose files get into `folder` when the block has ended well.
+
+    A new folder gets its name then; one that is there and empty is filled, and holds this one meanwhile, so that nobody
+    else takes it. Nothing that somebody else put there is removed.
+    """
     folder = folder.resolve()
-    partial = partial_path(folder)
+    refuse_store(folder)
+    is_there = folder.exists()
+    if is_there and (not folder.is_dir() or any(folder.iterdir())):
+        raise UsageError(f"{str(folder)!r} is there already and not an empty folder: name a new one.")
     with path_in_errors(folder):
-        if partial.exists():  # of an export that was killed
-            shutil.rmtree(partial)
-        make_folder(partial)
+        if not is_there:
+            make_folder(folder.parent)
+        own = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", suffix=PART, dir=folder if is_there else folder.parent))
         try:
+            partial = own / "files"
+            partial.mkdir()
             yield partial
             sync_all(partial)
-            partial.rename(folder)
-            sync(folder.parent)
-        except BaseException:
-            shutil.rmtree(partial, ignore_errors=True)
+            if is_there and [*folder.iterdir()] != [own]:
+                raise UsageError(f"somebody put files into {str(folder)!r} meanwhile: name a new folder.")
+            if is_there:
+                for path in sorted(partial.iterdir()):
+                    path.rename(folder / path.name)
+            else:
+                _take_name(partial, folder)
+            sync(folder)
+        finally:
+            shutil.rmtree(own, ignore_errors=True)
+        sync(folder.parent)
+
+
+def _take_name(partial: Path, folder: Path) -> None:
+    try:
+        partial.rename(folder)
+    except OSError as error:
+        if error.errno not in (errno.ENOTEMPTY, errno.EEXIST, errno.ENOTDIR):
             raise
-
-
-def csv_bytes(table: ExportTable) -> bytes:
-    """Write a table as CSV (UTF-8, comma, LF): what `frame.to_csv()` gives, but for texts that look like formulas."""
-    frame = table.frame().reset_index()
-    for name, column in table.columns.items():
-        if column.kind is ValueKind.TEXT:
-            frame[name] = frame[name].map(safe_text, na_action="ignore")
-    text: str = frame.to_csv(index=False, lineterminator="\n")
-    return text.encode()
-
-
-def dictionary(tables: Mapping[str, ExportTable]) -> ExportTable:
-    """Return the table of all columns: what each means, its unit, its source, and what a missing value means."""
-    rows = [
-        [name, column, str(about.kind), about.unit, about.meaning, about.allowed, about.missing, about.source]
-        for name, table in tables.items()
-        for column, about in table.columns.items()
-    ]
-    return ExportTable("data_dictionary", "a column of a table", _DICTIONARY_COLUMNS, rows, keys=2)
-
-
-_DICTIONARY_COLUMNS = {
-    "table": Column("the table"),
-    "column": Column("the column"),
-    "kind": Column("what its values are", allowed=words(ValueKind)),
-    "unit": Column("their unit", missing="they have none"),
-    "meaning": Column("what it means"),
-    "allowed": Column("which values there are", missing="any"),
-    "missing": Column("what a missing value means", missing="there is none"),
-    "source": Column("where it comes from"),
-}
+        raise UsageError(f"somebody made {str(folder)!r} meanwhile: name a new folder.") from error
 
 
 def _write_csv(table: ExportTable, path: Path) -> None:
-    path.write_bytes(csv_bytes(table))
+    path.write_bytes(table_csv(table))
 
 
 def _write_parquet(table: ExportTable, path: Path) -> None:
@@ -156,16 +149,18 @@ def _write_parquet(table: ExportTable, path: Path) -> None:
 
 
 def as_dataset(table: ExportTable) -> xr.Dataset:
-    """Return a table as variables over `row`, with units; flags are 0 and 1, and -1 where they are missing."""
+    """Return a table as variables over `row`, with units; a missing value is NaN, NaT, or the fill value of flags."""
     import xarray as xr
 
     frame = table.frame().reset_index()
     found = {}
     for name, column in table.columns.items():
-        about = {"long_name": column.meaning, "source": column.source}
+        about: dict[str, Any] = {"long_name": column.meaning, "source": column.source}
         about |= {"units": column.unit or "1"} if column.kind is ValueKind.NUMBER else {}
         about |= {"comment": f"missing: {column.missing}"} if column.missing else {}
-        found[name] = ("row", _plain_values(frame[name], column.kind), about)
+        about |= {"flag_values": np.array([0, 1], "int8"), "flag_meanings": "no yes"} if column.kind is FLAG else {}
+        fill = {"_FillValue": np.int8(-1)} if column.kind is FLAG else {}
+        found[name] = ("row", _plain_values(frame[name], column.kind), about | fill)
     return xr.Dataset(
         found, attrs={"Conventions": CONVENTIONS, "title": table.name, "comment": f"a row is {table.row}"}
     )
@@ -174,7 +169,7 @@ def as_dataset(table: ExportTable) -> xr.Dataset:
 def _plain_values(values: pd.Series[Any], kind: ValueKind) -> Any:
     match kind:
         case ValueKind.TEXT:
-            return values.fillna("").to_numpy(dtype=object)
+            return np.array(values.fillna("").to_list(), dtype=str)
         case ValueKind.FLAG:
             return values.astype("Int8").fillna(-1).to_numpy("int8")
         case ValueKind.COUNT:
@@ -199,14 +194,18 @@ def _write_workbook(tables: Mapping[str, ExportTable], path: Path) -> None:
     if too_long:
         raise UsageError(f"{', '.join(too_long)} have more rows than a sheet holds: export csv or parquet.")
     with pd.ExcelWriter(path, engine="openpyxl") as book:
-        for name, table in {"data_dictionary": dictionary(tables), **tables}.items():
+        pd.read_csv(io.BytesIO(data_dictionary(tables.values()))).to_excel(
+            book, sheet_name="data_dictionary", index=False
+        )
+        for name, table in tables.items():
             frame = table.frame().reset_index()
             for column, about in table.columns.items():
                 if about.kind is ValueKind.TIME:
                     frame[column] = frame[column].dt.tz_localize(None)
-                elif about.kind is ValueKind.TEXT:
-                    frame[column] = frame[column].map(safe_text, na_action="ignore")
             frame.to_excel(book, sheet_name=name, index=False, freeze_panes=(1, table.keys))
+        for cell in (cell for sheet in book.sheets.values() for row in sheet.iter_rows() for cell in row):
+            if cell.data_type == "f":  # a text that begins as a formula does
+                cell.data_type = "s"
 
 
 def _as_arrow(samples: xr.Dataset) -> pa.Table:
@@ -298,7 +297,8 @@ def _readme(selection: Selection, tables: Mapping[str, ExportTable], form: str, 
     samples = (
         f"""
 `{SIGNALS}/` has {count_text(n_signals, "file")} of samples; column `samples` of `signals` says which is whose.
-Times are in s from the first sample, and samples are NaN within gaps.
+Times are in s from the first sample. Within gaps samples are missing; one row stands in a gap that has none, so that a
+file may have more rows than `n_samples`.
 """
         if n_signals
         else ""
@@ -313,10 +313,20 @@ Tables of {selection.where or "all runs"}, exported from its lab notebook on {no
 {chr(10).join(rows)}
 
 `{DICTIONARY}` says of each column what it means, its unit, where it comes from and what a missing value means.
-Times are UTC. Values are not rounded.
+Times are UTC. {_NOTES[form]}
 {samples}
 Joules are the charge that went back in less what an idle robot draws meanwhile, times {study.reference_voltage_v:g} V,
 a jump that was made. Apex heights are means of the jumps that count: those that the detector found, but for what the
-protocol and persons left out, as `jumps` has it. The mean of a condition is that of its runs, with Student's interval;
-runs of one day are not independent, so that comparisons belong to `labbook report`, which compares within shared days.
+protocol and persons left out, as `jumps` has it. The mean of a condition is that of its runs; its interval holds their
+scatter (`se`) and the error that they have in common (`shared_se`: of the passive drain, of a calibration). Runs of one
+day are not independent, so that comparisons belong to `labbook report`, which compares within shared days.
 """
+
+
+_NOTES = {
+    "csv": "Values are not rounded. A missing value is an empty field, a flag true or false; a text that begins with\n"
+    "=, +, - or @ has an apostrophe in front, which no program then runs.",
+    "parquet": "Values are not rounded. A missing value is null.",
+    "netcdf": 'Values are not rounded. A missing number is NaN, a missing text "", a missing flag the fill value.',
+    "xlsx": "Numbers have 16 digits. A missing value is an empty cell.",
+}

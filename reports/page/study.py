@@ -12,7 +12,7 @@ import io
 import re
 from collections.abc import Callable, Mapping, Sequence
 from html import escape
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from matplotlib.figure import Figure
 
@@ -53,6 +53,10 @@ class Study(abc.ABC):
     def beside(self) -> Sequence[Sequence[str]]:
         """Return what was measured beside what the simulator gives and the thesis says, under `BESIDE`."""
         return ()
+
+    def _repr_pretty_(self, printer: Any, _cycle: bool) -> None:
+        """Print the sentences alone where a notebook or IPython shows text."""
+        printer.text("\n".join(self.sentences()))
 
     def _repr_html_(self) -> str:
         """Return sentences, figure and table as notebooks show them."""

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import jinja2
+from jinja2.sandbox import SandboxedEnvironment
 
 from data_schema.disk import replace_together
 from data_schema.errors import UsageError
@@ -283,20 +284,40 @@ def render_page(
         if templates is None:
             raise
         raise UsageError(
-            f"the templates in {str(templates)!r} cannot be used ({error}): docs/own-page.md lists what they get."
+            f"the templates in {str(templates)!r} fail ({_where(error)}): docs/own-page.md lists what they get."
         ) from error
 
 
 def environment(own: Path | None = None) -> jinja2.Environment:
-    """Return what renders the templates of pages: a lab's `own`, where its folder has one of the name."""
-    loaders: list[jinja2.BaseLoader] = [] if own is None else [jinja2.FileSystemLoader(own)]
-    return jinja2.Environment(
-        loader=jinja2.ChoiceLoader([*loaders, jinja2.FunctionLoader(_template)]),
+    """Return what renders the templates of pages: a lab's `own`, where its folder has one of the name.
+
+    Templates that are not labbook's are run in a sandbox: they see what they are given, and no file.
+    """
+
+    def load(name: str) -> str | None:
+        if own is not None and name in OWN_TEMPLATES and (own / name).is_file():
+            return (own / name).read_text(encoding="utf-8")
+        return _template(name)
+
+    made = jinja2.Environment if own is None else SandboxedEnvironment
+    return made(
+        loader=jinja2.FunctionLoader(load),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+
+
+def _where(error: jinja2.TemplateError) -> str:
+    """Return the line of a template at which it went wrong."""
+    line = error.lineno if isinstance(error, jinja2.TemplateSyntaxError) else None
+    trace = error.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == "<template>":
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return f"{error}" if line is None else f"line {line}: {error}"
 
 
 def refuse_no_template(folder: Path) -> None:
@@ -310,8 +331,10 @@ def refuse_no_template(folder: Path) -> None:
     for name in found:
         try:
             environment(folder).get_template(name)
-        except (jinja2.TemplateError, UnicodeDecodeError) as error:
-            raise UsageError(f"{str(folder / name)!r} cannot be used ({error}): mend it.") from error
+        except UnicodeDecodeError as error:
+            raise UsageError(f"{str(folder / name)!r} is not UTF-8 ({error}): mend it.") from error
+        except jinja2.TemplateError as error:
+            raise UsageError(f"{str(folder / name)!r} cannot be used ({_where(error)}): mend it.") from error
 
 
 def figure_page(svg: bytes, title: str, alternative: str) -> str:
@@ -339,7 +362,9 @@ def _of_this_page(table: Table, ids: set[str]) -> Table:
     return replace(table, rows=rows, caption=table.caption + more)
 
 
-def _template(name: str) -> str:
+def _template(name: str) -> str | None:
+    if Path(name).is_absolute() or ".." in Path(name).parts:
+        return None
     return importlib.resources.files("reports").joinpath("templates", name).read_text(encoding="utf-8")
 
 

@@ -129,7 +129,7 @@ def test_a_capsule_is_made_and_checked(tmp_path: Path, monkeypatch: pytest.Monke
         state_report(opened, None, None, lambda _step: None)
     works(capsule, book.folder)
     works(for_sharing, book.folder)
-    for words in (verify, ["verify", for_sharing[1]]):
+    for words in (verify, ["verify", for_sharing[2]]):
         assert "whole" in works(words, book.folder).out
 
 

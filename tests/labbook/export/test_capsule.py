@@ -197,10 +197,10 @@ def test_a_raw_copy_that_was_changed_is_refused(book: SmallBook) -> None:
 
 
 def test_the_command_says_what_was_written(book: SmallBook) -> None:
-    answer = good(labbook("capsule", "../study.eln", "--json", at=book.folder))
+    answer = good(labbook("export", "--capsule", "../study.eln", "--json", at=book.folder))
     file = book.folder.parent / "study.eln"
     assert answer.json["sha256"] == hashlib.sha256(file.read_bytes()).hexdigest()
-    refused = labbook("capsule", "../study.eln", at=book.folder)
+    refused = labbook("export", "--capsule", "../study.eln", at=book.folder)
     assert refused.code == 2
     assert says(refused.err, "study.eln", "exists")
 

@@ -98,3 +98,15 @@ def test_netcdf_of_a_run_is_read_as_it_was(tmp_path: Path) -> None:
 def test_a_folder_without_a_book(tmp_path: Path) -> None:
     with pytest.raises(BookMissing, match="no book"):
         package.open(tmp_path)
+
+
+def test_a_closed_book_says_so_and_results_are_short(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    with package.open(small.folder) as opened:
+        report = opened.report()
+        assert len(repr(report)) < 5000
+        assert report.claims[0] in repr(report)
+    for ask in (opened.runs, opened.report, lambda: opened.signal("r001")):
+        with pytest.raises(UsageError, match="closed"):
+            ask()
+    assert "closed" in repr(opened)

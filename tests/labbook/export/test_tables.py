@@ -48,6 +48,16 @@ def test_runs_have_the_numbers_of_the_report(book: SmallBook) -> None:
         for outcome, summary in condition.summaries.items():
             assert conditions.loc[key, f"{outcome.key}_mean_{outcome.unit}"] == summary.mean.value
             assert conditions.loc[key, f"{outcome.key}_ci_low_{outcome.unit}"] == summary.mean.ci_low
+            shared = conditions.loc[key, f"{outcome.key}_shared_se_{outcome.unit}"]
+            assert shared == summary.mean.shared_se or (pd.isna(shared) and summary.mean.shared_se is None)
+
+
+def test_notes_are_a_table(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    good(labbook("note", "r001", 'a "cable",\ncame loose', at=small.folder))
+    notes = frame(small, "notes")
+    assert list(notes.loc[["r001"], "text"])[-1] == 'a "cable",\ncame loose'
+    assert set(notes["person"]) == {"Ada Nwosu"}
 
 
 def test_each_column_has_its_type_and_is_described(book: SmallBook) -> None:
@@ -79,6 +89,10 @@ def test_what_is_missing_has_its_reason(tmp_path: Path) -> None:
     assert "log" in runs.loc["r003", "why_no_apex"]
     assert pd.isna(runs.loc["r001", "why_no_apex"])
     assert "void" in runs.loc["r002", "why_no_joules"]
+    assert runs.loc["r002", "why_void"] == "a slip"
+    idle = runs[runs["kind"] == "idle"]
+    assert idle["why_no_joules"].str.contains("idle").all()
+    assert runs["why_void"].isna().sum() == len(runs) - 1
     assert pd.isna(runs.loc["r003", "jumps_found"])
 
 

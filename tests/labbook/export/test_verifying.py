@@ -71,7 +71,7 @@ def test_a_capsule_is_whole_under_any_name(capsule: Path) -> None:
     found = verify(capsule.rename(capsule.with_name("my study.eln")))
     assert found.differences == ()
     numbers = json.loads(files_of(capsule.with_name("my study.eln"))["report/numbers.json"])["numbers"]
-    assert (found.numbers, found.raw_copies, found.tables) == (len(numbers), 14, 8)
+    assert (found.numbers, found.raw_copies, found.tables) == (len(numbers), 14, 9)
     assert says(found.sentence, "my study.eln", "whole", len(numbers))
 
 

@@ -43,7 +43,15 @@ def test_a_page_gets_what_is_listed(small: SmallBook, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("text", "said"),
-    [(None, "report.css"), ("{% for x %}", "report.html.j2"), ("{{ contents.title }}", "contents"), ("\udcff", "j2")],
+    [
+        (None, "report.css"),
+        ("\n{% for x %}", "line 2"),
+        ("\n\n{{ contents.title }}", "line 3"),
+        ("\udcff", "j2"),
+        ("{% include '/etc/passwd' %}", "passwd"),
+        ("{% include '../../content.py' %}", "content.py"),
+        ("{{ ''.__class__.__mro__ }}", "__class__"),
+    ],
 )
 def test_a_template_that_cannot_be_used_is_refused(
     small: SmallBook, tmp_path: Path, text: str | None, said: str
