@@ -136,7 +136,8 @@ def write(
         drawn = draw(made)
         drawn.put()
     else:
-        made, drawn = _saved_report(book, where, out, person, step, draw)
+        own = {} if templates is None else {"own_page": True}
+        made, drawn = _saved_report(book, where, out, person, step, draw, own)
     folder = out or book.folder / drawn.folder
     page = folder / ("summary.html" if summary else "report.html")
     printed = page.with_suffix(".pdf")
@@ -179,13 +180,14 @@ def _saved_report(
     person: str | None,
     step: Callable[[str], None],
     draw: Callable[[MadeReport], DrawnReport],
+    about: Mapping[str, object],
 ) -> tuple[MadeReport, DrawnReport]:
     try:
         with book.session(person):
             pass  # takes over what labbook.toml adds before anything is computed
         if out is None and os.access(book.folder, os.W_OK):  # else the session reports who may not write
             _check_writable(book.folder / REPORTS)
-        return _stated(book, where, person, step, draw)
+        return _stated(book, where, person, step, draw, about)
     except BookReadOnly as error:
         raise BookReadOnly(f"{error} `labbook report --unsaved --out DIR` needs no right to write.") from error
 
@@ -280,10 +282,12 @@ def _stated(
     person: str | None,
     step: Callable[[str], None],
     draw: Callable[[MadeReport], DrawnReport],
+    about: Mapping[str, object] = {},
 ) -> tuple[MadeReport, DrawnReport]:
     """Compute without a lock, then state and store; begin again if somebody stated something meanwhile.
 
-    `draw` makes the report's files without a lock, too: a report is in the journal only when they are there, whole.
+    `about` stands in the entry beside what every report has, such as that its page is a lab's own. `draw` makes the
+    report's files without a lock, too: a report is in the journal only when they are there, whole.
     """
     for _attempt in range(_ATTEMPTS):
         made, seen = _make_report(book, where, step)
@@ -300,6 +304,7 @@ def _stated(
                 "settings": settings_of_numbers(book.configuration),
                 "folder": drawn.folder,
                 "files": files,
+                **about,
             }
             session.state(Statement(Action.REPORT, "report", new_uid(), new=new))
             drawn.put()

@@ -26,7 +26,7 @@ from labbook.export.capsule import SUMS, write_capsule
 from labbook.export.crate import METADATA
 from labbook.export.verifying import Verified, verify
 from tests.cli.shell import good, labbook
-from tests.helpers.books import ADA, reported_book
+from tests.helpers.books import ADA, reported_book, small_book
 from tests.helpers.capsules import (
     Files,
     capsule_of_drawn_report,
@@ -522,3 +522,24 @@ def test_archives_of_more_than_4_gb_are_as_zip_has_them(tmp_path: Path, monkeypa
         assert archive.testzip() is None
         assert [archive.read(f"many/{number}.txt") for number in range(9)] == [b"x" * number for number in range(9)]
     assert SUMS not in members
+
+
+def test_a_page_of_the_labs_own_and_word_tables_are_whole_and_an_altered_one_is_named(tmp_path: Path) -> None:
+    book = small_book(tmp_path)
+    own = tmp_path / "own"
+    own.mkdir()
+    (own / "report.html.j2").write_text("<h1>{{ content.title }}</h1>")
+    good(labbook("report", "--template", own, "--docx", at=book.folder))
+    capsule = tmp_path / "study.eln"
+    good(labbook("export", "--capsule", capsule, at=book.folder))
+    found = verify(capsule)
+    assert found.differences == ()
+    assert found.remarks
+    for name in ("report/report.html", "report/tables.docx"):
+
+        def change(files: Files, name: str = name) -> None:
+            files[name] = b"another"
+
+        altered = forged(capsule, tmp_path / "forged.eln", change)
+        assert verify(altered).differences, name
+        altered.unlink()
