@@ -31,7 +31,7 @@ def export(
         typer.Option(metavar="REPORT", help="Of --capsule: its number, id, last or last-1; without it the newest."),
     ] = None,
     for_sharing: Annotated[
-        bool, typer.Option("--for-sharing", help="Of --capsule: leave out what [privacy] of labbook.toml names.")
+        bool, typer.Option("--for-sharing", help="Leave out what [privacy] of labbook.toml names.")
     ] = False,
     where: WhereOption = None,
     book: BookOption = None,
@@ -42,25 +42,25 @@ def export(
 
     With --capsule the book and a report become one file, a zipped RO-Crate (.eln), from which anybody can compute every
     number anew: the files of the instruments, the journal, labbook.toml, the tables and the report. `labbook verify`
-    checks it. [sharing] license in labbook.toml says what others may do with it. With --for-sharing initials stand for
-    names, and notes and paths are left out, as [privacy] leave_out says; the journal is chained anew, and says so.
-    Files of the instruments are as they came.
+    checks it. [sharing] license in labbook.toml says what others may do with it.
+
+    With --for-sharing initials stand for names, and notes and paths are left out, as [privacy] leave_out says; the
+    journal of a capsule is chained anew, and says so. Files of the instruments are as they came.
 
     Example: labbook export tables; labbook export tables --format parquet --signals --where "day>=2021-06-01";
     labbook export r003.mcap --mcap r003; labbook export --capsule ../study.eln
     """
     of_tables = {"--signals": signals, "--where": where is not None, "--format": form != "csv"}
-    of_capsule = {"--report": report is not None, "--for-sharing": for_sharing}
     if capsule is not None:
         _refuse("--capsule", {"FOLDER": folder is not None, "--mcap": mcap is not None, **of_tables})
         return _capsule(capsule, report, book, for_sharing=for_sharing)
-    _refuse("an export without --capsule", of_capsule)
+    _refuse("an export without --capsule", {"--report": report is not None})
     if folder is None:
         raise UsageError("name the folder that the tables go to: labbook export FOLDER.")
     if mcap is not None:
-        _refuse("--mcap", of_tables)
+        _refuse("--mcap", {**of_tables, "--for-sharing": for_sharing})
         return _mcap(mcap, folder, book)
-    return _tables(folder, form, where, book, signals=signals)
+    return _tables(folder, form, where, book, signals=signals, for_sharing=for_sharing)
 
 
 def _refuse(what: str, given: Mapping[str, bool]) -> None:
@@ -70,7 +70,9 @@ def _refuse(what: str, given: Mapping[str, bool]) -> None:
         raise UsageError(f"{what} has no use for {' and '.join(names)}: leave that out.")
 
 
-def _tables(folder: Path, form: str, where: str | None, book: Path | None, *, signals: bool) -> Shown:
+def _tables(
+    folder: Path, form: str, where: str | None, book: Path | None, *, signals: bool, for_sharing: bool
+) -> Shown:
     from labbook.export.selection import Selection
     from labbook.export.writing import FORMATS, export_tables
 
@@ -78,7 +80,7 @@ def _tables(folder: Path, form: str, where: str | None, book: Path | None, *, si
         raise unknown_name("format of an export", form, FORMATS)
     with opened(book) as opened_book, opened_book.reading() as connection, progress("export", None) as step:
         selection = Selection(connection, opened_book.store, opened_book.configuration, where, step)
-        exported = export_tables(selection, folder, form, with_signals=signals)
+        exported = export_tables(selection, folder, form, with_signals=signals, for_sharing=for_sharing)
     rows = ", ".join(f"{name} {count}" for name, count in exported.rows.items())
     return Shown(exported, [f"wrote {exported.folder}: {rows}."])
 

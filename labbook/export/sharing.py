@@ -35,13 +35,17 @@ from labbook.book.opening import JOURNAL
 from labbook.book.replaying import replayed
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report
 from labbook.config.parsing import Configuration, parse_configuration
+from labbook.export.tables import ExportTable
 from labbook.presenting.report.content import MadeReport
 from reports.page.writing import report_files
+from reports.tables.word import WORD
 
 ORIGIN = "origin.json"
 LEFT_OUT = "(left out)"
 _PATH = re.compile(r"(?<![\w.:/~])(?:~?/[\w.+ -]*\w(?:/[\w.+ -]*\w)+|~/[\w.+-]+|[A-Za-z]:[\\\\/][^\"'\n]+)/?")
 """A path from the root, from a home or with a drive: two parts at least, so that m/s and kg/s are none."""
+_NOTES = {"notes": "text", "verdicts": "note"}
+"""The column of a table that has the text of a note."""
 _NO_URL = "postgresql+psycopg://left-out/left-out"
 
 
@@ -105,6 +109,16 @@ class Private:
             return {self.text(key): self.value(item) for key, item in value.items()}
         return value
 
+    def table(self, table: ExportTable) -> ExportTable:
+        """Return a table without it."""
+        notes = _NOTES.get(table.name) if self.notes else None
+        place = list(table.columns).index(notes) if notes else -1
+        rows = [
+            [LEFT_OUT if at == place and cell is not None else self.value(cell) for at, cell in enumerate(row)]
+            for row in table.rows
+        ]
+        return replace(table, rows=rows)
+
     def toml(self, text: str) -> str:
         """Return the text of a labbook.toml without it."""
         url = parse_configuration(text, "the book's configuration").database.url
@@ -160,6 +174,24 @@ class SharedBook:
                     )
 
 
+def private_of(people: Mapping[str, str], configuration: Configuration) -> Private:
+    """Return what a configuration leaves out for sharing, of people by name with their initials.
+
+    Raises `UsageError` where it names nothing, or where initials cannot stand for names.
+    """
+    left_out = configuration.privacy.leave_out
+    if not left_out:
+        raise UsageError(
+            "labbook.toml does not say what is left out for sharing: write [privacy] with "
+            'leave_out = ["people", "notes", "paths"], and give any statement, which takes that over.'
+        )
+    names = people if "people" in left_out else {}
+    if len({*names.values()}) < len(names):
+        raise UsageError("two people of the journal have the same initials, which cannot stand for their names.")
+    longest_first = dict(sorted(names.items(), key=lambda item: -len(item[0])))
+    return Private(longest_first, "notes" in left_out, "paths" in left_out)
+
+
 def shared_book(
     store: Store,
     entries: Sequence[Entry],
@@ -173,17 +205,7 @@ def shared_book(
     Parameters: the book's store, its entries, initials by name, its configuration, the report.
     Raises `UsageError` where the configuration names nothing, or where a name cannot be left out.
     """
-    left_out = configuration.privacy.leave_out
-    if not left_out:
-        raise UsageError(
-            "labbook.toml does not say what is left out for sharing: write [privacy] with "
-            'leave_out = ["people", "notes", "paths"], and give any statement, which takes that over.'
-        )
-    names = people if "people" in left_out else {}
-    if len({*names.values()}) < len(names):
-        raise UsageError("two people of the journal have the same initials, which cannot stand for their names.")
-    longest_first = dict(sorted(names.items(), key=lambda item: -len(item[0])))
-    private = Private(longest_first, "notes" in left_out, "paths" in left_out)
+    private = private_of(people, configuration)
     without = list(_chained(map(private.entry, entries)))
     with tempfile.TemporaryDirectory(prefix="labbook-capsule-") as name:
         mirror = JournalFile(Path(name) / JOURNAL)
@@ -201,7 +223,8 @@ def shared_book(
         return replace(entry, new={**(entry.new or {}), "files": hashes}) if entry.seq == made_of.seq else entry
 
     shared = list(_chained(map(with_files, without)))
-    return SharedBook(shared, report, Origin(tuple(left_out), len(entries), entries[-1].hash), tuple(longest_first))
+    left_out = tuple(configuration.privacy.leave_out)
+    return SharedBook(shared, report, Origin(left_out, len(entries), entries[-1].hash), tuple(private.names))
 
 
 def _chained(entries: Iterable[Entry]) -> Iterable[Entry]:
@@ -220,5 +243,5 @@ def _files(made: MadeReport, made_of: ReportRow) -> dict[str, bytes]:
     if known.keys() == numbers.keys():
         return numbers
     every_figure = any(name.endswith(".pdf") for name in known)
-    drawn = report_files(made.content, summary="summary.html" in known, every_figure=every_figure)
+    drawn = report_files(made.content, summary="summary.html" in known, every_figure=every_figure, word=WORD in known)
     return {**drawn, **numbers}

@@ -27,9 +27,11 @@ from data_schema.errors import UsageError
 from data_schema.libraries import optional
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
+from data_schema.queries.study import people
 from labbook.actions.report_command import refuse_store
 from labbook.book.write_session import now_utc
 from labbook.export.selection import Selection
+from labbook.export.sharing import LEFT_OUT, private_of
 from labbook.export.signals import CONVENTIONS, dataset
 from labbook.export.table_files import DICTIONARY, data_dictionary, every_table, table_csv
 from labbook.export.tables import ExportTable
@@ -70,11 +72,13 @@ class Format:
     library: str = ""
 
 
-def export_tables(selection: Selection, folder: Path, form: str, *, with_signals: bool = False) -> Exported:
+def export_tables(
+    selection: Selection, folder: Path, form: str, *, with_signals: bool = False, for_sharing: bool = False
+) -> Exported:
     """Write every table of the selected runs into a new or empty folder, with what its columns mean.
 
-    `form` is one of `FORMATS`. Raises `UsageError` for a folder with files in it, and for signals in a form that has
-    none.
+    `form` is one of `FORMATS`; `for_sharing` leaves out what `[privacy]` of labbook.toml names. Raises `UsageError`
+    for a folder with files in it, and for signals in a form that has none.
     """
     if with_signals and FORMATS[form].signal is None:
         held = ", ".join(name for name, one in FORMATS.items() if one.signal is not None)
@@ -83,6 +87,9 @@ def export_tables(selection: Selection, folder: Path, form: str, *, with_signals
         optional(FORMATS[form].library, f"--format {form}", EXTRA)
     with _in_place(folder) as partial:
         tables = {table.name: table for table in every_table(selection)}
+        if for_sharing:
+            private = private_of(people(selection.connection), selection.configuration)
+            tables = {name: private.table(table) for name, table in tables.items()}
         paths = _signal_paths(selection, FORMATS[form].ending) if with_signals else {}
         if with_signals:
             tables["signals"] = _with_paths(tables["signals"], paths)
@@ -93,7 +100,11 @@ def export_tables(selection: Selection, folder: Path, form: str, *, with_signals
             selection.step(f"samples of {signal.run_name}")
             _write_signal(selection, runs, signal, partial / path, form)
         (partial / DICTIONARY).write_bytes(data_dictionary(tables.values()))
-        (partial / README).write_text(_readme(selection, tables, form, len(paths)), encoding="utf-8")
+        readme = _readme(selection, tables, form, len(paths))
+        if for_sharing:
+            left_out = ", ".join(selection.configuration.privacy.leave_out)
+            readme += f"\nMade for sharing, without {left_out}: initials stand for names, {LEFT_OUT} for texts.\n"
+        (partial / README).write_text(readme, encoding="utf-8")
     return Exported(str(folder), {name: len(table.rows) for name, table in tables.items()}, len(paths))
 
 

@@ -183,3 +183,20 @@ def test_a_full_disk_leaves_no_half_export(small: SmallBook, tmp_path: Path, for
     assert answer.err.startswith("labbook: ")
     assert "disk" in answer.err or "tables" in answer.err
     assert not any(tmp_path.iterdir())
+
+
+def test_what_is_private_is_left_out_for_sharing(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    at = small.folder
+    good(labbook("note", "r001", "Ada Nwosu dropped it", at=at))
+    good(labbook("jumps", "reject", "r001", "2", "--reason", "other", "--note", "Ada was tired", at=at))
+    refused(labbook("export", tmp_path / "public", "--for-sharing", at=at), 2, "[privacy]")
+    assert not (tmp_path / "public").exists()
+    small.toml.write_text(small.toml.read_text() + '\n[privacy]\nleave_out = ["people", "notes"]\n')
+    folder = exported(small, tmp_path / "public", "--for-sharing")
+    text = "".join(path.read_text(encoding="utf-8") for path in folder.iterdir())
+    assert "Nwosu" not in text
+    assert "tired" not in text
+    assert "people, notes" in (folder / "README.md").read_text()
+    assert "AN" in set(pd.read_csv(folder / "verdicts.csv")["person"])
+    refused(labbook("export", tmp_path / "x.mcap", "--mcap", "r001", "--for-sharing", at=at), 2, "--for-sharing")
