@@ -17,7 +17,7 @@ import re
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
-from itertools import zip_longest
+from itertools import pairwise, zip_longest
 from pathlib import Path
 
 import msgspec
@@ -31,7 +31,7 @@ from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.queries.files import signal_files
 from data_schema.queries.history import ReportRow, list_reports
-from data_schema.queries.study import config_in_force
+from data_schema.queries.study import config_in_force, the_study
 from data_schema.vocabulary import Action
 from ingest.model import DEFAULT_LIMITS
 from ingest.store import Store, raw_path
@@ -40,6 +40,7 @@ from labbook.book.altered import differences, shortened_pair
 from labbook.book.opening import JOURNAL
 from labbook.book.replaying import Replay, replayed
 from labbook.book.report_numbers import NUMBERS, ReportedNumber, ReportNumbers, numbers_bytes, numbers_of_report
+from labbook.config.parsing import parse_configuration
 from labbook.export.archive import ASK_AGAIN, Archive, Member, first_difference
 from labbook.export.capsule import (
     REPORT,
@@ -102,9 +103,9 @@ class Verified:
                 f"differ{'' if several else 's'}."
             )
         return (
-            f"{self.file} is whole: its {self.files} files and {self.entries} journal entries are as they were "
-            f"written, and all {self.numbers} numbers of report {self.report} and {self.tables} tables, computed anew "
-            f"from {self.raw_copies} raw files, are the same to the last digit."
+            f"{self.file} is whole: its {self.files} files and {self.entries} journal entries fit each other, and all "
+            f"{self.numbers} numbers of report {self.report} and {self.tables} tables, computed anew from "
+            f"{self.raw_copies} raw files, are the same to the last digit."
         )
 
 
@@ -321,10 +322,21 @@ def _check_made(
     if data != given:
         found.add(_numbers_that_differ(given, data), "numbers that differ")
     step("writing the report's pages")
+    figures = [path for path in members if path.startswith(f"{REPORT}/figures/")]
+    found.add(
+        [
+            f"{path} holds a script or a link, which no figure of labbook does."
+            for path in figures
+            if is_active((folder / path).read_bytes())
+        ],
+        "such figures",
+    )
+    found.remarks += _not_proved(entries, len(figures))
     _compare_pages(again.content, folder, members, found, own_page=bool(of_report.get("own_page")))
     replay.apply_to(engine)
     step("making tables")
     with reading(engine) as connection, without_caches():
+        found.add(_study_that_differs(connection), "settings of the study that differ")
         made_of = next(one for one in list_reports(connection) if one.seq == stated.seq)
         anew = _made_anew(connection, replay.store, entries, made_of, members, origin)
         samples = {stored.store_path: stored.sha256 for stored in signal_files(connection)}
@@ -339,6 +351,50 @@ def _check_made(
             "other versions of readers or algorithms made it than this labbook has, so that numbers may differ without "
             f"fault: {VERIFY} in it says which labbook wrote it, `pip install robot-labbook==VERSION` has that one."
         )
+
+
+_ACTIVE = re.compile(
+    rb"<\s*(?:\w+:)?(script|foreignObject|iframe|object|embed|animate\w*|set|handler)\b|[\s\"'/]on[a-z]+\s*=|javascript:"
+    rb"|href\s*=\s*[\"']?(?!#|data:image/png;|[\"']|\s)",
+    re.IGNORECASE,
+)
+
+
+def is_active(drawing: bytes) -> bool:
+    """Tell whether a drawing could run something, or lead somewhere, in a browser."""
+    return drawing.lstrip()[:1] == b"<" and _ACTIVE.search(_HARMLESS.sub(b"", drawing)) is not None
+
+
+_HARMLESS = re.compile(rb"<metadata>.*?</metadata>|<!DOCTYPE[^>]*>|<\?xml[^>]*\?>", re.DOTALL)
+"""What SVG of matplotlib begins with, and pages leave out."""
+
+
+def _study_that_differs(connection: sa.Connection) -> list[str]:
+    """Compare what labbook.toml says of the study with what the journal states, from which the numbers come."""
+    row, study = config_in_force(connection), the_study(connection)
+    if row is None or study is None:
+        return []
+    given = parse_configuration(row.text, "labbook.toml of the capsule").study
+    pairs = {
+        name: (getattr(given, name), getattr(study, name))
+        for name in ("name", "kind", "reference_voltage_v", "jumps_nominal", "time_zone")
+    }
+    return [
+        f"labbook.toml says {name} = {one!s} of the study, and the journal's statement of it {other!s}."
+        for name, (one, other) in pairs.items()
+        if one != other
+    ]
+
+
+def _not_proved(entries: Sequence[Entry], n_figures: int) -> list[str]:
+    """Say what is compared by hashes alone, and what no hash can show."""
+    back = [two.seq for one, two in pairwise(entries) if two.at_utc < one.at_utc]
+    return [
+        f"{n_figures} figures were compared with the journal's hashes, not drawn again.",
+        *([f"the clock of the journal goes back at entry {', '.join(map(str, back[:3]))}."] if back else []),
+        "who stated what, and when, no hash can show: compare the journal's last hash with one that was published, "
+        f"{entries[-1].hash}.",
+    ]
 
 
 def _entry_of_report(entries: Sequence[Entry], members: Mapping[str, Member]) -> Entry | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import random
 import stat
@@ -24,7 +25,7 @@ from ingest.store import raw_path
 from labbook.export import archive as archives
 from labbook.export.capsule import SUMS, write_capsule
 from labbook.export.crate import METADATA
-from labbook.export.verifying import Verified, verify
+from labbook.export.verifying import Verified, is_active, verify
 from tests.cli.shell import good, labbook
 from tests.helpers.books import ADA, reported_book, small_book
 from tests.helpers.capsules import (
@@ -198,7 +199,9 @@ def test_a_page_that_was_exchanged_is_found(capsule: Path, out: Path) -> None:
 def test_pages_are_written_anew_around_their_figures(tmp_path: Path, out: Path) -> None:
     drawn = capsule_of_drawn_report(tmp_path / "drawn")
     found = verify(drawn)
-    assert (found.differences, found.remarks) == ((), ())
+    assert found.differences == ()
+    assert says(found.remarks, "figures", "not drawn again")
+    assert says(found.remarks, entries_of(files_of(drawn))[-1].hash)
 
     def change(files: Files) -> None:
         files["report/report.html"] = files["report/report.html"].replace(b" J", b" kJ")
@@ -543,3 +546,51 @@ def test_a_page_of_the_labs_own_and_word_tables_are_whole_and_an_altered_one_is_
         altered = forged(capsule, tmp_path / "forged.eln", change)
         assert verify(altered).differences, name
         altered.unlink()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        b"<svg><script>alert(1)</script></svg>",
+        b"<svg:script/>",
+        b'<svg onload="x()"/>',
+        b"<svg/onload=x()>",
+        b'<a href="https://example.org">',
+        b'<a xlink:href="javascript:x()">',
+        b"<svg><foreignObject/></svg>",
+        b'<use href="other.svg#a"/>',
+    ],
+)
+def test_a_drawing_that_could_do_something_is_told_from_others(text: bytes, tmp_path: Path) -> None:
+    assert is_active(b"<svg>" + text)
+    drawn = files_of(capsule_of_drawn_report(tmp_path / "drawn"))
+    figures = {path: data for path, data in drawn.items() if path.endswith(".svg")}
+    assert figures
+    assert not [path for path, data in figures.items() if is_active(data)]
+
+
+def test_a_figure_with_a_script_and_a_configuration_of_another_study_are_named(tmp_path: Path, out: Path) -> None:
+    drawn = capsule_of_drawn_report(tmp_path / "drawn")
+
+    def script(files: Files) -> None:
+        path = next(path for path in files if path.endswith(".svg"))
+        files[path] = files[path].replace(b"</svg>", b"<script>document.title = 1</script></svg>")
+        restated(files)
+
+    assert says(differences(drawn, out, script).differences, ".svg", "script")
+    out.unlink()
+
+    def other_voltage(files: Files) -> None:
+        toml = files["labbook.toml"]
+        files["labbook.toml"] = changed = toml.replace(b"reference_voltage_v = 15.4", b"reference_voltage_v = 16.4")
+        assert changed != toml
+        digest = hashlib.sha256(changed).hexdigest()
+
+        def restate(entry: Entry) -> Entry:
+            if entry.entity_kind != "config" or (entry.new or {}).get("text") != toml.decode():
+                return entry
+            return with_new(entry, text=changed.decode(), sha256=digest)
+
+        rechained(files, restate)
+
+    assert says(differences(drawn, out, other_voltage).differences, "reference_voltage_v", "16.4", "15.4")
