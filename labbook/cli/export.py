@@ -105,6 +105,7 @@ def _capsule(file: Path, report: str | None, book: Path | None, *, for_sharing: 
         f"{done.file}: {done.entries} entries, {done.raw_copies} raw files and report {done.report}, "
         f"{done.n_bytes / 1e6:.1f} MB.",
         f"SHA-256 {done.sha256}",
+        *done.remarks,
         f"check it: labbook verify {done.file}",
     ]
     return Shown(done, lines)

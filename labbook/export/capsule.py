@@ -39,7 +39,7 @@ from labbook.config.parsing import Configuration, own_text, parse_configuration
 from labbook.export.archive import BLOCK, Member, member, write_archive
 from labbook.export.crate import METADATA, About, crate_bytes
 from labbook.export.selection import Selection
-from labbook.export.sharing import ORIGIN, Origin, SharedBook, origin_bytes, shared_book
+from labbook.export.sharing import ORIGIN, Origin, SharedBook, origin_bytes, parts_left, shared_book
 from labbook.export.table_files import (
     DICTIONARY,
     PACKAGE,
@@ -60,7 +60,7 @@ ANALYSIS, VERIFY, SUMS = "analysis.json", "VERIFY.md", "SHA256SUMS"
 
 @dataclass(frozen=True, slots=True)
 class WrittenCapsule:
-    """Where a capsule was written, its SHA-256 and size, and what it holds."""
+    """Where a capsule was written, its SHA-256 and size, and what it holds; `remarks` are on what is private in it."""
 
     file: str
     sha256: str
@@ -69,6 +69,7 @@ class WrittenCapsule:
     entries: int
     raw_copies: int
     report: str
+    remarks: tuple[str, ...] = ()
 
 
 def write_capsule(
@@ -90,6 +91,7 @@ def write_capsule(
         raise UsageError(
             f"{str(file)!r} is no name of a capsule: let it end in {ENDING}, as {file.stem or 'study'}.eln."
         )
+    remarks: tuple[str, ...] = ()
     with book.reading() as connection:
         made_of = _report_of(connection, report)
         entries = _entries(book, connection)
@@ -101,6 +103,7 @@ def write_capsule(
             entries = shared.entries
             about, made = _made_of_shared(book.store, shared, made_of, step)
             shared.refuse_names(made)
+            remarks = parts_left({**made, **shared.report}, shared.names)
             sources |= {f"{REPORT}/{name}": data for name, data in shared.report.items()}
         else:
             step("making tables")
@@ -120,6 +123,7 @@ def write_capsule(
         entries=len(entries),
         raw_copies=len(raw_of(entries)),
         report=made_of.called,
+        remarks=remarks,
     )
 
 

@@ -174,6 +174,30 @@ class SharedBook:
                     )
 
 
+def parts_left(files: Mapping[str, bytes], names: Iterable[str]) -> tuple[str, ...]:
+    """Say in which of these texts a part of a name still stands: in a reason, a comment, a hypothesis, an address.
+
+    Parts of four letters or more are looked for, as words of their own, whatever their case.
+    """
+    parts = sorted({part for name in names for part in name.split() if len(part) >= _PART_LETTERS})
+    texts = {path: data.decode(errors="replace") for path, data in files.items()}
+    found = {
+        part: [
+            path for path, text in texts.items() if re.search(rf"(?<!\w){re.escape(part)}(?!\w)", text, re.IGNORECASE)
+        ]
+        for part in parts
+    }
+    more = {part: f" and {len(paths) - 1} more" if len(paths) > 1 else "" for part, paths in found.items()}
+    return tuple(
+        f"{part!r} still stands in {paths[0]}{more[part]}: correct what says it in the book, or share it as it is."
+        for part, paths in found.items()
+        if paths
+    )
+
+
+_PART_LETTERS = 4
+
+
 def private_of(people: Mapping[str, str], configuration: Configuration) -> Private:
     """Return what a configuration leaves out for sharing, of people by name with their initials.
 

@@ -11,7 +11,7 @@ import pytest
 from data_schema.errors import InputRefused, UsageError
 from labbook.actions.report_command import state_report, write
 from labbook.export.capsule import write_capsule
-from labbook.export.sharing import LEFT_OUT, Private, read_origin
+from labbook.export.sharing import LEFT_OUT, Private, parts_left, read_origin
 from labbook.export.verifying import verify
 from tests.cli.shell import good, labbook
 from tests.helpers.books import ADA, SmallBook, small_book
@@ -141,3 +141,15 @@ def test_paths_are_left_out_and_units_are_not(text: str, without: str) -> None:
 def test_a_name_is_left_out_whole() -> None:
     private = Private({"Al": "A", "Ada Nwosu": "AN"}, notes=False, paths=False)
     assert private.text("Al and Ada Nwosu, Alan, Also Al's") == "A and AN, Alan, Also A's"
+
+
+def test_parts_of_names_that_are_left_are_listed() -> None:
+    files = {
+        "tables/runs.csv": b"why_void\nnwosu dropped it\n",
+        "labbook.toml": b"# ada.nwosu@uni.example",
+        "a.csv": b"Nwosuan",
+    }
+    (left,) = parts_left(files, ["Ada Nwosu"])
+    assert "Nwosu" in left
+    assert "tables/runs.csv and 1 more" in left
+    assert parts_left({"a.csv": b"Nwosuan, Ada"}, ["Ada Nwosu"]) == ()
