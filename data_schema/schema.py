@@ -11,7 +11,7 @@ from data_schema.tables import METADATA
 from data_schema.tables.journal import labbook
 from data_schema.views import create_statements
 
-SCHEMA = 10
+SCHEMA = 11
 """Rises with every change of the tables, or of what is stored in them."""
 
 
