@@ -154,7 +154,12 @@ def _filled_days(
                 controlled.update(pending[:1])
                 pending = pending[free:]
                 continued += bool(pending)
-    return days + [idle[day] for day in sorted(idle) if day >= len(days)], continued
+    left = [slot for day in sorted(idle) if day >= len(days) for slot in idle[day]]
+    for slots in days:  # what is left over fills earlier days before it takes days of its own
+        free = runs_per_day - len(slots)
+        slots += left[:free]
+        left = left[free:]
+    return days + [left[start : start + runs_per_day] for start in range(0, len(left), runs_per_day)], continued
 
 
 def _whole_day(slots: list[Slot], chance: SeededChance) -> list[tuple[str, Slot]]:
