@@ -22,7 +22,7 @@ from typing import Any
 
 import sqlalchemy as sa
 from sqlalchemy import event
-from sqlalchemy.exc import DBAPIError, OperationalError, PendingRollbackError
+from sqlalchemy.exc import DBAPIError, OperationalError
 
 from data_schema.disk import refuse_network_drive
 from data_schema.errors import BookBusy, BookDamaged, BookReadOnly, UsageError
@@ -168,8 +168,6 @@ def translated_errors() -> Iterator[None]:
             ) from error
         message = " ".join(str(original).split())
         raise BookDamaged(f"the database did not answer: {message}; check that it runs.") from error
-    except PendingRollbackError as error:  # the connection was lost in the middle of a transaction
-        raise BookDamaged("the database did not answer to the end: check that it runs, and try again.") from error
     except DBAPIError as error:
         if getattr(error.orig, "sqlstate", None) in _NOT_ALLOWED:
             raise BookReadOnly(

@@ -53,7 +53,7 @@ def raw_path(sha256: str) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class StoredFile:
+class FileInStore:
     """A file of the store: its path there and, where this process wrote or verified it, the SHA-256 of its bytes.
 
     These are compressed: hashing them takes a tenth of the time that it takes to verify what they hold.
@@ -69,7 +69,7 @@ class Store:
 
     root: Path
 
-    def put_raw(self, data: bytes, sha256: str) -> StoredFile:
+    def put_raw(self, data: bytes, sha256: str) -> FileInStore:
         """Keep the bytes of a file. Keeping the same bytes again changes nothing."""
         import pyarrow as pa
 
@@ -78,13 +78,13 @@ class Store:
         path = raw_path(sha256)
         if (self.root / path).exists():
             self._sync_names(path)
-            return StoredFile(path, None)
+            return FileInStore(path, None)
         if mapped(data) is not None:
             self._write(path, lambda handle: _compress_blocks(data, handle))
         else:
             compressed = pa.Codec("zstd", compression_level=RAW_COMPRESSION_LEVEL).compress(data)
             self._write(path, lambda handle: handle.write(memoryview(compressed)))
-        return StoredFile(path, self.file_sha256(path))
+        return FileInStore(path, self.file_sha256(path))
 
     def read_and_hash(self, path: Path, largest_bytes: int) -> tuple[bytes, str]:
         """Return the bytes of any file and their SHA-256, read once; those of a large file are mapped, not in memory.
@@ -156,7 +156,7 @@ class Store:
             return True
         return False
 
-    def put_signal(self, part: SignalPart, *, anew: bool = False) -> tuple[str, StoredFile]:
+    def put_signal(self, part: SignalPart, *, anew: bool = False) -> tuple[str, FileInStore]:
         """Keep the samples of one part; returns the SHA-256 of names, units and values, and the file.
 
         What is there already is left alone; with `anew` only where all of it can be read and has this hash.
@@ -167,10 +167,10 @@ class Store:
         path = f"signals/{sha256[:2]}/{sha256}.parquet"
         if not (self.has_samples(path, sha256) if anew else (self.root / path).exists()):
             self._write(path, lambda handle: write_samples(part, handle))
-            return sha256, StoredFile(path, self.file_sha256(path))
+            return sha256, FileInStore(path, self.file_sha256(path))
         sync(self.root / path)
         self._sync_names(path)
-        return sha256, StoredFile(path, self.file_sha256(path) if anew else None)
+        return sha256, FileInStore(path, self.file_sha256(path) if anew else None)
 
     def file_sha256(self, path: str) -> str | None:
         """Return the SHA-256 of a file of the store as it lies there, None where it cannot be read."""
@@ -200,9 +200,13 @@ class Store:
         if found != sha256:
             raise BookDamaged(f"the samples {store_path} of {of} are not those that were kept: {remedy}")
 
+    def is_as_verified(self, path: str, file_sha256: str | None) -> bool:
+        """Tell whether a file of the store has the bytes that it had when what it holds was verified, if it was."""
+        return file_sha256 is not None and self.file_sha256(path) == file_sha256
+
     def has_raw(self, sha256: str, file_sha256: str | None = None) -> bool:
         """Read the raw copy of these bytes; tells whether it has this hash, or its file that of a verified one."""
-        if file_sha256 is not None and self.file_sha256(raw_path(sha256)) == file_sha256:
+        if self.is_as_verified(raw_path(sha256), file_sha256):
             return True
         try:
             self.raw(raw_path(sha256), sha256)
@@ -212,7 +216,7 @@ class Store:
 
     def has_samples(self, store_path: str, sha256: str, file_sha256: str | None = None) -> bool:
         """Read all stored samples; tells whether they have this hash, or their file that of a verified one."""
-        if file_sha256 is not None and self.file_sha256(store_path) == file_sha256:
+        if self.is_as_verified(store_path, file_sha256):
             return True
         try:
             self.check_samples(store_path, sha256, store_path)

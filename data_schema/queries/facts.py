@@ -98,11 +98,12 @@ def remembering_keys(connection: sa.Connection, known: Keys) -> Iterator[None]:
 
     For a replay, in which one query in three would ask for keys. `known` are those of rows that stand already.
     """
-    connection.info[_KNOWN] = known
+    info = connection.info  # of a connection that is lost it cannot be asked for
+    info[_KNOWN] = known
     try:
         yield
     finally:
-        del connection.info[_KNOWN]
+        del info[_KNOWN]
 
 
 def _referred(column: sa.Column[Any]) -> sa.Table | None:

@@ -45,10 +45,10 @@ from labbook.export.table_files import (
     PACKAGE,
     data_dictionary,
     data_package,
-    every_table,
     table_csv,
     table_path,
 )
+from labbook.export.tables import every_table
 from labbook.presenting.report.results import planned_sentences
 from labbook.terminal import plain
 

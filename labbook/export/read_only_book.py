@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Self
 
 from data_schema import journal
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.runs import run_names
+from data_schema.queries.runs import refuse_empty_selection, run_names
 from data_schema.vocabulary import FileRole
 from labbook.book.naming import run_named
 from labbook.book.opening import Book, find_folder, open_book
 from labbook.export.selection import Selection
-from labbook.export.tables import TABLES
+from labbook.export.tables import table_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -108,9 +108,9 @@ class ReadOnlyBook:
             at = (where, *journal.head(connection))
             known = self._last[1] if self._last is not None and self._last[0] == at else None
             selection = Selection(connection, self._book.store, self._book.configuration, where, known=known)
-            frame = TABLES[name](selection).frame()
-            if "measured" in selection.__dict__:  # some table asked for it
-                self._last = (at, selection.measured)
+            frame = table_of(selection, name).frame()
+            if selection.known is not None:
+                self._last = (at, selection.known)
             return frame
 
     def signal(self, run: str, *, role: str | None = None, file: str | None = None) -> xr.Dataset:
@@ -138,16 +138,10 @@ class ReadOnlyBook:
         from labbook.book.write_session import now_utc
         from labbook.presenting.report.content import make_report
 
+        made_at = now_utc().split(".")[0] + "Z"
         with self._book.reading() as connection:
-            selection = Selection(connection, self._book.store, self._book.configuration, where)
-            assert selection.data is not None  # noqa: S101 - refuses an empty selection in its words
-            made = make_report(
-                connection,
-                self._book.store,
-                self._book.configuration,
-                where=where,
-                made_at=now_utc().split(".")[0] + "Z",
-            )
+            refuse_empty_selection(connection, where)
+            made = make_report(connection, self._book.store, self._book.configuration, where=where, made_at=made_at)
         return BookReport(made.content)
 
     def compare(self, where: str | None = None) -> BookReport:

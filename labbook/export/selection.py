@@ -17,11 +17,11 @@ from labbook.analysis.study_data import StudyData, gather
 from labbook.config.parsing import Configuration
 
 
-@dataclass(frozen=True)
+@dataclass
 class Selection:
     """The selected runs of an open book, all of them without `where`; `step` is called with what is being done.
 
-    `known` is what was measured of them before, if the book has not changed since.
+    `known` is what was measured of them, if it was: now, or before in a book that has not changed since.
     """
 
     connection: sa.Connection
@@ -39,12 +39,13 @@ class Selection:
         refuse_empty_selection(self.connection, self.where)
         return gather(self.connection, self.configuration, self.where)
 
-    @cached_property
+    @property
     def measured(self) -> Measured:
         """What a report of these runs measures."""
-        if self.known is not None:
-            return self.known
-        return measure_study(Results(), Detections(self.connection, self.store, self.step), self.data, self.step)
+        if self.known is None:
+            detections = Detections(self.connection, self.store, self.step)
+            self.known = measure_study(Results(), detections, self.data, self.step)
+        return self.known
 
     @cached_property
     def places(self) -> dict[str, int]:

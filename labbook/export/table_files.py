@@ -7,17 +7,18 @@ import hashlib
 import io
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from datetime import datetime
 from typing import Any
 
 from data_schema.columns import Column, ValueKind
-from labbook.export.selection import Selection
-from labbook.export.tables import TABLES, ExportTable
+from labbook.export.tables import ExportTable
 from reports.tables.formats import csv_field
 
 DICTIONARY = "data_dictionary.csv"
 PACKAGE = "datapackage.json"
+_TIME_FORMAT = "any"
+"""With a blank between date and time, as frames write it."""
 _TYPES: Mapping[ValueKind, str] = {
     ValueKind.TEXT: "string",
     ValueKind.NUMBER: "number",
@@ -28,43 +29,30 @@ _TYPES: Mapping[ValueKind, str] = {
 }
 
 
-def every_table(selection: Selection) -> list[ExportTable]:
-    """Return the tables of a selection, with their rows in the same order on any engine."""
-    return [_in_order(make(selection)) for make in TABLES.values()]
-
-
-def _in_order(table: ExportTable) -> ExportTable:
-    """Order the rows of each run, or of what else the first column names, by all that they say."""
-    places = {key: place for place, key in enumerate(dict.fromkeys(row[0] for row in table.rows))}
-    rows = sorted(table.rows, key=lambda row: (places[row[0]], [_comparable(cell) for cell in row[1:]]))
-    return replace(table, rows=rows)
-
-
-def _comparable(cell: Any) -> tuple[bool, float, str]:
-    return (False, 0.0, cell) if isinstance(cell, str) else (cell is None, cell or 0.0, "")
-
-
 def table_csv(table: ExportTable) -> bytes:
     """Write a table as CSV (UTF-8, comma, LF, one line of names): floats as their shortest exact text.
 
-    A missing value is an empty field, a flag true or false; text that a spreadsheet would run as a formula gets an
-    apostrophe in front.
+    It is what `table.frame().to_csv()` gives, whatever the version of pandas, but that text which a spreadsheet would
+    run as a formula gets an apostrophe in front.
     """
-    kinds = [column.kind for column in table.columns.values()]
-    return _csv(
-        [
-            list(table.columns),
-            *([_cell(kind, value) for kind, value in zip(kinds, row, strict=True)] for row in table.rows),
-        ]
-    )
+    columns = [[row[place] for row in table.rows] for place in range(len(table.columns))]
+    texts = [_texts(column.kind, values) for column, values in zip(table.columns.values(), columns, strict=True)]
+    return _csv([list(table.columns), *zip(*texts, strict=True)])
 
 
-def _cell(kind: ValueKind, value: Any) -> str:
-    if value is None:
-        return ""
-    if kind is ValueKind.FLAG:
-        return "true" if value else "false"
-    return csv_field(float(value) if kind is ValueKind.NUMBER else value)
+def _texts(kind: ValueKind, values: Sequence[Any]) -> list[str]:
+    """Return the fields of a column, "" where a value is missing; times have as many digits as one of them needs."""
+    if kind is ValueKind.TIME:
+        times = [None if value is None else datetime.fromisoformat(value) for value in values]
+        parts_us = {time.microsecond for time in times if time is not None}
+        digits = "milliseconds" if any(parts_us) else "seconds"
+        digits = "microseconds" if any(part % 1000 for part in parts_us) else digits
+        return ["" if time is None else time.isoformat(" ", digits) for time in times]
+    write: Callable[[Any], str] = {
+        ValueKind.FLAG: lambda value: str(bool(value)),
+        ValueKind.NUMBER: lambda value: csv_field(float(value)),
+    }.get(kind, csv_field)
+    return ["" if value is None else write(value) for value in values]
 
 
 def _csv(rows: Iterable[Sequence[str]]) -> bytes:
@@ -135,6 +123,7 @@ def _field(name: str, column: Column) -> dict[str, Any]:
     return {
         "name": name,
         "type": _TYPES[column.kind],
+        **({"format": _TIME_FORMAT} if column.kind is ValueKind.TIME else {}),
         "description": column.text,
         **({"unit": column.unit} if column.unit else {}),
         **({} if column.missing or column.kind is ValueKind.TEXT else {"constraints": {"required": True}}),

@@ -318,3 +318,23 @@ TABLES: Mapping[str, Callable[[Selection], ExportTable]] = {
     "planned_runs": planned,
 }
 """The tables by name, in the order in which they are written."""
+
+
+def table_of(selection: Selection, name: str) -> ExportTable:
+    """Return a table of a selection by its name, its rows in the same order on any engine.
+
+    The rows of each run, or of what else the first column names, go by all that they say.
+    """
+    table = TABLES[name](selection)
+    places = {key: place for place, key in enumerate(dict.fromkeys(row[0] for row in table.rows))}
+    rows = sorted(table.rows, key=lambda row: (places[row[0]], [_comparable(cell) for cell in row[1:]]))
+    return replace(table, rows=rows)
+
+
+def every_table(selection: Selection) -> list[ExportTable]:
+    """Return all tables of a selection."""
+    return [table_of(selection, name) for name in TABLES]
+
+
+def _comparable(cell: Any) -> tuple[bool, float, str]:
+    return (False, 0.0, cell) if isinstance(cell, str) else (cell is None, cell or 0.0, "")

@@ -33,8 +33,8 @@ from labbook.book.write_session import now_utc
 from labbook.export.selection import Selection
 from labbook.export.sharing import LEFT_OUT, private_of
 from labbook.export.signals import CONVENTIONS, dataset
-from labbook.export.table_files import DICTIONARY, data_dictionary, every_table, table_csv
-from labbook.export.tables import ExportTable
+from labbook.export.table_files import DICTIONARY, data_dictionary, table_csv
+from labbook.export.tables import ExportTable, every_table
 from reports.display import count_text
 
 if TYPE_CHECKING:
@@ -335,7 +335,7 @@ day are not independent, so that comparisons belong to `labbook report`, which c
 
 
 _NOTES = {
-    "csv": "Values are not rounded. A missing value is an empty field, a flag true or false; a text that begins with\n"
+    "csv": "Values are not rounded. A missing value is an empty field, a flag True or False; a text that begins with\n"
     "=, +, - or @ has an apostrophe in front, which no program then runs.",
     "parquet": "Values are not rounded. A missing value is null.",
     "netcdf": 'Values are not rounded. A missing number is NaN, a missing text "", a missing flag the fill value.',

@@ -32,7 +32,7 @@ from ingest.model import (
     SignalPart,
 )
 from ingest.read import read_file
-from ingest.store import Store, StoredFile, raw_path
+from ingest.store import FileInStore, Store, raw_path
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detection, detect_part, detection_row
 from labbook.config.model import ProfileSettings
 from labbook.config.parsing import Configuration
@@ -212,7 +212,7 @@ def without_storing(data: bytes, sha256: str, read: ReadFile, settings: ReadSett
 
     parts = () if read.refused else read.parts
     stored = tuple(
-        _stored_part(part, signal_sha256(part), StoredFile("", None), _detected(part, settings)) for part in parts
+        _stored_part(part, signal_sha256(part), FileInStore("", None), _detected(part, settings)) for part in parts
     )
     return PreparedImport(sha256, len(data), read, with_used_profile(settings, read), stored)
 
@@ -221,7 +221,7 @@ def _detected(part: SignalPart, settings: ReadSettings) -> Detection | None:
     return detect_part(part, settings.detector, settings.rest_length_m)
 
 
-def _stored_part(part: SignalPart, sha256: str, file: StoredFile, found: Detection | None) -> StoredPart:
+def _stored_part(part: SignalPart, sha256: str, file: FileInStore, found: Detection | None) -> StoredPart:
     jumps = None
     if found is not None:
         row, height_range_m = detection_row(found, "", sha256), None

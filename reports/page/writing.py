@@ -12,7 +12,6 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 import jinja2
-from jinja2.sandbox import SandboxedEnvironment
 
 from data_schema.disk import replace_together
 from data_schema.errors import UsageError
@@ -299,7 +298,11 @@ def environment(own: Path | None = None) -> jinja2.Environment:
             return (own / name).read_text(encoding="utf-8")
         return _template(name)
 
-    made = jinja2.Environment if own is None else SandboxedEnvironment
+    made = jinja2.Environment
+    if own is not None:
+        from jinja2.sandbox import SandboxedEnvironment  # other reports do not wait for it
+
+        made = SandboxedEnvironment
     return made(
         loader=jinja2.FunctionLoader(load),
         autoescape=True,

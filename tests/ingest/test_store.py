@@ -14,7 +14,7 @@ from hypothesis.extra.numpy import arrays
 from data_schema.errors import BookDamaged
 from ingest.model import ChannelData, FloatArray, SignalPart
 from ingest.samples import signal_sha256
-from ingest.store import Store, StoredFile
+from ingest.store import FileInStore, Store
 
 N = 20_000
 
@@ -40,7 +40,7 @@ def test_samples_come_back_bit_by_bit(tmp_path: Path, columns: list[FloatArray])
     assert sha256 == signal_sha256(kept)
     store.check_samples(path, sha256, "log")
     assert store.has_samples(path, sha256, file.file_sha256)
-    assert store.put_signal(kept) == (sha256, StoredFile(path, None))
+    assert store.put_signal(kept) == (sha256, FileInStore(path, None))
 
 
 @pytest.mark.parametrize(

@@ -2,8 +2,9 @@
 
 These are the journal's chain in file and table, every raw copy, every file of samples, the files of reports, and
 SQLite's own integrity check. The journal is replayed into a temporary database, with which every row of the tables is
-compared: from readings in the cache where these are known, for a deep check from the raw copies. Nothing is changed or
-mended; each problem comes with its remedy.
+compared: from readings in the cache where these are known, for a deep check from the raw copies. A file of the store
+whose bytes are those that a reading in the cache remembers is not unpacked. Nothing is changed or mended; each problem
+comes with its remedy.
 """
 
 from __future__ import annotations
@@ -160,7 +161,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
 
     def damage(check: tuple[StoredFile, Callable[[], object]]) -> list[str]:
         path, found = check[0].store_path, list[str]()
-        if (known := verified.get(path)) is None or store.file_sha256(path) != known:
+        if not store.is_as_verified(path, verified.get(path)):
             _attempt(found, check[1])
         return found
 
