@@ -14,7 +14,7 @@ from labbook.terminal import Shown, progress
 
 def export(
     folder: Annotated[
-        Path | None, typer.Argument(metavar="[FOLDER]", help="A new folder, or an empty one; with --mcap, a new file.")
+        Path | None, typer.Argument(metavar="FOLDER", help="A new folder, or an empty one; with --mcap, a new file.")
     ] = None,
     form: Annotated[str, typer.Option("--format", metavar="csv|parquet|netcdf|xlsx", help="Of the files.")] = "csv",
     signals: Annotated[bool, typer.Option("--signals", help="Write the samples too, a file a log.")] = False,
@@ -36,7 +36,7 @@ def export(
     where: WhereOption = None,
     book: BookOption = None,
 ) -> Shown:
-    """Write runs, jumps, charges, conditions, verdicts, findings and signals as tables, and what their columns mean.
+    """Write runs, jumps, charges, conditions, verdicts, findings, signals and notes as tables, and what columns mean.
 
     From Python: labbook.open("mybook").runs() and its like give the same as frames.
 
