@@ -27,6 +27,7 @@ def book(tmp_path: Path) -> SmallBook:
 
 
 def opened(page: Any, server: Server, path: str = "/review?run=r003") -> None:
+    """Open the page; a test that holds requests back asks for it before: a page that is open may send one past it."""
     page.goto(server.url)
     page.goto(server.base + path)
     until(lambda: bool(page.text_content("#number")))
@@ -130,8 +131,8 @@ def test_another_reason_is_said_in_a_note(page: Any, book: SmallBook) -> None:
 def test_a_burst_of_keys_with_a_note_stays_in_order(page: Any, book: SmallBook) -> None:
     held: list[Any] = []
     with served(book.folder, "--as", ADA) as server:
-        page.goto(server.url)
         page.route("**/api/runs/*/log", lambda route: held.append(route))
+        page.goto(server.url)
         page.goto(server.base + "/review?run=r003")
         until(lambda: "Jump 1" in page.text_content("#title") and held)
         for key in ("a", "r", "Escape", "r", "o", *"a rod", "Backspace", "Enter", "r", "t"):
@@ -305,9 +306,9 @@ def test_what_somebody_else_says_of_the_jump_shown_stands_there_soon(page: Any, 
 
 def test_keys_that_come_before_the_jumps_wait_for_them(page: Any, book: SmallBook) -> None:
     with served(book.folder, "--as", ADA) as server:
-        page.goto(server.url)
         held: list[Any] = []
         page.route("**/api/queue*", lambda route: held.append(route))
+        page.goto(server.url)
         page.goto(server.base + "/review?run=r003", wait_until="commit")
         until(lambda: page.wait_for_timeout(20) is None and bool(held))
         for key in (" ", "a"):
@@ -465,8 +466,8 @@ def test_undo_leaves_what_one_said_since_on_another_page(browser: Any, page: Any
 
 def test_what_waits_is_shown_after_a_reload(page: Any, book: SmallBook) -> None:
     with served(book.folder, "--as", ADA) as server:
-        opened(page, server)
         page.route("**/api/verdicts", lambda _route: None)
+        opened(page, server)
         page.keyboard.press("a")
         page.keyboard.press("b")
         until(lambda: "not saved yet" in page.text_content("#verdict"))
@@ -477,8 +478,8 @@ def test_what_waits_is_shown_after_a_reload(page: Any, book: SmallBook) -> None:
 def test_a_late_answer_does_not_show_again_what_was_undone(page: Any, book: SmallBook) -> None:
     held: list[Any] = []
     with served(book.folder, "--as", ADA) as server:
-        opened(page, server)
         page.route("**/api/verdicts", lambda route: held.append(route))
+        opened(page, server)
         page.keyboard.press("a")
         page.keyboard.press("u")
         until(lambda: page.wait_for_timeout(20) is None and len(held) == 1)
