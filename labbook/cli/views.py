@@ -206,7 +206,7 @@ def why(
 
     With --script, a Python file (numpy and scipy alone) and a table of what was measured are written that give the
     number again: each step with its formula and its source. The script is run once; exit code 3 where it prints
-    another number. Means, comparisons, tests and drain lines have one, predictions have none.
+    another number. What was simulated stands in the table.
 
     Example: labbook why 3fa9c2d1 --check; labbook why 3fa9c2d1 --script number
     """

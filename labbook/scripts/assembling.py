@@ -34,6 +34,10 @@ TEMPLATES = (
     "holm",
     "overall",
     "packs",
+    "budget",
+    "predictions",
+    "simulated_changes",
+    "biases",
 )
 """In the order in which their functions stand in a script."""
 _PACKAGE = "labbook.scripts.templates."

@@ -22,6 +22,9 @@ from labbook.analysis.outcomes.conditions import ConditionValues, condition_valu
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import ApexVariant, as_protocol, without_exclusions
 from labbook.analysis.outcomes.run_force import ALL_RULES, PushOffRules, RunForce, run_forces_by_rules
+from labbook.analysis.prediction.checking import AllPredicted, side_of
+from labbook.analysis.prediction.predicting import BackgroundPredictions, predictions
+from labbook.analysis.prediction.simulating import ALWAYS, SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results import Results
 from labbook.analysis.study_data import StudyData, gather
@@ -157,6 +160,22 @@ class Facts:
         conditions = {outcome: self.conditions(outcome) for outcome in Outcome if outcome in outcomes}
         values = pairing.treated_values(self.configuration, self.swept)
         return asked_contrasts(settings.contrasts, conditions, self.swept, values)
+
+    @cached_property
+    def predicted(self) -> AllPredicted:
+        """What is predicted for every condition of an outcome that is simulated, by its key and a robot's uid."""
+        conditions = {outcome: self.conditions(outcome) for outcome in SIMULATED}
+        keys = list(dict.fromkeys(one.key for several in conditions.values() for one in several))
+        wanted = [outcome for outcome in SIMULATED if outcome in ALWAYS or conditions[outcome]]
+        none = BackgroundPredictions({}, None)
+        return predictions(Results(), self.connection, self.evidence, keys, lambda _step: None, wanted, none)
+
+    def is_simulated(self, condition: ConditionValues, outcome: Outcome, *, varied: bool = False) -> bool:
+        """Return whether there is a prediction for all runs of a condition; with `varied`, one with an error."""
+        found = [one for one, _runs in side_of([condition], self.predicted)]
+        return all(one.value(outcome) is not None for one in found) and not (
+            varied and any(None in values for one in found for values in one.varied(outcome).values())
+        )
 
     def pairs(self, outcome: Outcome, variant: str = "") -> list[Pair]:
         """Return what the planned families compare, in order."""

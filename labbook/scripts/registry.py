@@ -1,11 +1,12 @@
-"""Which kinds of numbers have a script, by the kind of their result."""
+"""What makes the script of a number, by the kind of its result."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 from labbook.scripts.facts import Facts
 from labbook.scripts.kinds import (
     anova,
+    biases,
+    budgets,
     conditions,
     contrasts,
     decisions,
@@ -15,38 +16,29 @@ from labbook.scripts.kinds import (
     hypotheses,
     overall,
     packs,
+    predictions,
     two_samples,
 )
 from labbook.scripts.script import Asked, Script
 
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A kind of numbers: what they are called, and what makes the script of one; None where it has none."""
-
-    about: str
-    script: Callable[[Asked, Facts], Script | None]
-
-
-KINDS: Mapping[str, Kind] = {
-    "condition_summary": Kind(conditions.ABOUT, conditions.script),
-    "passive_drain": Kind(drains.ABOUT, drains.script),
-    "decision": Kind(decisions.ABOUT, decisions.script),
-    "decision_family": Kind(families.ABOUT, families.script),
-    "decision_equivalence": Kind(equivalence.ABOUT, equivalence.script),
-    "contrast": Kind(contrasts.ABOUT, contrasts.script),
-    "overall_savings": Kind(overall.ABOUT, overall.script),
-    "overall_equivalence": Kind(overall.ABOUT, overall.script_of_equivalence),
-    "thesis_route": Kind(two_samples.ABOUT, two_samples.script),
-    "thesis_route_over_jumps": Kind(two_samples.ABOUT, two_samples.script_over_jumps),
-    "anova": Kind(anova.ABOUT, anova.script),
-    "pack_deviation": Kind(packs.ABOUT, packs.script),
-    "hypothesis": Kind(hypotheses.ABOUT, hypotheses.script),
+KINDS: Mapping[str, Callable[[Asked, Facts], Script | None]] = {
+    "condition_summary": conditions.script,
+    "passive_drain": drains.script,
+    "decision": decisions.script,
+    "decision_family": families.script,
+    "decision_equivalence": equivalence.script,
+    "contrast": contrasts.script,
+    "overall_savings": overall.script,
+    "overall_equivalence": overall.script_of_equivalence,
+    "thesis_route": two_samples.script,
+    "thesis_route_over_jumps": two_samples.script_over_jumps,
+    "anova": anova.script,
+    "pack_deviation": packs.script,
+    "hypothesis": hypotheses.script,
+    "energy_budget": budgets.script,
+    "prediction_check": predictions.script,
+    "prediction_bias": biases.script,
+    "joint_bias": biases.script_of_all,
+    "limits_of_agreement": biases.script_of_limits,
 }
-"""By the kind of result, as `numbers.json` has it."""
-
-
-def kinds_in_words() -> str:
-    """Return which numbers have a script."""
-    *most, last = dict.fromkeys(kind.about for kind in KINDS.values())
-    return f"{', '.join(most)} and {last}"
+"""By the kind of result, as `numbers.json` has it; what a maker returns is None where a number has no script."""

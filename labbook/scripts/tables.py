@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import hashlib
 import io
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from data_schema.outcomes import Outcome
@@ -17,7 +18,7 @@ from labbook.analysis.outcomes.run_apexes import run_apexes
 from labbook.analysis.outcomes.run_energy import Recharge, RunEnergy, idle_charges
 from labbook.analysis.results import Results
 from labbook.scripts.facts import Facts
-from labbook.scripts.script import Row
+from labbook.scripts.script import Cell, Row
 
 COLUMNS: Mapping[str, str] = {
     "kind": "jumps or idle: runs of jumps, and runs without jumps for the passive drain",
@@ -43,6 +44,10 @@ COLUMNS: Mapping[str, str] = {
     "error_slopes": "of each independent error of the calibration, standard error = slope * reading + intercept",
     "error_intercepts": "see error_slopes",
     "value": "what was measured of the run",
+    "simulated": "what the simulator gives for the run's condition and robot, in the unit of what was measured",
+    "simulated_error": "relative error of the simulation: its accuracy, or what rounding grows to",
+    "varied": "assumed parameters, each once lowered and once raised, between semicolons",
+    "simulated_varied": "what the simulator gives with each of them so, between semicolons; nan without an apex",
 }
 
 
@@ -62,6 +67,25 @@ def rows_of(facts: Facts, conditions: Sequence[ConditionValues], outcome: Outcom
     if outcome is Outcome.APEX:
         return list(_heights(facts, conditions, variant))
     return [{**_run(item.run), "value": item.value} for one in conditions for item in one.runs]
+
+
+def rows_with_simulated(facts: Facts, conditions: Sequence[ConditionValues], outcome: Outcome) -> list[Row]:
+    """Return the rows of the runs of some conditions, with what was simulated for each."""
+    simulated: dict[Cell, Row] = {}
+    for item in (item for one in conditions for item in one.runs):
+        found = facts.predicted[item.run.condition_key, item.run.robot_uid]
+        varied = [(name, value) for name, values in found.varied(outcome).items() for value in values]
+        simulated[item.run.name] = {
+            "simulated": _number(found.value(outcome)),
+            "simulated_error": found.relative_error,
+            "varied": ";".join(name for name, _value in varied),
+            "simulated_varied": ";".join(repr(_number(value)) for _name, value in varied),
+        }
+    return [{**row, **simulated.get(row["run"], {})} for row in rows_of(facts, conditions, outcome)]
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
 
 
 def idle_rows(facts: Facts, robots: Iterable[str], variant: str = "") -> list[Row]:

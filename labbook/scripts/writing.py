@@ -23,7 +23,7 @@ from labbook.config.parsing import parse_configuration
 from labbook.scripts.assembling import assemble
 from labbook.scripts.facts import Facts
 from labbook.scripts.in_r import assemble_in_r
-from labbook.scripts.registry import KINDS, kinds_in_words
+from labbook.scripts.registry import KINDS
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import columns_in, table_bytes
 
@@ -93,7 +93,7 @@ def write_script(
     Raises
     ------
     UsageError
-        For a folder with files in it, a number that is undefined, and one of a kind that has no script.
+        For a folder with files in it, a number that is undefined, and one that has no script.
     """
     refuse_filled(folder)
     refuse_without_script(found)
@@ -118,7 +118,7 @@ def script_of(found: ReportOfNumber, facts: Facts) -> Script:
     """Return the script of a number; raises `UsageError` where it has none."""
     refuse_without_script(found)
     number, result = found.number, found.numbers.result_of(found.number)
-    script = KINDS[result.kind].script(Asked(number.name, result.scope), facts)
+    script = KINDS[result.kind](Asked(number.name, result.scope), facts)
     if script is None:
         raise _refused(number, result)
     return script
@@ -176,8 +176,8 @@ def facts_of(book: Book, report: ReportRow, step: Callable[[str], None]) -> Iter
 
 def _refused(number: ReportedNumber, result: ReportedResult) -> UsageError:
     return UsageError(
-        f"{number.id}, {number.name} of {number.about}, has no script: {kinds_in_words()} have one, so ask for one of "
-        f"these, and trace this {result.kind.replace('_', ' ')} with `labbook why {number.id}`."
+        f"{number.id}, {number.name} of {number.about}, has no script: trace this {result.kind.replace('_', ' ')} with "
+        f"`labbook why {number.id}`."
     )
 
 

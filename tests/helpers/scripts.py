@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from data_schema.queries.history import list_reports
@@ -53,16 +53,13 @@ def write_all(
     book: Book,
     numbers: Mapping[str, ReportOfNumber],
     folder: Path,
-    has: Callable[[ReportOfNumber], bool],
     *,
     in_r: bool = False,
 ) -> Iterator[tuple[ReportedNumber, Path]]:
-    """Write the scripts of those numbers that `has` says have one; give each with its folder."""
+    """Write the scripts of numbers; give each number with its folder."""
     report = next(iter(numbers.values())).shown_in[-1]
     with facts_of(book, report, lambda _step: None) as facts:
         for uid, one in numbers.items():
-            if not has(one):
-                continue
             (folder / uid).mkdir(parents=True)
             for name, data in files_of(script_of(one, facts), one, in_r=in_r).items():
                 (folder / uid / name).write_bytes(data)

@@ -5,7 +5,6 @@ from labbook.scripts.facts import Facts
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import reading_of, rows_of
 
-ABOUT = "analyses of variance"
 _STEPS = {"f": "anova.anova_f", "p": "anova.anova_p"}
 
 

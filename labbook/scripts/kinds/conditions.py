@@ -4,7 +4,6 @@ from labbook.scripts.facts import Facts
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import reading_of, rows_of
 
-ABOUT = "means and standard deviations of conditions"
 _STEPS = {"mean": "condition.condition_mean", "sd": "condition.condition_sd"}
 
 

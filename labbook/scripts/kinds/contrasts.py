@@ -6,7 +6,6 @@ from labbook.scripts.facts import Facts, conditions_in, keys_of
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import reading_of, rows_of
 
-ABOUT = "contrasts of means"
 _STEPS = {"estimate": "contrasts.contrast", "t": "contrasts.contrast_t", "p": "contrasts.contrast_p"}
 
 

@@ -8,7 +8,6 @@ from labbook.scripts.facts import Facts, conditions_in, keys_of
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import reading_of, rows_of
 
-ABOUT = "comparisons with a control"
 _ALWAYS = {"difference": "days.difference_of_means", "savings": "days.savings", "control_mean": "days.mean_of_control"}
 _TESTED = {"p": "days.p_of_difference", "run_sd": "days.run_sd"}
 

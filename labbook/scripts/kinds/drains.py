@@ -4,7 +4,6 @@ from labbook.scripts.facts import Facts
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import idle_rows
 
-ABOUT = "passive-drain lines"
 _NUMBERS = ("slope", "intercept", "r_squared", "at_run")
 
 

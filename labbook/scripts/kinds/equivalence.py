@@ -7,7 +7,6 @@ from labbook.scripts.kinds.decisions import pair_of
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import reading_of, rows_of
 
-ABOUT = "equivalence tests"
 _NUMBERS = ("estimate", "t_low", "p_low", "t_high", "p_high", "p")
 
 

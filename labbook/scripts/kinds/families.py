@@ -10,7 +10,6 @@ from labbook.scripts.kinds.contrasts import effects_of
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import reading_of, rows_of
 
-ABOUT = "Holm's adjusted p"
 _HEAD = "adjusted_p, "
 
 

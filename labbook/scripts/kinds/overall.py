@@ -11,7 +11,6 @@ from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import reading_of, rows_of
 from stats.days.overall import overall_savings
 
-ABOUT = "effects over groups"
 _STEPS = {
     "savings": "overall.overall_savings",
     "t": "overall.overall_t",

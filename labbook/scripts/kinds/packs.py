@@ -5,8 +5,6 @@ from labbook.scripts.facts import Facts
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import reading_of, rows_of
 
-ABOUT = "deviations of battery packs"
-
 
 def script(asked: Asked, facts: Facts) -> Script | None:
     """Return the script of a pack's deviation."""

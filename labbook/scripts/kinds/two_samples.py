@@ -5,7 +5,6 @@ from labbook.scripts.kinds.decisions import pair_of
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import reading_of, rows_of
 
-ABOUT = "the thesis's F and t"
 _STEPS = {
     "f": "two_samples.f_of_variances",
     "f_p": "two_samples.p_of_variances",

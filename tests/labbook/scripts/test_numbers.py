@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from labbook.actions.report_command import state_report
-from labbook.actions.upkeep.tracing import ReportOfNumber
 from labbook.analysis.comparison.order import ADJUSTED
 from labbook.book.opening import opened
+from labbook.demo.studies.registry import make_study
 from labbook.scripts.registry import KINDS
 from labbook.scripts.writing import R, facts_of, numbers_printed, script_of
 from tests.helpers.books import ADA, reported_book
@@ -21,22 +21,12 @@ from tests.helpers.charged_book import Made, charged_book
 from tests.helpers.demos import made_demo
 from tests.helpers.scripts import differs, numbers_of_last_report, one_of_each, run_all, write_all
 
-WITHOUT_SCRIPT = {
-    "prediction_check", "prediction_bias", "joint_bias", "limits_of_agreement", "energy_budget",
-}  # fmt: skip
-
-
-def has_script(one: ReportOfNumber) -> bool:
-    kind = one.numbers.result_of(one.number).kind
-    return kind in KINDS and (kind, one.number.name) != ("hypothesis", "simulated")
-
 
 def test_every_number_of_a_book_of_two_days(tmp_path: Path) -> None:
     with reported_book(tmp_path / "book").open() as book:
         numbers = numbers_of_last_report(book)
         known = {uid: one for uid, one in numbers.items() if one.number.value is not None}
-        written = list(write_all(book, known, tmp_path / "scripts", has_script))
-    assert {one.numbers.result_of(one.number).kind for one in known.values() if not has_script(one)} <= WITHOUT_SCRIPT
+        written = list(write_all(book, known, tmp_path / "scripts"))
     assert len(written) > 100
     assert [each for number, printed in run_all(written) for each in differs(number, printed)] == []
 
@@ -49,9 +39,22 @@ def test_a_number_of_every_kind_of_the_demonstration(demo: str, tmp_path: Path) 
         if demo == "demonstration":
             uids = [uid for uid, one in numbers.items() if one.number.value is not None]
             some |= {uid: numbers[uid] for uid in random.Random(0).sample(uids, 50)}
-        written = list(write_all(book, some, tmp_path, has_script))
+        written = list(write_all(book, some, tmp_path))
     expected = set(KINDS) - ({"overall_savings"} if demo == "two_runs_a_condition" else set())
     assert {one.numbers.result_of(one.number).kind for one in some.values()} >= expected
+    assert [each for number, printed in run_all(written) for each in differs(number, printed)] == []
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("study", ["force-plate", "emulator", "bed"])
+def test_fifty_numbers_of_the_report_of_each_study_of_runs(study: str, tmp_path: Path) -> None:
+    make_study(study, tmp_path / "demo", 1, lambda _step: None, lambda _line: None)
+    with opened(tmp_path / "demo" / "book") as book:
+        state_report(book, None, ADA, lambda _step: None)
+        numbers = numbers_of_last_report(book)
+        uids = [uid for uid, one in numbers.items() if one.number.value is not None]
+        some = {uid: numbers[uid] for uid in random.Random(0).sample(uids, 50)}
+        written = list(write_all(book, some, tmp_path / "scripts"))
     assert [each for number, printed in run_all(written) for each in differs(number, printed)] == []
 
 
@@ -61,9 +64,9 @@ def test_scripts_in_r_print_the_same(tmp_path: Path) -> None:
         numbers = numbers_of_last_report(book)
         some = one_of_each(numbers)
         with facts_of(book, next(iter(some.values())).shown_in[-1], lambda _step: None) as facts:
-            scripts = {uid: script_of(one, facts) for uid, one in some.items() if has_script(one)}
+            scripts = {uid: script_of(one, facts) for uid, one in some.items()}
         some = {uid: numbers[uid] for uid in {script.steps[-1]: uid for uid, script in scripts.items()}.values()}
-        written = list(write_all(book, some, tmp_path / "scripts", has_script, in_r=True))
+        written = list(write_all(book, some, tmp_path / "scripts", in_r=True))
     assert len(written) > 20
     for number, folder in written:
         done = subprocess.run(["Rscript", str(folder / R)], capture_output=True, text=True, check=True, timeout=60)
@@ -84,7 +87,7 @@ def test_groups_whose_controls_come_first_and_runs_that_are_rounded_alike(sd_j: 
         state_report(book, None, ADA, lambda _step: None)
         numbers = numbers_of_last_report(book)
         some = one_of_each(numbers)
-        written = list(write_all(book, some, tmp_path / "scripts", has_script))
+        written = list(write_all(book, some, tmp_path / "scripts"))
     overall = {
         str(one.numbers.result_of(one.number).scope.get("variant", ""))
         for one in some.values()

@@ -16,8 +16,19 @@ from data_schema.calibration import Calibration
 from data_schema.queries.signals import CalibratedChannel
 from labbook.scripts import assembling, in_r
 from labbook.scripts.script import Script
-from labbook.scripts.templates import contrasts, days, equivalence, heights, overall, position, shared
+from labbook.scripts.templates import (
+    biases,
+    contrasts,
+    days,
+    equivalence,
+    heights,
+    overall,
+    position,
+    predictions,
+    shared,
+)
 from labbook.scripts.templates.runs import Run, Source
+from stats.compare.agreement import Interval, PredictedRun, bias_by_day, limits_of_agreement
 from stats.compare.shared_error import SharedError
 from stats.days.contrasts import Effect, linear_contrast
 from stats.days.decision import Contrast, blocks_of_runs, contrast_by_day
@@ -174,6 +185,56 @@ def test_the_error_of_a_calibration_is_that_of_its_channel() -> None:
         "error_intercepts": "0.004 -0.001",
     }  # fmt: skip
     assert list(heights.calibration_errors_m(row).values()) == pytest.approx(channel.error_terms(0.42), rel=1e-12)
+
+
+def with_simulated(runs: list[Run], seed: int) -> list[Run]:
+    """The same with predictions: a value of each condition, lowered and raised by a parameter, and another branch."""
+    rng = np.random.default_rng(seed)
+    found = {}
+    for condition in dict.fromkeys(run.row["condition"] for run in runs):
+        value, *varied = 58.0 + rng.normal(0.0, 2.0, 4)
+        found[condition] = {
+            "simulated": repr(float(value)), "simulated_error": "1e-06", "varied": "mass;mass;other branch",
+            "simulated_varied": ";".join(repr(float(one)) for one in varied),
+        }  # fmt: skip
+    return [run._replace(row={**run.row, **found[run.row["condition"]]}) for run in runs]
+
+
+@pytest.mark.parametrize("n_days", [5, 2, 1])
+def test_biases_of_predictions_are_those_of_stats(n_days: int) -> None:
+    runs = with_simulated(random_runs(9, n_days), n_days)
+    predicted = biases.predictions_of(runs)
+    theirs = bias_by_day(
+        [
+            PredictedRun(run.row["day"], run.value, shared_of(run), one["value"], one["se"])
+            for run in runs
+            for one in [predicted[run.row["condition"]]]
+        ],
+        LEVEL,
+    )
+    for mine, interval in ((biases.bias(runs), theirs.in_all), (biases.bias_of_measured(runs), theirs.of_measured)):
+        assert mine["value"] == pytest.approx(theirs.bias, rel=1e-10)
+        if isinstance(interval, Interval):
+            expected = [interval.se, *interval.ci, interval.df]
+            assert [mine[name] for name in ("se", "ci_low", "ci_high", "df")] == pytest.approx(expected, rel=1e-9)
+            assert mine["p"] == pytest.approx(interval.p, rel=1e-9)
+        else:
+            assert set(mine) == {"value"}
+    away = [
+        one["value"] - np.mean([run.value for run in runs if run.row["condition"] == condition])
+        for condition, one in predicted.items()
+    ]
+    limits = limits_of_agreement(away, LEVEL)
+    ends = biases.lower_limit(runs)
+    assert [ends["value"], ends["ci_low"], ends["ci_high"]] == pytest.approx([limits.low, *limits.low_ci], rel=1e-9)
+
+
+def test_a_prediction_whose_varied_jump_has_no_apex_has_no_error() -> None:
+    row = {"condition": "control", "simulated": "0.3", "simulated_error": "1e-6", "varied": "mass;mass"}
+    without = Run({**row, "simulated_varied": "0.29;nan"}, 0.31, {})
+    known = Run({**row, "simulated_varied": "0.29;0.32"}, 0.31, {})
+    assert predictions.predicted_mean([without]) == {"value": 0.3}
+    assert predictions.predicted_mean([known])["se"] == pytest.approx(0.02, rel=1e-6)
 
 
 def test_every_template_is_listed_and_names_are_its_own() -> None:
