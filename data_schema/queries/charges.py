@@ -167,8 +167,15 @@ def rows_about(connection: sa.Connection, run_uids: Sequence[str], names: Sequen
 
 def charges_naming(connection: sa.Connection, name: str) -> list[str]:
     """Return the uids of the charges with a name that no run had."""
-    query = sa.select(charge.c.uid).where(charge.c.named_run.is_(None), charge.c.stated_run == name)
-    return list(connection.execute(query.order_by(charge.c.id)).scalars())
+    return list(connection.execute(_NAMING, {"named": name}).scalars())
+
+
+# Built once: a sheet states thousands of runs, and each is asked for what waits for it.
+_NAMING = (
+    sa.select(charge.c.uid)
+    .where(charge.c.named_run.is_(None), charge.c.stated_run == sa.bindparam("named"))
+    .order_by(charge.c.id)
+)
 
 
 def waiting_charges(connection: sa.Connection) -> list[str]:

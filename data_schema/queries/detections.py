@@ -6,11 +6,12 @@ import json
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache
+from operator import attrgetter
 from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.tables.base import CHUNK, columns_of, in_chunks, private_keys
+from data_schema.tables.base import CHUNK, columns_of, in_chunks, insert_plain
 from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.journal import person
 from data_schema.tables.runs import decision, run
@@ -44,7 +45,6 @@ class DetectionRow:
     key: str
     algorithm: str
     version: int
-    signal_uid: str
     signal_sha256: str
     parameters_json: str
     jumps: tuple[JumpRow, ...]
@@ -73,35 +73,29 @@ class DecisionRow:
     at_s: float | None = None
 
 
-def add_detections(connection: sa.Connection, found: Sequence[DetectionRow]) -> None:
-    """Store what was found, but for what is stored already; no jumps is a result too."""
-    for some in in_chunks(found):
-        stored = private_keys(connection, detection.c.key, [row.key for row in some])
-        fresh = {row.key: row for row in some if row.key not in stored}
-        if not fresh:
-            continue
-        signals = private_keys(connection, signal.c.uid, [row.signal_uid for row in fresh.values()])
-        rows = [
-            {
-                "signal": signals[row.signal_uid],
-                "n_jumps": len(row.jumps),
-                **{name: getattr(row, name) for name in _OWN},
-            }
-            for row in fresh.values()
-        ]
-        made = connection.execute(detection.insert().returning(detection.c.key, detection.c.id), rows)
-        owners = {row.key: row.id for row in made}
-        jumps = [
-            {name: getattr(item, name) for name in JumpRow.__slots__ if name != "flags"}
-            | {"detection": owners[key], "gap_touched": int(item.gap_touched), "flags_json": json.dumps(item.flags)}
-            for key, row in fresh.items()
-            for item in row.jumps
-        ]
-        if jumps:
-            connection.execute(jump.insert(), jumps)
+def add_detection(connection: sa.Connection, found: DetectionRow, signal_key: int) -> None:
+    """Store what was found in a signal, but where it is stored already; no jumps is a result too."""
+    values = {**{name: getattr(found, name) for name in _OWN}, "signal": signal_key, "n_jumps": len(found.jumps)}
+    key = connection.execute(_ADD_NEW, values).scalar()
+    if key is not None and found.jumps:
+        rows = [(key, int(item.gap_touched), json.dumps(item.flags), *_of_jump(item)) for item in found.jumps]
+        insert_plain(connection, jump, ("detection", "gap_touched", "flags_json", *_OF_JUMP), rows)
 
 
 _OWN = ("uid", "key", "algorithm", "version", "parameters_json")
+_ADD_NEW = (
+    detection.insert()
+    .from_select(
+        [*_OWN, "signal", "n_jumps"],
+        sa.select(*(sa.bindparam(name, type_=detection.c[name].type) for name in (*_OWN, "signal", "n_jumps"))).where(
+            ~sa.exists().where(detection.c.key == sa.bindparam("key", type_=detection.c.key.type))
+        ),
+        include_defaults=False,
+    )
+    .returning(detection.c.id)
+)
+_OF_JUMP = tuple(name for name in JumpRow.__slots__ if name not in ("flags", "gap_touched"))
+_of_jump = attrgetter(*_OF_JUMP)
 
 
 def jumps_found(connection: sa.Connection, ingest_uid: str, algorithm: str | None) -> dict[str, int]:
@@ -136,9 +130,7 @@ def detections_by_key(connection: sa.Connection, keys: Sequence[str]) -> dict[st
 def _detections(connection: sa.Connection, keys: Sequence[str]) -> dict[str, DetectionRow]:
     heads = connection.execute(
         sa.select(
-            *columns_of(
-                DetectionRow, detection, signal_uid=signal.c.uid, signal_sha256=signal.c.sha256, jumps=detection.c.id
-            )
+            *columns_of(DetectionRow, detection, signal_sha256=signal.c.sha256, jumps=detection.c.id),
         )
         .join(signal, detection.c.signal == signal.c.id)
         .where(detection.c.key.in_(keys))

@@ -174,6 +174,19 @@ def runs_of_conditions(connection: sa.Connection, condition_uids: Sequence[str])
     )
 
 
+def stated_of_run(connection: sa.Connection, run_uid: str) -> Mapping[str, Any]:
+    """Return what was stated of a run that its files are held against: name, kind, jumps made, starts, local date."""
+    return dict(connection.execute(_STATED, {"uid": run_uid}).mappings().one())
+
+
+# Built once: an ingest of many files asks it for each, and building it takes longer than asking it.
+_STATED = (
+    sa.select(run.c.name, run.c.kind, run.c.jumps_made, run.c.starts, day.c.date_local)
+    .join(day, run.c.day == day.c.id)
+    .where(run.c.uid == sa.bindparam("uid"))
+)
+
+
 def run_uids_by_name(connection: sa.Connection, names: Sequence[str]) -> dict[str, str]:
     """Return the uids of those of these runs that there are, by name."""
     found: dict[str, str] = {}

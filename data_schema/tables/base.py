@@ -50,10 +50,13 @@ class Real(sa.types.TypeDecorator[float]):
         """Let only finite numbers and NULL through."""
         if value is None:
             return None
-        number = float(value)
-        if not math.isfinite(number):
-            raise ValueError(f"{number} cannot be stored: store NULL and a reason instead.")
-        return number
+        return _finite(float(value))
+
+
+def _finite(number: float) -> float:
+    if not math.isfinite(number):
+        raise ValueError(f"{number} cannot be stored: store NULL and a reason instead.")
+    return float(number)
 
 
 def uid_column() -> sa.Column[str]:
@@ -158,18 +161,24 @@ def _keys_by(name: sa.Column[str]) -> sa.Select[Any]:
     return sa.select(name, name.table.c.id).where(name.in_(sa.bindparam("names", expanding=True)))
 
 
-def insert_texts(
-    connection: sa.Connection, table: sa.Table, names: Sequence[str], rows: Sequence[tuple[str | int | None, ...]]
+def insert_plain(
+    connection: sa.Connection, table: sa.Table, names: Sequence[str], rows: Sequence[Sequence[str | float | None]]
 ) -> None:
-    """Insert rows of texts and whole numbers, the values of the columns named: twice as fast as by SQLAlchemy.
+    """Insert rows by the driver, the values of the columns named, a third of the time that SQLAlchemy takes.
 
-    It looks at each value, which real numbers need (`Real`) and these do not.
+    Numbers that are not finite are refused, as by `Real`.
     """
-    if not rows:
-        return
-    statement = table.insert().compile(dialect=connection.dialect, column_keys=list(names))
-    if statement.positiontup is None:
-        connection.exec_driver_sql(str(statement), [dict(zip(names, row, strict=True)) for row in rows])
+    text, places = _plain_insert(table, tuple(names), connection.dialect)
+    plain = [[_finite(value) if isinstance(value, float) else value for value in row] for row in rows]
+    if places is None:
+        connection.exec_driver_sql(text, [dict(zip(names, row, strict=True)) for row in plain])
     else:
-        places = [names.index(name) for name in statement.positiontup]
-        connection.exec_driver_sql(str(statement), [tuple(row[place] for place in places) for row in rows])
+        connection.exec_driver_sql(text, [tuple(row[place] for place in places) for row in plain])
+
+
+@cache
+def _plain_insert(table: sa.Table, names: tuple[str, ...], dialect: Dialect) -> tuple[str, list[int] | None]:
+    """Return the statement, and which value goes to which place; None where values are named."""
+    compiled = table.insert().compile(dialect=dialect, column_keys=list(names))
+    order = compiled.positiontup
+    return str(compiled), None if order is None else [names.index(name) for name in order]

@@ -51,11 +51,12 @@ def assign_file(
 ) -> None:
     """Link every part of a file to a run, or one; `parts` are those of the reading that is being made."""
     for name in (parts or parts_of_file(context.connection, file_uid)) if part is None else [part]:
-        _link(context, file_uid, run_uid, role, name)
+        unlink_file(context.connection, file_uid, name)
+        link_part(context, file_uid, run_uid, role, name)
 
 
-def _link(context: ApplyContext, file_uid: str, run_uid: str, role: FileRole, part: str) -> None:
-    unlink_file(context.connection, file_uid, part)
+def link_part(context: ApplyContext, file_uid: str, run_uid: str, role: FileRole, part: str) -> None:
+    """Link a part of a file that belongs to no run."""
     insert_fact(
         context.connection,
         "run_file",
@@ -93,7 +94,7 @@ def link_parts_again(
     if len(runs) == 1 and {link.part for link in links}.issuperset(before):
         for part in parts:
             if part not in before:
-                _link(context, file_uid, runs[0], role, part)
+                link_part(context, file_uid, runs[0], role, part)
     return runs
 
 

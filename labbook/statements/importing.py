@@ -224,7 +224,7 @@ def _detected(part: SignalPart, settings: ReadSettings) -> Detection | None:
 def _stored_part(part: SignalPart, sha256: str, file: FileInStore, found: Detection | None) -> StoredPart:
     jumps = None
     if found is not None:
-        row, height_range_m = detection_row(found, "", sha256), None
+        row, height_range_m = detection_row(found, sha256), None
         if not row.jumps:
             heights = next(channel.values for channel in part.channels if channel.name == BODY_HEIGHT)
             low_m, high_m = np.nanpercentile(heights, (1.0, 99.0))

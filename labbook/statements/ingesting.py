@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from typing import Any
 
 from data_schema.errors import BookBusy, BookError, InputRefused, UsageError
 from data_schema.journal import Entry, canonical
 from data_schema.queries import files
-from data_schema.queries.detections import add_detections
-from data_schema.queries.facts import insert_fact, key_of, read_fact
+from data_schema.queries.detections import add_detection
+from data_schema.queries.facts import insert_fact, key_of
 from data_schema.queries.files import last_reading, links_of_file, parts_of_file, set_status
+from data_schema.queries.runs import stated_of_run
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.declared import flag_of
 from ingest.formats.format import UNKNOWN
@@ -23,7 +24,7 @@ from ingest.store import raw_path
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, jumps_found
 from labbook.analysis.outcomes.log_dates import day_notes
 from labbook.statements.apply_context import ApplyContext, derived_uid, run_named
-from labbook.statements.assigning import assign_file, link_parts_again
+from labbook.statements.assigning import link_part, link_parts_again
 from labbook.statements.importing import (
     PreparedImport,
     ReadSettings,
@@ -54,8 +55,10 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> None:
     role = _role(new, done)
     ingest_key = add_reading(context, entry, done, file_key, role)
     run_uid = new.get("run") or run_named(context, new.get("stated_run"))
+    parts = _parts(new, done)
     if run_uid:
-        assign_file(context, file_uid, run_uid, role, parts=_parts(new, done))
+        for part in parts:
+            link_part(context, file_uid, run_uid, role, part)
     if not done.read.refused:
         add_signals(context, file_key, ingest_key, done, new, None)
         of_file = run_uid if role is FileRole.CHARGE else None
@@ -64,7 +67,7 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> None:
     contradicting = runs_contradict(new.get("stated_runs", ()), new["original_name"])
     files.add_findings(context.connection, ingest_key, [finding_values(finding) for finding in contradicting])
     if run_uid:
-        files.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
+        files.add_findings(context.connection, ingest_key, _against_run(context, run_uid, parts, done))
 
 
 def runs_contradict(stated: Sequence[str], name: str) -> list[Finding]:
@@ -102,8 +105,10 @@ def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> None:
         runs = {link.run_uid for link in links_of_file(context.connection, before.file_uid)}
         of_file = runs.pop() if role is FileRole.CHARGE and len(runs) == 1 else None
         _update_charges(context, ingest_key, before.file_uid, done, new, of_file)
+    links = links_of_file(context.connection, before.file_uid) if touched else []
     for run_uid in dict.fromkeys(touched):
-        files.add_findings(context.connection, ingest_key, _against_run(context, run_uid, done))
+        of_run = {link.part for link in links if link.run_uid == run_uid}
+        files.add_findings(context.connection, ingest_key, _against_run(context, run_uid, of_run, done))
 
 
 def _update_charges(
@@ -175,16 +180,15 @@ def _role(new: Mapping[str, Any], done: PreparedImport) -> FileRole:
     return FileRole(new["role"])
 
 
-def _against_run(context: ApplyContext, run_uid: str, done: PreparedImport) -> list[dict[str, Any]]:
-    """Return what is found of a file by the run that it belongs to: other jumps, another day."""
-    run = read_fact(context.connection, "run", run_uid, ["name", "kind", "jumps_made", "starts", "day"])
-    links = links_of_file(context.connection, derived_uid("file", done.sha256))
-    of_run = {link.part for link in links if link.run_uid == run_uid}
+def _against_run(
+    context: ApplyContext, run_uid: str, of_run: Collection[str], done: PreparedImport
+) -> list[dict[str, Any]]:
+    """Return what is found of the parts of a file that belong to a run by that run: other jumps, another day."""
+    run = stated_of_run(context.connection, run_uid)
     found = _jumps_mismatch(run, of_run, done) + _height_zeros(run, of_run, done)
     if done.read.role is not FileRole.CHARGE and not done.read.refused:
-        day = read_fact(context.connection, "day", run["day"], ["date_local"])["date_local"]
         parts = [part for part in done.read.parts if part.part in of_run]
-        found += day_notes(parts, run["name"], day, done.settings.declared.time_zone)
+        found += day_notes(parts, run["name"], run["date_local"], done.settings.declared.time_zone)
     return [finding_values(finding) for finding in found]
 
 
@@ -315,9 +319,8 @@ def add_signals(
     recorded = _recorded(done, new)
     for part, stored in zip(done.read.parts, done.parts, strict=True):
         named = (done.sha256, part.part, done.read.reader_version)
-        uid = derived_uid("signal", *(named if reading_uid is None else (reading_uid, part.part)))
         values = {
-            "uid": uid,
+            "uid": derived_uid("signal", *(named if reading_uid is None else (reading_uid, part.part))),
             "file": file_key,
             "ingest": ingest_key,
             "part": part.part,
@@ -331,9 +334,9 @@ def add_signals(
             "time_sha256": stored.time_sha256,
             "recorded_sha256": recorded.get(part.part),
         }
-        files.add_signal(context.connection, values, _channels(part, stored.ranges), _gaps(part))
+        key = files.add_signal(context.connection, values, _channels(part, stored.ranges), _gaps(part))
         if stored.detection is not None:
-            add_detections(context.connection, [replace(stored.detection.row, signal_uid=uid)])
+            add_detection(context.connection, stored.detection.row, key)
 
 
 def _recorded(done: PreparedImport, new: Mapping[str, Any]) -> dict[str, str]:

@@ -57,8 +57,12 @@ def update_charges(
     named = _named_runs(connection, read.charges, of_file)
     found: list[Finding] = []
     held, new = [], []
+    packs = {
+        name: find_uid(connection, "battery", name=name) for name in {row.stated_pack for row in read.charges} if name
+    }
     for key, row, run in zip(keys_of(read.charges), read.charges, named, strict=True):
-        values = _columns(connection, row)
+        values = {name: getattr(row, name) for name in _IN_TABLE}
+        values |= {"mode": str(row.mode), "battery": packs[row.stated_pack] if row.stated_pack else None}
         old = standing.pop(numbers[key], None)
         if old is None:
             held.append(derived_uid("charge", file_uid, numbers[key]))
@@ -142,12 +146,6 @@ def _keep_corrections(old: SheetRow, read: ChargeRow, values: dict[str, Any]) ->
 
 _IN_TABLE = tuple(each.name for each in fields_of(ChargeRow) if each.name not in ("row_number", "member"))
 """The fields of a line that are stored as they are; its number is given once, and its pack has a row of its own too."""
-
-
-def _columns(connection: sa.Connection, row: ChargeRow) -> dict[str, Any]:
-    """Return a charge as its table takes it."""
-    pack = find_uid(connection, "battery", name=row.stated_pack) if row.stated_pack else None
-    return {**{name: getattr(row, name) for name in _IN_TABLE}, "mode": str(row.mode), "battery": pack}
 
 
 _NEW_FILE = "FILE"

@@ -125,7 +125,7 @@ def _misfires(book: Book, connection: sa.Connection, found: RunReview, logs: Map
     uids = set()
     for sha256 in lost:
         detection = detect(logs[sha256], detector, length_m)
-        for row, jump in zip(detection_row(detection, "", sha256).jumps, detection.found.jumps, strict=True):
+        for row, jump in zip(detection_row(detection, sha256).jumps, detection.found.jumps, strict=True):
             if jump.misfired:
                 uids.add(row.uid)
     return uids

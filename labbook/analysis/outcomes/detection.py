@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -114,7 +114,7 @@ def detection_key(
     return hashlib.sha256(canonical(parts).encode()).hexdigest()
 
 
-def detection_row(detection: Detection, signal_uid: str, signal_sha256: str) -> DetectionRow:
+def detection_row(detection: Detection, signal_sha256: str) -> DetectionRow:
     """Return what was found in a signal as it is stored."""
     key = detection_key(signal_sha256, detection.algorithm, detection.version, detection.parameters, detection.gaps)
     return DetectionRow(
@@ -122,7 +122,6 @@ def detection_row(detection: Detection, signal_uid: str, signal_sha256: str) -> 
         key=key,
         algorithm=detection.algorithm,
         version=detection.version,
-        signal_uid=signal_uid,
         signal_sha256=signal_sha256,
         parameters_json=canonical(detection.parameters),
         jumps=tuple(_jump_row(key, jump) for jump in detection.found.jumps),
@@ -259,9 +258,9 @@ class Detections:
 
         def find(key: str, signal: SignalRow) -> DetectionRow:
             if (cached := FOUND.read(key)) is not None:
-                return replace(msgspec.msgpack.decode(cached, type=DetectionRow), signal_uid=signal.uid)
+                return msgspec.msgpack.decode(cached, type=DetectionRow)
             log = _read(self.store, signal, gaps[signal.uid])
-            found = detection_row(detect(log, algorithm, rest_length_m), signal.uid, signal.sha256)
+            found = detection_row(detect(log, algorithm, rest_length_m), signal.sha256)
             FOUND.write(key, msgspec.msgpack.encode(found))
             return found
 

@@ -36,7 +36,7 @@ def test_a_jump_over_a_gap_of_any_kind_is_marked_and_has_its_own_key(made: Small
     keys = set()
     for gaps in ([], *([Gap(apex_s - 0.01, 0.02, 6, 6, kind)] for kind in GapKind)):
         log = Log(samples["time"], samples["body_height"], samples.get("leg_length"), gaps_for_detector(gaps))
-        row = detection_row(detect(log, "robust", 0.27), found.signals[0].uid, found.signals[0].sha256)
+        row = detection_row(detect(log, "robust", 0.27), found.signals[0].sha256)
         assert (row.key == found.detections[0].key) is (not gaps)
         assert row.jumps[1].gap_touched is bool(gaps)
         assert gaps or not any(jump.gap_touched for jump in row.jumps)

@@ -22,7 +22,7 @@ def jump(number: int, apex_s: float, height_m: float | None = 0.2, se_m: float |
 
 
 def detection(*jumps: JumpRow, algorithm: str = "robust", version: int = 1) -> DetectionRow:
-    return DetectionRow("d", "key", algorithm, version, "s", "hash", "{}", jumps)
+    return DetectionRow("d", "key", algorithm, version, "hash", "{}", jumps)
 
 
 def said(verdict: Verdict, anchor_s: float = 1.0, height_m: float = 0.2, version: int = 1) -> DecisionRow:
