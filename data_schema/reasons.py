@@ -153,6 +153,7 @@ class Reason(Code):
     SEVERAL_LEG_LENGTHS = "{n} logs have a leg length, and one is expected"
     SEVERAL_FORCE_RECORDS = "{n} force-plate records, and one is expected"
     FILE_WAITS = "{role} {name} waits for a declaration: {said} Then `labbook files reread {name}` with it"
+    FILE_LOST = "{role} {name} is lost: {said}"
     NO_CONTACT = "no contact begins and ends within the record"
     NO_TWO_OF_A_CONDITION = "no condition has two {of}s with {quantity} ({in_unit}) yet"
     ALL_CONDITIONS_CONSTANT = "the {quantity} of each condition do not differ at all"

@@ -593,18 +593,23 @@ class PartRow:
 
 @dataclass(frozen=True, slots=True)
 class WaitingFile:
-    """A file that was imported and that this labbook refuses; `message` is the sentence of the refusal."""
+    """A file that was imported and that this labbook refuses; `message` is the sentence of the refusal.
+
+    `lost`: there is nothing to refuse, its raw copy could not be read.
+    """
 
     file_uid: str
     name: str
     role: str | None
     message: str
     runs: tuple[str, ...]
+    lost: bool
 
     @property
     def why(self) -> Undefined:
         """Why numbers that would come from it are undefined, and what to do."""
-        return Undefined(Reason.FILE_WAITS, role=self.role or "file", name=self.name, said=self.message)
+        reason, said = (Reason.FILE_LOST, self.message.rstrip(".")) if self.lost else (Reason.FILE_WAITS, self.message)
+        return Undefined(reason, role=self.role or "file", name=self.name, said=said)
 
 
 def readings_of(connection: sa.Connection, sha256: str) -> list[ReadingRow]:
@@ -728,7 +733,7 @@ def set_status(connection: sa.Connection, ingest_uid: str, status: IngestStatus)
 
 
 def waiting_files(connection: sa.Connection) -> list[WaitingFile]:
-    """Return the files that wait for a declaration, with the runs that they belong to."""
+    """Return the files that wait for a declaration or for their raw copy, with the runs that they belong to."""
     rows = connection.execute(
         sa.select(ingest.c.id, file.c.uid, ingest.c.original_name, ingest.c.role)
         .join(file, ingest.c.file == file.c.id)
@@ -737,11 +742,12 @@ def waiting_files(connection: sa.Connection) -> list[WaitingFile]:
     ).all()
     found = []
     for row in rows:
-        message = connection.execute(
-            sa.select(finding.c.message)
+        refusal = connection.execute(
+            sa.select(finding.c.message, finding.c.rule)
             .where(finding.c.ingest == row.id, finding.c.severity == Severity.FILE)
             .order_by(finding.c.id)
-        ).scalar()
+        ).first()
+        message, rule = refusal or ("it is refused.", "")
         runs = (
             sa.select(run.c.uid)
             .join(run_file, run_file.c.run == run.c.id)
@@ -750,5 +756,15 @@ def waiting_files(connection: sa.Connection) -> list[WaitingFile]:
             .distinct()
         )
         of_file = tuple(sorted(connection.execute(runs).scalars()))
-        found.append(WaitingFile(row.uid, row.original_name, row.role, message or "it is refused.", of_file))
+        found.append(WaitingFile(row.uid, row.original_name, row.role, message, of_file, rule == LOST))
     return found
+
+
+LOST = "raw_copy_lost"
+"""The rule of a file whose raw copy could not be read when the database was made."""
+
+
+def lost_copies(connection: sa.Connection) -> frozenset[str]:
+    """Return the SHA-256 of the files without whose raw copies the database was made."""
+    query = sa.select(ingest.c.sha256).join(finding, finding.c.ingest == ingest.c.id).where(finding.c.rule == LOST)
+    return frozenset(connection.execute(query).scalars())

@@ -14,6 +14,7 @@ import sqlalchemy as sa
 from data_schema.engine import reading
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal import MEND_FILE
+from data_schema.queries.files import lost_copies
 from data_schema.queries.history import CommandEnd, command_ends
 from data_schema.queries.study import config_in_force
 from labbook.book.opening import Book
@@ -42,7 +43,8 @@ def book_as_of(book: Book, asked: str, step: Callable[[str], None]) -> Iterator[
     zone = book.configuration.study.time_zone
     with book.reading() as connection:
         end = _end(command_ends(connection), asked, zone)
-    with replayed(book.store, book.mirror, end.seq, step, use_cache=True) as (engine, replay):
+        lost = lost_copies(connection)
+    with replayed(book.store, book.mirror, end.seq, step, use_cache=True, lost=lost) as (engine, replay):
         if replay.reached != (end.seq, end.hash):
             raise BookDamaged(f"journal.jsonl does not hold entry {end.seq} of the database: {MEND_FILE}.")
         with reading(engine) as connection:

@@ -45,10 +45,13 @@ from data_schema.engine import (
 from data_schema.errors import BookBusy, BookDamaged, BookError, UsageError
 from data_schema.journal import GENESIS, Entry
 from data_schema.journal_file import JournalFile, LeftOut
+from data_schema.queries.files import lost_copies
 from data_schema.schema import SCHEMA, schema_of
 from data_schema.tables import METADATA
 from data_schema.views import VIEWS
+from ingest.store import Store
 from labbook.book.altered import AlteredRow, Differences, altered_rows, but_of_readings, differences, with_reports
+from labbook.book.copies.copying import raw_of
 from labbook.book.making import fill_sqlite, make_tables
 from labbook.book.opening import (
     CONFIGURATION,
@@ -73,7 +76,7 @@ class Rebuilt:
 
     `left_out` is what stands at the end of the journal file and is no complete command. `altered` are the first of the
     `n_altered` rows of the old database that were not what labbook had written there. `lost_views` are of a lab's own
-    and could not be made again.
+    and could not be made again. `lost` raw copies could not be read: `differences` say which files wait for them.
     """
 
     entries: int
@@ -83,6 +86,7 @@ class Rebuilt:
     n_altered: int = 0
     altered: tuple[AlteredRow, ...] = ()
     lost_views: tuple[str, ...] = ()
+    lost: int = 0
 
     @property
     def sentences(self) -> list[str]:
@@ -102,10 +106,13 @@ class Place:
     url: str | None
 
 
-def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | None = None) -> Rebuilt:
+def rebuild_database(
+    folder: Path, step: Callable[[str], None], place: Place | None = None, *, keep_going: bool = False
+) -> Rebuilt:
     """Make the database anew, where it is or in another `place`; an interrupted rebuild leaves the old one in use.
 
-    A book that goes to another place is there once its labbook.toml says so, which is written last.
+    A book that goes to another place is there once its labbook.toml says so, which is written last. With `keep_going`
+    files whose raw copies are missing or damaged wait for these, else `BookDamaged` is raised and nothing changed.
     """
     configuration = read_configuration(folder)
     url = configuration.database.url if place is None else place.url
@@ -117,13 +124,23 @@ def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | N
             f"{mirror.path} holds no entry: write it anew from the database with `labbook rebuild --journal`, or make "
             "a book with `labbook init`."
         )
-    replay = Replay(store_of(folder, configuration), mirror, step)
+    store = store_of(folder, configuration)
     with exclusive_lock(mirror.path, REBUILDING):
-        lost: list[str] = []
-        if url is None:
-            old, lost = _rebuild_sqlite(folder, replay)
-        else:
-            old = replace_postgres(url, replay.apply_to, replay.finish)
+        replay = Replay(store, mirror, step, lost=unreadable_copies(store, mirror) if keep_going else frozenset())
+        lost_views: list[str] = []
+        try:
+            if url is None:
+                old, lost_views = _rebuild_sqlite(folder, replay)
+            else:
+                old = replace_postgres(url, replay.apply_to, replay.finish)
+        except BookDamaged as error:
+            missing = () if keep_going else unreadable_copies(store, mirror)
+            if not missing:
+                raise
+            raise BookDamaged(
+                f"{len(missing)} of the raw copies cannot be read and nothing was changed (the first: {error}) "
+                "`labbook rebuild --keep-going` makes the database without them, and lists what is missing."
+            ) from error
         if moves:
             write_whole(folder / CONFIGURATION, moved.encode())
             if configuration.database.url is None:
@@ -132,11 +149,16 @@ def rebuild_database(folder: Path, step: Callable[[str], None], place: Place | N
     try:
         with reading(engine) as connection:
             found = differences(connection, journal.stored(connection), replay.without_rows)
-            store = replay.store.root
-            altered = (0, ()) if old is None or moves else _altered(folder, store, url, old, connection, found)
+            altered = (0, ()) if old is None or moves else _altered(folder, store.root, url, old, connection, found)
     finally:
         engine.dispose()
-    return Rebuilt(len(replay.hashes), old, found, replay.left_out, *altered, lost_views=tuple(lost))
+    lost = len(replay.lost)
+    return Rebuilt(len(replay.hashes), old, found, replay.left_out, *altered, lost_views=tuple(lost_views), lost=lost)
+
+
+def unreadable_copies(store: Store, mirror: JournalFile) -> frozenset[str]:
+    """Return the SHA-256 of the raw copies that a journal names and that are missing or damaged; all are read."""
+    return frozenset(sha256 for sha256 in raw_of(mirror.entries()) if not store.has_raw(sha256))
 
 
 def _altered(
@@ -144,7 +166,7 @@ def _altered(
 ) -> tuple[int, tuple[AlteredRow, ...]]:
     """Compare rows of the old database with the new ones; none where it is too damaged, or of another schema.
 
-    Where other versions of readers made it, only what no reading gives.
+    Where other versions of readers made it, or other raw copies were lost, only what no reading gives.
     """
     engine = postgres_engine(url, schema=old) if url else sqlite_engine(folder / old)
     try:
@@ -152,7 +174,7 @@ def _altered(
             if schema_of(connection) != SCHEMA:
                 return 0, ()
             altered = altered_rows(connection, fresh)
-            if found.other_versions:
+            if found.other_versions or lost_copies(connection) != lost_copies(fresh):
                 altered = but_of_readings(altered)
             return len(altered), tuple(with_reports(store, connection, fresh, altered))
     except (BookError, sa.exc.DBAPIError):

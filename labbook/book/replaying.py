@@ -51,7 +51,7 @@ class Replay:
     """The journal file played back into empty tables, as far as it goes at the moment.
 
     With `use_cache` files are read only where the cache of readings has them not; where the replay `needs_samples`,
-    also those whose samples are not in the store.
+    also those whose samples are not in the store. Files whose SHA-256 is among the `lost` wait for their raw copies.
     """
 
     store: Store
@@ -59,6 +59,7 @@ class Replay:
     step: Callable[[str], None]
     use_cache: bool = True
     needs_samples: bool = True
+    lost: frozenset[str] = frozenset()
     hashes: list[str] = field(default_factory=list)
     """Of the entries that were applied, in their order."""
     without_rows: list[Entry] = field(default_factory=list)
@@ -80,7 +81,8 @@ class Replay:
         entries = journal.verified_chain(self.mirror.tail(seq), (seq, last_hash)) if seq else self.mirror.entries()
         new = itertools.takewhile(lambda entry: entry.seq <= total, entries)
         forget_unused()
-        with contextlib.closing(ReadingAhead(self.store, self.use_cache, self.needs_samples, self.verified)) as ahead:
+        ahead = ReadingAhead(self.store, self.use_cache, self.needs_samples, self.verified, self.lost)
+        with contextlib.closing(ahead):
             for some in _batched(journal.commands(ahead.pass_on(new))):
                 with writing(engine) as connection, remembering_keys(connection, self._keys):
                     for command in some:
@@ -92,7 +94,7 @@ class Replay:
         self, connection: sa.Connection, command: list[Entry], prepared: Callable[[Entry], object]
     ) -> list[Entry]:
         try:
-            return apply_again(connection, self.store, command, prepared)
+            return apply_again(connection, self.store, command, prepared, self.lost)
         except (InputRefused, UsageError) as error:
             raise BookDamaged(
                 f"entry {command[0].seq} of {self.mirror.path} cannot take effect ({error}): the journal is not as "
@@ -137,12 +139,19 @@ def _batched(commands: Iterable[list[Entry]]) -> Iterator[list[list[Entry]]]:
 
 @contextlib.contextmanager
 def replayed(
-    store: Store, mirror: JournalFile, until: int, step: Callable[[str], None], *, use_cache: bool
+    store: Store,
+    mirror: JournalFile,
+    until: int,
+    step: Callable[[str], None],
+    *,
+    use_cache: bool,
+    lost: frozenset[str] = frozenset(),
 ) -> Iterator[tuple[sa.Engine, Replay]]:
     """Make the database that raw copies and the first `until` entries of the journal give, for as long as it is used.
 
     It lies in a temporary folder of the system, with the samples of what was read. Of the book, only raw copies and
-    journal are read; with `use_cache`, no raw copies but of files that the cache of readings has not.
+    journal are read; with `use_cache`, no raw copies but of files that the cache of readings has not. Those of the
+    `lost`, by SHA-256, are not read: `lost_copies` of the book.
     """
     with tempfile.TemporaryDirectory(prefix="labbook-replay-") as name:
         folder = Path(name)
@@ -150,7 +159,7 @@ def replayed(
         fill_sqlite(folder / DATABASE)
         engine = sqlite_engine(folder / DATABASE, scratch=True)
         try:
-            replay = Replay(Store(folder), mirror, step, use_cache=use_cache, needs_samples=False)
+            replay = Replay(Store(folder), mirror, step, use_cache=use_cache, needs_samples=False, lost=lost)
             replay.apply_to(engine, until)
             yield engine, replay
         finally:
@@ -178,6 +187,7 @@ class ReadingAhead:
     use_cache: bool
     needs_samples: bool
     verified: dict[str, str] = field(default_factory=dict)
+    lost: frozenset[str] = frozenset()
     _pool: ProcessPoolExecutor | None = None
     _asked: dict[int, Future[bytes]] = field(default_factory=dict)
     _known: dict[int, PreparedImport] = field(default_factory=dict)
@@ -231,6 +241,8 @@ class ReadingAhead:
         if entry.action not in (Action.INGEST, Action.READ):
             return False
         new = entry.new or {}
+        if new["sha256"] in self.lost:
+            return False
         done = remembered(new["sha256"], new["settings"]) if self.use_cache else None
         if done is None:
             return True

@@ -121,35 +121,34 @@ def apply_again(
     store: Store,
     entries: Iterable[Entry],
     prepared: Callable[[Entry], object] = lambda _entry: None,
+    lost: frozenset[str] = frozenset(),
 ) -> list[Entry]:
     """Let commands of the journal file take effect and stand in the journal table, as they did the first time.
 
     A command's entries stand there when all have taken effect, as when it was first made. Those that were merged from
     another book come last, and each stands there for the next, as in that book. `prepared` gives work that was done for
-    an entry already. Returns the entries that speak of a charge or a link which is not there now.
+    an entry already; files of the SHA-256 in `lost` are not read. Returns the entries that speak of a charge or a link
+    which is not there now.
     """
     without_rows: list[Entry] = []
+    context = ApplyContext(connection, store, without_rows, lost)
     for command in journal.commands(entries):
         own = [entry for entry in command if entry.origin is None]
         for entry in own:
-            apply_entry(ApplyContext(connection, store, without_rows), entry, prepared(entry))
+            apply_entry(context, entry, prepared(entry))
         journal.insert(connection, own)
-        _take_effect(connection, store, command, without_rows, prepared)
+        _take_effect(context, command, prepared)
     return without_rows
 
 
 def _take_effect(
-    connection: sa.Connection,
-    store: Store,
-    command: Iterable[Entry],
-    without_rows: list[Entry] | None = None,
-    prepared: Callable[[Entry], object] = lambda _entry: None,
+    context: ApplyContext, command: Iterable[Entry], prepared: Callable[[Entry], object] = lambda _entry: None
 ) -> None:
     """Let the merged entries of a command take effect, one after the other."""
     for entry in command:
         if entry.origin is not None:
-            apply_entry(ApplyContext(connection, store, without_rows), entry, prepared(entry))
-            journal.insert(connection, [entry])
+            apply_entry(context, entry, prepared(entry))
+            journal.insert(context.connection, [entry])
 
 
 @contextlib.contextmanager
@@ -167,7 +166,7 @@ def write_session_of(engine: sa.Engine, store: Store, mirror: JournalFile, perso
             if session.entries or session.merged:
                 entries = journal.chain_entries([*session.entries, *session.merged], journal.head(connection))
                 journal.insert(connection, entries[: len(session.entries)])
-                _take_effect(connection, store, entries)
+                _take_effect(ApplyContext(connection, store), entries)
                 mirror.append(entries)
                 written = True
     except BookError as error:

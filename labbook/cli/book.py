@@ -104,6 +104,9 @@ def backup(
     destination: Annotated[
         Path, typer.Argument(metavar="DEST", help="A folder for this book's backup, best on another disk.")
     ],
+    check: Annotated[
+        bool, typer.Option("--check", help="Copy nothing: verify the backup in DEST by itself, without its book.")
+    ] = False,
     book: BookOption = None,
 ) -> Shown:
     """Copy the journal, the raw copies and labbook.toml to DEST; the next time only what is new.
@@ -111,8 +114,13 @@ def backup(
     Every copy is read again and compared with its hash. Others may go on writing to the book. The database is made anew
     from these by `labbook restore`, also where it is PostgreSQL; the pages of reports by `labbook report`.
 
-    Example: labbook backup /media/stick/mybook
+    With --check the backup is verified as a restore would: the journal's chain, the hash of every raw copy and of the
+    numbers of reports, and the journal played back; exit code 3 where something is wrong.
+
+    Example: labbook backup /media/stick/mybook; labbook backup /media/stick/mybook --check
     """
+    if check:
+        return _check_backup(destination)
     from labbook.book.copies.backing_up import back_up
     from labbook.book.opening import find_folder
 
@@ -127,6 +135,23 @@ def backup(
     return Shown(done, [*lines, *done.remarks])
 
 
+def _check_backup(source: Path) -> Shown:
+    from data_schema.errors import BookDamaged
+    from labbook.actions.upkeep.checking_backup import check_backup
+
+    with progress("checking", None) as step:
+        found = check_backup(source, step)
+    several = len(found.problems) > 1
+    verdict = f"{len(found.problems)} problem{'s' if several else ''}" if found.problems else "the backup is whole"
+    lines = [
+        f"{verdict}: {found.entries} entries and {found.raw_copies} raw copies read, the journal played back.",
+        *(f"  {problem}" for problem in found.problems),
+        *found.missing_numbers,
+        *(found.differences.sentences if not found.problems else ()),
+    ]
+    return Shown(found, lines, BookDamaged.exit_code if found.problems else 0)
+
+
 def restore(
     source: Annotated[Path, typer.Argument(metavar="SRC", help="A folder that `labbook backup` made.")],
     folder: Annotated[Path, typer.Argument(metavar="DIR", help="The folder of the book; empty, or not there.")],
@@ -137,10 +162,15 @@ def restore(
     sqlite: Annotated[
         bool, typer.Option("--sqlite", help="Make labbook.db in DIR, of a book that was on PostgreSQL.")
     ] = False,
+    keep_going: Annotated[
+        bool, typer.Option("--keep-going", help="Go on without raw copies that the backup lacks, and list them.")
+    ] = False,
 ) -> Shown:
     """Make the book of a backup: copy and compare everything, make the database anew, check all of it.
 
     Cut off, the same command goes on where it was. Pages of reports are not in a backup: `labbook report` makes them.
+    With --keep-going a file whose raw copy is missing or damaged waits: numbers that need it are undefined and say why,
+    until `labbook ingest` is given the original file again.
 
     Example: labbook restore /media/stick/mybook mybook
     """
@@ -148,16 +178,30 @@ def restore(
 
     place = _place(database, sqlite)
     with progress("restoring", None) as step:
-        done = restore_book(source, folder, place, step, lambda _total: contextlib.nullcontext(step))
+        done = restore_book(
+            source, folder, place, step, lambda _total: contextlib.nullcontext(step), keep_going=keep_going
+        )
+    lost = len(done.raw.problems)
     lines = [
-        f"the book of {source} is restored in {done.folder}: {done.entries} entries, {done.raw.raw_copies} raw copies; "
-        "all of it was checked.",
+        f"the book of {source} is restored in {done.folder}: {done.entries} entries, {done.raw.raw_copies - lost} raw "
+        "copies; all of it was checked.",
+        *_lost(lost),
         *done.differences.sentences,
     ]
     if done.moved:
         where = "in the book" if database is None else "in the database given"
         lines.append(f"its labbook.toml says now that the store is in the book, and the tables are {where}.")
     return Shown(done, [*lines, *done.remarks])
+
+
+def _lost(number: int) -> list[str]:
+    """Say that raw copies are missing, before they are listed."""
+    if not number:
+        return []
+    copies = f"{_counted(number, 'raw copy', 'raw copies')} missing or damaged"
+    return [
+        f"{copies}; numbers that need what was in {'it' if number == 1 else 'them'} are undefined until it is back:"
+    ]
 
 
 def _place(database: str | None, sqlite: bool) -> "Place | None":
@@ -213,11 +257,16 @@ def rebuild(
         typer.Option(metavar="URL", help="Make the tables in this PostgreSQL database from now on."),
     ] = None,
     sqlite: Annotated[bool, typer.Option("--sqlite", help="Make labbook.db in the book from now on.")] = False,
+    keep_going: Annotated[
+        bool, typer.Option("--keep-going", help="Go on without raw copies that are missing or damaged, and list them.")
+    ] = False,
     book: BookOption = None,
 ) -> Shown:
     """Make the database anew from the raw copies and the journal; the old one is kept beside it.
 
     With --database or --sqlite the book moves to the other kind of database, and its labbook.toml says so.
+    With --keep-going a file whose raw copy is missing or damaged waits: numbers that need it are undefined and say why,
+    until `labbook ingest` is given the original file again.
 
     Example: labbook rebuild
     """
@@ -228,11 +277,11 @@ def rebuild(
     folder = find_folder(book)
     place = _place(database, sqlite)
     if journal:
-        if place is not None:
-            raise UsageError("--journal writes no database: leave --database and --sqlite out.")
+        if place is not None or keep_going:
+            raise UsageError("--journal writes no database: leave --database, --sqlite and --keep-going out.")
         count = rewrite_journal(folder)
         return Shown({"entries": count}, [f"journal.jsonl written anew: {count} entries."])
     with progress("rebuilding", None) as step:
-        done = rebuild_database(folder, step, place)
+        done = rebuild_database(folder, step, place, keep_going=keep_going)
     old_database = f"the old database is kept as {done.old}" if done.old else "there was no old database"
-    return Shown(done, [f"rebuilt from {done.entries} entries; {old_database}.", *done.sentences])
+    return Shown(done, [f"rebuilt from {done.entries} entries; {old_database}.", *_lost(done.lost), *done.sentences])

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
+    from labbook.actions.files.ingesting import FileOutcome
     from labbook.book.opening import Book
 
 from data_schema.errors import UsageError
@@ -41,8 +42,8 @@ def ingest(
     """Ingest files: a byte-exact copy, its samples and charges, and everything that the checks found.
 
     The same bytes again change nothing, unless other things are declared about them: then the kept copy is read again,
-    with all that is declared now. A refused file stores nothing but its findings; then the exit code is 2, also of
-    --explain and --dry-run.
+    with all that is declared now; a copy that the book had lost is there again. A refused file stores nothing but its
+    findings; then the exit code is 2, also of --explain and --dry-run.
     Of many files the sum comes first, then what needs attention, worst first, then the rest.
 
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007; labbook ingest odd.txt --explain
@@ -95,6 +96,8 @@ def ingest(
                             outcome = take(opened_book, path, IngestRequest(run, answered, dry_run, person))
                     outcomes.append(replace(without_samples(outcome), name=meant.names[path]))
                     step(path.name)
+            if not dry_run and any(outcome.lost for outcome in outcomes):
+                outcomes[:] = _with_lost(opened_book, outcomes)
             taken = [*map(Taken, outcomes, rig_lines_of(opened_book, outcomes), missing_heights(opened_book, outcomes))]
         finally:  # finished files are printed, also where Ctrl-C or a full disk stopped the others
             if outcomes and not for_program():
@@ -104,6 +107,17 @@ def ingest(
         say(meant.skipped_line, err=True)
     data = [*map(taken_json, taken)] if for_program() else None
     return Shown(data, (), 2 if any(outcome.status is IngestStatus.REFUSED for outcome in outcomes) else 0)
+
+
+def _with_lost(book: "Book", outcomes: "list[FileOutcome]") -> "list[FileOutcome]":
+    """Make the database anew with the files that it was made without, and say so of each."""
+    from labbook.book.rebuilding import rebuild_database
+
+    with progress("rebuilding", None) as step:
+        still = rebuild_database(book.folder, step, keep_going=True).lost
+    more = f" {still} more are missing: `labbook db check` lists them." if still else ""
+    said = f"The database was made without it, and is made anew with it.{more}"
+    return [replace(one, messages=(said,)) if one.lost else one for one in outcomes]
 
 
 def _explain(book: "Book", names: dict[Path, str], options: dict[str, Any], run: str | None) -> Shown:

@@ -21,12 +21,14 @@ class ApplyContext:
     """The open transaction and the store of files.
 
     `without_rows` is None while a person makes statements; on replaying the journal it collects the statements about
-    charges and links that no reading of their file gives now.
+    charges and links that no reading of their file gives now. Files with a SHA-256 among the `lost` are not read: they
+    wait for their raw copy.
     """
 
     connection: sa.Connection
     store: Store
     without_rows: list[Entry] | None = None
+    lost: frozenset[str] = frozenset()
 
 
 def with_author(context: ApplyContext, entry: Entry, values: Mapping[str, Any]) -> dict[str, Any]:

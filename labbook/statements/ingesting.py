@@ -148,6 +148,13 @@ def _reading_of(context: ApplyContext, new: Mapping[str, Any], prepared: object)
 def _read_again(context: ApplyContext, new: Mapping[str, Any]) -> PreparedImport:
     """Read the stored copy with the entry's settings."""
     sha256, settings = new["sha256"], ReadSettings.from_json(new["settings"])
+    if sha256 in context.lost:
+        read = (new["reader"], new["reader_version"])
+        message = (
+            f"its raw copy {raw_path(sha256)} is missing or damaged; give the original file again with `labbook "
+            "ingest`, or put the copy back from a backup and run `labbook rebuild`."
+        )
+        return _unread(new, new.get("n_bytes", 0), settings, files.LOST, message, read)
     data = context.store.raw(raw_path(sha256), sha256)
     try:
         done = store_reading(context.store, data, sha256, read_file(data, settings.declared), settings, anew=True)
@@ -167,11 +174,17 @@ def _named_plugin(new: Mapping[str, Any], failure: str) -> str:
     return f"It was read by plug-in {new['plugin']}: {failure}" if new.get("plugin") else failure
 
 
-def _unread(new: Mapping[str, Any], n_bytes: int, settings: ReadSettings, rule: str, message: str) -> PreparedImport:
+def _unread(
+    new: Mapping[str, Any],
+    n_bytes: int,
+    settings: ReadSettings,
+    rule: str,
+    message: str,
+    reader: tuple[str, int] = (UNKNOWN, 0),
+) -> PreparedImport:
     finding = Finding(Severity.FILE, rule, message, None, None, None, 1, ())
-    return PreparedImport(
-        new["sha256"], n_bytes, ReadFile(format=UNKNOWN, reader_version=0, findings=(finding,)), settings, ()
-    )
+    read = ReadFile(format=reader[0], reader_version=reader[1], findings=(finding,))
+    return PreparedImport(new["sha256"], n_bytes, read, settings, ())
 
 
 def _role(new: Mapping[str, Any], done: PreparedImport) -> FileRole:

@@ -17,7 +17,7 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from data_schema.queries.charges import charges_of_run
 from data_schema.queries.facts import find_uid
-from data_schema.queries.files import ABOUT_RUNS, FileRow, FirstImport, first_import, runs_of_file
+from data_schema.queries.files import ABOUT_RUNS, FileRow, FirstImport, first_import, lost_copies, runs_of_file
 from data_schema.queries.runs import list_runs, names_beginning
 from data_schema.vocabulary import Action, FileRole, IngestStatus, Severity
 from ingest.formats.format import UNKNOWN
@@ -82,6 +82,7 @@ class FileOutcome:
     bytes, `first` is their first import, and `messages` tell what was done with the declarations given; `changes` lists
     what another reading changed, None where there was none. `of_other_run`: these bytes came before under a name that
     states another run. `replaced` are the uids of files that were withdrawn because this one begins with their bytes.
+    `lost`: the database was made without these bytes, and must be made anew with them.
     """
 
     name: str
@@ -96,10 +97,13 @@ class FileOutcome:
     changes: tuple[str, ...] | None = None
     of_other_run: bool = False
     replaced: tuple[str, ...] = ()
+    lost: bool = False
 
 
 HAS_MORE = "The book has all of it, and more: nothing to add."
 """What is said of a file that one of its name in the book begins with."""
+WAS_LOST = "The database was made without it: `labbook rebuild` makes it anew."
+"""What is said of a file that waited for its raw copy."""
 
 
 def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
@@ -168,6 +172,11 @@ def _known(
     book: Book, path: Path, request: IngestRequest, first: FirstImport, sha256: str, restored: bool
 ) -> FileOutcome:
     """Say what became of bytes that the book has."""
+    with book.reading() as connection:
+        lost = sha256 in lost_copies(connection)
+    if lost:
+        outcome = FileOutcome(own_name(path), sha256, IngestStatus.DUPLICATE, runs=first.runs, first=first)
+        return replace(outcome, raw_restored=restored, messages=(WAS_LOST,), lost=True)
     reread, messages = take_known(
         book,
         sha256,

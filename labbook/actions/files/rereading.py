@@ -25,6 +25,7 @@ from data_schema.queries.files import (
     ReadingRow,
     last_reading,
     links_of_file,
+    lost_copies,
     parts_of_reading,
     runs_of_file,
 )
@@ -121,6 +122,9 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
     if not request.afresh:
         request = replace(request, options=with_declared(json.loads(row.options_json), request.options))
     data = book.store.raw(raw_path(row.sha256), row.sha256)
+    with book.reading() as connection:
+        if row.sha256 in lost_copies(connection):
+            raise UsageError(f"the database was made without the raw copy of {row.name}: run `labbook rebuild` first.")
     settings = current_settings(book.configuration, request.options, row.name)
     settings, read = read_on_day_of(book, data, settings, read_file(data, settings.declared), _run_of(book, row))
     if request.batch is None and canonical(dict(request.options)) != row.options_json:

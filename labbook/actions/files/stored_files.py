@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from data_schema.errors import UsageError
 from data_schema.queries.charges import charges_of_runs
 from data_schema.queries.files import (
+    LOST,
     FindingRow,
     InboxItem,
     PartRow,
@@ -22,6 +23,7 @@ from data_schema.queries.files import (
     findings_of,
     last_readings,
     links_of_file,
+    lost_copies,
     parts_of_reading,
     readings_of,
     runs_by_file,
@@ -168,7 +170,9 @@ def files_to_reread(book: Book, step: Callable[[str], None]) -> list[ReadingRow]
     from labbook.actions.files.rereading import would_differ
 
     with book.reading() as connection:
+        lost = lost_copies(connection)
         rows = [row for row in last_readings(connection) if row.status is not IngestStatus.WITHDRAWN]
+    rows = [row for row in rows if row.sha256 not in lost]
     found = []
     for row in rows:
         if row.status is IngestStatus.WAITING or would_differ(book, row):
@@ -305,8 +309,9 @@ def _remark(connection: sa.Connection, status: str, file_uid: str, reading_uid: 
         at = local_text(withdrawal.at_utc, study_of(connection).time_zone)
         return f"withdrawn by {withdrawal.person} on {at}: {withdrawal.reason}"
     if status == IngestStatus.WAITING:
-        refused = [item.message for item in findings_of(connection, reading_uid) if item.severity == "file"]
-        return f"waits for a declaration: {refused[0] if refused else ''}"
+        refused = [item for item in findings_of(connection, reading_uid) if item.severity == "file"]
+        what = "is lost" if refused and refused[0].rule == LOST else "waits for a declaration"
+        return f"{what}: {refused[0].message if refused else ''}"
     return ""
 
 

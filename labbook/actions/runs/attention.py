@@ -567,11 +567,12 @@ def _file_waits(facts: Facts) -> Iterator[Found]:
     for file in facts.evidence.waiting:
         runs = [by_uid[uid] for uid in file.runs if uid in by_uid]
         of = f" of {listed([run.name for run in runs], 4)}" if runs else ""
+        mend: tuple[Word, ...] = ("files", "reread", facts.called(file.name, file.file_uid))
+        if file.lost:
+            mend = ("ingest", Blank.FILE)
         yield _found(
-            f"{file.name} waits for a declaration: {file.message}",
-            "files",
-            "reread",
-            facts.called(file.name, file.file_uid),
+            f"{file.name} {'is lost' if file.lost else 'waits for a declaration'}: {file.message}",
+            *mend,
             run=runs[0] if runs else None,
             file=file.name,
             costs=f"what it holds{of} is missing",

@@ -30,7 +30,7 @@ from data_schema.errors import BookError
 from data_schema.journal import MEND_TABLE, Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.queries.detections import verdicts_waiting
-from data_schema.queries.files import StoredFile, raw_copies, signal_files, waiting_files
+from data_schema.queries.files import StoredFile, lost_copies, raw_copies, signal_files, waiting_files
 from data_schema.tables.journal import POSTGRES_FUNCTION, SQLITE_TRIGGERS
 from data_schema.vocabulary import Action
 from ingest.store import STORED, Store, raw_path
@@ -61,8 +61,8 @@ _THREADS = 4
 """Reading, unpacking and hashing of files release the interpreter."""
 
 _T = TypeVar("_T")
-_ReplayedJournal: TypeAlias = Callable[[int], AbstractContextManager[tuple[sa.Connection, Replay]]]
-"""Replays that many entries; gives the resulting database and the replay's record."""
+_ReplayedJournal: TypeAlias = Callable[[int, frozenset[str]], AbstractContextManager[tuple[sa.Connection, Replay]]]
+"""Replays that many entries without these raw copies; gives the resulting database and the replay's record."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +74,7 @@ class Health:
     `reports` of those that were made still have their folder; `missing_numbers` say which have lost their numbers,
     `other_settings` which were made with another labbook.toml than that of now: no number depends on either.
     `verdicts_waiting` were given on samples that no reading in force has, `files_waiting` are refused by this labbook:
-    both wait for a person.
+    both wait for a person. `lost` are raw copies without which the database was made.
     """
 
     whole: bool
@@ -90,6 +90,7 @@ class Health:
     orphans: tuple[str, ...]
     verdicts_waiting: int
     files_waiting: int
+    lost: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,6 +111,7 @@ class _Database:
     journal: _Journal | None
     verdicts_waiting: int = 0
     files_waiting: int = 0
+    lost: frozenset[str] = frozenset()
 
 
 def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: bool = True) -> Health:
@@ -121,10 +123,10 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
     store, mirror = store_of(folder, configuration), JournalFile(journal_path(folder, configuration))
 
     @contextlib.contextmanager
-    def replayed_journal(entries: int) -> Iterator[tuple[sa.Connection, Replay]]:
+    def replayed_journal(entries: int, lost: frozenset[str]) -> Iterator[tuple[sa.Connection, Replay]]:
         with (
             counted(entries) as step,
-            replayed(store, mirror, entries, step, use_cache=not deep) as (engine, replay),
+            replayed(store, mirror, entries, step, use_cache=not deep, lost=lost) as (engine, replay),
             reading(engine) as fresh,
         ):
             verified.update(replay.verified)
@@ -153,6 +155,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
         (stored, partial(store.raw, stored.store_path, stored.sha256))
         for stored in database.raw
         if stored.store_path == raw_path(stored.sha256)  # else the row is altered, not the copy
+        and stored.sha256 not in database.lost
     ]
     checks += [
         (stored, partial(store.check_samples, stored.store_path, stored.sha256, stored.name))
@@ -173,7 +176,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
     spoken_of |= {raw_path(stored.sha256) for stored in database.raw}
     spoken_of |= {numbers_path(Path(), sha256).as_posix() for sha256 in numbers_files(read.reports).values()}
     return Health(
-        whole=not problems,
+        whole=not problems and not database.lost,
         entries=len(read.hashes),
         waiting=waiting,
         left_out=left_out,
@@ -186,7 +189,16 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
         orphans=() if database.journal is None else tuple(sorted(set(_files_in(store)) - spoken_of)),
         verdicts_waiting=database.verdicts_waiting,
         files_waiting=database.files_waiting,
+        lost=tuple(_lost(store, stored) for stored in database.raw if stored.sha256 in database.lost),
     )
+
+
+def _lost(store: Store, stored: StoredFile) -> str:
+    """Say what mends a raw copy without which the database was made."""
+    mend = "give the original file to `labbook ingest`, or put the copy back from a backup and run `labbook rebuild`."
+    if store.has_raw(stored.sha256):
+        mend = "it is there again: run `labbook rebuild`."
+    return f"the database was made without the raw copy {stored.store_path} of {stored.name}: {mend}"
 
 
 def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
@@ -207,20 +219,23 @@ def _read_database(store: Path, engine: sa.Engine, replayed_journal: _ReplayedJo
             triggers = _foreign_triggers(connection)
             problems += _with_remedy([*damage, *triggers], _MADE_ANEW)
             raw, samples = raw_copies(connection), signal_files(connection)
+            lost = lost_copies(connection)
             read = _attempt(problems, lambda: _read_through(_entries_of_table(connection)))
             if read is not None:
-                problems += _altered(store, connection, len(read.hashes), replayed_journal)
+                problems += _altered(store, connection, len(read.hashes), lost, replayed_journal)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
-        return _Database(problems, raw, samples, read, *waiting)
+        return _Database(problems, raw, samples, read, *waiting, lost)
     finally:
         engine.dispose()
 
 
-def _altered(store: Path, connection: sa.Connection, entries: int, replayed_journal: _ReplayedJournal) -> list[str]:
+def _altered(
+    store: Path, connection: sa.Connection, entries: int, lost: frozenset[str], replayed_journal: _ReplayedJournal
+) -> list[str]:
     """Return which rows are not as labbook wrote them, what they should be, and which reports depend on them."""
     problems: list[str] = []
     try:
-        with replayed_journal(entries) as (fresh, replay):
+        with replayed_journal(entries, lost) as (fresh, replay):
             altered = altered_rows(connection, fresh)
             if altered and differences(fresh, journal.stored(fresh), replay.without_rows).other_versions:
                 by_any = but_of_readings(altered)

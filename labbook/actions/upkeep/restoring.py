@@ -21,7 +21,7 @@ from data_schema.journal_file import JournalFile
 from ingest.store import Store
 from labbook.actions.upkeep.health import check_book
 from labbook.book.altered import Differences, differences
-from labbook.book.copies.backing_up import LAST_BACKUP, LastBackup
+from labbook.book.copies.backing_up import LAST_BACKUP, OF_DAMAGED_BOOK, LastBackup
 from labbook.book.copies.backing_up import MARKER as OF_BACKUP
 from labbook.book.copies.copying import (
     CopiedRaw,
@@ -67,12 +67,21 @@ class Restored:
     remarks: tuple[str, ...]
 
 
-def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str], None], counted: Counted) -> Restored:
+def restore(
+    source: Path,
+    folder: Path,
+    place: Place | None,
+    step: Callable[[str], None],
+    counted: Counted,
+    *,
+    keep_going: bool = False,
+) -> Restored:
     """Make the book of a backup in an empty folder, or go on with one that was cut off.
 
-    `place` None is labbook.db in the book; it must be given where the book was on PostgreSQL.
+    `place` None is labbook.db in the book; it must be given where the book was on PostgreSQL. With `keep_going` files
+    wait for raw copies that the backup lacks, and a journal is taken that was kept when some could not be backed up.
     """
-    entries, text = _read(source)
+    entries, text = read_backup(source, keep_going=keep_going)
     original = parse_configuration(text, str(source / CONFIGURATION), source)
     if place is None and original.database.url is not None:
         was = sa.make_url(original.database.url).render_as_string(hide_password=True)
@@ -86,17 +95,18 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
     marker = _claim_folder(source, folder, url, entries)
     with exclusive_lock(marker, f"another program is restoring to {folder}: wait until it has finished."):
         raw = copy_raw(Store(source), Store(folder), raw_of(entries), counted)
-        if raw.problems:
+        if raw.problems and not keep_going:
             raise BookDamaged(
                 f"{len(raw.problems)} of {raw.raw_copies} raw copies of {source} could not be restored (the first: "
                 f"{raw.problems[0].split(': restore it')[0]}): back the book up again, which mends them, or bring "
-                "them there from another backup, and try again."
+                "them there from another backup, and try again; or add --keep-going, which restores all else and lists "
+                "what is missing."
             )
         remarks = bring_numbers(source, folder, entries)
         put_scene(folder, original)
         write_whole(folder / CONFIGURATION, text.encode())
         put_journal(folder / JOURNAL, entries)
-        differences = _make_database(folder, entries[-1], step)
+        differences = _make_database(folder, entries[-1], step, keep_going)
         _check(folder, counted)
         _remember_backup(source, Store(folder), len(entries))
         marker.unlink()
@@ -104,17 +114,23 @@ def restore(source: Path, folder: Path, place: Place | None, step: Callable[[str
     return Restored(str(folder.resolve()), len(entries), raw, differences, moved, tuple(remarks))
 
 
-def _read(source: Path) -> tuple[list[Entry], str]:
-    """Return the journal and the configuration of a backup; a copy of a book's folder serves as one."""
-    if not (source / JOURNAL).is_file() and (source / OF_BACKUP).exists():
+def read_backup(source: Path, *, keep_going: bool = False) -> tuple[list[Entry], str]:
+    """Return the journal and the configuration of a backup; a copy of a book's folder serves as one.
+
+    With `keep_going` the journal may be that of a book that lacked raw copies when it was backed up.
+    """
+    path = source / OF_DAMAGED_BOOK
+    if not (keep_going and path.is_file()):
+        path = source / JOURNAL
+    if not path.is_file() and (source / OF_BACKUP).exists():
         raise UsageError(
             f"the backup {source} was never completed, it has no {JOURNAL}: give the `labbook backup` again that began "
             "it, or name another one."
         )
-    if not (source / JOURNAL).is_file():
+    if not path.is_file():
         raise UsageError(f"{source} is no backup, it has no {JOURNAL}: name a folder that `labbook backup` made.")
     try:
-        entries = list(JournalFile(source / JOURNAL, "restore from another backup").entries())
+        entries = list(JournalFile(path, "restore from another backup").entries())
         text = last_configuration(entries)
         if (source / CONFIGURATION).is_file():
             text = (source / CONFIGURATION).read_bytes().decode("utf-8")
@@ -177,10 +193,10 @@ def _refuse_filled(url: str) -> None:
         engine.dispose()
 
 
-def _make_database(folder: Path, last: Entry, step: Callable[[str], None]) -> Differences:
+def _make_database(folder: Path, last: Entry, step: Callable[[str], None], keep_going: bool) -> Differences:
     """Make the database, unless one that was cut off while it was checked is there already."""
     known = _existing_differences(folder, last)
-    return rebuild_database(folder, step).differences if known is None else known
+    return rebuild_database(folder, step, keep_going=keep_going).differences if known is None else known
 
 
 def _existing_differences(folder: Path, last: Entry) -> Differences | None:
@@ -199,9 +215,12 @@ def _existing_differences(folder: Path, last: Entry) -> Differences | None:
 
 
 def _check(folder: Path, counted: Counted) -> None:
-    """Check all that was restored, as deeply as a book can be; pages of reports are not in a backup."""
+    """Check all that was restored, as deeply as a book can be; pages of reports are not in a backup.
+
+    Raw copies without which the database was made are listed elsewhere.
+    """
     found = check_book(folder, counted, deep=True, pages=False)
-    if not found.whole:
+    if found.problems:
         raise BookDamaged(
             f"the book restored in {folder} is not whole ({'; '.join(found.problems)}): restore from another backup."
         )

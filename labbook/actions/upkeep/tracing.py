@@ -14,6 +14,7 @@ from data_schema import journal
 from data_schema.engine import reading
 from data_schema.errors import BookDamaged, UnknownName, UsageError
 from data_schema.file_cache import without_caches
+from data_schema.queries.files import lost_copies
 from data_schema.queries.history import EntryRow, ReportRow, corrections_of, list_reports
 from data_schema.queries.sources import Source, describe_input
 from data_schema.queries.study import config_in_force
@@ -222,7 +223,7 @@ def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str],
     made: dict[int, tuple[Mapping[str, ReportedNumber], Mapping[str, int]]] = {}
     with (
         book.reading() as connection,
-        replayed(book.store, book.mirror, 0, step, use_cache=False) as (engine, replay),
+        replayed(book.store, book.mirror, 0, step, use_cache=False, lost=lost_copies(connection)) as (engine, replay),
     ):
         until, _hash = journal.head(connection)
         for seq, report in sorted(shown_in.items()):

@@ -77,8 +77,8 @@ def backup_line(last: LastBackup | None, entries: int) -> str:
 
 MARKER = "backup.json"
 """In a backup: of which book it is, by the hash of its first entry, and its last entry by number and hash."""
-_OF_DAMAGED_BOOK = "journal.jsonl.of-damaged-book"
-"""The journal of a book that lacks a raw copy: nothing can be restored from it until that is found, but it is there."""
+OF_DAMAGED_BOOK = "journal.jsonl.of-damaged-book"
+"""The journal of a book that lacked a raw copy when it was backed up: `labbook restore --keep-going` takes it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -117,14 +117,14 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
             remarks.append(f"the scene {outside} lies outside the book and is not in the backup: keep it too.")
         write_whole(destination / CONFIGURATION, (folder / CONFIGURATION).read_bytes())
         if raw.problems:
-            put_journal(destination / _OF_DAMAGED_BOOK, entries)
+            put_journal(destination / OF_DAMAGED_BOOK, entries)
             raise BookDamaged(
                 f"{len(raw.problems)} of {raw.raw_copies} raw copies could not be backed up ({raw.problems[0]}): all "
-                f"others are in {destination}, with the book's journal as {_OF_DAMAGED_BOOK}; a backup that was "
+                f"others are in {destination}, with the book's journal as {OF_DAMAGED_BOOK}; a backup that was "
                 "complete before stays as it was."
             )
         put_journal(destination / JOURNAL, entries)
-        (destination / _OF_DAMAGED_BOOK).unlink(missing_ok=True)
+        (destination / OF_DAMAGED_BOOK).unlink(missing_ok=True)
         last = LastBackup(now_utc(), str(destination.resolve()), len(entries))
         state = {"book": entries[0].hash, "at_utc": last.at_utc, "entries": last.entries, "last": entries[-1].hash}
         write_json(marker, state)

@@ -1,0 +1,146 @@
+"""A book whose raw copies are lost, in its store or its backup, is made without them; the original files mend it."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from data_schema.queries.files import find_files
+from data_schema.vocabulary import FileRole
+from ingest.store import raw_path
+from labbook.analysis.study_data import gather
+from labbook.book.naming import run_named
+from tests.cli.shell import good, labbook
+from tests.helpers.books import DAYS, SmallBook, small_book
+from tests.helpers.folders import contents
+from tests.helpers.upkeep import backed_up, health, rows_by_name
+
+CUT, GONE, SHEET = "r003.csv", "r005.csv", f"{DAYS[1]}.csv"
+LOST = (CUT, GONE, SHEET)
+
+
+def original(book: SmallBook, name: str) -> Path:
+    return next(book.instruments.rglob(name))
+
+
+def lose(book: SmallBook, store: Path, names: Sequence[str] = LOST) -> None:
+    """Remove or cut the raw copies of some files."""
+    with book.open() as opened, opened.reading() as connection:
+        shas = {name: find_files(connection, name)[0].sha256 for name in names}
+    for name, sha256 in shas.items():
+        path = store / raw_path(sha256)
+        half = path.read_bytes()[: path.stat().st_size // 2]
+        path.unlink()
+        if name == CUT:
+            path.write_bytes(half)
+
+
+@pytest.fixture
+def judged(tmp_path: Path) -> SmallBook:
+    """A book in which something was stated about what is lost."""
+    book = small_book(tmp_path)
+    for words in (
+        ("jumps", "reject", "r003", "1", "--reason", "touched_by_hand"),
+        ("assign", f"{SHEET}#2", "none", "--why", "another pack's"),
+        ("files", "withdraw", GONE, "--why", "a test"),
+        ("files", "restore", GONE),
+    ):
+        good(labbook(*words, at=book.folder))
+    return book
+
+
+def test_a_book_without_database_is_made_without_lost_copies_and_mended_by_the_originals(judged: SmallBook) -> None:
+    before = rows_by_name(judged.folder)
+    lose(judged, judged.folder)
+    judged.database.unlink()
+    lacking = contents(judged.folder)
+    refused = labbook("rebuild", at=judged.folder)
+    assert refused.code == 3
+    assert "--keep-going" in refused.err
+    assert contents(judged.folder) == lacking
+
+    said = good(labbook("rebuild", "--keep-going", at=judged.folder)).out
+    assert all(name in said for name in LOST)
+    for deep in (False, True):
+        found = health(judged, deep=deep)
+        assert (found.whole, found.problems, len(found.lost)) == (False, (), 3)
+    with judged.open() as book, book.reading() as connection:
+        evidence = gather(connection, book.configuration, None)
+        why = evidence.waits(run_named(connection, "r003").uid, FileRole.LOG)
+        assert why is not None
+        assert CUT in why.reason
+    good(labbook("report", "--unsaved", "--out", judged.folder.parent / "paper", at=judged.folder))
+    for words in (("show", "r003"), ("attention",), ("files", "list"), ("today",), ("runs", "list")):
+        good(labbook(*words, at=judged.folder))
+    assert labbook("files", "reread", CUT, at=judged.folder).code == 3
+
+    good(labbook("ingest", original(judged, CUT), at=judged.folder))
+    assert len(health(judged).lost) == 2
+    good(labbook("ingest", *(original(judged, name) for name in (GONE, SHEET)), at=judged.folder))
+    assert health(judged, deep=True).whole
+    assert rows_by_name(judged.folder) == before
+
+
+def test_what_was_put_back_by_hand_waits_for_a_rebuild(judged: SmallBook, tmp_path: Path) -> None:
+    backed_up(judged.folder, tmp_path / "backup")
+    before = rows_by_name(judged.folder)
+    lose(judged, judged.folder, [GONE])
+    good(labbook("rebuild", "--keep-going", at=judged.folder))
+    shutil.copytree(tmp_path / "backup" / "raw", judged.folder / "raw", dirs_exist_ok=True, copy_function=_copy)
+    assert not health(judged).whole
+    assert labbook("files", "reread", GONE, at=judged.folder).code == 2
+    good(labbook("rebuild", at=judged.folder))
+    assert health(judged).whole
+    assert rows_by_name(judged.folder) == before
+
+
+def _copy(source: str, target: str) -> None:
+    if not Path(target).exists():
+        shutil.copyfile(source, target)
+
+
+def test_a_backup_that_lacks_copies_is_restored_without_them(judged: SmallBook, tmp_path: Path) -> None:
+    before, backup = rows_by_name(judged.folder), tmp_path / "backup"
+    backed_up(judged.folder, backup)
+    lose(judged, backup)
+    assert labbook("restore", backup, tmp_path / "none", at=tmp_path).code == 3
+    said = good(labbook("restore", backup, tmp_path / "again", "--keep-going", at=tmp_path)).out
+    assert all(name in said for name in LOST)
+    good(labbook("ingest", *(original(judged, name) for name in LOST), at=tmp_path / "again"))
+    assert health(tmp_path / "again").whole
+    assert rows_by_name(tmp_path / "again") == before
+
+
+def test_a_backup_of_a_book_that_lacked_copies_is_restored(judged: SmallBook, tmp_path: Path) -> None:
+    lose(judged, judged.folder)
+    assert labbook("backup", tmp_path / "backup", at=judged.folder).code == 3
+    assert labbook("restore", tmp_path / "backup", tmp_path / "again", at=tmp_path).code == 2
+    good(labbook("restore", tmp_path / "backup", tmp_path / "again", "--keep-going", at=tmp_path))
+    assert (tmp_path / "again" / "journal.jsonl").read_bytes() == judged.journal.read_bytes()
+
+
+def test_a_backup_is_verified_by_itself(judged: SmallBook, tmp_path: Path) -> None:
+    good(labbook("report", at=judged.folder))
+    backup = tmp_path / "backup"
+    backed_up(judged.folder, backup)
+    shutil.rmtree(judged.folder)
+    whole = contents(backup)
+    assert "whole" in good(labbook("backup", backup, "--check", at=tmp_path)).out
+    assert contents(backup) == whole
+    kept = {path: path.read_bytes() for path in backup.rglob("*") if path.is_file()}
+    raw, numbers = min(backup.glob("raw/*/*.zst")), min(backup.glob("numbers/*.json"))
+    lines = (backup / "journal.jsonl").read_bytes().splitlines(keepends=True)
+    for path, damaged in (
+        (raw, b""),
+        (numbers, numbers.read_bytes().replace(b"1", b"2", 1)),
+        (backup / "journal.jsonl", b"".join(lines[:-1])),
+        (backup / "journal.jsonl", b"".join([*lines[:3], lines[3].replace(b"a", b"b", 1), *lines[4:]])),
+        (backup / "labbook.toml", b"[study]\n"),
+    ):
+        path.chmod(0o644)
+        path.write_bytes(damaged)
+        assert labbook("backup", backup, "--check", at=tmp_path).code != 0, path
+        path.write_bytes(kept[path])
