@@ -22,7 +22,7 @@ from data_schema.tables.design import (
 )
 from data_schema.tables.journal import config, journal, person
 from data_schema.tables.runs import run
-from data_schema.vocabulary import Action
+from data_schema.vocabulary import Action, PlanMethod
 
 
 @dataclass(frozen=True, slots=True)
@@ -211,6 +211,38 @@ def open_plans(connection: sa.Connection) -> list[OpenPlan]:
         to_be_made, done = found.setdefault((uid, seed), ([], []))
         (to_be_made if made is None else done).append(name)
     return [OpenPlan(*key, tuple(left), tuple(done)) for key, (left, done) in found.items() if left]
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedEntry:
+    """One run of a plan as it is stated; `levels` are those of its condition by factor, None of an idle run."""
+
+    name: str
+    day: int
+    block: str
+    levels: Mapping[str, str] | None
+
+
+def stated_plan(connection: sa.Connection, seed: int) -> tuple[PlanMethod, list[PlannedEntry]] | None:
+    """Return the last plan with a seed that was not withdrawn, its runs in their order; None where there is none."""
+    last = sa.select(plan).where(plan.c.seed == seed, plan.c.id.not_in(_withdrawn_plans())).order_by(plan.c.id.desc())
+    found = connection.execute(last).first()
+    if found is None:
+        return None
+    levels: dict[int, dict[str, str]] = {}
+    of_conditions = (
+        sa.select(condition_level.c.condition, factor.c.name, level.c.label)
+        .join(factor, condition_level.c.factor == factor.c.id)
+        .join(level, condition_level.c.level == level.c.id)
+        .order_by(factor.c.id)
+    )
+    for key, name, label in connection.execute(of_conditions):
+        levels.setdefault(key, {})[name] = label
+    runs = sa.select(planned_run).where(planned_run.c.plan == found.id).order_by(planned_run.c.position)
+    return PlanMethod(found.method), [
+        PlannedEntry(row.name, row.day_number, row.block, None if row.condition is None else levels[row.condition])
+        for row in connection.execute(runs)
+    ]
 
 
 def withdrawn_names(connection: sa.Connection) -> set[str]:

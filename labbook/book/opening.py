@@ -32,7 +32,7 @@ from data_schema.queries.study import conditions_by_key, config_in_force, day_ui
 from data_schema.schema import SCHEMA, schema_of
 from data_schema.vocabulary import Action
 from ingest.store import Store
-from labbook.book.write_session import Statement, WriteSession, now_utc, write_session_of
+from labbook.book.write_session import Statement, WriteSession, apply_waiting, now_utc, write_session_of
 from labbook.config.parsing import Configuration, parse_configuration
 
 CONFIGURATION = "labbook.toml"
@@ -68,6 +68,10 @@ class Book:
             yield session
             if correcting:
                 propose(session, self.configuration, correcting=True)
+
+    def catch_up(self) -> None:
+        """Let entries take effect that only the journal file has, before what a statement rests on is looked up."""
+        apply_waiting(self.engine, self.store, self.mirror)
 
     def speaker(self, person: str | None) -> str:
         """Return who speaks: the person named by name or initials, or the only one there is."""

@@ -20,7 +20,7 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.disk import sync
-from data_schema.engine import writing
+from data_schema.engine import reading, writing
 from data_schema.errors import BookDamaged, BookError, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
@@ -153,11 +153,15 @@ def _take_effect(
 
 @contextlib.contextmanager
 def write_session_of(engine: sa.Engine, store: Store, mirror: JournalFile, person: str) -> Iterator[WriteSession]:
-    """Open a session: catch up with the journal file, let statements be made, write and sync the journal, commit."""
+    """Open a session: catch up with the journal file, let statements be made, write and sync the journal, commit.
+
+    Whatever a statement is checked against has to be looked up in the session, or again there.
+    """
     written = False
     try:
+        apply_waiting(engine, store, mirror)
         with writing(engine) as connection:
-            catch_up(connection, store, mirror)
+            catch_up(connection, store, mirror)  # with what came in between
             for damage in (mirror.damage(), journal.damage_at_end(connection)):
                 if damage is not None:
                     _LOG.warning("warning: %s What is stated now is added all the same.", damage)
@@ -176,6 +180,16 @@ def write_session_of(engine: sa.Engine, store: Store, mirror: JournalFile, perso
         raise type(error)(
             f"{error} What was said stands in journal.jsonl already: do not say it again, the next command applies it."
         ) from error
+
+
+def apply_waiting(engine: sa.Engine, store: Store, mirror: JournalFile) -> None:
+    """Catch up with the journal file in a transaction of its own: a command that is refused next does not undo it."""
+    last = mirror.last()
+    with reading(engine) as connection:
+        behind = last is not None and last.seq > journal.head(connection)[0]
+    if behind:
+        with writing(engine) as connection:
+            catch_up(connection, store, mirror)
 
 
 def catch_up(connection: sa.Connection, store: Store, mirror: JournalFile) -> int:

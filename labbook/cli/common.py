@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from labbook.terminal import Shown, show
+from labbook.terminal import Shown, say, show
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -64,9 +64,30 @@ def opened(folder: Path | None) -> Iterator[Book]:
 
 @contextlib.contextmanager
 def reading(folder: Path | None) -> Iterator[tuple[Book, sa.Connection]]:
-    """Open a book and read from it."""
-    with opened(folder) as book, book.reading() as connection:
-        yield book, connection
+    """Open a book and read from it; says where the journal has more than the database."""
+    with opened(folder) as book:
+        say_waiting(book)
+        with book.reading() as connection:
+            yield book, connection
+
+
+def say_waiting(book: Book) -> None:
+    """Say that entries wait that a command which was cut off left in journal.jsonl: what is read lacks them."""
+    from data_schema import journal
+    from data_schema.errors import BookDamaged
+
+    try:
+        last = book.mirror.last()  # before the database is asked, which others may bring up to it meanwhile
+    except BookDamaged:
+        return  # commands that write say so
+    with book.reading() as connection:
+        waiting = 0 if last is None else last.seq - journal.head(connection)[0]
+    if waiting > 0:
+        entries = "1 entry waits" if waiting == 1 else f"{waiting} entries wait"
+        say(
+            f"{entries} in journal.jsonl that the database does not have yet: the next command that writes applies it.",
+            err=True,
+        )
 
 
 @contextlib.contextmanager

@@ -93,6 +93,7 @@ def reread_command(
     with opened(book) as opened_book:
         if not dry_run:
             opened_book.speaker(person)
+            opened_book.catch_up()
         if every:
             with progress("comparing", None) as step:
                 uids = [row.file_uid or "" for row in files_to_reread(opened_book, step)]

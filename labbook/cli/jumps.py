@@ -215,6 +215,7 @@ def clear_command(jumps: OfJumps) -> Shown:
 
     run, found = jumps.run, None
     with opened(jumps.book) as opened_book:
+        opened_book.catch_up()
         with contextlib.suppress(UsageError), opened_book.reading() as connection:
             found = review(opened_book, connection, run)
         with opened_book.session(jumps.person) as session:
@@ -229,6 +230,7 @@ def _decide(jumps: OfJumps, verdict: str, reason: str) -> Shown:
     run, person = jumps.run, jumps.person
     with opened(jumps.book) as opened_book:
         opened_book.speaker(person)  # who may not speak need not wait for the jumps to be found
+        opened_book.catch_up()
         with opened_book.reading() as connection:
             found = review(opened_book, connection, run)
         decided = resolve_jumps(jumps.numbers, found)
@@ -253,6 +255,7 @@ def _put(
 
     with opened(book) as opened_book:
         opened_book.speaker(person)
+        opened_book.catch_up()
         with opened_book.reading() as connection:
             found = review(opened_book, connection, run)
         with opened_book.session(person) as session:

@@ -21,6 +21,9 @@ def plan(
         bool, typer.Option("--withdraw", help="Take back what is still to be made, of the plan with --seed or of all.")
     ] = False,
     why: Annotated[str | None, typer.Option(help="With --withdraw: why it will not be made.")] = None,
+    sheet: Annotated[
+        bool, typer.Option("--sheet", help="Write the sheet of the plan with --seed again; state nothing.")
+    ] = False,
     *,
     request: PlanRequest,
     book: BookOption = None,
@@ -35,6 +38,8 @@ def plan(
     With --withdraw, runs that are planned and not made are no longer planned; those that were made stay. The seed is
     how a plan is called: while runs of it are to be made, no other plan is drawn with that seed.
 
+    With --sheet the sheet of a plan that was stated is written once more, its first day today or that of --start.
+
     With --looks 5, reports may be made five times as the runs come in: at each, p is compared with a lower level, and
     intervals are wider, so that all looks together err as often as one. That is decided before the first measurement.
 
@@ -44,24 +49,25 @@ def plan(
     Example: labbook plan --seed 7 --n 10 --per-day 16 --start 2021-06-01; labbook plan --withdraw --why "new foot"
     """
     from data_schema.errors import UsageError
-    from labbook.actions.planning.runs import make_plan
+    from labbook.actions.planning.runs import make_plan, sheet_again
 
+    if withdraw and sheet:
+        raise UsageError("--withdraw and --sheet exclude each other: give one of them.")
     if withdraw:
         if why is None:
             raise UsageError("withdrawing a plan needs a reason: add --why, the journal keeps it.")
-        given = options_given(ctx)
-        names = {one.name.replace("_", "-"): "" for one in fields(PlanRequest)} | {"idle": "/--no-idle"}
-        drawing = [f"--{name}{other}" for name, other in names.items() if given[name] is not None]
-        if drawing:
-            raise UsageError(
-                f"--withdraw draws no plan and has no use for {' and '.join(drawing)}: leave that out, --seed, --why "
-                "and --dry-run go with it."
-            )
+        _refuse_drawing(ctx, "--withdraw", "--seed, --why and --dry-run")
         return _withdraw(seed, why, dry_run, book, person)
     if seed is None:
         raise UsageError("a plan needs a seed: add for example --seed 7, the same seed draws the same plan.")
     if why is not None:
         raise UsageError("--why belongs to --withdraw: leave it out, or withdraw the plan.")
+    if sheet:
+        _refuse_drawing(ctx, "--sheet", "--seed, --start and --out", "start", "out")
+        with opened(book) as opened_book:
+            again = sheet_again(opened_book, seed, request.start, request.out)
+        line = f"{again.sheet} to fill in, {again.printed} to print: {again.runs} runs."
+        return Shown(again, [line, *(f"look again: {remark}" for remark in again.remarks)])
     with opened(book) as opened_book:
         done = make_plan(opened_book, seed, request, person, dry_run=dry_run)
     return Shown(
@@ -74,6 +80,19 @@ def plan(
             *(f"look again: {remark}" for remark in done.remarks),
         ],
     )
+
+
+def _refuse_drawing(ctx: typer.Context, option: str, used: str, *others: str) -> None:
+    """Raise `UsageError` for options that say how a plan is drawn, beside one that draws none."""
+    from data_schema.errors import UsageError
+
+    given = options_given(ctx)
+    names = {one.name.replace("_", "-"): "" for one in fields(PlanRequest)} | {"idle": "/--no-idle"}
+    drawing = [f"--{name}{other}" for name, other in names.items() if given[name] is not None and name not in others]
+    if drawing:
+        raise UsageError(
+            f"{option} draws no plan and has no use for {' and '.join(drawing)}: leave that out, {used} go with it."
+        )
 
 
 def _tested(done: "PlanMade") -> list[str]:

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, WhereOption, opened, options_given
+from labbook.cli.common import AsOption, BookOption, WhereOption, opened, options_given, say_waiting
 from labbook.terminal import Shown, progress
 
 
@@ -51,6 +51,8 @@ def report(
 
     with opened(book) as opened_book:
         folder = _folder(out)
+        if unsaved:
+            say_waiting(opened_book)
         text = selection(opened_book.configuration, where, context.args, options_given(context))
         with progress("report", None) as step:
             written = write(

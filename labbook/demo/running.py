@@ -11,11 +11,12 @@ from itertools import chain, groupby
 from pathlib import Path
 
 from data_schema.errors import UsageError
+from data_schema.queries.study import PlannedEntry
 from data_schema.vocabulary import PlanMethod, RunKind
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.named_files import files_of
-from labbook.actions.planning.runs import PlannedEntry, state_plan
+from labbook.actions.planning.runs import state_plan
 from labbook.actions.report_command import write
 from labbook.actions.runs.correcting import correct
 from labbook.actions.runs.day_checks import state_check

@@ -62,6 +62,7 @@ def _mend(served: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
     """Do what the command of a finding does, where the book, looked at anew, still has that finding."""
     book, day = served.current(), given.get("day")
     date = date_named("day", str(day)) if day else None
+    book.catch_up()
     with book.reading() as connection:
         found = attention(Detections(connection, book.store), book.configuration, day=date).findings
     meant = next((one for one in found if _identity(one).items() <= given.items()), None)

@@ -14,7 +14,7 @@ from data_schema import journal
 from data_schema.errors import UsageError
 from data_schema.vocabulary import ReasonCode, ReviewOrder, Verdict
 from labbook.actions.runs.jump_agreement import agreement, agreement_lines
-from labbook.actions.runs.jump_review import RunReview, add, decide, move, review
+from labbook.actions.runs.jump_review import RunReview, add, decide, judged_now, move, review
 from labbook.actions.runs.review_queue import QueuedJump, review_queue
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import anchor_of
@@ -124,6 +124,7 @@ def _decide(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
         name, jumps = str(given["run"]), [dict(jump) for jump in given["jumps"]]
         verdict, reason, note = Verdict(given["verdict"]), str(given["reason"]), given.get("note")
         current = book.current()
+        current.catch_up()
         with current.reading() as connection:
             found = review(current, connection, name)
         known = _numbers(found)
@@ -132,10 +133,11 @@ def _decide(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
         raise UsageError(f"this is no verdict ({error}): give run, jumps, verdict and reason.") from error
     if verdict not in _VERDICTS:
         raise UsageError(f"{verdict} is no verdict on a jump that is there: give {', '.join(_VERDICTS)}.")
-    if "undo" in given:
-        _refuse_undo_of_other(found, numbers, book.person, given["undo"])
     blind, text = given.get("blind") is True, str(note) if note else None
     with current.session(book.person) as session:
+        if "undo" in given:
+            found = judged_now(current, session, name, found)
+            _refuse_undo_of_other(found, numbers, book.person, given["undo"])
         decide(current, session, name, numbers, verdict, reason, text, found, blind=blind)
     with current.reading() as connection:
         found, entries = review(current, connection, name), journal.head(connection)[0]
@@ -173,6 +175,7 @@ def _put(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
     try:
         name, at_s, jump, sha256 = str(given["run"]), float(given["at_s"]), given.get("jump"), str(given["signal"])
         current, blind = book.current(), given.get("blind") is True
+        current.catch_up()
         with current.reading() as connection:
             found = review(current, connection, name)
         moved = None if jump is None else _number(found, _numbers(found), jump)

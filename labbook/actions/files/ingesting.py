@@ -6,7 +6,7 @@ The file is read once: the same bytes are hashed, parsed and stored, whatever ha
 from __future__ import annotations
 
 import shlex
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
 from pathlib import Path
@@ -24,6 +24,7 @@ from ingest.formats.format import UNKNOWN
 from ingest.model import Finding, Limits, ReadFile
 from ingest.read import read_file
 from labbook.actions.files.against_book import (
+    name_and_day,
     read_on_day_of,
     refused_by_book,
     refused_without_columns,
@@ -121,6 +122,8 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
         (data, sha256), modified_s = book.store.read_and_hash(path, limits.largest_file_bytes), path.stat().st_mtime
     except (InputRefused, OSError) as error:
         return _not_read(path, error)
+    if not request.dry_run:
+        book.catch_up()
     with book.reading() as connection:
         run_uid = _run_uid(connection, request.run)
         first = first_import(connection, sha256)
@@ -144,8 +147,8 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     stated = () if earlier is not None and earlier.unlinked else stated
     of_run = run or (stated[0] if len(stated) == 1 else None)
     with book.reading() as connection:
-        read = refused_without_columns(read, options) if request.batch is None else read
-        read = refused_by_book(connection, read, of_run, notes=request.dry_run)
+        as_is = refused_without_columns(read, options) if request.batch is None else read
+        read = refused_by_book(connection, as_is, of_run, notes=request.dry_run)
         if request.dry_run:
             status = IngestStatus.REFUSED if read.refused else IngestStatus.IMPORTED
             runs = () if read.refused else _runs_to_assign(connection, of_run, read)
@@ -157,7 +160,22 @@ def ingest_file(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
     prepared = store_reading(book.store, data, sha256, read, settings)
     remember(prepared)
     modified_utc = datetime.fromtimestamp(modified_s, UTC).isoformat(timespec="seconds")
-    stored = _stored(book, path, request, data, prepared, run_uid, stated, options, modified_utc, earlier)
+
+    def as_before(connection: sa.Connection) -> bool:
+        """Tell whether the book still says of the file what it did when it was read."""
+        names = (
+            () if earlier is not None and earlier.unlinked else stated_runs(connection, book.configuration, path, read)
+        )
+        judged = refused_by_book(connection, as_is, of_run)
+        by_day = settings.declared.day
+        if by_day is not None:
+            of_day = find_uid(connection, "run", name=of_run)
+            if of_day is None or name_and_day(connection, of_day)[1] != by_day:
+                return False
+        of = run_uid if request.run is None else _run_uid(connection, request.run)
+        return (of, names, judged.findings) == (run_uid, stated, read.findings)
+
+    stored = _stored(book, path, request, data, prepared, run_uid, stated, options, modified_utc, earlier, as_before)
     return ingest_file(book, path, request) if stored is None else stored
 
 
@@ -303,8 +321,9 @@ def _stored(
     options: dict[str, Any],
     modified_utc: str,
     earlier: Beginnings | None,
+    as_before: Callable[[sa.Connection], bool],
 ) -> FileOutcome | None:
-    """State what was read, all or nothing; None where others stated meanwhile what it is to replace."""
+    """State what was read, all or nothing; None where others stated meanwhile what it rests on, or is to replace."""
     read, sha256 = prepared.read, prepared.sha256
     new: dict[str, Any] = {
         "sha256": sha256,
@@ -320,6 +339,8 @@ def _stored(
         first = first_import(session.connection, sha256)  # another program may have been faster
         if first is not None:
             return FileOutcome(own_name(path), sha256, IngestStatus.DUPLICATE, None, first.runs, first)
+        if not as_before(session.connection):
+            return None
         if read.refused:
             state_refusal(session, new, prepared)
             return FileOutcome(own_name(path), sha256, IngestStatus.REFUSED, read)

@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import json
 from collections.abc import Mapping
@@ -30,6 +31,7 @@ from data_schema.queries.files import (
     runs_of_file,
 )
 from data_schema.queries.history import statements_about
+from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file
@@ -119,6 +121,7 @@ def with_declared(before: Mapping[str, Any], added: Mapping[str, Any]) -> dict[s
 
 def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
     """Read the stored copy of a file under today's labbook.toml and the options given; a refusal changes nothing."""
+    asked = request
     if not request.afresh:
         request = replace(request, options=with_declared(json.loads(row.options_json), request.options))
     data = book.store.raw(raw_path(row.sha256), row.sha256)
@@ -126,29 +129,29 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
         if row.sha256 in lost_copies(connection):
             raise UsageError(f"the database was made without the raw copy of {row.name}: run `labbook rebuild` first.")
     settings = current_settings(book.configuration, request.options, row.name)
-    settings, read = read_on_day_of(book, data, settings, read_file(data, settings.declared), _run_of(book, row))
+    settings, as_is = read_on_day_of(book, data, settings, read_file(data, settings.declared), _run_of(book, row))
     if request.batch is None and canonical(dict(request.options)) != row.options_json:
-        read = refused_without_columns(read, request.options)
+        as_is = refused_without_columns(as_is, request.options)
     with book.reading() as connection:
-        read = refused_by_book(connection, read, row.stated_run, file_uid=row.file_uid)
+        read = refused_by_book(connection, as_is, row.stated_run, file_uid=row.file_uid)
     if request.dry_run:
         prepared = without_storing(data, row.sha256, read, settings)
     else:
         prepared = store_reading(book.store, data, row.sha256, read, settings)
         remember(prepared)
     done = Reread(row.name, row.sha256, prepared.read, prepared)
-    try:
-        with book.session(request.person) as session:
-            if prepared.read.refused:
-                if not request.dry_run:
-                    state_refusal(session, _entry(row, request), prepared)
-                return done
-            done = _state(book.store.root, session, row, request, prepared)
+    with contextlib.suppress(DryRun), book.session(request.person) as session:
+        now = last_reading(session.connection, row.sha256) or row
+        judged = refused_by_book(session.connection, as_is, row.stated_run, file_uid=row.file_uid)
+        if now.uid == row.uid and judged.findings == read.findings:
+            if not prepared.read.refused:
+                done = _state(book.store.root, session, row, request, prepared)
+            elif not request.dry_run:
+                state_refusal(session, _entry(row, request), prepared)
             if request.dry_run:
                 raise DryRun
-    except DryRun:
-        pass
-    return done
+            return done
+    return done if request.dry_run else reread(book, now, asked)  # others stated meanwhile what it rests on
 
 
 def would_differ(book: Book, row: ReadingRow) -> bool:
@@ -214,7 +217,7 @@ def _state(
     store: Path, session: WriteSession, row: ReadingRow, request: RereadRequest, prepared: PreparedImport
 ) -> Reread:
     connection = session.connection
-    before = last_reading(connection, row.sha256) or row  # another program may have been faster
+    before = last_reading(connection, row.sha256) or row
     if before.status is IngestStatus.WITHDRAWN:
         raise UsageError(
             f"{row.name} was withdrawn meanwhile: take it into use with `labbook files restore {row.name}`, then have "
@@ -382,22 +385,28 @@ def _refusal_line(finding: Finding) -> str:
 
 def _to_run(book: Book, row: ReadingRow, run: str, person: str | None, dry_run: bool) -> list[str]:
     """Assign a file without a run to this one; a file that has a run is moved by another command."""
-    with book.reading() as connection:
-        meant = run_named(connection, run)
-        runs = runs_of_file(connection, row.sha256)
-        links = links_of_file(connection, row.file_uid or "")
-    if run in runs:
-        return []
-    if runs or links:
-        move = f"`labbook assign {row.name} {run} --why ...` moves it"
-        return [f"--run {run} was not heeded, for the file belongs to run {', '.join(runs)}: {move}."]
     if dry_run:
         with book.reading() as connection:
-            refuse_second_of_file(connection, row.file_uid or "", row.role, meant)
-        return [f"it would belong to run {run}."]
+            lines, _meant = _may_belong(connection, row, run)
+        return [f"it would belong to run {run}."] if lines is None else lines
     with book.session(person) as session:
-        refuse_second_of_file(session.connection, row.file_uid or "", row.role, meant)
+        lines, meant = _may_belong(session.connection, row, run)
+        if lines is not None:
+            return lines
         new = {"run": meant.uid, "role": row.role}
         session.state(Statement(Action.ASSIGN, "file", row.file_uid or "", new=new))
         remarks = remarks_on(session.connection, book.configuration, [run], ["log"])
     return [f"it belongs to run {run} now.", *remark_lines(remarks)]
+
+
+def _may_belong(connection: sa.Connection, row: ReadingRow, run: str) -> tuple[list[str] | None, RunRow]:
+    """Return None and the run that a file may be assigned to, or what is said instead where it has one."""
+    meant = run_named(connection, run)
+    runs = runs_of_file(connection, row.sha256)
+    if run in runs:
+        return [], meant
+    if runs or links_of_file(connection, row.file_uid or ""):
+        move = f"`labbook assign {row.name} {run} --why ...` moves it"
+        return [f"--run {run} was not heeded, for the file belongs to run {', '.join(runs)}: {move}."], meant
+    refuse_second_of_file(connection, row.file_uid or "", row.role, meant)
+    return None, meant

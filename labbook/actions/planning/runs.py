@@ -5,8 +5,10 @@ from __future__ import annotations
 import contextlib
 import datetime
 import functools
-from collections.abc import Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import sqlalchemy as sa
 
@@ -14,7 +16,7 @@ from data_schema.disk import replace_together
 from data_schema.errors import BookBusy, UsageError
 from data_schema.queries.history import EntryRow, first_measurement
 from data_schema.queries.runs import run_names
-from data_schema.queries.study import OpenPlan, open_plans, planned_runs, withdrawn_names
+from data_schema.queries.study import OpenPlan, PlannedEntry, open_plans, planned_runs, stated_plan, withdrawn_names
 from data_schema.vocabulary import Action, PlanMethod, RunKind, Undefined
 from labbook.actions.planning.asked import PlanRequest
 from labbook.actions.planning.power_tests import (
@@ -84,6 +86,8 @@ def make_plan(book: Book, seed: int, request: PlanRequest, person: str | None, *
         return draw_study_plan(configuration, n, request.per_day, request.method, seed, idle=request.idle)
 
     drawn = draw(request.n)
+    if not dry_run:
+        book.catch_up()
     with book.reading() as connection:
         _refuse_seed_in_use(open_plans(connection), seed)
         taken = _names_taken(connection)
@@ -97,33 +101,12 @@ def make_plan(book: Book, seed: int, request: PlanRequest, person: str | None, *
     scheme = RunNames(configuration.study.run_names)
     free = 1 + max((number for name in taken if (number := scheme.number(name)) is not None), default=0)
     names = [scheme.name(number) for number in range(free, free + len(drawn.runs))]
-    first_day = datetime.date.fromisoformat(day_named("--start", request.start, configuration.study.time_zone))
-    dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
-    only = {"battery": _only(list(configuration.batteries)), "robot": _only(list(configuration.robots))}
-    sheet = write_run_sheet(drawn, names, dates, **only)
-    printed = format_run_sheet_for_print(
-        drawn,
-        names,
-        dates,
-        study=configuration.study.name,
-        jumps_nominal=configuration.study.jumps_nominal,
-        checks=configuration.protocol.checks,
-        **only,
-    )
-    of_dry_run = request.out.is_file() and request.out.read_bytes() == sheet.encode()
-    if request.out.exists() and not of_dry_run:
-        raise UsageError(f"{request.out} exists: name another file with --out, or move it away.")
-    page = request.out.with_suffix(".html")
     # A plan that cannot be written to its file is not stated, and one that is not stated leaves no file.
-    with contextlib.ExitStack() as written:
-        try:
-            written.enter_context(replace_together({request.out: sheet.encode(), page: printed.encode()}))
-        except OSError as error:
-            reason = error.strerror or error
-            raise UsageError(f"{error.filename} cannot be written ({reason}): name another file with --out.") from error
+    with _sheet_written(configuration, drawn, names, request.start, request.out) as page:
         if not dry_run:
             with book.session(person) as session:  # which has caught up with what others stated meanwhile
                 _refuse_seed_in_use(open_plans(session.connection), seed)
+                _looks(request.looks, jumps, settings, first_measurement(session.connection))
                 if not _names_taken(session.connection).isdisjoint(names):
                     raise BookBusy("somebody planned or made runs meanwhile: give the command again.")
                 entries = [
@@ -146,6 +129,88 @@ def make_plan(book: Book, seed: int, request: PlanRequest, person: str | None, *
         remarks=tuple(_remarks(configuration, idle)),
         looks=looks,
     )
+
+
+@contextlib.contextmanager
+def _sheet_written(
+    configuration: Configuration, drawn: Plan, names: Sequence[str], start: str | None, out: Path
+) -> Iterator[Path]:
+    """Write the sheet of a plan and the page to print, whose path is given; both go again where the block raises."""
+    first_day = datetime.date.fromisoformat(day_named("--start", start, configuration.study.time_zone))
+    dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
+    only = {"battery": _only(list(configuration.batteries)), "robot": _only(list(configuration.robots))}
+    sheet = write_run_sheet(drawn, names, dates, **only)
+    printed = format_run_sheet_for_print(
+        drawn,
+        names,
+        dates,
+        study=configuration.study.name,
+        jumps_nominal=configuration.study.jumps_nominal,
+        checks=configuration.protocol.checks,
+        **only,
+    )
+    written_before = out.is_file() and out.read_bytes() == sheet.encode()  # as by a dry run
+    if out.exists() and not written_before:
+        raise UsageError(f"{out} exists: name another file with --out, or move it away.")
+    page = out.with_suffix(".html")
+    with contextlib.ExitStack() as written:
+        try:
+            written.enter_context(replace_together({out: sheet.encode(), page: printed.encode()}))
+        except OSError as error:
+            reason = error.strerror or error
+            raise UsageError(f"{error.filename} cannot be written ({reason}): name another file with --out.") from error
+        yield page
+
+
+@dataclass(frozen=True, slots=True)
+class SheetAgain:
+    """The sheet of a plan that was stated before, and the page to print."""
+
+    runs: int
+    sheet: str
+    printed: str
+    remarks: tuple[str, ...]
+
+
+def sheet_again(book: Book, seed: int, start: str | None, out: Path) -> SheetAgain:
+    """Write the sheet of a plan that the book has once more, with other dates where it starts on another day.
+
+    Raises `UsageError` where no plan with that seed was stated, or it was withdrawn.
+    """
+    with book.reading() as connection:
+        stated = stated_plan(connection, seed)
+        if stated is None:
+            seeds = ", ".join(dict.fromkeys(str(plan.seed) for plan in open_plans(connection))) or "none"
+            raise UsageError(f"the book has no plan with seed {seed}: give one of those of its plans ({seeds}).")
+    method, entries = stated
+    drawn = _drawn_again(book.configuration, seed, method, entries)
+    unknown = "labbook.toml draws another plan with this seed now: how long idle runs take is left blank."
+    known = all(run.duration_s is not None for run in drawn.runs if run.kind is RunKind.IDLE)
+    remarks = () if known else (unknown,)
+    with _sheet_written(book.configuration, drawn, [entry.name for entry in entries], start, out) as page:
+        pass
+    return SheetAgain(len(entries), str(out), str(page), remarks)
+
+
+def _drawn_again(configuration: Configuration, seed: int, method: PlanMethod, entries: Sequence[PlannedEntry]) -> Plan:
+    """Return a plan as it was stated; how long idle runs take was not, and is what drawing it again gives."""
+    places: Counter[int] = Counter()
+    rows: list[PlannedRun] = []
+    for position, entry in enumerate(entries, start=1):
+        places[entry.day] += 1
+        condition = None if entry.levels is None else tuple(entry.levels.items())
+        kind = RunKind.IDLE if condition is None else RunKind.JUMPS
+        rows.append(PlannedRun(position, entry.day, places[entry.day], entry.block, condition, kind, None))
+    stated = Plan(tuple(plan_factors(configuration)), method, seed, tuple(rows))
+    counts = Counter(row.condition for row in rows if row.condition is not None)
+    most = max(places.values())
+    for per_day in range(most, most + 3):  # a day with places left over has one at most that a control needs
+        with contextlib.suppress(UsageError):
+            n = min(counts.values(), default=1)
+            drawn = draw_study_plan(configuration, n, per_day, method, seed, idle=len(rows) > counts.total())
+            if [replace(run, duration_s=None) for run in drawn.runs] == rows:
+                return drawn
+    return stated
 
 
 def _names_taken(connection: sa.Connection) -> set[str]:
@@ -231,16 +296,6 @@ def _remarks(configuration: Configuration, idle: int) -> Iterator[str]:
             f"the book has {robots} robots and the plan leaves open which one makes a run: write it in every row. Each "
             f"robot's passive drain is fitted to its own idle runs, three or more, and the plan has {idle} in all."
         )
-
-
-@dataclass(frozen=True, slots=True)
-class PlannedEntry:
-    """One run of a plan as it is stated; `levels` is None for an idle run."""
-
-    name: str
-    day: int
-    block: str
-    levels: Mapping[str, str] | None
 
 
 def state_plan(

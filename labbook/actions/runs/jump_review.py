@@ -56,6 +56,11 @@ class RunReview:
 
 def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
     """Find and judge the jumps of a run; raises when it has no log, or too many, or one waits for a declaration."""
+    return _judged(book, connection, *_usable(connection, name))
+
+
+def _usable(connection: sa.Connection, name: str) -> tuple[RunRow, tuple[SignalRow, ...]]:
+    """Return a run and its logs; raises as `review` does."""
     run = run_named(connection, name)
     for file in waiting_files(connection):
         if run.uid in file.runs and file.role == FileRole.LOG:
@@ -83,7 +88,7 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
             f"run {name} has {signals.reason}: `labbook show {name}` lists its files; take one off with `labbook "
             f"assign FILE none`, or state the starts with `labbook correct {name} starts=...`."
         )
-    return _judged(book, connection, run, signals)
+    return run, signals
 
 
 def _judged(
@@ -141,7 +146,7 @@ def decide(
     wait while a session finds jumps. `blind`: the person saw neither condition nor run, nor what others said.
     """
     _refuse_unknown_reason(reason)
-    found = _judged_now(book, session, name, found)
+    found = judged_now(book, session, name, found)
     jumps = {item.jump.number: item for item in found.jumps}
     _refuse_unknown(found, jumps, numbers)
     changed = [
@@ -183,7 +188,7 @@ def move(
     `UsageError` for a time at which no apex can be measured, or where another jump has its own. `found` and `blind` are
     those of `decide`.
     """
-    found = _judged_now(book, session, name, found)
+    found = judged_now(book, session, name, found)
     _refuse_unknown(found, [item.jump.number for item in found.jumps], [number])
     item = found.jumps[number - 1]
     others = [each for each in found.jumps if each is not item and each.signal_sha256 == item.signal_sha256]
@@ -209,7 +214,7 @@ def add(
 
     Returns and raises as `move` does; `log` counts from 1, and may be left out where the run has one log.
     """
-    found = _judged_now(book, session, name, found)
+    found = judged_now(book, session, name, found)
     count = len(found.signals)
     if log is None and count > 1:
         raise UsageError(f"run {name} has {count} logs, each with its own time: add --log with a number up to {count}.")
@@ -269,14 +274,20 @@ def _placed_by(found: RunReview, sha256: str, verdict: Verdict, at_s: float) -> 
     return next((item for item, said in of_signal if (said.verdict, said.at_s) == (verdict, at_s)), None)
 
 
-def _judged_now(book: Book, session: WriteSession, name: str, found: RunReview | None) -> RunReview:
+def judged_now(book: Book, session: WriteSession, name: str, found: RunReview | None) -> RunReview:
     """Review a run in a session; verdicts may have come since it was `found`, also from a command that was cut off.
 
-    Raises `UsageError` where jumps have other numbers than they had.
+    Raises `UsageError` where jumps have other numbers than they had, or are of other logs.
     """
+    run, signals = _usable(session.connection, name)
     if found is None:
-        return review(book, session.connection, name)
-    now = _judged(book, session.connection, found.run, found.signals, found.detections)
+        return _judged(book, session.connection, run, signals)
+    if [one.sha256 for one in signals] != [one.sha256 for one in found.signals]:
+        raise UsageError(
+            f"the logs of run {name} were exchanged or read again meanwhile: see `labbook jumps list {name}`, and say "
+            "it again."
+        )
+    now = _judged(book, session.connection, run, signals, found.detections)
     before, after = ([(item.signal_sha256, item.before.uid) for item in each.jumps] for each in (found, now))
     if before != after:
         raise UsageError(
@@ -328,7 +339,7 @@ def clear_waiting(book: Book, session: WriteSession, name: str, note: str | None
     None where it cannot be reviewed.
     """
     run = run_named(session.connection, name)
-    unfit = () if found is None else _judged(book, session.connection, run, found.signals, found.detections).waiting
+    unfit = () if found is None else judged_now(book, session, name, found).waiting
     waiting: list[WaitingVerdict | DecisionRow] = [*verdicts_waiting(session.connection, run.uid), *unfit]
     for verdict in waiting:
         _state_verdict(session, run, verdict.signal_sha256, verdict.anchor_s, Verdict.CLEAR, ReasonCode.OTHER, note, {})

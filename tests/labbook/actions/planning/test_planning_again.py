@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.queries.study import open_plans
+from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands
 
@@ -46,3 +47,31 @@ def test_two_at_once_do_not_plan_the_same_runs(tmp_path: Path, commands: Command
         names = [name for plan in open_plans(connection) for name in plan.to_be_made]
     assert len(names) == len(set(names))
     assert plans(small) == codes.count(0) <= (1 if seeds[0] == seeds[1] else 2)
+
+
+@pytest.mark.parametrize("more", [(), ("--method", "blocked", "--no-idle"), ("--per-day", "20")])
+def test_a_lost_sheet_is_written_again(tmp_path: Path, more: tuple[str, ...]) -> None:
+    small = small_book(tmp_path)
+    first, again = tmp_path / "plan.csv", tmp_path / "again.csv"
+    good(labbook(*WORDS, "--out", first, *more, at=small.folder))
+    sheet = ("plan", "--sheet", "--seed", "7", "--start", "2021-06-21", "--out", again)
+    entries = small.journal.read_bytes()
+    assert "look again" not in good(labbook(*sheet, at=small.folder)).out
+    assert again.read_bytes() == first.read_bytes()
+    assert again.with_suffix(".html").read_bytes() == first.with_suffix(".html").read_bytes()
+    assert small.journal.read_bytes() == entries
+    assert labbook(*sheet[:3], "8", at=small.folder).code == 2
+    assert labbook(*sheet, "--n", "3", at=small.folder).code == 2
+
+
+def test_a_sheet_of_another_protocol_leaves_blank_what_it_cannot_know(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    first, again = tmp_path / "plan.csv", tmp_path / "again.csv"
+    good(labbook(*WORDS, "--out", first, at=small.folder))
+    text = small.toml.read_text()
+    assert "idle_minutes = [20" in text
+    small.toml.write_text(text.replace("idle_minutes = [20", "idle_minutes = [5, 20"))
+    said = good(labbook("plan", "--sheet", "--seed", "7", "--start", "2021-06-21", "--out", again, at=small.folder)).out
+    assert "look again" in said
+    names = [[line.split(",")[:7] for line in path.read_text().splitlines()] for path in (first, again)]
+    assert names[0] == names[1]

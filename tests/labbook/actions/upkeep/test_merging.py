@@ -17,6 +17,7 @@ from data_schema.queries.files import last_reading
 from data_schema.queries.history import list_reports
 from data_schema.queries.runs import list_runs
 from data_schema.queries.signals import signals_of_runs
+from data_schema.queries.study import PlannedEntry
 from data_schema.vocabulary import Action, PlanMethod
 from ingest.store import raw_path
 from ingest.tables.sheet import SheetFile
@@ -24,7 +25,7 @@ from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest, reread
 from labbook.actions.files.stored_files import dismiss, list_files, restore, restore_item, show_file, withdraw
-from labbook.actions.planning.runs import PlannedEntry, state_plan
+from labbook.actions.planning.runs import state_plan
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, unvoid, void
