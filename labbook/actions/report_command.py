@@ -20,7 +20,7 @@ from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.vocabulary import Action
 from ingest.store import STORED, Store
-from labbook.book.opening import CONFIGURATION, JOURNAL, Book
+from labbook.book.opening import CONFIGURATION, JOURNAL, REPORTS, Book
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report, numbers_path
 from labbook.book.write_session import Statement, new_uid, now_utc
 from labbook.config.parsing import Configuration, settings_of_numbers
@@ -29,8 +29,6 @@ from reports.page.printing import print_pdf
 from reports.page.writing import refuse_foreign, refuse_no_template, report_files, write_report
 
 _ATTEMPTS = 5
-REPORTS = "reports"
-"""The folder of the book that has a folder for each report made without `--out`."""
 _OWN_NAME = re.compile(r"\d{8}T\d{6}Z(-\d+)?")
 """How these are named, by the time."""
 

@@ -15,11 +15,12 @@ from enum import StrEnum
 from functools import cache
 from itertools import takewhile, zip_longest
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import sqlalchemy as sa
 
-from data_schema.journal import Entry
+from data_schema.engine import reading
+from data_schema.journal import Entry, head
 from data_schema.queries.facts import fact_exists
 from data_schema.queries.files import readings, waiting_files
 from data_schema.queries.history import list_reports
@@ -28,8 +29,14 @@ from data_schema.tables.base import TEXT
 from data_schema.vocabulary import Action
 from labbook.book.report_numbers import readable_numbers
 
+if TYPE_CHECKING:
+    from labbook.book.replaying import Replay
+
 MOST_NAMED = 20
 """So many rows are described with the reports that depend on them; a careless command alters all there are."""
+
+MOST_FOLLOWED = 200
+"""What so many altered rows bear on is looked up; of more, every number is taken to rest on the rest."""
 
 _Row: TypeAlias = Mapping[str, Any]
 
@@ -40,6 +47,7 @@ _OF_READINGS = ("ingest", "finding", "run_file", "signal", "channel", "gap", "de
 _INPUTS = ("study", "condition", "run", "charge", "decision", "robot", "signal")
 """What numbers name as their inputs."""
 _OF_EVERYTHING = ("person", "config")
+_OF_ALL_NUMBERS = ("config",)
 _NTH = "nth"
 """Of the rows that belong to one, and have no name of their own."""
 _NAMES = ("name", "original_name", "label", "key", "date_local", "part", "line", "number", "position")
@@ -108,28 +116,60 @@ def but_of_readings(rows: Iterable[AlteredRow]) -> list[AlteredRow]:
     return [row for row in rows if row.table not in _OF_READINGS]
 
 
-def with_reports(
-    store: Path, book: sa.Connection, fresh: sa.Connection, rows: Sequence[AlteredRow]
-) -> list[AlteredRow]:
-    """Add to the first rows the reports of the book with numbers that depend on them."""
-    some = rows[:MOST_NAMED]
-    names = [
-        {
+def altered_since(book: sa.Connection, engine: sa.Engine, replay: Replay) -> tuple[list[AlteredRow], int]:
+    """Compare the tables of a book with its journal file, played back to where the table of entries ends.
+
+    Where entries were removed from that table and their rows stand, the rows of the whole file are those that should
+    stand there. Returns also how many entries were removed so; the replay ends at what was compared with.
+    """
+    seq = head(book)[0]
+    replay.apply_to(engine, seq)
+    with reading(engine) as fresh:
+        found = altered_rows(book, fresh)
+    last = replay.mirror.last()
+    if found and last is not None and last.seq > seq:
+        replay.apply_to(engine, last.seq)
+        with reading(engine) as fresh:
+            of_all = altered_rows(book, fresh)
+        if len(of_all) < len(found):
+            return of_all, last.seq - seq
+    return found, 0
+
+
+def inputs_altered(book: sa.Connection, fresh: sa.Connection, rows: Sequence[AlteredRow]) -> list[set[str] | None]:
+    """Return for each altered row the uids and hashes of the inputs of numbers that it bears on; None for all."""
+    return [
+        None
+        if row.table in _OF_ALL_NUMBERS or place >= MOST_FOLLOWED
+        else {
             name
             for connection, one in ((book, row.stands), (fresh, row.should_be))
             if one
             for name in _input_names(connection, METADATA.tables[row.table], one, set())
         }
-        for row in some
+        for place, row in enumerate(rows)
     ]
+
+
+def with_reports(
+    store: Path, book: sa.Connection, fresh: sa.Connection, rows: Sequence[AlteredRow]
+) -> list[AlteredRow]:
+    """Add to the first rows the reports of the book with numbers that depend on them."""
+    some, made = rows[:MOST_NAMED], list_reports(book)
+    names = inputs_altered(book, fresh, some)
     inputs = {
         report.called: {
             row.input_uid for one in numbers.results.values() for row in one.inputs if row.input_kind != "result"
         }
-        for report, numbers in readable_numbers(store, list_reports(book), set().union(*names))
+        for report, numbers in readable_numbers(store, made, set().union(*filter(None, names)))
     }
     return [
-        replace(row, reports=tuple(called for called, uids in inputs.items() if uids & of_row))
+        replace(
+            row,
+            reports=tuple(
+                report.called for report in made if of_row is None or of_row & inputs.get(report.called, set())
+            ),
+        )
         for row, of_row in zip(some, names, strict=True)
     ]
 

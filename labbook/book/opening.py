@@ -38,6 +38,8 @@ from labbook.config.parsing import Configuration, parse_configuration
 CONFIGURATION = "labbook.toml"
 DATABASE = "labbook.db"
 JOURNAL = "journal.jsonl"
+REPORTS = "reports"
+"""The folder of the book that has a folder for each report made without `--out`."""
 UNFINISHED_RESTORE = ".labbook-restore.json"
 """Stands in the folder of a restore until it is done."""
 

@@ -7,7 +7,7 @@ from typing import Annotated
 import typer
 
 from data_schema.errors import BookDamaged, UsageError
-from labbook.cli.common import BookOption, WhereOption, opened, options_given, reading
+from labbook.cli.common import BookOption, WhereOption, opened, options_given, reading, say_waiting
 from labbook.terminal import Shown, columns, progress
 
 
@@ -215,6 +215,7 @@ def why(
     if in_r and script is None:
         raise UsageError("--r was given without --script: name the folder that the scripts go to, as --script number.")
     with opened(book) as opened_book:
+        say_waiting(opened_book)
         with opened_book.reading() as connection:
             asked = find_number(opened_book, connection, number)
             found = trace(connection, asked)

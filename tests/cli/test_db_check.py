@@ -143,10 +143,14 @@ def test_files_of_a_report_that_were_altered_since_are_named(whole: SmallBook, t
     with table.open("a", encoding="utf-8") as rows:
         rows.write("r099\n")
     figure.unlink()
+    macros = elsewhere / "numbers.tex"
+    macros.write_bytes(macros.read_bytes().replace(b"1", b"2", 1))
+    mark = next(path for path in page.parent.iterdir() if path.name.startswith("."))
+    mark.write_text("another report")  # in the book nobody writes one over it
     found(
         whole,
-        ("report 1,", "report.html"),
-        ("report 2,", "foot=small", "tables/each_run.csv", f"figures/{figure.name}"),
+        ("report 1,", "report.html", mark.name),
+        ("report 2,", "foot=small", "tables/each_run.csv", f"figures/{figure.name}", "numbers.tex"),
     )
     shutil.rmtree(page.parent)
     found(whole, ("report 2,", "tables/each_run.csv"))

@@ -25,32 +25,24 @@ from typing import Any, TypeAlias, TypeVar
 import sqlalchemy as sa
 
 from data_schema import journal
+from data_schema.altered_schema import altered_schema
 from data_schema.engine import reading
 from data_schema.errors import BookError
 from data_schema.journal import MEND_TABLE, Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
 from data_schema.queries.detections import verdicts_waiting
 from data_schema.queries.files import StoredFile, lost_copies, raw_copies, signal_files, waiting_files
-from data_schema.tables.journal import POSTGRES_FUNCTION, SQLITE_TRIGGERS
 from data_schema.vocabulary import Action
 from ingest.store import STORED, Store, raw_path
-from labbook.book.altered import MOST_NAMED, altered_rows, but_of_readings, differences, with_reports
+from labbook.book.altered import MOST_NAMED, altered_since, but_of_readings, differences, with_reports
 from labbook.book.copies.copying import Counted
-from labbook.book.opening import check_schema, engine_of, journal_path, read_configuration, store_of
+from labbook.book.opening import REPORTS, check_schema, engine_of, journal_path, read_configuration, store_of
 from labbook.book.replaying import Replay, replayed
 from labbook.book.report_numbers import NUMBERS, numbers_files, numbers_path
 from labbook.config.parsing import Configuration, settings_of_numbers
 from reports.display import list_text
 from reports.page.writing import MARK
 
-GUARDS = {"sqlite": SQLITE_TRIGGERS, "postgresql": {"journal_never_changed": f"O {POSTGRES_FUNCTION}"}}
-"""The triggers that labbook makes, with what they do: on PostgreSQL their function, after O for one that is enabled."""
-_TRIGGERS = {
-    "sqlite": "SELECT name, sql FROM sqlite_master WHERE type = 'trigger'",
-    "postgresql": "SELECT t.tgname, t.tgenabled::text || ' ' || p.prosrc FROM pg_trigger t "
-    "JOIN pg_class c ON c.oid = t.tgrelid JOIN pg_proc p ON p.oid = t.tgfoid "
-    "WHERE NOT t.tgisinternal AND c.relnamespace = current_schema()::regnamespace",
-}
 _MADE_ANEW = (
     "Keep the database as it is, and run `labbook rebuild` to make it anew from the raw copies and the journal."
 )
@@ -61,8 +53,8 @@ _THREADS = 4
 """Reading, unpacking and hashing of files release the interpreter."""
 
 _T = TypeVar("_T")
-_ReplayedJournal: TypeAlias = Callable[[int, frozenset[str]], AbstractContextManager[tuple[sa.Connection, Replay]]]
-"""Replays that many entries without these raw copies; gives the resulting database and the replay's record."""
+_ReplayedJournal: TypeAlias = Callable[[int, frozenset[str]], AbstractContextManager[tuple[sa.Engine, Replay]]]
+"""Is ready to replay so many entries without these raw copies; gives an empty database and what replays into it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,9 +95,8 @@ class _Journal:
 
 @dataclass(frozen=True, slots=True)
 class _Database:
-    """What was read from the database: its own damage, the files it refers to, and its journal."""
+    """What was read from the database: the files it refers to, and its journal."""
 
-    problems: list[str]
     raw: list[StoredFile]
     samples: list[StoredFile]
     journal: _Journal | None
@@ -123,22 +114,20 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
     store, mirror = store_of(folder, configuration), JournalFile(journal_path(folder, configuration))
 
     @contextlib.contextmanager
-    def replayed_journal(entries: int, lost: frozenset[str]) -> Iterator[tuple[sa.Connection, Replay]]:
+    def replayed_journal(entries: int, lost: frozenset[str]) -> Iterator[tuple[sa.Engine, Replay]]:
         with (
             counted(entries) as step,
-            replayed(store, mirror, entries, step, use_cache=not deep, lost=lost) as (engine, replay),
-            reading(engine) as fresh,
+            replayed(store, mirror, 0, step, use_cache=not deep, lost=lost) as (engine, replay),
         ):
+            yield engine, replay
             verified.update(replay.verified)
-            yield fresh, replay
 
     verified: dict[str, str] = {}
     problems: list[str] = []
     database = _attempt(
-        problems, lambda: _read_database(store.root, engine_of(folder, configuration), replayed_journal)
+        problems, lambda: _read_database(store.root, engine_of(folder, configuration), replayed_journal, problems)
     )
-    database = database or _Database([], [], [], None)
-    problems += database.problems
+    database = database or _Database([], [], None)
     written = _attempt(problems, lambda: _read_through(mirror.entries()))  # the table is never ahead of it
     left_out = NOTHING if written is None else mirror.left_out()
     waiting = 0
@@ -210,21 +199,25 @@ def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
         return None
 
 
-def _read_database(store: Path, engine: sa.Engine, replayed_journal: _ReplayedJournal) -> _Database:
+def _read_database(
+    store: Path, engine: sa.Engine, replayed_journal: _ReplayedJournal, problems: list[str]
+) -> _Database | None:
+    """Read the database, as far as its tables are there; what is wrong with it is added to the problems."""
     try:
         check_schema(engine)
-        problems: list[str] = []
         with reading(engine) as connection:
             damage = _damage_of_sqlite(connection) if engine.dialect.name == "sqlite" else []
-            triggers = _foreign_triggers(connection)
-            problems += _with_remedy([*damage, *triggers], _MADE_ANEW)
+            problems += _with_remedy([*damage, *altered_schema(connection)], _MADE_ANEW)
             raw, samples = raw_copies(connection), signal_files(connection)
             lost = lost_copies(connection)
             read = _attempt(problems, lambda: _read_through(_entries_of_table(connection)))
             if read is not None:
                 problems += _altered(store, connection, len(read.hashes), lost, replayed_journal)
             waiting = len(verdicts_waiting(connection)), len(waiting_files(connection))
-        return _Database(problems, raw, samples, read, *waiting, lost)
+        return _Database(raw, samples, read, *waiting, lost)
+    except sa.exc.ProgrammingError as error:  # as PostgreSQL calls it where a table or column is not there
+        problems.append(f"the tables cannot be read ({str(error.orig).splitlines()[0]}). {_MADE_ANEW}")
+        return None
     finally:
         engine.dispose()
 
@@ -235,21 +228,24 @@ def _altered(
     """Return which rows are not as labbook wrote them, what they should be, and which reports depend on them."""
     problems: list[str] = []
     try:
-        with replayed_journal(entries, lost) as (fresh, replay):
-            altered = altered_rows(connection, fresh)
-            if altered and differences(fresh, journal.stored(fresh), replay.without_rows).other_versions:
-                by_any = but_of_readings(altered)
-                if len(by_any) < len(altered):
-                    problems.append(
-                        f"{len(altered) - len(by_any)} rows come out otherwise with this labbook's readers than with "
-                        "those of other versions that wrote them: run `labbook rebuild`, then check again."
-                    )
-                altered = by_any
-            found = with_reports(store, connection, fresh, altered)
+        with replayed_journal(entries, lost) as (engine, replay):
+            altered, removed = altered_since(connection, engine, replay)
+            with reading(engine) as fresh:
+                if altered and differences(fresh, journal.stored(fresh), replay.without_rows).other_versions:
+                    by_any = but_of_readings(altered)
+                    if len(by_any) < len(altered):
+                        problems.append(
+                            f"{len(altered) - len(by_any)} rows come out otherwise with this labbook's readers than "
+                            "with those of other versions that wrote them: run `labbook rebuild`, then check again."
+                        )
+                    altered = by_any
+                found = with_reports(store, connection, fresh, altered)
     except BookError as error:
         return [f"what should stand in the tables cannot be told: {error}"]
     remedy = "Run `labbook rebuild` to make the database anew from the raw copies and the journal."
-    problems += _with_remedy([row.sentence for row in found], remedy)
+    gone = f"the last {removed} entries of journal.jsonl are not in the table of entries, and what they state is."
+    sentences = [*([gone] if removed else []), *(row.sentence for row in found)]
+    problems += _with_remedy(sentences, remedy)
     if len(altered) > MOST_NAMED:
         tables = Counter(row.table for row in altered)
         counts = ", ".join(f"{count} of {table}" for table, count in tables.items())
@@ -268,20 +264,6 @@ def _damage_of_sqlite(connection: sa.Connection) -> list[str]:
     problems = [f"the database is damaged ({text})." for text in found if text != "ok"]
     broken = islice(connection.exec_driver_sql("PRAGMA foreign_key_check"), _PROBLEMS_OF_SQLITE)
     problems += [f"row {row[1]} of table {row[0]} refers to a row of {row[2]} that is not there." for row in broken]
-    return problems
-
-
-def _foreign_triggers(connection: sa.Connection) -> list[str]:
-    """Return which triggers labbook did not make, and which of its own were changed or are gone."""
-    guards = GUARDS[connection.dialect.name]
-    found = connection.exec_driver_sql(_TRIGGERS[connection.dialect.name])
-    triggers = {name: " ".join(text.split()) for name, text in found}
-    problems = [f"trigger {name} of the database is not labbook's." for name in sorted(triggers.keys() - guards.keys())]
-    problems += [
-        f"trigger {name}, which guards the journal, {'was changed' if name in triggers else 'is gone'}."
-        for name, text in guards.items()
-        if triggers.get(name) != text
-    ]
     return problems
 
 
@@ -344,7 +326,7 @@ def altered_reports(book_folder: Path, reports: Sequence[Entry]) -> tuple[int, l
     """Return how many reports still have their folder, and of those whose files are not as written which and how.
 
     `reports` are all entries of reports, in the order of the journal. Those of another book were written elsewhere, and
-    a folder holds the files of the last report written there.
+    a folder holds the files of the last report written there: one named by a person perhaps those of another book.
     """
     standing = {}
     for number, entry in enumerate(reports, start=1):
@@ -353,7 +335,8 @@ def altered_reports(book_folder: Path, reports: Sequence[Entry]) -> tuple[int, l
             standing[book_folder / new["folder"]] = number, new
     found, problems = 0, []
     for folder, (number, new) in standing.items():
-        if not folder.is_dir() or _read(folder / MARK) not in (None, b"", new["made_at"].encode()):
+        of_another = _read(folder / MARK) not in (None, b"", new["made_at"].encode())
+        if not folder.is_dir() or (of_another and folder.parent != book_folder / REPORTS):
             continue
         found += 1
         wrong = {name: _read(folder / name) for name, sha256 in new["files"].items() if not _is(folder / name, sha256)}

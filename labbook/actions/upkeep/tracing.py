@@ -20,7 +20,7 @@ from data_schema.queries.sources import Source, describe_input
 from data_schema.queries.study import config_in_force
 from ingest.store import Store
 from labbook.analysis.results import equals_printed
-from labbook.book.altered import differences
+from labbook.book.altered import altered_since, but_of_readings, differences, inputs_altered
 from labbook.book.naming import changes_in_words
 from labbook.book.opening import Book
 from labbook.book.replaying import replayed
@@ -94,6 +94,12 @@ def find_number(book: Book, connection: sa.Connection, beginning: str) -> Report
             found[uid] = ReportOfNumber(number, numbers, (*(before.shown_in if before else ()), report))
     if not found and damage is not None:
         raise damage
+    last = None if found else book.mirror.last()
+    if last is not None and last.seq > journal.head(connection)[0]:
+        raise BookDamaged(
+            f"the database does not have all entries of journal.jsonl, and no number's id begins with {beginning!r} in "
+            "the reports that it has: `labbook db check` says what is missing."
+        )
     if not found:
         without = f"; the numbers.json of {lost} of the {len(reports)} reports is not there to look in" if lost else ""
         raise UnknownName(f"no number's id begins with {beginning!r}{without}: copy the whole id from the report.")
@@ -168,12 +174,15 @@ def _lines(found: Trace, depth: int) -> Iterator[str]:
         yield from _lines(below, depth + 1)
 
 
+_MOST_NAMED = 5
+
+
 @dataclass(frozen=True, slots=True)
 class Recomputed:
     """A number as a report has it, and as it came out anew as of that report, None where nothing comes out.
 
     `differs` names the fields (value, standard error, ends of the interval, ...) that are not the same double.
-    `altered` says of which of its inputs the database has something else than raw copies and journal give.
+    `altered` are the rows that bear on its inputs and are not what raw copies and journal give.
     `other_versions`: versions of readers or algorithms made the report that this labbook does not have.
     """
 
@@ -211,8 +220,8 @@ class Recomputed:
         same = f"{uid} recomputed from raw copies and journal {of}: the same to the last digit"
         if self.altered:
             return (
-                f"{same}; but the database has otherwise than these: {'; '.join(self.altered)}: `labbook db check` "
-                "names what was altered, `labbook rebuild` mends it."
+                f"{same}; but it rests on what was altered since: {'; '.join(self.altered[:_MOST_NAMED])}: `labbook "
+                "db check` says more, `labbook rebuild` mends it."
             )
         return f"{same}."
 
@@ -225,22 +234,27 @@ def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str],
         book.reading() as connection,
         replayed(book.store, book.mirror, 0, step, use_cache=False, lost=lost_copies(connection)) as (engine, replay),
     ):
-        until, _hash = journal.head(connection)
         for seq, report in sorted(shown_in.items()):
             replay.apply_to(engine, seq - 1)
             with reading(engine) as fresh, without_caches():
                 again = made_again(fresh, replay.store, report.selection or None, report.made_utc)
             made[seq] = numbers_of_report(again).numbers, again.versions
-        replay.apply_to(engine, until)
+        rows, _removed = altered_since(connection, engine, replay)
         with reading(engine) as fresh:
             readers = differences(fresh, journal.stored(fresh), replay.without_rows).other_versions
+            rows = but_of_readings(rows) if readers else rows
+            bearing_on = inputs_altered(connection, fresh, rows)
             return [
                 Recomputed(
                     report=report,
                     printed=one.number,
                     anew=(anew := number_anew(numbers, one.number)),
                     differs=differing_fields(one.number, anew),
-                    altered=tuple(_altered(connection, fresh, one)),
+                    altered=tuple(
+                        row.sentence.removesuffix(".")
+                        for row, inputs in zip(rows, bearing_on, strict=True)
+                        if inputs is None or inputs & {leaf.input_uid for leaf in one.numbers.leaves_of(one.number)}
+                    ),
                     other_versions=readers or versions != report.versions,
                 )
                 for one in asked
@@ -266,9 +280,3 @@ def differing_fields(printed: ReportedNumber, anew: ReportedNumber | None) -> tu
     """Name the fields of a number (value, standard error, ends of the interval, ...) that came out otherwise anew."""
     names = [field.name for field in fields(ReportedNumber) if field.name not in ("id", "result")]
     return tuple(name for name in names if anew and repr(getattr(printed, name)) != repr(getattr(anew, name)))
-
-
-def _altered(book: sa.Connection, fresh: sa.Connection, found: ReportOfNumber) -> list[str]:
-    """Say which inputs of a number the database has otherwise than raw copies and journal give."""
-    leaves = [(item, describe_input(fresh, item)) for item in found.numbers.leaves_of(found.number)]
-    return sorted(f"{source.kind} {source.text}" for item, source in leaves if describe_input(book, item) != source)
