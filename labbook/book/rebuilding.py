@@ -138,8 +138,9 @@ def rebuild_database(
             if not missing:
                 raise
             raise BookDamaged(
-                f"{len(missing)} of the raw copies cannot be read and nothing was changed (the first: {error}) "
-                "`labbook rebuild --keep-going` makes the database without them, and lists what is missing."
+                f"{len(missing)} raw {'copy' if len(missing) == 1 else 'copies'} cannot be read, and nothing was "
+                f"changed (the first: {str(error).split(': restore it')[0]}): put them back from a backup, or make the "
+                "database without them by `labbook rebuild --keep-going`, which lists what is missing."
             ) from error
         if moves:
             write_whole(folder / CONFIGURATION, moved.encode())

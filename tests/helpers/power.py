@@ -132,7 +132,7 @@ class Disk:
             path = self._of_descriptor(call.arguments[0])
             return path is not None and self._with_descriptor(call, path)
         places = [place for place in self._places(call) if place is not None]
-        if not places:
+        if not places or (call.name.startswith("symlink") and self._places(call)[-1] is None):
             return False
         if call.name.startswith("rename"):
             assert len(places) == 2, call

@@ -51,7 +51,7 @@ def check_backup(source: Path, step: Callable[[str], None]) -> CheckedBackup:
             store.raw(raw_path(sha256), sha256)
         except LabbookError as error:
             lost.append(sha256)
-            problems.append(str(error))
+            problems.append(f"{str(error).split(': restore it')[0]}: back the book up again, which mends it.")
         step(sha256)
     altered, missing = wrong_numbers(source, [entry for entry in entries if entry.action is Action.REPORT])
     problems += altered

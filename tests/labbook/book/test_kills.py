@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import os
 import random
 import shutil
 import time
@@ -93,12 +94,35 @@ class Lab:
         self.say(self.laptop)
         return self.at_book("merge", self.laptop)
 
+    def plan(self) -> list[str | Path]:
+        number = next(self.numbers)
+        words = ("--seed", str(number), "--n", "1", "--per-day", "8", "--start", "2022-01-01")
+        return self.at_book("plan", *words, "--out", self.folder / f"plan-{number}.csv")
+
+    def reread(self) -> list[str | Path]:
+        log = self.folder / "home made.csv"
+        if not log.exists():
+            log.write_text("t [ms],x\n" + "".join(f"{4 * place},{place % 7}\n" for place in range(300)))
+            self.run(*self.at_book("ingest", log))
+        return self.at_book("ingest", log, "--column", f"x=own.quantity_{next(self.numbers)}:V")
+
+    def prune(self) -> list[str | Path]:
+        for name in LEFT:
+            path = self.book.folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_bytes(b"left by a crash")
+            os.utime(path, (0.0, 0.0))
+        return self.at_book("db", "prune", "--yes")
+
     def say(self, folder: Path) -> None:
         with opened(folder) as book:
             state(book, note, f"remark {next(self.numbers)}")
 
 
 KINDS = ("ingest", "verdict", "correct", "report", "rebuild", "backup", "restore", "merge")
+OTHER_KINDS = ("plan", "reread", "prune")
+LEFT = (f"signals/ab/ab{'0' * 62}.parquet", f"raw/ab/.ab{'0' * 62}.zst.00000000", ".labbook.db.00000000")
+"""What a prune removes."""
 
 
 def check(lab: Lab, before: Sequence[Entry]) -> list[Entry]:
@@ -121,6 +145,8 @@ def check_copies(lab: Lab, kind: str, *, done: bool) -> None:
             assert (lab.stick / raw_path(sha256)).exists()
         if done:
             assert (lab.stick / "journal.jsonl").read_bytes() == lab.book.journal.read_bytes()
+    if kind == "prune" and done:
+        assert not any((lab.book.folder / name).exists() for name in LEFT)
     restored = lab.folder / "restored"
     if kind == "restore" and not done:
         assert not restored.exists() or (restored / MARKER).exists() or not any(restored.glob("[!.]*"))
@@ -146,7 +172,13 @@ def kill(
         assert (Path(words[2]) / "report.html").exists()  # what is stated as made is there
     if code == KILLED:
         check_copies(lab, kind, done=False)
-        lab.run(*words)
+        if kind == "plan" and left:  # which is stated once; its sheet is there, or written again
+            assert lab.commands.run(*words)[0] == 2
+            lab.run(*words[:3], *words[7:], "--sheet")
+        else:
+            lab.run(*words)
+        if kind == "plan":
+            assert Path(words[-3]).exists()
     after = check(lab, before)
     again = kind == "report" and bool(left) and code == KILLED  # a second report is a second report
     assert kinds_of(after) == usual + (usual if again else Counter())
@@ -197,3 +229,15 @@ def test_a_thousand_kills_lose_nothing(
     counts = kill_in_turn(lab_at(tmp_path, url, commands), KINDS, 5, seed=block)
     record(*counts)
     assert [count.cut_off for count in counts] == [5] * len(KINDS)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("block", range(8))
+def test_kills_of_what_is_done_less_often_lose_nothing(
+    block: int, tmp_path: Path, request: pytest.FixtureRequest, commands: Commands
+) -> None:
+    """In a block each of three commands dies five times; every fourth is on PostgreSQL."""
+    url = request.getfixturevalue("postgres_url") if block % 4 == 3 else None
+    counts = kill_in_turn(lab_at(tmp_path, url, commands), OTHER_KINDS, 5, seed=100 + block)
+    record(*counts)
+    assert [count.cut_off for count in counts] == [5] * len(OTHER_KINDS)

@@ -70,8 +70,10 @@ def test_a_book_without_database_is_made_without_lost_copies_and_mended_by_the_o
     with judged.open() as book, book.reading() as connection:
         evidence = gather(connection, book.configuration, None)
         why = evidence.waits(run_named(connection, "r003").uid, FileRole.LOG)
+        of_sheet = evidence.waits(run_named(connection, "r009").uid, FileRole.CHARGE)
         assert why is not None
-        assert CUT in why.reason
+        assert of_sheet is not None
+        assert (CUT in why.reason, SHEET in of_sheet.reason) == (True, True)
     good(labbook("report", "--unsaved", "--out", judged.folder.parent / "paper", at=judged.folder))
     for words in (("show", "r003"), ("attention",), ("files", "list"), ("today",), ("runs", "list")):
         good(labbook(*words, at=judged.folder))
@@ -82,6 +84,19 @@ def test_a_book_without_database_is_made_without_lost_copies_and_mended_by_the_o
     good(labbook("ingest", *(original(judged, name) for name in (GONE, SHEET)), at=judged.folder))
     assert health(judged, deep=True).whole
     assert rows_by_name(judged.folder) == before
+
+
+@pytest.mark.soak
+def test_on_postgresql(tmp_path: Path, postgres_url: str) -> None:
+    book = small_book(tmp_path, database_url=postgres_url)
+    before = rows_by_name(book.folder, postgres_url)
+    lose(book, book.folder)
+    assert labbook("rebuild", at=book.folder).code == 3
+    assert labbook("rebuild", "--keep-going", at=book.folder).code == 0
+    assert len(health(book).lost) == 3
+    good(labbook("ingest", *(original(book, name) for name in LOST), at=book.folder))
+    assert health(book).whole
+    assert rows_by_name(book.folder, postgres_url) == before
 
 
 def test_what_was_put_back_by_hand_waits_for_a_rebuild(judged: SmallBook, tmp_path: Path) -> None:
