@@ -220,7 +220,7 @@ class Recomputed:
         same = f"{uid} recomputed from raw copies and journal {of}: the same to the last digit"
         if self.altered:
             return (
-                f"{same}; but it rests on what was altered since: {'; '.join(self.altered[:_MOST_NAMED])}: `labbook "
+                f"{same}; but rows behind it were altered since: {'; '.join(self.altered[:_MOST_NAMED])}: `labbook "
                 "db check` says more, `labbook rebuild` mends it."
             )
         return f"{same}."
