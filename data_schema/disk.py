@@ -11,6 +11,7 @@ import json
 import os
 import re
 import secrets
+import stat
 from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from datetime import UTC, datetime
@@ -32,6 +33,19 @@ def sync(path: Path) -> None:
         os.fsync(descriptor)
     finally:
         os.close(descriptor)
+
+
+def is_special(path: Path) -> bool:
+    """Tell whether something else than a file of bytes is there: a pipe or device would be waited for without end, and
+    a link leads out of the book.
+    """
+    try:
+        return not stat.S_ISREG(path.lstat().st_mode)
+    except FileNotFoundError:
+        return False
+
+
+SPECIAL = "is a link, a pipe or a device, and no file"
 
 
 def make_folder(folder: Path) -> None:

@@ -13,7 +13,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from data_schema.disk import stamp, sync, today_utc
+from data_schema.disk import SPECIAL, is_special, stamp, sync, today_utc
 from data_schema.errors import BookDamaged
 from data_schema.journal import MEND_FILE, Entry, verified_chain
 
@@ -172,6 +172,8 @@ class JournalFile:
                 return
 
     def _read(self, last_bytes: int | None) -> _Part:
+        if is_special(self.path):
+            raise BookDamaged(f"{self.path} {SPECIAL}: {self.remedy}.")
         try:
             with self.path.open("rb") as handle:
                 size = handle.seek(0, os.SEEK_END)

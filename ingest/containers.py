@@ -5,6 +5,7 @@ Numbers of workbooks keep all their digits, dates are ISO-8601.
 
 from __future__ import annotations
 
+import copy
 import datetime
 import io
 import re
@@ -62,9 +63,19 @@ def check_zip(archive: zipfile.ZipFile, data: bytes, limits: Limits) -> None:
 
 
 def member_bytes(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> bytes:
-    """Unpack a member, its checksum compared, and no more of it than the directory says that there is."""
-    with archive.open(member) as unpacking:
-        return unpacking.read(member.file_size)
+    """Unpack a member, its checksum compared, to one byte more at most than the directory says that there is.
+
+    Raises `ArchiveRefusedError` where there is more or less: a reader that believes the directory stops too early.
+    """
+    stated, more = member.file_size, copy.copy(member)
+    more.file_size += 1  # zipfile reads no further, and compares a checksum only where it came to the end
+    with archive.open(more) as unpacking:
+        content = unpacking.read(stated + 1)
+    if len(content) != stated:
+        raise ArchiveRefusedError(
+            f"its member {member.filename!r} does not hold the {stated} bytes that its directory says: pack it again"
+        )
+    return content
 
 
 def workbook_sheets(data: bytes, limits: Limits) -> list[tuple[str, Sequence[Sequence[Cell]]]]:

@@ -106,6 +106,8 @@ def read_and_hash(path: Path, folder: Path, largest_bytes: int) -> tuple[bytes, 
     `largest_bytes`.
     """
     with path.open("rb") as source:
+        if os.fstat(source.fileno()).st_size > largest_bytes:
+            raise _too_large(largest_bytes)
         first = source.read(min(LARGE_BYTES, largest_bytes) + 1)
         if len(first) > largest_bytes:
             raise _too_large(largest_bytes)
@@ -126,9 +128,12 @@ def map_and_hash(first: bytes, source: IO[bytes], folder: Path, largest_bytes: i
             if n_bytes > largest_bytes:
                 raise _too_large(largest_bytes)
             digest.update(block)
-            target.write(block)
+            if block.strip(b"\0"):
+                target.write(block)
+            else:  # of a file that was allocated beforehand, and takes no room
+                target.seek(n_bytes)
             block = source.read(BLOCK_BYTES)
-        target.flush()
+        target.truncate(n_bytes)
         return _map(target.fileno(), folder, n_bytes), digest.hexdigest()
 
 

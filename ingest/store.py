@@ -7,6 +7,7 @@ opens a store and few read or write in one, so numpy and pyarrow are loaded by t
 
 from __future__ import annotations
 
+import errno
 import hashlib
 import os
 import re
@@ -16,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from data_schema.disk import make_folder, sync, sync_names
+from data_schema.disk import SPECIAL, is_special, make_folder, sync, sync_names
 from data_schema.errors import BookDamaged
 
 if TYPE_CHECKING:
@@ -65,9 +66,10 @@ class FileInStore:
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """A folder with `raw/` and `signals/` in it."""
+    """A folder with `raw/` and `signals/` in it; `of_links`: its files are links that labbook made to those of others."""
 
     root: Path
+    of_links: bool = False
 
     def put_raw(self, data: bytes, sha256: str) -> FileInStore:
         """Keep the bytes of a file. Keeping the same bytes again changes nothing."""
@@ -76,7 +78,7 @@ class Store:
         from ingest.spool import mapped
 
         path = raw_path(sha256)
-        if (self.root / path).exists():
+        if self._is_there(path):
             self._sync_names(path)
             return FileInStore(path, None)
         if mapped(data) is not None:
@@ -103,7 +105,7 @@ class Store:
         from ingest.spool import LARGE_BYTES, map_and_hash
 
         try:
-            with pa.input_stream(str(self.root / store_path), compression="zstd") as stream:
+            with pa.input_stream(self._file(store_path), compression="zstd") as stream:
                 first = stream.read(LARGE_BYTES + 1)
                 if len(first) > LARGE_BYTES:
                     data, found = map_and_hash(first, stream, self.root)
@@ -132,7 +134,7 @@ class Store:
 
         place, block = 0, _FIRST_BYTES
         try:
-            with pa.input_stream(str(self.root / store_path), compression="zstd") as stream:
+            with pa.input_stream(self._file(store_path), compression="zstd") as stream:
                 while piece := stream.read(block):
                     beside = data[place : place + len(piece)]
                     if piece != beside:
@@ -165,7 +167,7 @@ class Store:
 
         sha256 = signal_sha256(part)
         path = f"signals/{sha256[:2]}/{sha256}.parquet"
-        if not (self.has_samples(path, sha256) if anew else (self.root / path).exists()):
+        if not (self.has_samples(path, sha256) if anew else self._is_there(path)):
             self._write(path, lambda handle: write_samples(part, handle))
             return sha256, FileInStore(path, self.file_sha256(path))
         sync(self.root / path)
@@ -175,7 +177,7 @@ class Store:
     def file_sha256(self, path: str) -> str | None:
         """Return the SHA-256 of a file of the store as it lies there, None where it cannot be read."""
         try:
-            with (self.root / path).open("rb") as stream:
+            with open(self._file(path), "rb") as stream:  # noqa: PTH123
                 return hashlib.file_digest(stream, "sha256").hexdigest()
         except OSError:
             return None
@@ -184,6 +186,13 @@ class Store:
         """Read `time` and the named channels back; each an array of float64, shape (n_samples,)."""
         from ingest.samples import read_samples
 
+        try:
+            self._file(store_path)
+        except OSError as error:
+            raise BookDamaged(
+                f"the samples {store_path} cannot be read ({error}): run `labbook rebuild` to read them "
+                "anew from the raw copy."
+            ) from error
         return read_samples(self.root / store_path, channels)
 
     def check_samples(self, store_path: str, sha256: str, of: str) -> None:
@@ -194,7 +203,7 @@ class Store:
 
         remedy = "run `labbook rebuild` to read them anew from the raw copy."
         try:
-            found = stored_sha256(self.root / store_path)
+            found = stored_sha256(Path(self._file(store_path)))
         except (OSError, ValueError, pa.ArrowException) as error:  # names of columns have no checksum
             raise BookDamaged(f"the samples {store_path} of {of} cannot be read ({error}): {remedy}") from error
         if found != sha256:
@@ -223,6 +232,17 @@ class Store:
         except BookDamaged:
             return False
         return True
+
+    def _file(self, path: str) -> str:
+        """Return where a file of the store lies; raises `OSError` where it is no file."""
+        file = self.root / path
+        if not self.of_links and is_special(file):
+            raise OSError(errno.EINVAL, f"it {SPECIAL}", str(file))
+        return str(file)
+
+    def _is_there(self, path: str) -> bool:
+        file = self.root / path
+        return file.exists() and (self.of_links or not is_special(file))
 
     def _write(self, path: str, write: Callable[[pa.NativeFile], object]) -> None:
         import pyarrow as pa

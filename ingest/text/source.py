@@ -18,7 +18,7 @@ from typing import NamedTuple
 from data_schema.errors import UsageError
 from ingest.findings import FILE, MORE_LINES, NOTE, ROW, FindingCollector
 from ingest.model import DEFAULT_LIMITS, Declarations
-from ingest.spool import beginning, blocks
+from ingest.spool import BLOCK_BYTES, beginning, blocks, release_bytes
 
 DEFAULT_PAGE = "cp1252"
 """Of text that is neither marked nor UTF-8, where nothing is declared."""
@@ -198,8 +198,10 @@ def looks_like_utf16(data: bytes) -> str | None:
 def _without_nul_tail(source: TextSource, findings: FindingCollector) -> TextSource:
     stop = len(source.data)
     while stop > source.start and source.data[stop - 1] == 0:
-        start = max(source.start, stop - HEAD_BYTES)
-        stop = start + len(source.data[start:stop].rstrip(b"\0"))
+        start = max(source.start, stop - BLOCK_BYTES)
+        written = start + len(source.data[start:stop].rstrip(b"\0"))
+        release_bytes(source.data, start, stop)
+        stop = written
     if stop == len(source.data):
         return source
     findings.add(NOTE, "nul_padding", "The file ends in NUL bytes, as preallocated files do; they are cut off.")

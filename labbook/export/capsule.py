@@ -21,6 +21,7 @@ from pathlib import Path, PurePosixPath
 import sqlalchemy as sa
 
 from data_schema import journal
+from data_schema.disk import SPECIAL, is_special
 from data_schema.engine import reading
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal import Entry
@@ -210,6 +211,8 @@ def raw_content(path: Path, sha256: str, most: int | None = None, remedy: str = 
     import pyarrow as pa
 
     n_bytes, digest = 0, hashlib.sha256()
+    if is_special(path):
+        raise BookDamaged(f"the raw copy {path.name} {SPECIAL}: {remedy}.")
     try:
         with pa.input_stream(str(path), compression="zstd") as stream:
             while block := stream.read(BLOCK):

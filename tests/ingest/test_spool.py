@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import io
+import subprocess
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -91,6 +93,34 @@ def test_a_file_beyond_the_bound_is_mapped_and_kept_byte_for_byte(
     with pytest.raises(InputRefused, match="largest_file_bytes"):
         store.read_and_hash(path, 20_000)
     assert sorted(child.name for child in store.root.iterdir()) == ["raw", "signals"]
+
+
+NULS = """
+import re, sys
+from pathlib import Path
+from ingest.model import Declarations
+from ingest.read import read_file
+from ingest.spool import LARGE_BYTES, mapped, read_and_hash
+
+path = Path(sys.argv[1])
+data, _sha256 = read_and_hash(path, path.parent, 1 << 40)
+assert mapped(data) is not None
+assert read_file(data, Declarations()).refused
+peak_kb = re.search(r"VmHWM:\\s*([0-9]+)", Path("/proc/self/status").read_text())
+assert int(peak_kb[1]) << 10 < 2 * LARGE_BYTES, peak_kb[0]
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="tells how much memory a process had")
+def test_a_file_of_nuls_that_takes_no_room_is_refused_in_constant_memory(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    with path.open("wb") as file:
+        file.truncate(5 * spool.LARGE_BYTES)
+    subprocess.run([sys.executable, "-c", NULS, path], check=True)
+    with path.open("wb") as file:
+        file.truncate(1 << 42)
+    with pytest.raises(InputRefused, match="largest_file_bytes"):
+        read_and_hash(path, tmp_path, 1 << 40)
 
 
 @pytest.mark.parametrize("large", [10**9, 10_000], ids=["in memory", "mapped"])

@@ -283,7 +283,7 @@ class _Merging:
                 link = Path(name) / path
                 link.parent.mkdir(parents=True, exist_ok=True)
                 link.symlink_to(copy.resolve())
-            yield Store(Path(name))
+            yield Store(Path(name), of_links=True)
 
     def _state(self) -> None:
         """State that this book has the other one until its last entry, and add what is new."""

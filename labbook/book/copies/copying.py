@@ -16,7 +16,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from data_schema.disk import make_folder, partial_path, put_in_place, read_json, sync_names, write_json, write_whole
+from data_schema.disk import (
+    is_special,
+    make_folder,
+    partial_path,
+    put_in_place,
+    read_json,
+    sync_names,
+    write_json,
+    write_whole,
+)
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
@@ -84,7 +93,9 @@ def _bring(source: Store, place: Path, target: Store, sha256: str) -> None:
     part = partial_path(place)
     part.unlink(missing_ok=True)  # one that was cut off may be read-only
     with contextlib.suppress(FileNotFoundError), _naming(place):
-        shutil.copyfile(source.root / raw_path(sha256), part)
+        copied = source.root / raw_path(sha256)
+        if not is_special(copied):
+            shutil.copyfile(copied, part)
         if _holds(target, part, sha256):
             with contextlib.suppress(OSError):  # some sticks and drives know no permissions
                 os.chmod(part, 0o444)  # noqa: PTH101

@@ -8,6 +8,7 @@ import stat
 import time
 import tracemalloc
 import zipfile
+import zlib
 
 import numpy as np
 import pytest
@@ -116,6 +117,16 @@ def test_a_directory_that_lies_about_a_size_is_refused_before_it_fills_the_memor
     _now, most_bytes = tracemalloc.get_traced_memory()
     tracemalloc.stop()
     assert most_bytes < 8 << 20
+
+
+def test_a_member_that_goes_on_behind_its_stated_size_is_refused_and_not_read_in_part() -> None:
+    data, part = zipped({"a.csv": LOG}), LOG[: LOG.rindex(b"\n", 0, 2000) + 1]
+    for said, lie in ((len(LOG), len(part)), (zlib.crc32(LOG), zlib.crc32(part))):
+        data = data.replace(said.to_bytes(4, "little"), lie.to_bytes(4, "little"))
+    with zipfile.ZipFile(io.BytesIO(data)) as archive:
+        assert archive.read("a.csv") == part
+    assert rules(read(data)) >= {"archive_refused"}
+    assert read(zipped({"a.csv": part})).parts
 
 
 def test_archives_in_each_other_expand_together_within_the_bound() -> None:
