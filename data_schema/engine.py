@@ -92,7 +92,7 @@ def postgres_engine(url: str, *, busy_timeout_s: float = BUSY_TIMEOUT_S, schema:
         )
     try:
         engine = sa.create_engine(url, connect_args={"connect_timeout": int(BUSY_TIMEOUT_S)})
-    except (sa.exc.ArgumentError, ModuleNotFoundError) as error:
+    except (sa.exc.ArgumentError, ModuleNotFoundError, ValueError) as error:  # the last for a port of letters
         raise UsageError(
             f"[database] url {url!r} cannot be used ({error}): give postgresql+psycopg://USER@HOST/NAME and "
             "install the extra with `pip install 'robot-labbook[postgres]'`."

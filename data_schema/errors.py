@@ -17,13 +17,32 @@ The message is one sentence: what was given, what is allowed or nearest, what to
 from __future__ import annotations
 
 import difflib
+import re
 from collections.abc import Iterable
+
+_PASSWORD = re.compile(r"(://[^:/@]*:).*(?=@)|([?&]\w*password=)[^&]*", re.DOTALL)
+_ADDRESS = re.compile(r"""(?<=')[\w+]+://[^']*|(?<=")[\w+]+://[^"]*|[\w+]+://\S+""")
+"""An address in a sentence, to the quote that ends it or else to the next blank."""
+
+
+def hide_password(url: str) -> str:
+    """Return the address of a database with *** for its password, be it in `user:password@host` or an option."""
+    return _PASSWORD.sub(lambda found: f"{found[1] or found[2]}***", url)
+
+
+def without_passwords(sentence: str) -> str:
+    """Return what is said with *** for the passwords of the addresses in it."""
+    return _ADDRESS.sub(lambda found: hide_password(found[0]), sentence)
 
 
 class LabbookError(Exception):
-    """Root of all errors that a user can cause; its text is the sentence shown."""
+    """Root of all errors that a user can cause; its text is the sentence shown, in which no password ever stands."""
 
     exit_code = 2
+
+    def __str__(self) -> str:
+        """Return the sentence."""
+        return without_passwords(super().__str__())
 
 
 class UsageError(LabbookError):

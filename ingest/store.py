@@ -66,7 +66,7 @@ class FileInStore:
 
 @dataclass(frozen=True, slots=True)
 class Store:
-    """A folder with `raw/` and `signals/` in it; `of_links`: its files are links that labbook made to those of others."""
+    """A folder with `raw/` and `signals/` in it; `of_links`: its files are links that labbook made to other files."""
 
     root: Path
     of_links: bool = False
@@ -255,7 +255,7 @@ class Store:
                 write(handle)
             descriptor = os.open(temporary, os.O_RDONLY)
             try:
-                os.fchmod(descriptor, 0o444)
+                os.fchmod(descriptor, os.fstat(descriptor).st_mode & 0o444)
                 os.fsync(descriptor)
             finally:
                 os.close(descriptor)

@@ -12,7 +12,6 @@ later change to an existing fact is refused with the `labbook correct` that woul
 from __future__ import annotations
 
 import contextlib
-import re
 import shlex
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
@@ -22,7 +21,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, reading, sqlite_engine
-from data_schema.errors import BookMissing, BookVersion, InputRefused, UsageError, unknown_name
+from data_schema.errors import BookMissing, BookVersion, InputRefused, UsageError, hide_password, unknown_name
 from data_schema.journal import canonical
 from data_schema.journal_file import JournalFile
 from data_schema.queries.facts import find_uid, read_fact
@@ -219,7 +218,7 @@ def shown(engine: sa.Engine) -> str:
     """Return the database's name without a password."""
     if engine.dialect.name == "sqlite":
         return DATABASE
-    return engine.url.render_as_string(hide_password=True)
+    return hide_password(engine.url.render_as_string())
 
 
 def propose(session: WriteSession, configuration: Configuration, *, correcting: bool = False) -> None:
@@ -253,12 +252,8 @@ def propose(session: WriteSession, configuration: Configuration, *, correcting: 
         new, old = {change.field: change.proposed}, {change.field: change.standing}
         reason = "labbook.toml was changed before anything was measured"
         session.state(Statement(Action.CORRECT, change.kind, change.uid, new=new, old=old, reason=reason))
-    text = _without_password(configuration)
+    text = text_without_password(configuration.text, configuration)
     session.declare("config", sha256=configuration.sha256, text=text, read_utc=now_utc())
-
-
-_PASSWORD = re.compile(r"(://[^:/@]*:)[^@]*(?=@)|([?&]\w*password=)[^&]*")
-"""A password in the address of a database, as `user:password@host` or as an option, after what tells it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -392,18 +387,20 @@ def _unfitting_factors(connection: sa.Connection, configuration: Configuration, 
     return found
 
 
-def _without_password(configuration: Configuration) -> str:
-    """Return the file's text without its password, for the journal: its readers need no access to the database."""
+def text_without_password(text: str, configuration: Configuration) -> str:
+    """Return a labbook.toml's text without its password, for the journal and for backups: who reads these needs no
+    access to the database.
+    """
     url = configuration.database.url
     if url is None:
-        return configuration.text
-    masked = _PASSWORD.sub(lambda found: f"{found[1] or found[2]}***", url)
-    if masked != url and url not in configuration.text:
+        return text
+    masked = hide_password(url)
+    if masked != url and url not in text:
         raise InputRefused(
             "the url under [database] in labbook.toml is written with backslashes, so that its password cannot be kept "
-            "out of the journal: write the url in single quotes, without them."
+            "out of journal and backups: write the url in single quotes, without them."
         )
-    return configuration.text.replace(url, masked)
+    return text.replace(url, masked)
 
 
 def _in_use(connection: sa.Connection) -> bool:

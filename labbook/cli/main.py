@@ -21,7 +21,7 @@ from typing import Any, NoReturn
 import typer.main
 from typer.core import TyperGroup
 
-from data_schema.errors import LabbookError
+from data_schema.errors import LabbookError, without_passwords
 from labbook.cli.common import as_command
 from labbook.terminal import printable_json, say
 
@@ -218,7 +218,7 @@ def explain_error(error: Exception) -> tuple[str, int]:
             return f"{error.strerror or error}{where}: check the path, its permissions and the disk.", 2
         case typer.TyperException():
             command = getattr(getattr(error, "ctx", None), "command_path", "labbook")
-            message = " ".join(_formatted(error).split()).rstrip(".")
+            message = without_passwords(" ".join(_formatted(error).split()).rstrip("."))
             if not message:
                 return "", 2  # a group without a command has shown its help instead
             end = "" if message.endswith("?") else "."

@@ -15,7 +15,7 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.disk import exclusive_lock, read_json, sync, write_json, write_whole
 from data_schema.engine import postgres_engine, reading
-from data_schema.errors import BookDamaged, BookError, UsageError
+from data_schema.errors import BookDamaged, BookError, UsageError, hide_password
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from ingest.store import Store
@@ -84,10 +84,9 @@ def restore(
     entries, text = read_backup(source, keep_going=keep_going)
     original = parse_configuration(text, str(source / CONFIGURATION), source)
     if place is None and original.database.url is not None:
-        was = sa.make_url(original.database.url).render_as_string(hide_password=True)
         raise UsageError(
-            f"this book's database was {was}: say with --database URL into which empty one it is to be restored, or "
-            "--sqlite for a file in the book."
+            f"this book's database was {original.database.url}: say with --database URL into which empty one it is to "
+            "be restored, or --sqlite for a file in the book."
         )
     url = None if place is None else place.url
     moved = original.store.path is not None or original.database.url != url
@@ -172,7 +171,7 @@ def _claim_folder(source: Path, folder: Path, url: str | None, entries: list[Ent
     return claim(
         folder,
         MARKER,
-        {"source": str(source.resolve()), "book": entries[0].hash, "database": url},
+        {"source": str(source.resolve()), "book": entries[0].hash, "database": url and hide_password(url)},
         f"{folder} holds the unfinished restore of another backup, or into another database: finish that with the "
         "command that began it, or name an empty folder.",
         f"{folder} is not empty: name an empty folder, or one that is not there yet.",

@@ -1,11 +1,12 @@
 """`labbook backup`: what a book cannot be made anew without, in another folder: journal, raw copies, labbook.toml.
 
-The database and the samples follow from these (`labbook restore`), so a book on PostgreSQL needs nothing else. The
-journal is taken first, as it stands at one moment while others may write; raw copies are there before their entries, so
-all that it speaks of are found. In the backup the journal is put last: whenever a backup is cut off, the folder holds
-the journal of the one before with all raw copies that this speaks of. A labbook.toml that is newer than the journal is
-what a book has between an edit and the next command. When the last backup was made, and where, stands in a small file
-beside the book's journal, for a backup states nothing.
+The database and the samples follow from these (`labbook restore`), so a book on PostgreSQL needs nothing else; the
+password of its database stays out, for a backup is given to who only reads. The journal is taken first, as it stands at
+one moment while others may write; raw copies are there before their entries, so all that it speaks of are found. In the
+backup the journal is put last: whenever a backup is cut off, the folder holds the journal of the one before with all
+raw copies that this speaks of. A labbook.toml that is newer than the journal is what a book has between an edit and the
+next command. When the last backup was made, and where, stands in a small file beside the book's journal, for a backup
+states nothing.
 """
 
 from __future__ import annotations
@@ -39,10 +40,11 @@ from labbook.book.opening import (
     journal_path,
     read_configuration,
     store_of,
+    text_without_password,
 )
 from labbook.book.report_numbers import bring_numbers
 from labbook.book.write_session import now_utc
-from labbook.config.parsing import Configuration
+from labbook.config.parsing import Configuration, own_text
 
 LAST_BACKUP = "last-backup.json"
 """The name of that file."""
@@ -96,6 +98,7 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
     Raises `BookDamaged` where the book lacks something; the backup then stays as it was before, but for what is new.
     """
     configuration = read_configuration(folder)
+    described = text_without_password(own_text(configuration), configuration)
     store = store_of(folder, configuration)
     _refuse_inside(destination, (folder, store.root))
     marker = claim(
@@ -115,7 +118,7 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
         outside = put_scene(destination, configuration)
         if outside is not None:
             remarks.append(f"the scene {outside} lies outside the book and is not in the backup: keep it too.")
-        write_whole(destination / CONFIGURATION, (folder / CONFIGURATION).read_bytes())
+        write_whole(destination / CONFIGURATION, described.encode())
         if raw.problems:
             put_journal(destination / OF_DAMAGED_BOOK, entries)
             raise BookDamaged(

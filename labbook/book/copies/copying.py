@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import os
 import shutil
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import AbstractContextManager
@@ -98,7 +97,7 @@ def _bring(source: Store, place: Path, target: Store, sha256: str) -> None:
             shutil.copyfile(copied, part)
         if _holds(target, part, sha256):
             with contextlib.suppress(OSError):  # some sticks and drives know no permissions
-                os.chmod(part, 0o444)  # noqa: PTH101
+                part.chmod(part.stat().st_mode & 0o444)
             put_in_place(place)
             return
     part.unlink(missing_ok=True)

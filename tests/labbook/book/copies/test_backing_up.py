@@ -54,6 +54,16 @@ def test_a_backup_holds_the_journal_the_raw_copies_and_the_configuration(book: S
     assert (done.raw.raw_copies, done.raw.written) == (14, 14)
 
 
+def test_a_backup_of_a_book_on_postgresql_holds_no_password(tmp_path: Path, postgres_url: str) -> None:
+    shared = small_book(tmp_path, database_url=postgres_url.replace("labbook@", "labbook:s3cr3t@"))
+    assert "s3cr3t" in shared.toml.read_text()
+    destination = tmp_path / "backup"
+    backed_up(shared.folder, destination)
+    held = [path for path in destination.rglob("*") if path.is_file()]
+    assert not any(b"s3cr3t" in path.read_bytes() for path in held)
+    assert check_backup(destination)
+
+
 def test_the_second_backup_writes_only_what_is_new_and_mends_what_it_cannot_trust(
     whole: SmallBook, tmp_path: Path
 ) -> None:
