@@ -263,7 +263,8 @@ class ReportContent:
     `outside_limits` names the runs whose joules are out of control limits, `exchanged_charges` pairs of them that are
     inside with each other's charge; `software` names the libraries that
     computed it, with versions.
-    `stored` tells whether the book has the report, so that its numbers can be traced. `as_of` says at which earlier
+    `stored` tells whether the book has the report, so that its numbers can be traced. `entry` is the number of the last
+    entry of the journal that it is of, 0 where that is not known. `as_of` says at which earlier
     entry of the journal the book stood so.
     `first_only` tells that the first page stands alone, without the other sections.
     """
@@ -314,6 +315,7 @@ class ReportContent:
     software: tuple[tuple[str, str], ...] = ()
     sources: tuple[Source, ...] = ()
     stored: bool = True
+    entry: int = 0
     as_of: str = ""
     first_only: bool = False
 

@@ -217,9 +217,17 @@ def void_reasons(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str
 
 
 def reports_made(connection: sa.Connection) -> list[int]:
-    """Return the numbers of the entries of reports, in order."""
-    query = sa.select(journal.c.seq).where(journal.c.action == Action.REPORT).order_by(journal.c.seq)
-    return list(connection.execute(query).scalars())
+    """Return the numbers of the entries that reports are of, in order."""
+    query = sa.select(journal.c.seq, journal.c.new_json, journal.c.origin_json)
+    made = connection.execute(query.where(journal.c.action == Action.REPORT))
+    return sorted(_as_of(seq, json.loads(new), origin is not None) for seq, new, origin in made)
+
+
+def _as_of(seq: int, new: Mapping[str, Any], elsewhere: bool) -> int:
+    """Return the number of the last entry that a report, entry number `seq`, is of: it states one only where others
+    wrote while it was made, and one of a book that was merged counts in that book.
+    """
+    return seq - 1 if elsewhere else int(new.get("as_of", seq - 1))
 
 
 def files_read(connection: sa.Connection) -> list[tuple[str, str, str]]:
@@ -296,6 +304,7 @@ def reading_entries(connection: sa.Connection, sha256: str) -> list[Mapping[str,
 class ReportRow:
     """A report: its place among all from 1, the number of its entry, who made it when, of which runs, and with what.
 
+    `as_of` is the number of the last entry that it is of.
     `selection` is "" for all runs, `versions` are those of the algorithms, `numbers` how many numbers it shows. Its
     `files` are in `folder`, as it counts from the book's, each with the hash of its bytes. Of a report made
     `elsewhere`, in a book that was merged into this one, they are there.
@@ -304,6 +313,7 @@ class ReportRow:
     number: int
     uid: str
     seq: int
+    as_of: int
     made_utc: str
     person: str
     selection: str
@@ -339,12 +349,8 @@ def list_reports(connection: sa.Connection) -> list[ReportRow]:
     found = []
     for place, row in enumerate(connection.execute(query), start=1):
         new = json.loads(row.new_json)
-        about = (
-            json.loads(row.versions_json),
-            new["numbers"],
-            new["folder"],
-            new["files"],
-            row.origin_json is not None,
-        )
-        found.append(ReportRow(place, row.uid, row.seq, row.made_utc, row.name, row.selection, *about))
+        elsewhere = row.origin_json is not None
+        about = (json.loads(row.versions_json), new["numbers"], new["folder"], new["files"], elsewhere)
+        as_of = _as_of(row.seq, new, elsewhere)
+        found.append(ReportRow(place, row.uid, row.seq, as_of, row.made_utc, row.name, row.selection, *about))
     return found

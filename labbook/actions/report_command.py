@@ -18,6 +18,7 @@ from data_schema import journal
 from data_schema.disk import make_folder, sync_all, write_whole
 from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
+from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
 from ingest.store import STORED, Store
 from labbook.book.opening import CONFIGURATION, JOURNAL, REPORTS, Book
@@ -37,12 +38,15 @@ _OWN_NAME = re.compile(r"\d{8}T\d{6}Z(-\d+)?")
 class WrittenReport:
     """Where a report was written, and its claims.
 
-    `page` is the first one alone where that was asked for; `pdf` is "" where none was made, and `no_pdf` is the reason.
+    `page` is the first one alone where that was asked for; `as_of` is the number of the last entry that it is of, after
+    which `later` others were stated while it was made. `pdf` is "" where none was made, and `no_pdf` is the reason.
     """
 
     page: str
     folder: str
     claims: tuple[str, ...]
+    as_of: int
+    later: int = 0
     pdf: str = ""
     no_pdf: str = ""
 
@@ -124,18 +128,18 @@ def write(
         refuse_foreign(out)
         _check_writable(out)
 
-    def draw(made: MadeReport) -> DrawnReport:
+    def draw(made: MadeReport) -> Mapping[str, bytes]:
         step("writing the page")
-        files = report_files(made.content, summary=summary, every_figure=every_figure, word=word, templates=templates)
-        return _drawn(book, made, out, files)
+        return report_files(made.content, summary=summary, every_figure=every_figure, word=word, templates=templates)
 
+    later = 0
     if unsaved:
         made = _unsaved_report(book, where, step) if as_of is None else _report_as_of(book, where, as_of, step)
-        drawn = draw(made)
+        drawn = _drawn(book, made, out, draw(made))
         drawn.put()
     else:
         own = {} if templates is None else {"own_page": True}
-        made, drawn = _saved_report(book, where, out, person, step, draw, own)
+        made, drawn, later = _saved_report(book, where, out, person, step, draw, own)
     folder = out or book.folder / drawn.folder
     page = folder / ("summary.html" if summary else "report.html")
     printed = page.with_suffix(".pdf")
@@ -146,6 +150,8 @@ def write(
         page=str(page),
         folder=str(folder),
         claims=tuple(claim.text for claim in made.content.claims),
+        as_of=made.content.entry,
+        later=later,
         pdf=str(printed) if pdf and not no_pdf else "",
         no_pdf=no_pdf,
     )
@@ -177,15 +183,14 @@ def _saved_report(
     out: Path | None,
     person: str | None,
     step: Callable[[str], None],
-    draw: Callable[[MadeReport], DrawnReport],
+    draw: Callable[[MadeReport], Mapping[str, bytes]],
     about: Mapping[str, object],
-) -> tuple[MadeReport, DrawnReport]:
+) -> tuple[MadeReport, DrawnReport, int]:
     try:
-        with book.session(person):
-            pass  # takes over what labbook.toml adds before anything is computed
         if out is None and os.access(book.folder, os.W_OK):  # else the session reports who may not write
             _check_writable(book.folder / REPORTS)
-        return _stated(book, where, person, step, draw, about)
+        made = _make_report(book, where, person, step)
+        return _stated(book, where, out, person, made, draw(made), about)
     except BookReadOnly as error:
         raise BookReadOnly(f"{error} `labbook report --unsaved --out DIR` needs no right to write.") from error
 
@@ -221,11 +226,16 @@ def _made(
     return make_report(connection, store, configuration, where=where, made_at=made_at, progress=step)
 
 
-def _make_report(book: Book, where: str | None, step: Callable[[str], None]) -> tuple[MadeReport, tuple[int, str]]:
-    """Make a report of the book as it stands; returns it and the head of the journal then."""
-    with book.reading() as connection:
-        seen = journal.head(connection)
-        return _made(connection, book.store, book.configuration, where, step), seen
+def _make_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
+    """Make a report of the book as it stands, without a lock: what is stated meanwhile is not in it."""
+    for _attempt in range(_ATTEMPTS):
+        with book.session(person):
+            pass  # takes over what labbook.toml adds before anything is computed
+        with book.reading() as connection:
+            row = config_in_force(connection)
+            if row is not None and row.sha256 == book.configuration.sha256:
+                return _made(connection, book.store, book.configuration, where, step)
+    raise UsageError("others keep giving commands under another labbook.toml: write the same in each and try again.")
 
 
 def refuse_store(out: Path) -> None:
@@ -270,42 +280,41 @@ def _check_writable(folder: Path) -> None:
 
 def state_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
     """Make a report of which nothing is drawn: its numbers alone."""
-    made, _drawn_report = _stated(book, where, person, step, lambda made: _drawn(book, made, None, {}))
+    made = _make_report(book, where, person, step)
+    _stated(book, where, None, person, made, {})
     return made
 
 
 def _stated(
     book: Book,
     where: str | None,
+    out: Path | None,
     person: str | None,
-    step: Callable[[str], None],
-    draw: Callable[[MadeReport], DrawnReport],
+    made: MadeReport,
+    files: Mapping[str, bytes],
     about: Mapping[str, object] = {},
-) -> tuple[MadeReport, DrawnReport]:
-    """Compute without a lock, then state and store; begin again if somebody stated something meanwhile.
+) -> tuple[MadeReport, DrawnReport, int]:
+    """State that a report was made and put its files in place; returns how many entries came in after those it is of.
 
-    `about` stands in the entry beside what every report has, such as that its page is a lab's own. `draw` makes the
-    report's files without a lock, too: a report is in the journal only when they are there, whole.
+    `about` stands in the entry beside what every report has, such as that its page is a lab's own. The files get their
+    folder while nobody else can take it: a report is in the journal only when they are there, whole.
     """
-    for _attempt in range(_ATTEMPTS):
-        made, seen = _make_report(book, where, step)
-        drawn = draw(made)
-        with book.session(person) as session:
-            if session.entries or journal.head(session.connection) != seen:
-                continue
-            files = {name: hashlib.sha256(data).hexdigest() for name, data in drawn.files.items()}
-            new = {
-                "where": where,
-                "made_at": made.content.made_at,
-                "numbers": len(made.shown),
-                "versions": made.versions,
-                "settings": settings_of_numbers(book.configuration),
-                "folder": drawn.folder,
-                "files": files,
-                **about,
-            }
-            session.state(Statement(Action.REPORT, "report", new_uid(), new=new))
-            drawn.put()
-            write_whole(numbers_path(book.store.root, files[NUMBERS]), drawn.files[NUMBERS])
-            return made, drawn
-    raise UsageError("others keep writing to the book: try the report again when they have finished.")
+    with book.session(person) as session:
+        drawn = _drawn(book, made, out, files)
+        later = journal.head(session.connection)[0] + len(session.entries) - made.content.entry
+        hashes = {name: hashlib.sha256(data).hexdigest() for name, data in drawn.files.items()}
+        new = {
+            "where": where,
+            "made_at": made.content.made_at,
+            "numbers": len(made.shown),
+            "versions": made.versions,
+            "settings": settings_of_numbers(book.configuration),
+            "folder": drawn.folder,
+            "files": hashes,
+            **({"as_of": made.content.entry} if later else {}),
+            **about,
+        }
+        session.state(Statement(Action.REPORT, "report", new_uid(), new=new))
+        drawn.put()
+        write_whole(numbers_path(book.store.root, hashes[NUMBERS]), drawn.files[NUMBERS])
+    return made, drawn, later

@@ -82,6 +82,7 @@ def report(
         [
             *(written.claims[:1] or ["nothing is claimed from this selection."]),
             *(not_stored if unsaved or as_of is not None else ()),
+            *([_later(written.as_of, written.later)] if written.later else []),
             f"{written.page}",
             *([written.pdf] if written.pdf else []),
             *([f"studies beside it: {', '.join(studies)} (`labbook study all`)"] if studies else []),
@@ -89,6 +90,11 @@ def report(
             *(f"look again: {line}" for line in waiting),
         ],
     )
+
+
+def _later(as_of: int, later: int) -> str:
+    count = "1 entry" if later == 1 else f"{later} entries"
+    return f"it is of the book as of entry {as_of}; {count} came in while it was made: the next report has them."
 
 
 def _folder(out: str | None) -> Path | None:

@@ -235,7 +235,7 @@ def shared_book(
         mirror = JournalFile(Path(name) / JOURNAL)
         mirror.path.write_text("".join(f"{entry.line}\n" for entry in without), encoding="utf-8")
         with (
-            replayed(store, mirror, made_of.seq - 1, step, use_cache=True) as (engine, _replay),
+            replayed(store, mirror, made_of.as_of, step, use_cache=True) as (engine, _replay),
             reading(engine) as connection,
         ):
             made = made_again(connection, store, made_of.selection or None, made_of.made_utc)

@@ -312,7 +312,7 @@ def _check_made(
     origin = read_origin((folder / ORIGIN).read_bytes()) if ORIGIN in members else None
     if origin is not None:
         found.remarks.append(f"It was {origin.sentence}; only who has the book can show that.")
-    replay.apply_to(engine, stated.seq - 1)
+    replay.apply_to(engine, of_report.get("as_of", stated.seq - 1))
     step("computing the report's numbers")
     with reading(engine) as connection, without_caches():
         again = made_again(connection, replay.store, of_report["where"], of_report["made_at"])

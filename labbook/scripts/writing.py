@@ -166,11 +166,11 @@ def facts_of(book: Book, report: ReportRow, step: Callable[[str], None]) -> Iter
     """Have the facts as of a report: those of the book where nothing was stated since, else those of a replay."""
     with book.reading() as connection:
         row = config_in_force(connection)
-        if head(connection)[0] == report.seq and row is not None:
+        if head(connection)[0] == report.seq == report.as_of + 1 and row is not None:
             configuration = parse_configuration(row.text, "the book's configuration")
             yield Facts(connection, book.store, configuration, report.selection)
             return
-    with book_as_of(book, str(report.seq), step) as past:
+    with book_as_of(book, str(report.as_of), step) as past:
         yield Facts(past.connection, book.store, past.configuration, report.selection)
 
 

@@ -393,6 +393,8 @@ def _facts(content: ReportContent) -> list[tuple[str, str]]:
     ]
     if content.as_of:
         facts.append(("As of", f"{content.as_of}, by the journal; what was stated since is not in it"))
+    elif content.entry:
+        facts.append(("As of", f"entry {content.entry} of the journal"))
     if not content.stored:
         facts.append(("Stored", "no: `labbook why` knows those of its numbers that a stored report has too"))
     return facts

@@ -238,10 +238,10 @@ def causes_between(
 
     The entries of one command about one file are one cause.
     """
-    earlier, later = sorted(reports, key=lambda report: report.seq)
+    earlier, later = sorted(reports, key=lambda report: report.as_of)
     known = _Known(connection)
     found: dict[tuple[Any, ...], tuple[Cause, frozenset[Thing]]] = {}
-    for entry in queries.entries_between(connection, earlier.seq, later.seq):
+    for entry in queries.entries_between(connection, earlier.as_of, later.as_of):
         cause = known.cause_of(entry)
         if cause is not None:
             kind, what = cause

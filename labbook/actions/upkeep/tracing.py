@@ -111,7 +111,7 @@ def find_number(book: Book, connection: sa.Connection, beginning: str) -> Report
 
 def trace(connection: sa.Connection, found: ReportOfNumber) -> NumberTrace:
     """Follow a number down to facts and files."""
-    until = found.shown_in[-1].seq
+    until = found.shown_in[-1].as_of
     result = found.numbers.result_of(found.number)
     return NumberTrace(found.number, found.shown_in, _trace(connection, found.numbers, result, until, set()))
 
@@ -128,7 +128,7 @@ def trace_lines(found: NumberTrace) -> list[str]:
 def _trace(
     connection: sa.Connection, numbers: ReportNumbers, result: ReportedResult, until: int, met: set[int]
 ) -> Trace:
-    """Trace a result whose last report is entry number `until`: a corrected fact is shown with both values."""
+    """Trace a result whose last report is of entry number `until`: a corrected fact is shown with both values."""
     again = id(result) in met
     met.add(id(result))
     sources, below = [], []
@@ -234,8 +234,8 @@ def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str],
         book.reading() as connection,
         replayed(book.store, book.mirror, 0, step, use_cache=False, lost=lost_copies(connection)) as (engine, replay),
     ):
-        for seq, report in sorted(shown_in.items()):
-            replay.apply_to(engine, seq - 1)
+        for seq, report in sorted(shown_in.items(), key=lambda one: one[1].as_of):
+            replay.apply_to(engine, report.as_of)
             with reading(engine) as fresh, without_caches():
                 again = made_again(fresh, replay.store, report.selection or None, report.made_utc)
             made[seq] = numbers_of_report(again).numbers, again.versions
@@ -264,7 +264,7 @@ def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str],
 
 
 def made_again(fresh: sa.Connection, store: Store, where: str | None, made_at: str) -> MadeReport:
-    """Make a report again of a book as it stood before the report's entry, as the journal played back gives it."""
+    """Make a report again of a book as it stood when it was made, as the journal played back gives it."""
     row = config_in_force(fresh)
     assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
     configuration = parse_configuration(row.text, "the book's configuration")

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
+from data_schema import journal
 from data_schema.outcomes import Outcome
 from data_schema.queries.history import void_reasons
 from data_schema.queries.study import checks_by_day, people, planned_runs, withdrawn_names
@@ -137,6 +138,7 @@ def make_report(
         without_charges=results.groups_without_charges(analysis),
         favoured=results.favoured(analysis),
         coarse_charger=results.coarse_charger(analysis),
+        entry=journal.head(connection)[0],
         no_equivalence=results.no_equivalence(analysis),
     )
     used = ("numpy", "scipy", "matplotlib", *(("numba",) if bare.predictions.items else ()))
