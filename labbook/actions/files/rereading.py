@@ -30,7 +30,7 @@ from data_schema.queries.files import (
     parts_of_reading,
     runs_of_file,
 )
-from data_schema.queries.history import statements_about
+from data_schema.queries.history import reading_entries, statements_about
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
@@ -229,10 +229,13 @@ def _state(
     keys = keys_of(prepared.read.charges)
     numbers = charge_numbers(connection, row.sha256, keys)
     new = {**_entry(before, request), **as_read(prepared), "charge_numbers": [numbers[key] for key in keys]}
-    session.state(Statement(Action.READ, "ingest", uid, new=new, reason=request.why, prepared=prepared))
-    after = last_reading(connection, row.sha256)
-    assert after is not None  # noqa: S101 - it was stated just now
-    contents = ReadingContents.of(connection, after)
+    if _stands(connection, before, new):
+        uid, contents = before.uid, old
+    else:
+        session.state(Statement(Action.READ, "ingest", uid, new=new, reason=request.why, prepared=prepared))
+        after = last_reading(connection, row.sha256)
+        assert after is not None  # noqa: S101 - it was stated just now
+        contents = ReadingContents.of(connection, after)
     return Reread(
         row.name,
         row.sha256,
@@ -243,6 +246,13 @@ def _state(
         tuple(_outdated(store, connection, old, contents)),
         tuple(item.sentence for item in verdicts_waiting(connection) if item not in waited),
     )
+
+
+def _stands(connection: sa.Connection, before: ReadingRow, new: Mapping[str, Any]) -> bool:
+    """Tell whether the reading in force is this one, so that there is nothing to state."""
+    stated = reading_entries(connection, before.sha256)[-1]
+    same = all(stated.get(name) == value for name, value in json.loads(canonical(new)).items() if name != "batch")
+    return same and before.status is IngestStatus.IMPORTED
 
 
 def _outdated(store: Path, connection: sa.Connection, old: ReadingContents, new: ReadingContents) -> list[str]:

@@ -50,6 +50,18 @@ def row_of(desk: Desk, outcome: FileOutcome) -> ReadingRow:
     return row
 
 
+def test_reading_again_what_reads_the_same_states_nothing(desk: Desk) -> None:
+    outcome = take(desk, run="r001")
+    stated = said_alike(desk.book)
+    for options in ({}, MM, MM, {}):
+        before = len(said_alike(desk.book))
+        done = reread_named(desk.book, row_of(desk, outcome).file_uid or "", RereadRequest(options, ADA, "to see"))
+        assert not done.read.refused
+        added = said_alike(desk.book)[before:]
+        assert len(added) == (options == MM and before == len(stated))
+        assert done.runs == ("r001",)
+
+
 def test_a_log_that_came_in_with_nothing_declared_is_mended_in_its_book(desk: Desk) -> None:
     first = take(desk, run="r001")
     assert first.read is not None
