@@ -21,6 +21,7 @@ from data_schema.errors import UsageError
 from data_schema.vocabulary import RunKind
 from ingest.tables.sheet import is_number_text
 from labbook.plan.drawing import Plan, PlannedRun
+from reports.page.policy import content_policy
 
 BEFORE_FACTORS = ("run", "date", "position", "kind")
 AFTER_FACTORS = ("battery", "robot", "started", "duration_s", "jumps_made", "starts", "note")
@@ -143,7 +144,8 @@ def format_run_sheet_for_print(
     )
     title = html.escape(f"Run sheet: {study}")
     return (
-        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n<title>{title}</title>\n'
+        f'<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{content_policy()}">\n<title>{title}</title>\n'
         f"<style>\n{_STYLE}\n</style>\n</head>\n<body>\n{''.join(pages)}</body>\n</html>\n"
     )
 

@@ -9,8 +9,6 @@ import shlex
 import subprocess
 import sys
 import tempfile
-from base64 import b64encode
-from collections.abc import Iterable
 from pathlib import Path
 
 from starlette.requests import Request
@@ -24,9 +22,10 @@ from labbook.book.opening import Book
 from labbook.config.local_time import local_text
 from labbook.studies.registry import studies_of_book
 from labbook.web.rendering import page
+from reports.page.policy import content_policy
 
 _PAGE = "report.html"
-_SCRIPT = re.compile(rb"<script>(.*?)</script>", re.DOTALL)
+_SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 
 
 def _page(request: Request) -> Response:
@@ -102,18 +101,10 @@ def _made_apart(book: Book, *words: str, page: str) -> bytes:
 
 def _alone(content: bytes, kind: str) -> Response:
     """Return a page that stands for itself: it may run its own script, of an origin that is nobody's."""
-    scripts = _SCRIPT.findall(content) if kind == "text/html" else []
-    policy = (
-        "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'; "
-        f"frame-ancestors 'none'; script-src {_hashes(scripts)}"
-    )
+    scripts = _SCRIPT.findall(content.decode()) if kind == "text/html" else []
+    policy = f"{content_policy(*scripts)}; frame-ancestors 'none'"
     headers = {"Content-Security-Policy": f"{policy}; sandbox allow-scripts" if kind == "text/html" else policy}
     return Response(content, headers=headers, media_type=kind)
-
-
-def _hashes(scripts: Iterable[bytes]) -> str:
-    found = [f"'sha256-{b64encode(hashlib.sha256(script).digest()).decode()}'" for script in scripts]
-    return " ".join(found) or "'none'"
 
 
 ROUTES = [

@@ -22,6 +22,7 @@ from reports.figures.by_level import file_name
 from reports.figures.figure_cache import DRAWN, Wanted, cached_figures
 from reports.figures.registry import FIGURES, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN, is_narrow
+from reports.page.policy import content_policy
 from reports.page.sections import (
     Bullets,
     FigureHere,
@@ -303,13 +304,15 @@ def environment(own: Path | None = None) -> jinja2.Environment:
         from jinja2.sandbox import SandboxedEnvironment  # other reports do not wait for it
 
         made = SandboxedEnvironment
-    return made(
+    found = made(
         loader=jinja2.FunctionLoader(load),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    found.globals["content_policy"] = content_policy
+    return found
 
 
 def _where(error: jinja2.TemplateError) -> str:

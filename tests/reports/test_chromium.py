@@ -35,10 +35,15 @@ def browse(tmp_path, *arguments):
     return subprocess.run([*command, *arguments], capture_output=True, timeout=60, check=True).stdout.decode()
 
 
+def without_policy(page):
+    """The page as one that runs other scripts than its own."""
+    return re.sub('<meta http-equiv="Content-Security-Policy"[^>]*>', "", page)
+
+
 def title_of(tmp_path, page, width, script):
     """What a script put into the title of a page in a window so wide."""
     path = tmp_path / "page.html"
-    path.write_text(page.replace("</body>", script), encoding="utf-8")
+    path.write_text(without_policy(page).replace("</body>", script), encoding="utf-8")
     size = f"--window-size={width},1000"
     found = browse(tmp_path, size, "--virtual-time-budget=30000", "--dump-dom", path.as_uri())
     return re.search(r"<title>(.*?)</title>", found).group(1)
@@ -50,6 +55,20 @@ def test_the_page_is_drawn(written, tmp_path):
     pixels = matplotlib.image.imread(picture)[..., :3]
     assert pixels.shape[:2] == (1400, 900)
     assert 0.01 < (pixels.mean(axis=2) < 0.9).mean() < 0.3
+
+
+HOSTILE = """<script>document.title = "hostile"</script><img src="x" onerror="document.title = 'hostile'">
+<img src="https://example.invalid/x.png" onerror="document.title = 'hostile'"></body>"""
+
+
+def test_the_page_runs_its_own_script_and_no_other(written, tmp_path):
+    page = tmp_path / "page.html"
+    page.write_text(written.read_text(encoding="utf-8").replace("</body>", HOSTILE), encoding="utf-8")
+    shown = browse(tmp_path, "--virtual-time-budget=3000", "--dump-dom", page.as_uri())
+    assert "<title>hostile" not in shown
+    assert shown.count("<button") > page.read_text(encoding="utf-8").count("<button")
+    page.write_text(without_policy(page.read_text(encoding="utf-8")), encoding="utf-8")
+    assert "<title>hostile" in browse(tmp_path, "--virtual-time-budget=3000", "--dump-dom", page.as_uri())
 
 
 @pytest.mark.parametrize(("paper", "width_pt"), [("A4", 595), ("Letter", 612)])
@@ -125,7 +144,7 @@ def told(content, written, tmp_path_factory):
     frames = []
     for name, (width, text, script) in pages.items():
         tell = f'const tell = said => parent.postMessage("{name}: " + said, "*");'
-        page = text.replace("</body>", f"<script>{tell}{script}</script></body>")
+        page = without_policy(text).replace("</body>", f"<script>{tell}{script}</script></body>")
         (folder / f"{name}.html").write_text(page, encoding="utf-8")
         frames.append(f'<iframe src="{name}.html" style="width: {width}px; height: 800px; border: 0"></iframe>')
     frame = folder / "frames.html"
