@@ -187,6 +187,12 @@ def command_ends(connection: sa.Connection) -> list[CommandEnd]:
     return found
 
 
+def last_stated_utc(connection: sa.Connection) -> str | None:
+    """Return when something was last stated in this book; what was merged has times of another."""
+    query = sa.select(journal.c.at_utc).where(journal.c.origin_json.is_(None))
+    return connection.execute(query.order_by(journal.c.seq.desc()).limit(1)).scalar()
+
+
 def _entries(connection: sa.Connection, wanted: sa.ColumnElement[bool], most: int | None = None) -> list[EntryRow]:
     query = (
         sa.select(

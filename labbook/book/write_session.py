@@ -24,6 +24,7 @@ from data_schema.engine import reading, writing
 from data_schema.errors import BookDamaged, BookError, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
+from data_schema.queries.history import last_stated_utc
 from data_schema.vocabulary import Action
 from ingest.store import Store
 from labbook.statements import ApplyContext, apply_entry
@@ -168,6 +169,7 @@ def write_session_of(engine: sa.Engine, store: Store, mirror: JournalFile, perso
             session = WriteSession(connection, store, person)
             yield session
             if session.entries or session.merged:
+                _warn_of_clock(connection, session.entries)
                 entries = journal.chain_entries([*session.entries, *session.merged], journal.head(connection))
                 journal.insert(connection, entries[: len(session.entries)])
                 _take_effect(ApplyContext(connection, store), entries)
@@ -190,6 +192,27 @@ def apply_waiting(engine: sa.Engine, store: Store, mirror: JournalFile) -> None:
     if behind:
         with writing(engine) as connection:
             catch_up(connection, store, mirror)
+
+
+_CLOCKS_DIFFER_S = 60.0
+"""Clocks of machines that share a book differ by less."""
+
+
+def _warn_of_clock(connection: sa.Connection, entries: list[Entry]) -> None:
+    """Say where the clock stands before the last time that something was stated here."""
+    last = last_stated_utc(connection)
+    if last is None or not entries:
+        return
+    first, back_s = entries[0].at_utc, 0.0
+    with contextlib.suppress(ValueError, TypeError):  # the time was altered, which `labbook db check` tells
+        back_s = (datetime.fromisoformat(last) - datetime.fromisoformat(first)).total_seconds()
+    if back_s > _CLOCKS_DIFFER_S:
+        _LOG.warning(
+            "warning: the clock of this machine went back: it says %s, and the last statement before is of %s. What is "
+            "stated now gets that time all the same; set the clock if it is wrong.",
+            first,
+            last,
+        )
 
 
 def catch_up(connection: sa.Connection, store: Store, mirror: JournalFile) -> int:

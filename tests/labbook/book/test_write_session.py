@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Callable
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import pytest
@@ -23,9 +25,9 @@ from tests.helpers.books import ADA, BEN, SmallBook, small_book
 from tests.helpers.databases import all_rows, server_in_a_soak
 from tests.helpers.folders import contents
 from tests.helpers.statements import note, notes, said_alike, state
-from tests.helpers.upkeep import backed_up, rebuilt
+from tests.helpers.upkeep import backed_up, rebuilt, rebuilt_as_said
 from tests.helpers.whole_book import PACK_D
-from tests.helpers.wording import refuses
+from tests.helpers.wording import refuses, says
 
 SERVER_IN_A_SOAK = server_in_a_soak("book")
 """For what is settled by the journal before the engine matters."""
@@ -46,6 +48,25 @@ def refused(book: Book, kind: type[LabbookError], says: str, say: Callable[[Writ
     assert {name: digest for name, digest in after.items() if not name.startswith("labbook.db")} == {
         name: digest for name, digest in files.items() if not name.startswith("labbook.db")
     }
+
+
+# --- the clock
+
+
+def test_a_clock_that_went_back_is_told_once(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    book = small_book(tmp_path)
+    with book.open() as standing:
+        state(standing, note, "in time")
+        assert not caplog.messages
+        last = said_alike(standing)[-1]
+    tomorrow = (datetime.now(UTC) + timedelta(days=1)).isoformat(timespec="milliseconds").replace("+00:00", "Z")
+    rebuilt_as_said(book, lambda entry: replace(entry, at_utc=tomorrow) if entry.seq == last.seq else entry)
+    with book.open() as standing:
+        state(standing, note, "a day too early")
+        says(caplog.messages[-1], "clock", tomorrow)
+        told = len(caplog.messages)
+        state(standing, note, "after it")
+        assert len(caplog.messages) == told
 
 
 # --- all or nothing
