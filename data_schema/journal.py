@@ -88,7 +88,7 @@ class Entry:
                 )
             entry = cls(**{**record, "action": Action(record["action"])})
             changed = entry.hash != recorded or entry.line != text
-        except (ValueError, KeyError, TypeError, AttributeError) as error:
+        except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise BookDamaged(f"a line of journal.jsonl cannot be read ({error}): {text[:80]!r}; {remedy}.") from error
         if changed:
             raise BookDamaged(

@@ -33,6 +33,7 @@ from data_schema.engine import sqlite_engine, writing
 from data_schema.errors import BookDamaged, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
+from data_schema.journal_rules import MALFORMED, checked
 from data_schema.queries.facts import Keys, remembering_keys
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
@@ -79,7 +80,7 @@ class Replay:
             return
         total = last.seq if until is None else min(last.seq, until)
         entries = journal.verified_chain(self.mirror.tail(seq), (seq, last_hash)) if seq else self.mirror.entries()
-        new = itertools.takewhile(lambda entry: entry.seq <= total, entries)
+        new = checked(itertools.takewhile(lambda entry: entry.seq <= total, entries), self.mirror.remedy)
         forget_unused()
         ahead = ReadingAhead(self.store, self.use_cache, self.needs_samples, self.verified, self.lost)
         with contextlib.closing(ahead):
@@ -95,7 +96,7 @@ class Replay:
     ) -> list[Entry]:
         try:
             return apply_again(connection, self.store, command, prepared, self.lost)
-        except (InputRefused, UsageError) as error:
+        except (InputRefused, UsageError, *MALFORMED) as error:
             raise BookDamaged(
                 f"entry {command[0].seq} of {self.mirror.path} cannot take effect ({error}): the journal is not as "
                 "labbook wrote it, restore it from a backup."

@@ -24,6 +24,7 @@ from data_schema.engine import reading, writing
 from data_schema.errors import BookDamaged, BookError, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
+from data_schema.journal_rules import checked
 from data_schema.queries.history import last_stated_utc
 from data_schema.vocabulary import Action
 from ingest.store import Store
@@ -244,7 +245,7 @@ def catch_up(connection: sa.Connection, store: Store, mirror: JournalFile) -> in
         )
     sync(mirror.path)  # who wrote them may have been killed before that
     try:
-        apply_again(connection, store, journal.verified_chain(missing, (seq, last_hash)))
+        apply_again(connection, store, checked(journal.verified_chain(missing, (seq, last_hash)), mirror.remedy))
     except (InputRefused, UsageError) as error:
         raise BookDamaged(
             f"entry {missing[0].seq} of journal.jsonl, which the database lacks, cannot take effect there ({error}): "

@@ -15,7 +15,7 @@ from typing import Any, Self
 import msgspec
 import numpy as np
 
-from data_schema.errors import unknown_name
+from data_schema.errors import BookDamaged, unknown_name
 from data_schema.journal import canonical
 from data_schema.queries.detections import DetectionRow
 from data_schema.vocabulary import FileRole
@@ -60,7 +60,12 @@ class ReadSettings:
     @classmethod
     def from_json(cls, record: Mapping[str, Any]) -> Self:
         """Return the settings that the journal keeps."""
-        return msgspec.convert(record, cls)
+        try:
+            return msgspec.convert(record, cls)
+        except msgspec.ValidationError as error:
+            raise BookDamaged(
+                f"the settings of a reading are not as labbook writes them ({error}): restore from a backup."
+            ) from error
 
 
 @dataclass(frozen=True, slots=True)

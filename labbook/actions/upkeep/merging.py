@@ -27,6 +27,7 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.errors import BookError, InputRefused, UnknownName, UsageError
 from data_schema.journal import GENESIS, Entry, canonical
+from data_schema.journal_rules import MALFORMED, checked
 from data_schema.queries.charges import ChargeOfRun, charges_by_run, charges_of_run, waiting_charges
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.files import Link, find_files, links_of_file, logs_by_run, refused_with
@@ -65,7 +66,7 @@ def merge(book: Book, folder: Path, person: str | None, *, dry_run: bool = False
         with _errors_named_after(folder):
             with other.reading() as there:
                 known = journal.head(there)  # before the file is read, which is never behind
-            theirs = list(other.mirror.entries())
+            theirs = list(checked(other.mirror.entries()))
             refuse_cut_journal(
                 theirs,
                 known,
@@ -225,7 +226,7 @@ class _Merging:
                 apply(connection, store, entry)
                 journal.insert(connection, [entry])
             here.record(entry)
-        except (InputRefused, UsageError) as error:
+        except (InputRefused, UsageError, *MALFORMED) as error:
             seq = (entry.origin or {})["seq"]
             self.conflicts.append(
                 f"entry {seq} there ({entry.action} {entry.entity_kind}, {entry.person}, {entry.at_utc[:10]}) has no "

@@ -18,6 +18,7 @@ from data_schema.engine import postgres_engine, reading
 from data_schema.errors import BookDamaged, BookError, UsageError, hide_password
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
+from data_schema.journal_rules import checked
 from ingest.store import Store
 from labbook.actions.upkeep.health import check_book
 from labbook.book.altered import Differences, differences
@@ -129,7 +130,8 @@ def read_backup(source: Path, *, keep_going: bool = False) -> tuple[list[Entry],
     if not path.is_file():
         raise UsageError(f"{source} is no backup, it has no {JOURNAL}: name a folder that `labbook backup` made.")
     try:
-        entries = list(JournalFile(path, "restore from another backup").entries())
+        mirror = JournalFile(path, "restore from another backup")
+        entries = list(checked(mirror.entries(), mirror.remedy))
         text = last_configuration(entries)
         if (source / CONFIGURATION).is_file():
             text = (source / CONFIGURATION).read_bytes().decode("utf-8")

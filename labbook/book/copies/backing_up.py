@@ -20,6 +20,7 @@ from data_schema.engine import reading
 from data_schema.errors import BookDamaged, LabbookError, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
+from data_schema.journal_rules import checked
 from ingest.store import Store
 from labbook.book.copies.copying import (
     CopiedRaw,
@@ -166,7 +167,7 @@ def _journal_of_book(folder: Path, configuration: Configuration) -> tuple[list[E
         known = _head(folder, configuration)
     except LabbookError as error:
         remarks.append(f"the journal was not compared with the database, which could not be asked: {error}")
-    entries = list(JournalFile(path).entries())
+    entries = list(checked(JournalFile(path).entries()))
     refuse_cut_journal(
         entries,
         known,

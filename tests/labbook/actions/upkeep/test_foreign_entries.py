@@ -1,0 +1,105 @@
+"""A journal whose hashes fit and that no labbook wrote: refused in a sentence wherever it comes in, nothing written."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from data_schema.errors import BookDamaged
+from data_schema.journal import Entry
+from data_schema.vocabulary import Action
+from labbook.actions.upkeep.merging import merge
+from labbook.actions.upkeep.restoring import restore
+from tests.helpers.books import ADA, SmallBook, reported_book, small_book
+from tests.helpers.folders import contents
+from tests.helpers.journals import renumbered
+from tests.helpers.statements import in_file, note, state
+from tests.helpers.upkeep import health, rebuilt, untold
+
+EVIL = "../../../../evil"
+
+
+def with_new(**said: Any) -> Callable[[Entry], Entry]:
+    return lambda entry: replace(entry, new={**(entry.new or {}), **said})
+
+
+def nested(depth: int) -> list[Any]:
+    inner: list[Any] = []
+    for _ in range(depth):
+        inner = [inner]
+    return inner
+
+
+INGEST, NOTE = Action.INGEST, Action.NOTE
+FORGED: Mapping[str, tuple[Action, Callable[[Entry], Entry]]] = {
+    "hash": (INGEST, with_new(sha256=EVIL)),
+    "hash of samples": (INGEST, with_new(signals=[EVIL])),
+    "no hash": (INGEST, lambda entry: replace(entry, new={"original_name": "x"})),
+    "settings": (INGEST, with_new(settings={"declared": 5})),
+    "values": (NOTE, lambda entry: replace(entry, action=Action.ASSIGN, entity_kind="file", new={"role": "log"})),
+    "text": (NOTE, lambda entry: replace(entry, action=Action.DECLARE, entity_kind="condition", new={"levels": 5})),
+    "report": (Action.REPORT, with_new(files={"numbers.json": EVIL})),
+    "time": (NOTE, lambda entry: replace(entry, at_utc="2021-02-30T25:00:00Z")),
+    "no time": (NOTE, lambda entry: replace(entry, at_utc=5)),
+    "uid": (NOTE, lambda entry: replace(entry, entity_uid=EVIL)),
+    "kind": (NOTE, lambda entry: replace(entry, entity_kind="sqlite_master")),
+    "column": (NOTE, with_new(id=5, no_such_column=1)),
+    "value": (NOTE, with_new(text=nested(3))),
+    "nul": (NOTE, with_new(text="a\0b")),
+    "nesting": (NOTE, with_new(text=nested(300))),
+    "deep nesting": (NOTE, with_new(text=nested(900))),
+    "person": (NOTE, lambda entry: replace(entry, person="")),
+    "number": (NOTE, with_new(target_uid=10**30)),
+    "reason": (NOTE, lambda entry: replace(entry, reason={"a": 1})),
+    "origin": (NOTE, lambda entry: replace(entry, origin={"seq": "1"})),
+    "no values": (NOTE, lambda entry: replace(entry, new=None)),
+}
+
+
+@pytest.fixture(params=FORGED)
+def forged(request: pytest.FixtureRequest, tmp_path: Path) -> SmallBook:
+    """A book whose journal a forger changed: the last entry of one kind, or one more, and chained all anew."""
+    book = reported_book(tmp_path / "forged")
+    with book.open() as standing:
+        state(standing, note, "the last word")
+        entries = in_file(standing)
+    action, change = FORGED[request.param]
+    place = max(place for place, entry in enumerate(entries) if entry.action is action)
+    entries[place] = change(entries[place])
+    book.journal.write_text("".join(f"{entry.line}\n" for entry in renumbered(entries)), encoding="utf-8")
+    return book
+
+
+def refuses_it(do: Callable[[], object]) -> None:
+    with pytest.raises(BookDamaged) as caught:
+        do()
+    assert "\n" not in str(caught.value)
+
+
+def test_none_is_restored(forged: SmallBook, tmp_path: Path) -> None:
+    (tmp_path / "a" / "b" / "c").mkdir(parents=True)
+    target = tmp_path / "a" / "b" / "c" / "again"
+    before = contents(tmp_path)
+    refuses_it(lambda: restore(forged.folder, target, None, lambda _step: None, untold))
+    after = {name for name in contents(tmp_path) if not name.startswith("a/b/c/again")}
+    assert after == before.keys()
+
+
+def test_none_is_merged(forged: SmallBook, tmp_path: Path) -> None:
+    own = small_book(tmp_path / "own")
+    rebuilt_from = shutil.copytree(forged.folder, tmp_path / "other")
+    before = contents(own.folder)
+    with own.open() as book:
+        refuses_it(lambda: merge(book, rebuilt_from, ADA))
+    after = contents(own.folder)
+    assert {name for name in after if "labbook.db" not in name} == {name for name in before if "labbook.db" not in name}
+
+
+def test_none_is_rebuilt_or_called_whole(forged: SmallBook) -> None:
+    assert not health(forged, deep=True).whole
+    refuses_it(lambda: rebuilt(forged))
