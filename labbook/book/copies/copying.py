@@ -53,7 +53,7 @@ class CopiedRaw:
 def raw_of(entries: Iterable[Entry]) -> list[str]:
     """Return the SHA-256 of every raw copy that entries of a journal name, in the order of their first import."""
     read = (entry.new or {} for entry in entries if entry.action in (Action.INGEST, Action.READ))
-    return list(dict.fromkeys(str(new["sha256"]) for new in read))
+    return list(dict.fromkeys(str(new["sha256"]) for new in read if "sha256" in new))
 
 
 def copy_raw(source: Store, target: Store, wanted: Sequence[str], counted: Counted) -> CopiedRaw:
