@@ -70,8 +70,9 @@ def simulate_with_errors(scene: Scene, accuracy: float = 1e-6, trajectory: bool 
     The jumps simulated to a hundredth of `accuracy` (`simulate_finer`). Of each, `errors` has by output the absolute
     difference to the simulation to `accuracy`, in the output's unit. It is `ill_conditioned` where that of
     depth, lift-off time, apex height or cost is above the accuracy, or where it ends otherwise: `coarser` is then the
-    jump to `accuracy`; so is every jump after such a one. A jump that only the finer simulation makes has no errors. At
-    an accuracy of 1e-13 there is nothing finer, and no error.
+    jump to `accuracy`; so is every jump after such a one. Its errors are the least that they may be: simulations that
+    do not settle are samples, and the difference of two is a half or a third of how far others lie. A jump that only
+    the finer simulation makes has no errors. At an accuracy of 1e-13 there is nothing finer, and no error.
 
     Raises
     ------

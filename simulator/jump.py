@@ -44,6 +44,9 @@ if TYPE_CHECKING:
 
 FINEST_ACCURACY, COARSEST_ACCURACY = 1e-13, 0.1
 ILL_CONDITIONED_BELOW = 10.0
+SMALL_COST = 0.05
+"""Cost, as a share of the energy turned over, below which it is a difference of larger numbers, and known as they are:
+its own relative error is then no longer within the goal."""
 ROUNDING = 1e-15
 """Relative error of a step from rounding alone; grown to half the goal, it makes a jump ill-conditioned."""
 MOST_STEPS_A_JUMP = 2_000_000
@@ -177,10 +180,12 @@ def cost_span(effects: Collection[str]) -> str:
 def derived(found: Mapping[str, Any], effects: Collection[str], passive_w: Any, accuracy: float) -> dict[str, Any]:
     """Return what is computed from the kernel's columns, by the outputs' names; numbers or arrays of one shape."""
     span, passive_j = cost_span(effects), passive_w * np.asarray(found["jump_time_s"])
+    cost_j = sum(found[f"{span}_{part}_J"] for part in COST_PARTS) + passive_j
     return {
         "passive_J": passive_j,
-        "cost_J": sum(found[f"{span}_{part}_J"] for part in COST_PARTS) + passive_j,
-        "ill_conditioned": ill_conditioned(found["decision_margin"], found["error_growth"], accuracy),
+        "cost_J": cost_j,
+        "ill_conditioned": ill_conditioned(found["decision_margin"], found["error_growth"], accuracy)
+        | small_cost(cost_j, found["energy_at_play_J"]),
         "under_surface": np.less(found["min_body_height_m"], 0.0) & ("hydrostatic_stiffness" in effects),
         "open_book": open_book(found["energy_residual_J"], found["energy_at_play_J"], accuracy),
     }
@@ -189,6 +194,11 @@ def derived(found: Mapping[str, Any], effects: Collection[str], passive_w: Any, 
 def ill_conditioned(decision_margin: Any, error_growth: Any, accuracy: float) -> Any:
     """Whether jumps hang on a decision, or on rounding that has grown; numbers or arrays of one shape."""
     return np.less(decision_margin, ILL_CONDITIONED_BELOW) | np.greater(error_growth * ROUNDING, 0.5 * accuracy)
+
+
+def small_cost(cost_j: Any, energy_at_play_j: Any) -> Any:
+    """Whether costs are small differences of what the energy book turns over; numbers or arrays of one shape."""
+    return np.less(np.abs(cost_j), SMALL_COST * energy_at_play_j) & np.not_equal(cost_j, 0.0)
 
 
 def rounding_share(error_growth: Any) -> Any:

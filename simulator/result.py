@@ -39,15 +39,16 @@ class JumpResult:
     platform begins to yield, its shortest hold ends; `decision_tick` is None for both). Below 10 the jump is
     `ill_conditioned`, and `other_branch` is the jump with the other decision at a tick. It is also `ill_conditioned`
     where sampled damping, or contact of a slow foot, amplifies errors (`error_growth`) until rounding alone takes half
-    of the accuracy.
+    of the accuracy; where a controller without a clock chatters (a margin of 0); and where the cost is a small
+    difference of what is turned over.
 
     `unresisted_sink_m` is how far a lifted foot sank below its print without meeting the ground (effect
     `contact_once_risen`); `cancelled_liftoff` among the counters how often the gains of flight took a lift-off back
     (without that effect).
 
     `errors` are estimated absolute errors by output, where they were asked for; `ill_conditioned` then says that one is
-    above the accuracy, and `coarser` is the jump of the coarser simulation where that ends otherwise
-    (`simulator.error_bars`).
+    above the accuracy, so that all are the least that they may be, and `coarser` is the jump of the coarser simulation
+    where that ends otherwise (`simulator.error_bars`).
 
     `repeats` counts how often the scene was simulated again with finer steps, because errors grew or the energy book
     did not close within the accuracy; where it never closed, `open_book` is true. `under_surface`: the body gets below

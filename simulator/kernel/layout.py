@@ -99,13 +99,14 @@ sunk below its print."""
     ASLEEP,
     CANCELLED,
     STEPS_ALLOWED,
+    SWITCHED,
     HOLDS,
-) = range(30, 56)
+) = range(30, 57)
 """Whole numbers that stay between events: modes, phases, what the next step must know, counts, whether the platform
 moves on without the foot, whether a flying leg is longer than its links, the sign of the force at the cap of the cost,
 whether the controller sleeps until the foot has risen and met the ground again, lift-offs that were cancelled, the
-number of the step before which it is looked ahead how many there will be, and (from `HOLDS` on) which conditions of the
-rule hold by which a controller without a clock changes its phase."""
+number of the step before which it is looked ahead how many there will be, how often a controller without a clock has
+changed its phase, and (from `HOLDS` on) which conditions of its rule hold."""
 
 CONDITIONS = 4
 """How many conditions such a rule has at most."""

@@ -25,3 +25,9 @@ EVENT_SHARE = 0.01
 """Part of the local error allowed to the landing on an event."""
 SLOW_M_S = 0.1
 """Speed of a foot at contact below which its instant hangs on the last digits of heights."""
+MOST_SWITCHES = 4
+"""Changes of its phase in a jump beyond which a controller without a clock chatters: each adds its own error, and their
+number has no limit as steps become finer."""
+SLOW_SWITCH = 3e-3
+"""Rate, as a share of gravity or of the speed of a fall through the rest length, at which a condition of such a
+controller turns, below which the instant hangs on the last digits of the state."""

@@ -46,6 +46,7 @@ from simulator.kernel.layout import (
     STALE,
     START_ENERGY,
     STEPS,
+    SWITCHED,
     TICK,
     TIME,
     TOUCHED_BEFORE_HOLD,
@@ -108,7 +109,7 @@ def make_begin(composition: Composition) -> Function:
 AT_ZERO = (
     *(CAPPED, DEPTH, IMPACT, DECIDED, GROWTH, WORST_GROWTH, TICK, AIRBORNE, STEPS, EVALUATIONS, EVENTS),
     *(BOTTOMED, TOUCHED_DURING_RESET, TOUCHED_BEFORE_HOLD, RELEASE_MISSED, GUARD_SWITCHES),
-    *(ASLEEP, CANCELLED, UNRESISTED),
+    *(ASLEEP, CANCELLED, UNRESISTED, SWITCHED),
 )
 """Places of clocks and counters that start at zero with each jump."""
 

@@ -56,11 +56,22 @@ OUTPUTS = (
 """In the order of a chunk's columns: those of the kernel first, then what is computed from them."""
 
 ERRORS = tuple(
-    Output(f"{output.name}_error", output.unit, f"estimated error of {output.name}; NaN where none was estimated")
+    Output(
+        f"{output.name}_error",
+        output.unit,
+        f"estimated error of {output.name}, the least where ill_conditioned; NaN: none",
+    )
     for output in OUTPUTS
     if output.kind == "f8" and output.name not in NOT_OUTPUTS
 )
 """What a sweep with error bars gives beside them: columns after those of the outputs."""
+SAMPLED_ERROR = Output(
+    "error_over_accuracy",
+    "1",
+    "largest relative error of depth, lift-off time, apex height and cost over the accuracy asked for, estimated in a "
+    "sample of the scenes; NaN in the others, infinite where the jump ends otherwise",
+)
+"""What a sweep gives whose error bars are those of a sample: a column after those of the outputs."""
 NOT_MADE_ROW = np.array([np.nan if output.kind == "f8" else float(NOT_MADE_FLAG) for output in (*OUTPUTS, *ERRORS)])
 PLACE = {output.name: place for place, output in enumerate(OUTPUTS)}
 _WITH_ERROR = [PLACE[error.name.removesuffix("_error")] for error in ERRORS]
@@ -74,8 +85,9 @@ class Recipe:
 
     `base`: the scene's parameters in the kernel's order; `places`: where among them the swept ones stand;
     `passive_place`: where the passive power does. `finer`: limits of the finer simulations that error bars take one
-    after the other, none without them. `simulator`: which version of it is meant. `why_scalar`: why a chunk's scenes
-    are simulated one after the other, None where they are side by side in lanes, which changes no bit.
+    after the other, none without them; `sampled`: only some scenes have them. `simulator`: which version of it is
+    meant. `why_scalar`: why a chunk's scenes are simulated one after the other, None where they are side by side in
+    lanes, which changes no bit.
     """
 
     effects: tuple[str, ...]
@@ -85,6 +97,7 @@ class Recipe:
     passive_place: int | None
     limits: Row
     finer: tuple[Row, ...]
+    sampled: bool
     accuracy: float
     simulator: str
     why_scalar: str | None
@@ -96,8 +109,11 @@ def simulator_here() -> str:
     return fingerprint()
 
 
-def recipe_for(scene: Scene, design: Design, accuracy: float, *, error_bars: bool = False) -> Recipe:
-    """Return the recipe of a sweep. Raises `UsageError` for an accuracy that cannot be had."""
+def recipe_for(scene: Scene, design: Design, accuracy: float, *, error_bars: float = 0.0) -> Recipe:
+    """Return the recipe of a sweep, `error_bars` for this share of its scenes.
+
+    Raises `UsageError` for an accuracy that cannot be had.
+    """
     limits, *others = [limits_for(each) for each in (accuracy, *finer_accuracies(accuracy))]
     for each in (limits, *others):
         each[JUMPS_WANTED] = scene.jumps
@@ -110,6 +126,7 @@ def recipe_for(scene: Scene, design: Design, accuracy: float, *, error_bars: boo
         passive_place=names.index("passive_power") if "passive_draw" in scene.effects else None,
         limits=limits,
         finer=tuple(others) if error_bars else (),
+        sampled=error_bars < 1.0,
         accuracy=accuracy,
         simulator=simulator_here(),
         why_scalar=why_scalar(scene, design),
@@ -152,18 +169,32 @@ def check_simulator(recipe: Recipe, version: str) -> None:
         )
 
 
-def simulate_rows(recipe: Recipe, values: Block) -> Block:
+def simulate_rows(recipe: Recipe, values: Block, barred: NDArray[np.bool_] | None = None) -> Block:
     """Simulate a scene for each row of swept values, shape (rows, axes); return shape (rows, jumps, outputs).
 
     A recipe with error bars gives the errors after the outputs, and the numbers of the finer simulation, as
-    `simulator.error_bars` shows them. Raises `UsageError` where this process has another simulator than the recipe was
-    made with.
+    `simulator.error_bars` shows them. One with those of a sample gives after the outputs, which stay as they are,
+    `SAMPLED_ERROR` for the rows that `barred` names, shape (rows,), and flags them by it too. Raises `UsageError` where
+    this process has another simulator than the recipe was made with.
     """
     check_simulator(recipe, simulator_here())
     table = np.tile(recipe.base, (len(values), 1))
     table[:, recipe.places] = values
     block = _simulated(recipe, recipe.limits, table)
-    return _with_errors(recipe.accuracy, block, _finer(recipe, table)) if recipe.finer else block
+    if not recipe.finer:
+        return block
+    if not recipe.sampled:
+        fine = _finer(recipe, table)
+        errors, over, _ = _compared(recipe.accuracy, block, fine)
+        _flag(fine, over > 1.0)
+        return np.concatenate([fine, errors], axis=2)
+    sample = np.full((*block.shape[:2], 1), np.nan)
+    if barred is not None and barred.any():
+        some = block[barred]
+        _, over, made = _compared(recipe.accuracy, some, _finer(recipe, table[barred]))
+        _flag(some, (over > 1.0) | (some[:, :, PLACE["ill_conditioned"]] > 0.0))
+        block[barred], sample[barred, :, 0] = some, np.where(made, over, np.nan)
+    return np.concatenate([block, sample], axis=2)
 
 
 def simulate_on_all_cores(recipe: Recipe, values: Block) -> Block:
@@ -178,18 +209,27 @@ def cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _with_errors(accuracy: float, coarse: Block, fine: Block) -> Block:
-    """Return finer outputs with their errors and the flag by these, as `simulator.error_bars` has them of a jump."""
+def _compared(accuracy: float, coarse: Block, fine: Block) -> tuple[Block, Block, NDArray[np.bool_]]:
+    """Return the errors of the outputs, the largest of those that the accuracy is a goal for over it, and which jumps
+    either simulation has, as `simulator.error_bars` has them of a jump.
+    """
     found, beside = fine[:, :, _WITH_ERROR], coarse[:, :, _WITH_ERROR]
     rounding = rounding_share(fine[:, :, PLACE["error_growth"]])
     errors = np.maximum(np.abs(found - beside), rounding[:, :, np.newaxis] * np.abs(found))
     judged = np.abs(found[:, :, _JUDGED])
     with np.errstate(divide="ignore", invalid="ignore"):
-        above = ~(errors[:, :, _JUDGED] / judged <= accuracy) & (judged > 0.0)
+        shares = np.where(judged > 0.0, errors[:, :, _JUDGED] / judged / accuracy, 0.0)
+    shares[np.isnan(shares)] = np.inf
     ends, before = fine[:, :, PLACE["outcome"]], coarse[:, :, PLACE["outcome"]]
-    flags = np.logical_or.accumulate(above.any(axis=2) | (ends != before), axis=1)
-    fine[:, :, PLACE["ill_conditioned"]] = np.where(ends == NOT_MADE_FLAG, NOT_MADE_FLAG, flags)
-    return np.concatenate([fine, errors], axis=2)
+    over = np.where(ends == before, shares.max(axis=2), np.inf)
+    return errors, over, (ends != NOT_MADE_FLAG) | (before != NOT_MADE_FLAG)
+
+
+def _flag(block: Block, above: NDArray[np.bool_]) -> None:
+    """Flag jumps, shape (rows, jumps), and those that follow them."""
+    flags = np.logical_or.accumulate(above, axis=1)
+    not_made = block[:, :, PLACE["outcome"]] == NOT_MADE_FLAG
+    block[:, :, PLACE["ill_conditioned"]] = np.where(not_made, NOT_MADE_FLAG, flags)
 
 
 def _finer(recipe: Recipe, table: Block) -> Block:

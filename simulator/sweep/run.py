@@ -42,6 +42,7 @@ from simulator.sweep.chunks import (
     PLACE,
     REFUSED,
     REFUSED_FLAG,
+    SAMPLED_ERROR,
     Block,
     Recipe,
     cores,
@@ -67,10 +68,14 @@ _ZARR_BLOCK = 65_536
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """How many jumps had each outcome, and how many each flag."""
+    """How many jumps had each outcome, and how many each flag; of how many a sample has error bars, and how many of
+    these do not keep the accuracy.
+    """
 
     outcomes: Mapping[str, int]
     flagged: Mapping[str, int]
+    sampled: int = 0
+    outside: int = 0
 
     @property
     def jumps(self) -> int:
@@ -155,8 +160,9 @@ def _computed(sweep: Sweep, recipe: Recipe, numbers: list[int], computing: Compu
     while True:
         for number in left:
             rows = chunks[number]
-            values = sweep.design.rows(rows.start, rows.stop)[~sweep.refused[rows]]
-            under_way[computing.executor.submit(simulate_rows, recipe, values)] = number
+            made = ~sweep.refused[rows]
+            values, barred = sweep.design.rows(rows.start, rows.stop)[made], sweep.barred(rows)[made]
+            under_way[computing.executor.submit(simulate_rows, recipe, values, barred)] = number
             if len(under_way) >= computing.at_once:
                 break
         if not under_way:
@@ -315,7 +321,9 @@ def _summary_of(out: Path) -> Summary:
         ends = dataset["outcome"].to_numpy()
         counts = {outcome: int((ends == flag).sum()) for flag, outcome in OUTCOME_FLAGS}
         flagged = {flag: int((dataset[flag] == 1).sum()) for flag in FLAGS}
-    return Summary({outcome: count for outcome, count in counts.items() if count}, flagged)
+        errors = dataset[SAMPLED_ERROR.name].to_numpy().ravel() if SAMPLED_ERROR.name in dataset else np.zeros(0)
+    found = {outcome: count for outcome, count in counts.items() if count}
+    return Summary(found, flagged, int((~np.isnan(errors)).sum()), int((errors > 1.0).sum()))
 
 
 def _dataset(sweep: Sweep, identity: Identity) -> xarray.Dataset:

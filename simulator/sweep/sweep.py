@@ -19,7 +19,7 @@ from simulator.error_bars import finer_accuracy
 from simulator.kernel.rows import Output
 from simulator.scene import RULES, Scene, Value
 from simulator.scene_file import load_scene, write_scene
-from simulator.sweep.chunks import ERRORS, OUTPUTS, REFUSED, simulator_here
+from simulator.sweep.chunks import ERRORS, OUTPUTS, REFUSED, SAMPLED_ERROR, simulator_here
 from simulator.sweep.design import Axis, Design, grid, sobol
 
 JUMP = "jump"
@@ -28,12 +28,17 @@ FEWEST_JUMPS, MOST_JUMPS, CHUNKS_WANTED = 128, 2048, 64
 """Jumps in a chunk: many enough to be worth a file, few enough that little is lost when a machine stops."""
 Flags = NDArray[np.bool_]
 _BLOCK = 65_536
+SAMPLED, FEWEST_SAMPLED = 0.05, 20
+"""Share of a sweep's scenes that have error bars where nothing else is asked for, and about their least number."""
+_MIX = np.uint64(0xD6E8FEB86659FD93)
+"""Odd, so that it mixes the number of a row to one that looks drawn by chance: no axis of a grid falls in step."""
 
 
 @dataclass(frozen=True, slots=True)
 class Sweep:
     """A sweep that can be run; scenes whose values do not fit together are left out of it, and marked as refused.
 
+    `error_bars` is the share of its scenes that are simulated again, a hundred times finer: all at 1, none at 0.
     `labbook` is the version of the program that made it, stored with the result; `refused`, shape (rows,): the scenes
     that cannot be simulated, `why_refused` how many these are and why, in a sentence. Raises `UsageError` for an axis
     that nothing reads or that leaves its parameter's range, where every scene would be refused, and for error bars that
@@ -44,13 +49,16 @@ class Sweep:
     design: Design
     accuracy: float = 1e-6
     labbook: str = ""
-    error_bars: bool = False
+    error_bars: float = SAMPLED
     refused: Flags = field(init=False, repr=False, compare=False)
     why_refused: str = field(init=False, compare=False)
 
     def __post_init__(self) -> None:
         _check_axes(self.scene, self.design)
-        if self.error_bars and finer_accuracy(self.accuracy) >= self.accuracy:
+        nothing_finer = finer_accuracy(self.accuracy) >= self.accuracy
+        if nothing_finer and self.error_bars < 1.0:
+            object.__setattr__(self, "error_bars", 0.0)
+        elif nothing_finer:
             raise UsageError(
                 f"nothing is simulated finer than an accuracy of {self.accuracy:g}, which error bars take: ask for a "
                 "coarser one, or for no error bars."
@@ -93,7 +101,15 @@ class Sweep:
     @property
     def outputs(self) -> tuple[Output, ...]:
         """What it gives for each jump."""
-        return (*OUTPUTS, *ERRORS) if self.error_bars else OUTPUTS
+        barred = ERRORS if self.error_bars >= 1.0 else (SAMPLED_ERROR,) if self.error_bars else ()
+        return (*OUTPUTS, *barred)
+
+    def barred(self, rows: slice) -> Flags:
+        """Which of these rows have error bars: a share of all, as good as drawn by chance, and about 20 at least."""
+        share = max(self.error_bars, FEWEST_SAMPLED / self.design.row_count) if self.error_bars else 0.0
+        mixed = np.arange(rows.start, rows.stop, dtype=np.uint64) * _MIX
+        mixed = (mixed ^ mixed >> np.uint64(32)) * _MIX
+        return np.asarray(mixed / 2.0**64 < share)
 
     @property
     def assumed(self) -> tuple[str, ...]:
@@ -111,7 +127,7 @@ def sweep_by_words(
     accuracy: float = 1e-6,
     sample: int | None = None,
     seed: int | None = None,
-    error_bars: bool = False,
+    error_bars: float = SAMPLED,
     labbook: str = "",
 ) -> Sweep:
     """Return the sweep of a scene (its name or file), changed by words, over a grid or a Sobol sample of `sample` rows.
@@ -203,7 +219,7 @@ def identity_of(sweep: Sweep) -> dict[str, str | float]:
         "jumps": scene.jumps,
         **{name: value.value for name, value in scene.values.items()},
         "accuracy": sweep.accuracy,
-        "error bars": "yes" if sweep.error_bars else "no",
+        "error bars": f"{100.0 * sweep.error_bars:g} %",
         "sampling": design.description,
         **{f"sweep of {axis.name}": _extent(axis) for axis in design.axes},
         "swept values": design.content_hash()[:20],

@@ -17,7 +17,7 @@ from tests.helpers.wording import says
 
 KEYS = {
     *("out", "scene", "dims", "jumps", "accuracy", "sampling", "outcomes", "ill_conditioned", "assumed"),
-    *("set_by_user", "refused", "under_surface", "open_book", "error_bars"),
+    *("set_by_user", "refused", "under_surface", "open_book", "error_bars", "sampled", "sampled_outside"),
     *("variables", "chunks", "chunks_before", "compile_time_s", "compute_time_s", "write_time_s", "jump_time_us"),
     "in_lanes",
 }
@@ -50,7 +50,7 @@ def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
 
 def test_with_error_bars_a_scene_has_what_a_single_run_shows(tmp_path: Path) -> None:
     words = ("--over", "foot_radius=0.02,0.038", "--accuracy", "1e-5")
-    assert swept(tmp_path, *words, "--error-bars", out="bars.nc")["error_bars"] is True
+    assert swept(tmp_path, *words, "--error-bars", out="bars.nc")["error_bars"] == 1.0
     alone = ("sim", "run", "--scene", "sim2", "--set", "foot_radius=0.02", *words[2:], "--json")
     one = good(labbook(*alone, at=tmp_path)).json
     with xarray.open_dataset(tmp_path / "bars.nc") as dataset:
@@ -79,7 +79,7 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
     says(shown, "2 jumps")
     says(shown, "kg_scale is assumed: ")
     assert "set by you" not in shown
-    says(shown, "50 variables", "xarray.open_dataset", "'bed.nc'")
+    says(shown, "51 variables", "xarray.open_dataset", "'bed.nc'")
     says(good(labbook(*words, at=tmp_path)).out, "nothing was left")
 
 

@@ -7,18 +7,20 @@ from pathlib import Path
 from simulator.scene import Scene
 from simulator.scene_file import load_scene
 from simulator.sweep.design import grid, sobol
-from simulator.sweep.sweep import Sweep
+from simulator.sweep.sweep import SAMPLED, Sweep
 
 ACCURACY = 1e-3
 
 
-def grid_sweep(*over: str, scene: Scene | None = None, accuracy: float = ACCURACY, error_bars: bool = False) -> Sweep:
+def grid_sweep(
+    *over: str, scene: Scene | None = None, accuracy: float = ACCURACY, error_bars: float = SAMPLED
+) -> Sweep:
     """A sweep over a grid, of `sim2` where no scene is given."""
     scene = scene or load_scene("sim2")
     return Sweep(scene, grid(over, scene.effects), accuracy, "0.test", error_bars)
 
 
-def sobol_sweep(rows: int, *over: str, seed: int = 0, error_bars: bool = False) -> Sweep:
+def sobol_sweep(rows: int, *over: str, seed: int = 0, error_bars: float = SAMPLED) -> Sweep:
     """A sweep of `sim2` over a sample; without words, of foot and active damping."""
     scene = load_scene("sim2")
     design = sobol(over or ("b_ad=0:300", "foot_radius=0.02:0.04"), scene.effects, rows, seed)

@@ -178,3 +178,53 @@ def test_drag_is_not_counted_while_the_leg_is_past_straight(initial_velocity: fl
     assert jump.max_leg_length_m > SIM1["upper_link"] + SIM1["lower_link"]
     assert math.isfinite(jump.jump_drag_J)
     assert 0.0 < jump.stance_drag_J <= jump.jump_drag_J < 10.0
+
+
+HELD = (
+    "k_compression=228.82629 k_extension=1933.44639 b_compression=15.2393 b_extension=12.91257 foot_radius=0.02047 "
+    "kg_scale=1.02813 bg_scale=1.15292 body_mass=2.37046 foot_mass=0.10245 initial_velocity=-0.71576 b_ad=541.4215"
+)
+CHATTERING = (
+    "k_compression=121.227631 k_extension=1850.346804 b_compression=3.015164 b_extension=3.19522 body_mass=1.99361 "
+    "foot_mass=0.222445 foot_radius=0.013872 kg_scale=0.958647 bg_scale=1.325107 initial_velocity=-0.49661 "
+    "b_ad=224.844888"
+)
+
+
+def test_a_held_force_that_lets_errors_grow_is_noticed() -> None:
+    """Two parts in a billion of the gain change its apex from 0.13 to 0.17 m."""
+    held = load_scene("sim2").changed(effects_on=("held_force",))
+    jump = interpreted(simulate, with_set(held, HELD), 1e-6).jump
+    assert jump.error_growth > 1e15
+    assert jump.ill_conditioned
+    assert not interpreted(simulate, held, 1e-6).jump.ill_conditioned
+
+
+def test_a_controller_without_a_clock_that_chatters_is_noticed() -> None:
+    """Its switches are 247 at 1e-6 and 2014 at 1e-13, and its lift-off is 243 times the goal off."""
+    continuous = load_scene("sim2").changed(effects_off=("sampled_control",))
+    jump = interpreted(simulate, with_set(continuous, CHATTERING), 1e-6).jump
+    assert jump.counters["guard_switch"] > 100
+    assert jump.ill_conditioned
+    assert not interpreted(simulate, continuous, 1e-6).jump.ill_conditioned
+
+
+def test_a_cost_that_is_a_small_difference_is_noticed() -> None:
+    """Without heat in the motors, at a leg damping at which they nearly take up as much work as they do."""
+    scene = load_scene("sim2").changed(effects_off=("motor_heat", "cost_of_commanded_force"))
+    usual, small = (
+        interpreted(simulate, scene.changed({"b_extension": damping_kg_s}), 1e-4).jump for damping_kg_s in (5.0, 36.0)
+    )
+    assert usual.cost_J > 0.4 * usual.energy_at_play_J
+    assert not usual.ill_conditioned
+    assert 0.0 < small.cost_J < 0.05 * small.energy_at_play_J
+    assert small.ill_conditioned
+
+
+def test_a_switch_as_the_leg_has_nearly_come_to_rest_is_simulated_finer() -> None:
+    """Its lift-off was 4 times the goal off, as the leg turns at some 0.003 m/s^2."""
+    words = "body_mass=0.7 b_compression=37.7 k_compression=300 k_extension=1500 kg_scale=20"
+    scene = with_set(load_scene("sim2").changed(effects_off=("sampled_control",)), words)
+    found, truth = (interpreted(simulate, scene, accuracy).jump for accuracy in (1e-6, 1e-12))
+    assert not found.ill_conditioned
+    assert found.liftoff_time_s == pytest.approx(truth.liftoff_time_s, rel=1e-6)

@@ -18,7 +18,7 @@ from reports.display import time_text
 from simulator.declared import all_parameters
 from simulator.effects.registry import BOOKED, COSTS, EFFECTS
 from simulator.error_bars import largest_share
-from simulator.jump import ILL_CONDITIONED_BELOW, close_decision, cost_span, grown_rounding
+from simulator.jump import ILL_CONDITIONED_BELOW, close_decision, cost_span, grown_rounding, small_cost
 from simulator.result import JumpResult, SceneResult
 from simulator.scene import Scene
 
@@ -63,7 +63,12 @@ def _ill_conditioned(result: SceneResult) -> list[str]:
     jump, said = result.jump, _large_error(result)
     if not jump.ill_conditioned:
         return said
-    if close_decision(jump):
+    if jump.decision_margin == 0.0 and "sampled_control" not in result.scene.effects:
+        said.append(
+            "the controller, which has no clock, chatters in this jump: it changes its phase again and again, the more "
+            "often the finer the steps, and each time adds its own error."
+        )
+    elif close_decision(jump):
         where = "an event of its motion" if jump.decision_tick is None else f"the decision at tick {jump.decision_tick}"
         said.append(
             f"this jump hangs on a knife's edge: {where} is only {jump.decision_margin:.2g} local errors away from "
@@ -72,9 +77,14 @@ def _ill_conditioned(result: SceneResult) -> list[str]:
     rounding = grown_rounding(jump, result.accuracy)
     if rounding:
         said.append(
-            "errors grow in this jump. Sampled active damping, or a slow foot at touchdown, multiplies them by up to "
+            "errors grow in this jump. Sampled damping, or a slow foot at touchdown, multiplies them by up to "
             f"{jump.error_growth:.2g}, so that rounding alone leaves an error of about {100.0 * rounding:.2g} %, "
             "however fine the accuracy asked for."
+        )
+    if small_cost(jump.cost_J, jump.energy_at_play_J):
+        said.append(
+            f"the cost is a small difference of larger energies ({jump.cost_J:.2g} J, where "
+            f"{jump.energy_at_play_J:.2g} J are turned over), and its relative error is as much larger."
         )
     if not said:
         first = next(number for number, item in enumerate(result.jumps, 1) if item.ill_conditioned)
@@ -97,7 +107,7 @@ def _large_error(result: SceneResult) -> list[str]:
     share = largest_share(jump, jump.errors)
     if share <= result.accuracy:
         return []
-    known = f"only to {100.0 * share:.2g} %" if math.isfinite(share) else "not in all its numbers"
+    known = f"only to {100.0 * share:.2g} % at best" if math.isfinite(share) else "not in all its numbers"
     return [f"this jump is known {known}, where {result.accuracy:g} was asked for."]
 
 
@@ -290,20 +300,23 @@ def _table(result: SceneResult) -> list[str]:
         if any(value not in (None, 0.0) for value in values) or key in _ALWAYS:
             shown = COST_SO_FAR if name == COST and jump.outcome not in _WHOLE else name
             error = None if jump.errors is None else jump.errors.get(field)
-            number, bar = _with_error(values[0], error, digits)
+            number, bar = _with_error(values[0], error, digits, jump.ill_conditioned)
             rows.append((shown, number, bar, *(_number(value, digits) for value in values[1:]), unit))
     used = [any(cells) for cells in zip(*rows, strict=True)]
     head, *rest = ([cell for cell, shown in zip(row, used, strict=True) if shown] for row in rows)
     return columns(head, rest)
 
 
-def _with_error(value: float | None, error: float | None, digits: int) -> tuple[str, str]:
-    """Write a number to the digits that its error leaves, and the error; without one, to so many digits."""
+def _with_error(value: float | None, error: float | None, digits: int, unsettled: bool) -> tuple[str, str]:
+    """Write a number to the digits that its error leaves, and the error; without one, to so many digits.
+
+    Where simulations do not settle, the difference of two of them is the least that the error may be.
+    """
     if value is None or error is None:
         return _number(value, digits), ""
     if error <= abs(value) * _ROUNDING:
         return _number(value, _MOST_DIGITS), "± rounding"
-    return fixed_text(value, decimals_for(error)), f"± {error:.1e}"
+    return fixed_text(value, decimals_for(error)), f"± {'at least ' if unsettled else ''}{error:.1e}"
 
 
 def _number(value: float | None, digits: int) -> str:

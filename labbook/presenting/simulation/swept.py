@@ -31,6 +31,8 @@ def as_data(done: Finished) -> dict[str, Any]:
         "variables": len(sweep.outputs),
         "accuracy": sweep.accuracy,
         "error_bars": sweep.error_bars,
+        "sampled": done.summary.sampled,
+        "sampled_outside": done.summary.outside,
         "sampling": sweep.design.description,
         "outcomes": done.summary.outcomes,
         "refused": {"scenes": int(sweep.refused.sum()), "why": sweep.why_refused or None},
@@ -52,13 +54,12 @@ def as_lines(done: Finished) -> list[str]:
     sweep, summary = done.sweep, done.summary
     dims = " x ".join(f"{name} ({length})" for name, length in sweep.dims.items())
     opener = "open_zarr" if done.out.suffix == ".zarr" else "open_dataset"
-    bars = f"error bars: by simulating again to {finer_accuracy(sweep.accuracy):g} or finer, in the columns NAME_error."
     return [
         f"{sweep.scene.name}: {count_text(summary.jumps, 'jump')} over {dims}, {sweep.design.description}.",
         *([f"note: {sweep.why_refused}"] if sweep.why_refused else []),
         f"outcomes: {', '.join(f'{name} {count}' for name, count in summary.outcomes.items())}; ill-conditioned: "
         f"{summary.flagged['ill_conditioned']}.",
-        *([bars] if sweep.error_bars else []),
+        *_error_bars(done),
         *(
             f"warning: in {count_text(summary.flagged[flag], 'jump')} {remark} ({flag} in the file)."
             for flag, remark in _REMARKS.items()
@@ -68,6 +69,21 @@ def as_lines(done: Finished) -> list[str]:
         *(f"{name} is assumed: {sweep.scene.values[name].why}" for name in sweep.assumed),
         _effort(done),
         f"{done.out}: {len(sweep.outputs)} variables, for xarray.{opener}({str(done.out)!r}).",
+    ]
+
+
+def _error_bars(done: Finished) -> list[str]:
+    """Say of which jumps there are error bars, and of a sample how many do not keep the accuracy."""
+    sweep, sampled, outside = done.sweep, done.summary.sampled, done.summary.outside
+    again = f"by simulating again to {finer_accuracy(sweep.accuracy):g} or finer"
+    if sweep.error_bars >= 1.0:
+        return [f"error bars: {again}, in the columns NAME_error."]
+    if not sampled:
+        return []
+    kept = f"{outside} of them ({100.0 * outside / sampled:.2g} %) do not keep" if outside else "all keep"
+    return [
+        f"error bars: of a sample of {count_text(sampled, 'jump')}, {again}: {kept} the accuracy of {sweep.accuracy:g} "
+        "(--error-bars for all)."
     ]
 
 

@@ -253,7 +253,7 @@ def make_tick(composition: Composition, wants_switch: Function, switch: Function
 
     @inner
     def tick(work: Row, flip: bool) -> bool:
-        grow((work[ACTIVE_DAMPING] != 0.0) & (work[MODE] == INTRUDING), work)
+        grow(((work[ACTIVE_DAMPING] != 0.0) | holds_force) & (work[MODE] == INTRUDING), work)
         wish = wants_switch(work, work[PHASE], NOW, work[LENGTH_UNIT], work[SPEED_UNIT])
         if abs(wish) < work[MARGIN] and work[TICK] > 0:  # the state at touchdown carries no error of this jump
             work[MARGIN], work[MARGIN_TICK] = abs(wish), work[TICK]
@@ -277,11 +277,11 @@ def make_growth(composition: Composition) -> Function:
 
     A foot damped by its sampled speed carries an error from tick to tick with the factor
     exp(-c T / m) - (g / c) (1 - exp(-c T / m)): T the period, m the moving mass, c the damping that acts at once, g
-    that by the sample. Beyond -1 the leg chatters: errors grow each tick, and a goal is met only by steps that are
-    as much finer. In lanes `which` says whose foot is damped.
+    that by the sample, which is all of the leg's where its force is held. Beyond -1 the leg chatters: errors grow each
+    tick, and a goal is met only by steps that are as much finer. In lanes `which` says whose foot is damped.
     """
-    active = composition.has("active_damping_kg_m") and composition.on("sampled_control")
-    if not active or composition.on("continuous_foot_speed") or not composition.has("quadratic_drag_kg_m"):
+    samples = composition.has("active_damping_kg_m") and composition.samples_speed
+    if not composition.on("sampled_control") or not (samples or composition.on("held_force")):
         return nothing
     growth_factor = make_growth_factor(composition)
 
@@ -302,19 +302,25 @@ def make_growth(composition: Composition) -> Function:
 def make_growth_factor(composition: Composition) -> Function:
     """Compose `(work)`: the size of that factor for an intruding foot."""
     moved_mass_kg, rate = make_moved_mass(composition), composition.position["control_rate"]
-    quadratic, linear = composition.slots["quadratic_drag_kg_m"], composition.on("linear_active_damping")
+    linear, held = composition.on("linear_active_damping"), composition.on("held_force")
+    has_quadratic, quadratic = composition.optional("quadratic_drag_kg_m")
     has_linear, drag_kg_s = composition.optional("linear_drag_kg_s")
 
     @inner
     def growth_factor(work: Row) -> float:
         depth_m, sinking = -work[NOW + X_FOOT], -work[NOW + V_FOOT]
-        sampled_kg_s = work[ACTIVE_DAMPING]
-        at_once_kg_s = 2.0 * quadratic(work, depth_m) * sinking + work[DAMPING] + 1e-9
+        sampled_kg_s, at_once_kg_s = work[ACTIVE_DAMPING], work[DAMPING]
+        if has_quadratic:
+            at_once_kg_s = 2.0 * quadratic(work, depth_m) * sinking + work[DAMPING]
+        at_once_kg_s = at_once_kg_s + 1e-9
         if has_linear:
             at_once_kg_s = at_once_kg_s + drag_kg_s(work)
         if not linear:
             sampled_kg_s = sampled_kg_s * (work[NOW + V_BODY] + sinking)
             at_once_kg_s = at_once_kg_s + work[ACTIVE_DAMPING] * sinking
+        if held:
+            of_leg_kg_s = work[DAMPING] + (0.0 if linear else work[ACTIVE_DAMPING] * sinking)
+            sampled_kg_s, at_once_kg_s = sampled_kg_s + of_leg_kg_s, at_once_kg_s - of_leg_kg_s
         decay = math.exp(-at_once_kg_s / (work[rate] * moved_mass_kg(work, depth_m)))
         return abs(decay - sampled_kg_s / at_once_kg_s * (1.0 - decay))
 

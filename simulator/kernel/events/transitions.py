@@ -7,6 +7,8 @@ intruding --bottoms--> jammed (the emulator's stop)
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from simulator.compiled import Function, Row, inner
@@ -35,6 +37,7 @@ from simulator.kernel.layout import (
     CLEAR,
     CLEARED,
     CLEARS,
+    COMPRESSION,
     CONDITIONS,
     COST_CAPPED,
     COST_KINK,
@@ -70,20 +73,23 @@ from simulator.kernel.layout import (
     SPEED_UNIT,
     STOPS,
     STRAIGHTENS,
+    SWITCHED,
     SWITCHES,
     TIME,
     TOUCHDOWN,
     TOUCHES,
     V_BODY,
     V_FOOT,
+    WORST_GROWTH,
     X_BODY,
     X_FOOT,
     YIELDS,
 )
-from simulator.kernel.limits import STOP_AFTER_APEX
+from simulator.kernel.limits import MOST_SWITCHES, SLOW_SWITCH, STOP_AFTER_APEX
 from simulator.kernel.mechanics.leg import make_forces
 from simulator.kernel.mechanics.motion import make_stop_platform
 from simulator.kernel.rows import COLUMN
+from simulator.parameter import GRAVITY_M_S2
 
 
 def make_touches(composition: Composition) -> Function:
@@ -232,6 +238,29 @@ def make_note_conjunction(composition: Composition, conditions: Function) -> Fun
     return note_conjunction
 
 
+def make_note_slow_switch(composition: Composition) -> Function:
+    """Compose `(work, condition)`: note how much an error of the state grows in the instant of a switch.
+
+    The slower what decides it passes zero (the speed of a leg that has nearly come to rest), the less that is known.
+    """
+    latched = composition.on("latched_switching")
+    per_fall, of_speed = composition.position["inverse_fall_speed"], 1 if latched else 0
+
+    @inner
+    def note_slow_switch(work: Row, condition: int) -> None:
+        rate = abs(work[NOW + V_BODY] - work[NOW + V_FOOT]) * work[per_fall]  # of a length
+        if condition == of_speed and (not latched or work[PHASE] == COMPRESSION):
+            rate = abs(work[K1 + V_BODY] - work[K1 + V_FOOT]) / GRAVITY_M_S2
+        elif not latched and condition == 1:
+            rate = abs(work[K1 + V_BODY]) / GRAVITY_M_S2
+        elif not latched and condition == 2:
+            rate = abs(work[NOW + V_FOOT]) * work[per_fall]
+        if rate < SLOW_SWITCH:
+            work[WORST_GROWTH] = max(work[WORST_GROWTH], -math.log(rate + 1e-300))
+
+    return note_slow_switch
+
+
 def make_note_release(composition: Composition) -> Function:
     """Note how near to each other the shortest hold ends and the leg turns soft: `(work)`.
 
@@ -255,7 +284,7 @@ def make_switches(composition: Composition, switch: Function, settle: Function) 
     rule, note_conditions = make_rule(composition), make_note_conditions(conditions)
     note_conjunction = make_note_conjunction(composition, conditions)
     note, held_still = make_note_saturation(composition), make_held_still(composition)
-    note_release = make_note_release(composition)
+    note_release, note_slow_switch = make_note_release(composition), make_note_slow_switch(composition)
 
     @inner
     def switches(work: Row, condition: int) -> int:
@@ -265,7 +294,11 @@ def make_switches(composition: Composition, switch: Function, settle: Function) 
             if not rule(work):
                 return GOES_ON
         missed = work[RELEASE_MISSED]
+        note_slow_switch(work, condition)
         switch(work)
+        work[SWITCHED] += 1
+        if work[SWITCHED] > MOST_SWITCHES:
+            note_near(0.0, 1.0, work)
         note_conditions(work, -1)
         note(work)
         if work[RELEASE_MISSED] > missed:

@@ -16,7 +16,7 @@ import xarray
 from data_schema.errors import UsageError
 from simulator.jump import simulate
 from simulator.scene_file import load_scene, parse_scene
-from simulator.sweep.chunks import ERRORS, FLAGS, OUTPUTS, simulator_here
+from simulator.sweep.chunks import ERRORS, FLAGS, OUTPUTS, SAMPLED_ERROR, simulator_here
 from simulator.sweep.run import Computing, Finished, part_folder, run_sweep, threads
 from simulator.sweep.sweep import Sweep
 from tests.helpers.scenes import is_sentence
@@ -43,7 +43,7 @@ def test_a_grid_as_xarray_reads_it(kind: str, tmp_path: Path) -> None:
     done = run(sweep, out)
     found = opened(out)
     assert dict(found.sizes) == {"b_ad": 4, "gain": 2, "foot_radius": 3}
-    assert set(found.data_vars) == {output.name for output in OUTPUTS}
+    assert set(found.data_vars) == {output.name for output in (*OUTPUTS, SAMPLED_ERROR)}
     assert set(found.coords) == {"b_ad", "gain", "foot_radius", "k_extension"}
     assert found["k_extension"].dims == ("gain",)
     assert found["b_ad"].values.tolist() == [0.0, 100.0, 200.0, 300.0]
@@ -192,16 +192,41 @@ def test_a_chunk_is_there_when_it_is_on_disk(tmp_path: Path, monkeypatch: pytest
 
 
 def test_error_bars_are_variables(tmp_path: Path) -> None:
-    sweep, out = sobol_sweep(300, error_bars=True), tmp_path / "out.nc"
+    sweep, out = sobol_sweep(300, error_bars=1.0), tmp_path / "out.nc"
     with pytest.raises(KeyboardInterrupt):
         run_sweep(sweep, out, Computing(Backwards(2), 3))
-    says(refusal(sobol_sweep(300), out), "unfinished", "error bars", "yes there", "no now")
+    says(refusal(sobol_sweep(300), out), "unfinished", "error bars", "100 % there", "5 % now")
     run(sweep, out)
     found = opened(out)
     assert set(found.data_vars) == {output.name for output in (*OUTPUTS, *ERRORS)}
     assert np.all(found["cost_J_error"].values > 0.0)
     assert found["cost_J_error"].attrs["units"] == "J"
     says(refusal(sobol_sweep(300), out), "differs in error bars")
+
+
+def test_a_sample_of_the_scenes_has_error_bars_and_changes_no_other_number(tmp_path: Path) -> None:
+    """Those of the sample are what a sweep with all error bars gives."""
+    outs = {share: tmp_path / f"{share}.nc" for share in (0.0, 0.05, 1.0)}
+    over = ("b_ad=0:300:10", "foot_radius=0.02:0.04:8")
+    done = {share: run(grid_sweep(*over, accuracy=1e-6, error_bars=share), out) for share, out in outs.items()}
+    plain, sampled, every = (opened(out) for out in outs.values())
+    assert set(sampled.data_vars) - set(plain.data_vars) == {SAMPLED_ERROR.name}
+    assert all(np.array_equal(sampled[name], plain[name], equal_nan=True) for name in plain.data_vars)
+    over_goal, there = sampled[SAMPLED_ERROR.name], ~np.isnan(sampled[SAMPLED_ERROR.name])
+    assert 15 <= there.sum() <= 25
+    names = ("max_depth_m", "liftoff_time_s", "apex_height_m", "cost_J")
+    shares = [every[f"{name}_error"] / abs(every[name]) / 1e-6 for name in names]
+    assert np.allclose(np.max(shares, axis=0)[there.values], over_goal.values[there.values])
+    assert (done[0.05].summary.sampled, done[0.05].summary.outside) == (there.sum(), (over_goal > 1.0).sum())
+
+
+def test_a_jump_of_the_sample_that_misses_its_goal_is_flagged(tmp_path: Path) -> None:
+    out = tmp_path / "out.nc"
+    done = run(grid_sweep("b_ad=600:700:30", scene=load_scene("sim1"), accuracy=1e-9), out)
+    found = opened(out)
+    missed = found[SAMPLED_ERROR.name].values > 1.0
+    assert done.summary.outside == missed.sum() > 0
+    assert (found["ill_conditioned"].values[missed] == 1).all()
 
 
 @pytest.mark.parametrize("times", [1, pytest.param(20, marks=pytest.mark.soak)])
