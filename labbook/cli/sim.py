@@ -288,7 +288,8 @@ def published(
     """Simulate the published experiments on ground emulator, force plate and bed, and judge every published result.
 
     Shows the last of a hundred (eighty) jumps at each gain and the 24 conditions of the bed, the published number
-    beside the simulated one; every result as reproduced, contradicted or not testable; what cannot be matched, and why;
+    beside the simulated one; every result as reproduced, contradicted, dependent on what was
+    never published, or not testable; what cannot be matched, and why;
     and which inputs are assumed: as Markdown, with --out in a file.
 
     Example: labbook sim published --out published.md
@@ -299,6 +300,7 @@ def published(
     from simulator.steady.tables import STEPS, steady_tables
     from simulator.thesis.claims import chapter_3_findings, experiment_findings
     from simulator.thesis.figures import ThesisFigures
+    from simulator.thesis.readings import met_by_others, set_1_readings
 
     if out is not None and out.suffix != ".md":
         raise UsageError(f"--out {out} is no name for a document in Markdown: end it in .md.")
@@ -306,14 +308,17 @@ def published(
     with progress("experiments", STEPS + 1) as step:
         tables = steady_tables(accuracy, step)
         findings = experiment_findings(tables)
-        results = judge_results((*chapter_3_findings(ThesisFigures(accuracy)), *findings), tables.bed)
+        figures = ThesisFigures(accuracy)
+        readings = set_1_readings(figures)
+        chapter_3 = chapter_3_findings(figures)
+        results = judge_results((*chapter_3, *findings), tables.bed, met_by_others(readings))
         step("chapter 3")
-    text = document(tables, findings, results)
+    text = document(tables, findings, results, readings)
     if out is not None:
         out.parent.mkdir(parents=True, exist_ok=True)
         out.write_text(text, encoding="utf-8")
     lines = text.splitlines() if out is None else []
-    return with_files(as_data(tables, findings, results), lines, {"document": out})
+    return with_files(as_data(tables, findings, results, readings), lines, {"document": out})
 
 
 @app.command()

@@ -1,4 +1,4 @@
-"""Every published result of the thesis: reproduced, contradicted or not testable.
+"""Every published result of the thesis: reproduced, contradicted, dependent on what is not published, or not testable.
 
 Also where its text contradicts itself.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import functools
 import importlib.resources
 import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,8 @@ if TYPE_CHECKING:  # a report names what is published, and simulates none of it
     from simulator.thesis.claims import Finding
 
 REPRODUCED, CONTRADICTED, NOT_TESTABLE = "reproduced", "contradicted", "not testable"
-VERDICTS = (REPRODUCED, CONTRADICTED, NOT_TESTABLE)
+DEPENDS = "depends on unpublished gains"
+VERDICTS = (REPRODUCED, DEPENDS, CONTRADICTED, NOT_TESTABLE)
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,19 +53,23 @@ class PublishedResult:
 class JudgedResult:
     """A published result with the finding on its claim; None where it has none.
 
-    `saving` is the simulated one of the conditions of a p value, None for all others.
+    `saving` is the simulated one of the conditions of a p value, None for all others. `met_otherwise`: other values of
+    what was never published meet the claim.
     """
 
     result: PublishedResult
     finding: Finding | None
     saving: float | None = None
+    met_otherwise: bool = False
 
     @property
     def verdict(self) -> str:
         """Whether the simulation gives it: at every point, within the claim's limits."""
         if self.finding is None:
             return NOT_TESTABLE
-        return REPRODUCED if self.finding.agrees else CONTRADICTED
+        if self.finding.agrees:
+            return REPRODUCED
+        return DEPENDS if self.met_otherwise else CONTRADICTED
 
     @property
     def statement(self) -> str:
@@ -112,14 +117,20 @@ def contradictions() -> tuple[Contradiction, ...]:
     return tuple(Contradiction(**entry) for entry in _read()["contradiction"])
 
 
-def judge_results(findings: Iterable[Finding], bed: BedTable) -> tuple[JudgedResult, ...]:
-    """Give each published result its verdict, by what was found for the claim of its id."""
+def judge_results(
+    findings: Iterable[Finding], bed: BedTable, met_otherwise: Collection[str] = ()
+) -> tuple[JudgedResult, ...]:
+    """Give each published result its verdict, by what was found for the claim of its id.
+
+    `met_otherwise` has the ids of claims that other values of what was never published meet.
+    """
     by_id = {item.claim.id: item for item in findings}
     return tuple(
         JudgedResult(
             result,
             None if result.why else by_id[result.id],
             bed.saving(result.foot, result.gain, result.damping_gains) if result.foot else None,
+            result.id in met_otherwise,
         )
         for result in published_results()
     )

@@ -425,6 +425,10 @@ class ThesisFigures:
         """Figure 3.6."""
         return power_surface(self.set_1, self.accuracy)
 
+    def of_both(self, scene: Scene, grid: dict[str, FloatArray]) -> Pair[Jumps]:
+        """Jumps of a scene over a grid, by both controllers."""
+        return _with_both(scene, grid, self.accuracy)
+
     @cached_property
     def over_velocity(self) -> OverVelocity:
         """Figures 3.8 and 3.9: set 1 over the speed at which body and foot arrive."""

@@ -8,6 +8,7 @@ from simulator.steady.published_results import JudgedResult, judge_results
 from simulator.steady.tables import SteadyTables
 from simulator.steady.tables import steady_tables as simulated
 from simulator.thesis.claims import chapter_3_findings, experiment_findings
+from simulator.thesis.readings import met_by_others, set_1_readings
 from tests.helpers.thesis import thesis_figures
 
 
@@ -21,4 +22,5 @@ def steady_tables() -> SteadyTables:
 def results() -> tuple[JudgedResult, ...]:
     """Every published result as `labbook sim published` judges it."""
     tables = steady_tables()
-    return judge_results((*chapter_3_findings(thesis_figures()), *experiment_findings(tables)), tables.bed)
+    met = met_by_others(set_1_readings(thesis_figures()))
+    return judge_results((*chapter_3_findings(thesis_figures()), *experiment_findings(tables)), tables.bed, met)
