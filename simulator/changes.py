@@ -204,7 +204,7 @@ WORDS: dict[str, Word] = {
         "the foot's height at the start.",
     ),
     "jumps": Word(
-        f"number of jumps, one after the other: 1 to {MOST_JUMPS}, on a granular bed 1",
+        f"number of jumps, one after the other: 1 to {MOST_JUMPS}; on grains each on fresh ground",
         _jumps,
         not_swept="is a dimension of every result and cannot be swept: give it with --set, and the result holds all "
         "jumps up to that number.",

@@ -33,6 +33,9 @@ class Parameter:
 
 GRAVITY_M_S2 = 9.81
 """Acceleration of gravity in every scene; the published numbers were computed with it."""
+HARD_GROUND_INSETS_M = (1e-3, 1e-4)
+"""On rigid and emulated ground the leg counts as folded or straight this much before it is, in flight too: the cost
+counts there, and the joint's speed has a pole at both lengths."""
 
 BASICS = (
     Parameter("body_mass", "robot", "kg", "mass of the body", 0.01, 100.0),

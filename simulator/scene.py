@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from data_schema.errors import UsageError, unknown_name
 from simulator.declared import GROUNDS, all_parameters, parameters_read, readers
 from simulator.effects.registry import EFFECTS
-from simulator.parameter import GRAVITY_M_S2
+from simulator.parameter import GRAVITY_M_S2, HARD_GROUND_INSETS_M
 
 MOST_JUMPS = 1_000_000
 
@@ -47,7 +47,7 @@ class Scene:
     effects : names of the effects that are on, in any order
     values : parameters by name, in SI units; those of effects that are off may be among them and are not read. One that
         is read and not given has the value that its `Parameter` assumes, where that has one
-    jumps : number of jumps that follow each other
+    jumps : number of jumps that follow each other; on grains each lands on fresh ground
     description : one or more sentences
 
     Raises
@@ -71,7 +71,7 @@ class Scene:
         object.__setattr__(self, "values", {name: values[name] for name in _in_order(values)})
         for name, value in self.values.items():
             _check_value(name, value.value)
-        _check_jumps(self.jumps, self.effects)
+        _check_jumps(self.jumps)
         for name, parameter in parameters_read(self.effects).items():
             if name not in self.values:
                 needed = " and ".join(effect for effect in readers(name) if effect in self.effects) or "every scene"
@@ -194,13 +194,9 @@ def _check_value(name: str, number: object) -> None:
         raise UsageError(f"{name} = {number:g}{unit} is outside what can be simulated: give {allowed}.")
 
 
-def _check_jumps(jumps: object, effects: Collection[str]) -> None:
+def _check_jumps(jumps: object) -> None:
     if isinstance(jumps, bool) or not isinstance(jumps, int) or not 1 <= jumps <= MOST_JUMPS:
         raise UsageError(f"jumps = {jumps!r} is not a number of jumps: give a whole number from 1 to {MOST_JUMPS}.")
-    if jumps > 1 and "hydrostatic_stiffness" in effects:
-        raise UsageError(
-            f"jumps = {jumps} on a granular bed, which is levelled after every jump: give jumps = 1, or another ground."
-        )
 
 
 def _check_read(name: str, effects: Collection[str]) -> None:
@@ -329,6 +325,16 @@ def _guard(p: Values) -> str | None:
     )
 
 
+def _guard_acts(p: Values) -> str | None:
+    folded = p["lower_link"] - p["upper_link"] + HARD_GROUND_INSETS_M[0]
+    if p["guard_length"] > folded:
+        return None
+    return (
+        f"guard_length = {p['guard_length']:g} m never acts, since on this ground the leg counts as folded at "
+        f"{folded:g} m: give a longer guard_length, or leave out short_leg_guard."
+    )
+
+
 _GROUND = "foot_radius mu cone_angle kg_scale k_sh sigma phi rho added_mass_constant"
 
 
@@ -342,5 +348,6 @@ RULES = (
     _rule("hydrostatic_stiffness added_mass", _GROUND, _bearing),
     _rule("latched_switching", "rest_tolerance switch_compression", _switching),
     _rule("latched_switching short_leg_guard", "rest_length rest_tolerance guard_length", _guard),
+    _rule("touchdown_impact short_leg_guard", "upper_link lower_link guard_length", _guard_acts),
     _rule("emulated_ground latched_switching", "release_tolerance rest_tolerance", _release),
 )

@@ -20,6 +20,7 @@ from simulator.kernel.layout import (
     CLEARED,
     COMPRESSION,
     DECIDED,
+    DEEPEST,
     DEPTH,
     EMULATOR_SINCE,
     EVALUATIONS,
@@ -117,11 +118,12 @@ AT_ZERO = (
 def make_begin_jump(composition: Composition, meet_ground: Function, settle: Function) -> Function:
     """Begin a jump with the foot's touchdown: `(work, row, lands)`. Clocks, integrals and counters start at zero.
 
-    One that does not land never came down, and stays where it is. The slower the foot, the more
-    rounding of heights grows in the instant.
+    On grains a foot that has cleared the surface lands on fresh ground, one that has not in its print. One that does
+    not land never came down, and stays where it is. The slower the foot, the more rounding of heights grows in the
+    instant.
     """
     energy = make_energy(composition)
-    integrals_end = composition.integrals_end
+    integrals_end, granular = composition.integrals_end, composition.on("hydrostatic_stiffness")
     touchdown, per_fall = COLUMN["touchdown_time_s"], composition.position["inverse_fall_speed"]
 
     @inner
@@ -145,6 +147,8 @@ def make_begin_jump(composition: Composition, meet_ground: Function, settle: Fun
         work[SHORTEST] = work[NOW + X_BODY] - work[NOW + X_FOOT]
         work[LONGEST], work[LOWEST] = work[SHORTEST], work[NOW + X_BODY]
         work[START_ENERGY] = energy(work[MODE], work)
+        if granular and work[CLEARED] == CLEAR:
+            work[DEEPEST] = 0.0
         if lands:
             meet_ground(work)
             work[DEPTH] = max(0.0, -work[NOW + X_FOOT])

@@ -81,7 +81,6 @@ def test_what_is_set_has_no_source_and_is_not_assumed() -> None:
         (["flight=held", "flight=soft"], None, "both set the leg in flight"),
         (["flight=hard"], None, "'hard' is not a known leg in flight"),
         (["jumps=many"], None, "jumps=many is not a whole number"),
-        (["jumps=3"], None, "levelled after every jump"),
         (["drop_height=0.2"], None, "starts with the foot in the ground: give the body's height"),
         (["drag=1"], None, "drag is an effect, not a parameter: switch it with --effects +drag or -drag."),
         (["flight=held"], "-held_gains_in_flight", "held_gains_in_flight is to be both on and off"),

@@ -128,3 +128,23 @@ def test_a_book_that_stays_open_is_marked() -> None:
     assert jump.open_book
     assert abs(jump.energy_residual_J) > FINEST_ACCURACY * jump.energy_at_play_J
     assert not simulate(scene, 1e-9).jump.open_book
+
+
+def test_every_jump_on_grains_is_on_fresh_ground() -> None:
+    """A massless leg lands at its rest length with its foot as fast as the body, as a scene starts."""
+    scene = load_scene("sim2").changed(effects_on=("massless_leg_in_flight",), effects_off=("held_gains_in_flight",))
+    first, *others = interpreted(simulate, scene.changed(jumps=3), 1e-8).jumps
+    for jump in others:
+        alone = scene.changed({"initial_velocity": first.next_touchdown_body_velocity_m_s})
+        again = interpreted(simulate, alone, 1e-8).jump
+        for name in ("max_depth_m", "liftoff_time_s", "apex_height_m", "cost_J"):
+            assert getattr(jump, name) == pytest.approx(getattr(again, name), rel=1e-7), name
+        assert jump.mode_changes[0].after == "intruding"
+        first = jump
+
+
+def test_a_robot_hops_steadily_on_grains_and_its_books_close() -> None:
+    jumps = simulate(load_scene("bed").changed(jumps=12), 1e-6).jumps
+    assert {jump.outcome for jump in jumps} == {"touchdown"}
+    assert jumps[-1].apex_height_m == pytest.approx(jumps[-2].apex_height_m, rel=1e-3)
+    assert all(abs(jump.energy_residual_J) < 1e-6 * jump.energy_at_play_J for jump in jumps)

@@ -85,7 +85,7 @@ def test_what_makes_no_scene_is_refused(values: dict[str, float], on: str, off: 
     assert is_sentence(str(refusal.value))
 
 
-@pytest.mark.parametrize(("name", "jumps"), [("force_plate", 0), ("force_plate", 2_000_000), ("sim2", 2)])
+@pytest.mark.parametrize(("name", "jumps"), [("force_plate", 0), ("force_plate", 2_000_000), ("sim2", -1)])
 def test_refused_numbers_of_jumps(name: str, jumps: int) -> None:
     with refuses(UsageError, f"jumps = {jumps}"):
         SHIPPED[name].changed(jumps=jumps)
@@ -173,6 +173,13 @@ def test_a_soft_surface_over_firm_depth_is_judged_by_its_surface() -> None:
     assert least_bearing_ratio(p) == pytest.approx(ratios(p).min(), rel=1e-6)
     with refuses(UsageError, "m_a"):
         SIM2.changed({"k_sh": 0.0, "kg_scale": 0.05})
+
+
+def test_a_guard_that_never_acts_is_refused_on_hard_ground() -> None:
+    with refuses(UsageError, "guard_length = 0.101", "never acts"):
+        SHIPPED["force_plate"].changed({"guard_length": 0.101})
+    SHIPPED["force_plate"].changed({"guard_length": 0.1011})
+    SHIPPED["force_plate"].changed({"guard_length": 0.11, "upper_link": 0.1, "lower_link": 0.205})
 
 
 @pytest.mark.parametrize("name", ["release_tolerance", "switch_compression"])

@@ -68,7 +68,7 @@ from simulator.kernel.mechanics.motion import (
     make_platform,
 )
 from simulator.kernel.working_row import choose
-from simulator.parameter import GRAVITY_M_S2
+from simulator.parameter import GRAVITY_M_S2, HARD_GROUND_INSETS_M
 
 
 def _in_modes(one: EffectGuard) -> tuple[bool, ...]:
@@ -235,9 +235,6 @@ def make_contact_guards(composition: Composition) -> Function:
     return contact_guards
 
 
-HARD_GROUND_INSETS_M = (1e-3, 1e-4)
-"""On rigid and emulated ground the leg counts as folded or straight this much before it is, in flight too: the cost
-counts there, and the joint's speed has a pole at both lengths."""
 KINK = 1e-12
 """Share of the cap within which the force is at it."""
 
