@@ -28,6 +28,7 @@ from simulator.jump import (
     FINEST_ACCURACY,
     ILL_CONDITIONED_BELOW,
     MOST_STEPS_A_JUMP,
+    cost_span,
     derived,
     limits_for,
     parameter_row,
@@ -123,8 +124,8 @@ def _simulated(kernel: Kernel, table: Row, accuracy: float, most_steps: float = 
     return np.asarray(rows[:, 0])
 
 
-def _outputs(rows: Row) -> Row:
-    cost = sum(rows[:, COLUMN[f"stance_{part}_J"]] for part in COST_PARTS)
+def _outputs(rows: Row, span: str = "stance") -> Row:
+    cost = sum(rows[:, COLUMN[f"{span}_{part}_J"]] for part in COST_PARTS)
     return np.stack([*(rows[:, COLUMN[name]] for name in OUTPUTS), cost])
 
 
@@ -252,10 +253,11 @@ def without_bars() -> Iterator[str]:
         finest = _simulated(kernel, table, FINEST_ACCURACY, FEW_STEPS)
         jumps = finest[:, 0] == TOUCHDOWN
         table, finest = table[jumps], finest[jumps]
-        doubt = _apart(_simulated(kernel, table, FINEST), finest)
+        span = cost_span(kernel.composition.effects)
+        doubt = _apart(_simulated(kernel, table, FINEST), finest, span)
         for goal, found in counts.items():
             rows, known = _simulated(kernel, table, goal), doubt <= goal
-            off = _apart(rows, finest)[known] / goal
+            off = _apart(rows, finest, span)[known] / goal
             found.append((_flags(kernel, rows, goal)[known], off))
             if (missed := ~found[-1][0] & (off > 10.0)).any():
                 print(f"   {goal:g}: {np.sum(missed)} of {len(off)} unflagged, {np.max(off[missed]):.3g} goals off")
@@ -294,9 +296,9 @@ def _within(parameter: Parameter, random: np.random.Generator) -> float:
     return float(random.uniform(low, high))
 
 
-def _apart(one: Row, other: Row) -> Row:
+def _apart(one: Row, other: Row, span: str = "stance") -> Row:
     """The largest relative difference of each jump's outputs; infinite where they end otherwise."""
-    values, beside = _outputs(one), _outputs(other)
+    values, beside = _outputs(one, span), _outputs(other, span)
     with np.errstate(invalid="ignore", divide="ignore"):
         apart = np.abs(values / beside - 1.0)
     apart[np.isnan(values) & np.isnan(beside) | (values == beside)] = 0.0

@@ -28,10 +28,15 @@ from simulator.parameter import GRAVITY_M_S2
 
 @made_once
 def make_lever(composition: Composition) -> Function:
-    """Lever arm of the joint at a leg length, m; 1 where nothing in force asks for it, which compiles to nothing."""
+    """Lever arm of the joint at a leg length, m: the five-bar's, where no effect gives another.
+
+    It is 1 where nothing in force asks for it, which compiles to nothing.
+    """
     upper, lower = composition.position["upper_link"], composition.position["lower_link"]
     if not composition.levered:
         return inner(lambda work, leg_length_m: 1.0)
+    if composition.has("lever_m"):
+        return composition.slots["lever_m"]
 
     @inner
     def lever(work: Row, leg_length_m: float) -> float:
