@@ -276,11 +276,14 @@ def trajectory_of(composition: Composition, trace: Row) -> xarray.Dataset:
     dataset = xarray.Dataset(
         {
             **columns,
-            "body_acceleration": (
-                "time",
-                _acceleration(trace[step], share, length[step], X_BODY, size),
-                {"units": "m/s^2", "long_name": "acceleration of the body, up positive"},
-            ),
+            **{
+                f"{part}_acceleration": (
+                    "time",
+                    _acceleration(trace[step], share, length[step], place, size),
+                    {"units": "m/s^2", "long_name": f"acceleration of the {part}, up positive"},
+                )
+                for part, place in (("body", X_BODY), ("foot", X_FOOT))
+            },
             "mode": (
                 "time",
                 trace[step, 2].astype(np.int64),

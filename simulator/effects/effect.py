@@ -89,7 +89,8 @@ class Guard:
 
 
 MOTION = (
-    *("body_height", "body_velocity", "body_acceleration", "foot_height", "foot_velocity", "leg_length"),
+    *("body_height", "body_velocity", "body_acceleration"),
+    *("foot_height", "foot_velocity", "foot_acceleration", "leg_length"),
     *("leg_work", "mechanical_energy", "time", "mode", "jump"),
 )
 """Names of the sampled motion, which no state may have."""
