@@ -1,6 +1,6 @@
 """A bed of grains for a foot to jump on: poured, settled, cut level, settled again, and kept in the cache.
 
-Grains begin on a jittered lattice with random velocities, fall, and come to rest by their own friction and damping. Those
+Grains begin on a lattice with random sizes and velocities, fall, and come to rest by their friction and damping. Those
 above the level are then taken away, so that the surface is flat and known.
 """
 
@@ -9,13 +9,13 @@ from __future__ import annotations
 import hashlib
 import io
 import math
-from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 
 import numpy as np
 
-from data_schema.errors import UsageError
+from data_schema.errors import UsageError, unknown_name
 from data_schema.file_cache import FileCache
 from simulator.grains.contact import Material
 from simulator.grains.stepping import KINETIC, Grains, advance, grains_at
@@ -24,7 +24,7 @@ from simulator.parameter import GRAVITY_M_S2
 GRAVITY = np.array([0.0, 0.0, -GRAVITY_M_S2])
 SPREAD = 0.1
 """Diameters are drawn evenly from this share below to this share above the one given: equal spheres form crystals."""
-STEP_SHARE = 0.1
+STEP_SHARE = 0.15
 """A time step as a share of the time that a Rayleigh wave takes round the smallest grain."""
 MOST_GRAINS = 200_000
 _PACKING = 0.62
@@ -39,11 +39,11 @@ _RANDOM_M_S = 0.1
 class BedAsked:
     """A bed that is wanted: its material, mean diameter and density of grains, width and depth, and the draw's seed."""
 
-    material: Material = Material()
-    diameter_m: float = 0.008
+    material: Material = field(default_factory=Material)
+    diameter_m: float = 0.01
     density_kg_m3: float = 1000.0
     width_m: float = 0.2
-    depth_m: float = 0.11
+    depth_m: float = 0.16
     seed: int = 0
 
     @property
@@ -56,6 +56,41 @@ class BedAsked:
     def name(self) -> str:
         """Name of its file in the cache."""
         return hashlib.sha256(repr(self).encode()).hexdigest()
+
+
+PROPERTIES = {
+    "young_modulus": ("young_modulus_pa", "Pa", 1e5, 1e9),
+    "poisson_ratio": ("poisson_ratio", "", 0.0, 0.49),
+    "restitution": ("restitution", "", 0.05, 0.99),
+    "friction": ("friction", "", 0.0, 2.0),
+    "rolling_friction": ("rolling_friction", "", 0.0, 1.0),
+    "width": ("width_m", "m", 0.01, 2.0),
+    "depth": ("depth_m", "m", 0.01, 2.0),
+}
+"""What may be set of grains and bed: field of `Material` or `BedAsked`, unit, range. None of them has a source."""
+
+
+def bed_by_words(words: Sequence[str]) -> BedAsked:
+    """Return the bed that words such as `friction=0.4` ask for, in SI units.
+
+    Raises `UnknownName` for a name that none of `PROPERTIES` has, `UsageError` for a value outside its range.
+    """
+    of_material: dict[str, float] = {}
+    of_bed: dict[str, float] = {}
+    for word in words:
+        name, _, text = (part.strip() for part in word.partition("="))
+        if name not in PROPERTIES:
+            raise unknown_name("property of grains", name, PROPERTIES)
+        key, unit, low, high = PROPERTIES[name]
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if not low <= value <= high:
+            raise UsageError(f"--grain {word}: give {name} as a number from {low:g} to {high:g} {unit}".rstrip() + ".")
+        (of_material if key in Material.__annotations__ else of_bed)[key] = value
+    bed = BedAsked(material=Material(**of_material))
+    return replace(bed, width_m=of_bed.get("width_m", bed.width_m), depth_m=of_bed.get("depth_m", bed.depth_m))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,7 +130,7 @@ def settled(asked: BedAsked) -> Bed:
 
 
 def _sources() -> Iterable[Path]:
-    return Path(__file__).parent.glob("*.py")
+    return (Path(__file__).with_name(f"{name}.py") for name in ("bed", "contact", "stepping"))
 
 
 BEDS = FileCache("beds", _sources, ("numpy", "numba"))

@@ -11,8 +11,8 @@ moduli of the contact of two equal materials:
 its limit, so is the spring. `alpha = -sqrt(5) ln e / sqrt(ln^2 e + pi^2)` gives the coefficient of restitution `e` at
 every speed, with the pull at the end of a collision that follows from it.
 
-Sources: Hertz 1882; Mindlin 1949; Tsuji, Tanaka & Ishida 1992 and Antypov & Elliott 2011 (damping); Luding 2008 (rolling
-as a pseudo-force with spring, dashpot and slider).
+Sources: Hertz 1882; Mindlin 1949; Tsuji, Tanaka & Ishida 1992 and Antypov & Elliott 2011 (damping); Luding 2008
+(rolling as a pseudo-force with spring, dashpot and slider).
 """
 
 from __future__ import annotations
@@ -137,9 +137,7 @@ def touch(
         h[at + 1] -= out * ny
         h[at + 2] -= out * nz
     half = 0.5 * dt
-    fx, fy, fz = limited(
-        law[SHEAR] * a, law[SHEAR_DAMPING] * eta, law[FRICTION] * limit, tx, ty, tz, half, h, 0
-    )
+    fx, fy, fz = limited(law[SHEAR] * a, law[SHEAR_DAMPING] * eta, law[FRICTION] * limit, tx, ty, tz, half, h, 0)
     gx, gy, gz = limited(
         law[ROLLING_STIFFNESS], law[ROLLING_DAMPING], law[ROLLING_FRICTION] * limit, rx, ry, rz, half, h, 3
     )

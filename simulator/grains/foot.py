@@ -8,7 +8,6 @@ model holds the foot still, is not that of a foot with a robot on it.
 from __future__ import annotations
 
 import math
-import os
 import time
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -19,15 +18,16 @@ import numpy as np
 from data_schema.errors import UsageError
 from simulator.compiled import Row
 from simulator.grains.bed import GRAVITY, Bed, BedAsked, settled
-from simulator.grains.stepping import ELASTIC, FORCE, HEIGHT, KINETIC, LOST, WORK, FootPath, advance
+from simulator.grains.stepping import ELASTIC, FORCE, HEIGHT, KINETIC, LOST, WORK, FootPath, advance, compiled_steps
 from simulator.jump import simulate
 from simulator.parameter import GRAVITY_M_S2
 from simulator.scene import Scene
+from simulator.sweep.chunks import cores
 from simulator.thesis.figures import Pair, both_controllers
 
 RECORD_EVERY_S = 5e-4
 AFTER_LIFTOFF_S = 0.03
-DIAMETERS_M, SEEDS = (0.008, 0.012), 3
+DIAMETERS_M, SEEDS = (0.01, 0.014), 3
 _SAME_TIME_S = 1e-9
 
 
@@ -168,7 +168,7 @@ def jump_in(bed: Bed, foot_radius_m: float, motion: FootMotion) -> GrainsJump:
     spent_s = time.thread_time() - started
     book_j = record[:, [KINETIC, HEIGHT, ELASTIC, LOST]].sum(axis=1) - record[:, WORK]
     return GrainsJump(
-        time_s=asked.step_s * every * np.arange(1, len(record) + 1),
+        time_s=asked.step_s * every * np.arange(1.0, len(record) + 1.0),
         kinetic_j=record[:, KINETIC],
         force_n=record[:, FORCE],
         work_j=record[:, WORK],
@@ -194,7 +194,7 @@ def jumps_on_grains(
     scene : on granular ground, with active damping; compression-extension is the same with `b_ad` of 0
     asked : what all beds have in common; the density of the grains is the scene's
     diameters_m, seeds : beds of grains of each mean diameter, and so many of each
-    step : is told of each bed and each jump that is done
+    step : is told when the steps are compiled, and of each bed and each jump that is done
 
     Raises
     ------
@@ -211,8 +211,10 @@ def jumps_on_grains(
     ]
     for bed in wanted:
         _check_room(bed, scene["foot_radius"], max(motions.ce.max_depth_m, motions.ad.max_depth_m))
+    compiled_steps()
+    step("compiled")
     started = time.process_time()
-    with ThreadPoolExecutor(max_workers=len(os.sched_getaffinity(0))) as threads:
+    with ThreadPoolExecutor(max_workers=cores()) as threads:
         beds = {asked_for: threads.submit(settled, asked_for) for asked_for in wanted}
         for _ in as_completed(beds.values()):
             step("bed")
@@ -253,10 +255,16 @@ def _check_scene(scene: Scene) -> None:
 
 
 def _check_room(asked: BedAsked, foot_radius_m: float, max_depth_m: float) -> None:
+    if not 0.0 < asked.diameter_m <= foot_radius_m:
+        raise UsageError(
+            f"--diameter {asked.diameter_m:g} does not fit under a foot of {foot_radius_m:g} m radius: give grains of "
+            "at most that, in m."
+        )
     needs_m = max_depth_m + 3.0 * asked.diameter_m
     if asked.depth_m < needs_m:
         raise UsageError(
-            f"the foot sinks {max_depth_m:.3g} m into a bed of {asked.depth_m:g} m: give --grain depth={math.ceil(100 * needs_m) / 100:g}."
+            f"the foot sinks {max_depth_m:.3g} m into a bed of {asked.depth_m:g} m: give --grain "
+            f"depth={math.ceil(100 * needs_m) / 100:g}."
         )
     if asked.width_m < 4.0 * foot_radius_m:
         raise UsageError(

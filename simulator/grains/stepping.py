@@ -29,6 +29,11 @@ KINETIC, HEIGHT, ELASTIC, FORCE, WORK, LOST, FLOOR = range(7)
 foot on the grains and what was lost to friction and damping since the start (J), mean force on the floor (N, down)."""
 
 
+Whole = NDArray[np.int64]
+Truths = NDArray[np.bool_]
+Pairs = tuple[Whole, Whole, Truths, Row]
+
+
 @dataclass(frozen=True, slots=True, eq=False)
 class Grains:
     """Grains at one time, SI units: centres `x`, velocities `v`, spins `w`, and both accelerations, shape (n, 3).
@@ -44,9 +49,9 @@ class Grains:
     w: Row
     a: Row
     b: Row
-    first: NDArray[np.int64]
-    other: NDArray[np.int64]
-    touching: NDArray[np.bool_]
+    first: Whole
+    other: Whole
+    touching: Truths
     springs: Row
     at_floor: Row
     at_foot: Row
@@ -100,7 +105,7 @@ def advance(
     radius_m = float(grains.radius_m.mean())
     given = [np.array(getattr(grains, one.name)) for one in fields(Grains)]
     record = np.zeros((steps // every, 7))
-    lists = _entry()(
+    lists = compiled_steps()(
         material.law(radius_m, float(grains.mass_kg.mean())),
         np.array([width_m, step_s, foot.radius_m]),
         np.asarray(gravity, np.float64),
@@ -117,7 +122,8 @@ def advance(
 
 
 @functools.cache
-def _entry() -> Function:
+def compiled_steps() -> Function:
+    """Return the compiled steps; compiled at the first call, which takes half a minute once."""
     row, table, whole = numba.float64[::1], numba.float64[:, ::1], numba.int64
     lists = (whole[::1], whole[::1], numba.boolean[::1], table)
     types = (row, row, row, row, row, whole, whole, row, row, *(table,) * 5, *lists, table, table, table)
@@ -135,7 +141,9 @@ def nearest(d: float, width: float) -> float:
 
 
 @inner
-def listed(width, skin, x, radius, first, other, touching, springs):  # type: ignore[no-untyped-def]
+def listed(
+    width: float, skin: float, x: Row, radius: Row, first: Whole, other: Whole, touching: Truths, springs: Row
+) -> Pairs:
     """Return the pairs within the skin, with the springs that they had."""
     n = len(x)
     size = 2.0 * radius.max() + skin
@@ -193,7 +201,22 @@ def listed(width, skin, x, radius, first, other, touching, springs):  # type: ig
 
 
 @inner
-def pushed(law, dt, width, radius, mass, x, v, w, first, other, touching, springs, f, t):  # type: ignore[no-untyped-def]
+def pushed(
+    law: Row,
+    dt: float,
+    width: float,
+    radius: Row,
+    mass: Row,
+    x: Row,
+    v: Row,
+    w: Row,
+    first: Whole,
+    other: Whole,
+    touching: Truths,
+    springs: Row,
+    f: Row,
+    t: Row,
+) -> tuple[float, float]:
     """Add the forces and torques of the pairs; return the power lost and the energy of the normal springs."""
     lost = elastic = 0.0
     for i in range(len(x)):
@@ -254,7 +277,22 @@ def pushed(law, dt, width, radius, mass, x, v, w, first, other, touching, spring
 
 
 @inner
-def held(law, dt, radius, mass, gap, nx, ny, nz, moves, v, w, h, f, t):  # type: ignore[no-untyped-def]
+def held(
+    law: Row,
+    dt: float,
+    radius: float,
+    mass: float,
+    gap: float,
+    nx: float,
+    ny: float,
+    nz: float,
+    moves: float,
+    v: Row,
+    w: Row,
+    h: Row,
+    f: Row,
+    t: Row,
+) -> tuple[float, float, float]:
     """Add what a body that moves upwards at `moves` does to a grain at this gap from its centre.
 
     Returns the upward force on the grain, the power lost and the energy of the normal spring.
@@ -293,7 +331,22 @@ def held(law, dt, radius, mass, gap, nx, ny, nz, moves, v, w, h, f, t):  # type:
 
 
 @inner
-def by_foot(law, dt, width, foot, z, moves, radius, mass, x, v, w, h, f, t):  # type: ignore[no-untyped-def]
+def by_foot(
+    law: Row,
+    dt: float,
+    width: float,
+    foot: float,
+    z: float,
+    moves: float,
+    radius: float,
+    mass: float,
+    x: Row,
+    v: Row,
+    w: Row,
+    h: Row,
+    f: Row,
+    t: Row,
+) -> tuple[float, float, float]:
     """Do what `held` does for a grain at the foot, whose end is at height `z`, in the middle of the box."""
     dx, dy = nearest(x[0] - 0.5 * width, width), nearest(x[1] - 0.5 * width, width)
     beside = math.sqrt(dx * dx + dy * dy)

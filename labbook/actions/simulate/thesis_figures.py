@@ -126,7 +126,7 @@ _ALL = (
     ),
 )
 THESIS_FIGURES: dict[str, ThesisFigure] = {figure.number: figure for figure in _ALL}
-"""Number in the thesis -> figure; 3.1, 3.3, 3.7 and 3.10 are sketches, measurements and another simulator's."""
+"""Number in the thesis -> figure; 3.1, 3.3 and 3.7 are sketches and measurements, `labbook sim grains` draws 3.10."""
 
 
 @dataclass(frozen=True, slots=True)
