@@ -7,8 +7,9 @@ moduli of the contact of two equal materials:
     tangential  8 G* a xi + x_t eta v_t              at most friction times the normal force
     rolling     k_r xi_r + g_r v_r                   at most rolling friction times the normal force
 
-`xi` and `xi_r` are what the surfaces have slid and rolled since they met, turned with the contact; where a force is at
-its limit, so is the spring. `alpha = -sqrt(5) ln e / sqrt(ln^2 e + pi^2)` gives the coefficient of restitution `e` at
+`xi` and `xi_r` are what the surfaces have slid and rolled since they met, turned with the contact; neither the spring
+nor the whole exceeds the limit. (A spring that makes up for the dashpot where the whole is at its limit, as in some
+programs, begins with a stretch that has no bound as steps get shorter.) `alpha = -sqrt(5) ln e / sqrt(ln^2 e + pi^2)` gives the coefficient of restitution `e` at
 every speed, with the pull at the end of a collision that follows from it.
 
 Sources: Hertz 1882; Mindlin 1949; Tsuji, Tanaka & Ishida 1992 and Antypov & Elliott 2011 (damping); Luding 2008
@@ -86,12 +87,15 @@ def limited(
     It is kept half a step ahead, so that its sum over steps is the trapezoidal rule.
     """
     sx, sy, sz = h[at] + vx * half, h[at + 1] + vy * half, h[at + 2] + vz * half
+    size = k * math.sqrt(sx * sx + sy * sy + sz * sz)
+    if size > most:
+        share = most / size
+        sx, sy, sz = share * sx, share * sy, share * sz
     fx, fy, fz = -k * sx - c * vx, -k * sy - c * vy, -k * sz - c * vz
     size = math.sqrt(fx * fx + fy * fy + fz * fz)
     if size > most:
         share = most / size
         fx, fy, fz = share * fx, share * fy, share * fz
-        sx, sy, sz = -(fx + c * vx) / k, -(fy + c * vy) / k, -(fz + c * vz) / k
     h[at], h[at + 1], h[at + 2] = sx + vx * half, sy + vy * half, sz + vz * half
     return fx, fy, fz
 

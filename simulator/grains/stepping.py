@@ -4,8 +4,9 @@ The box is periodic in x and y, so that no side wall holds the grains, and has a
 cylinder with a flat end, which moves as it is told: the grains push it, and it does not give way.
 
 Forces depend on velocities: those at a step's end are predicted from the accelerations at its start, which keeps the
-second order of velocity Verlet (Groot & Warren 1997). Pairs within a skin of each other are listed by cells, and listed
-anew when a grain has moved half the skin (Allen & Tildesley 2017, ch. 5); a pair keeps its springs.
+second order of velocity Verlet (Groot & Warren 1997) but for the step in which a contact begins. Pairs within a skin of
+each other are listed by cells, and listed anew when a grain has moved half the skin (Allen & Tildesley 2017, ch. 5); a
+pair keeps its springs.
 """
 
 from __future__ import annotations
