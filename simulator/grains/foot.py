@@ -17,7 +17,7 @@ import numpy as np
 
 from data_schema.errors import UsageError
 from simulator.compiled import Row
-from simulator.grains.bed import GRAVITY, Bed, BedAsked, settled
+from simulator.grains.bed import BEDS, GRAVITY, Bed, BedAsked, settled
 from simulator.grains.stepping import ELASTIC, FORCE, HEIGHT, KINETIC, LOST, WORK, FootPath, advance, compiled_steps
 from simulator.jump import simulate
 from simulator.parameter import GRAVITY_M_S2
@@ -213,6 +213,7 @@ def jumps_on_grains(
         _check_room(bed, scene["foot_radius"], max(motions.ce.max_depth_m, motions.ad.max_depth_m))
     compiled_steps()
     step("compiled")
+    _ = BEDS.folder  # made while no thread makes files
     started = time.process_time()
     with ThreadPoolExecutor(max_workers=cores()) as threads:
         beds = {asked_for: threads.submit(settled, asked_for) for asked_for in wanted}

@@ -114,11 +114,10 @@ def test_the_same_foot_through_lammps(tmp_path: Path) -> None:
     _, record = advance(
         grains, ASKED.material, ASKED.width_m, ASKED.step_s, steps, gravity=GRAVITY, foot=foot, every=EVERY
     )
-    theirs_j = by_lammps(program, tmp_path, grains, surface_m, steps)
-    ours_j = record[: len(theirs_j), KINETIC]
+    ours_j = record[:, KINETIC]
+    theirs_j = by_lammps(program, tmp_path, grains, surface_m, steps)[: len(ours_j)]
     apart = np.abs(ours_j - theirs_j) / theirs_j.max()
     assert len(theirs_j) > 20
-    # Hard spheres forget where they were: the first collisions agree, later ones as two beds do.
-    assert apart[: len(apart) // 4].max() < 0.03
-    assert apart.max() < 0.25
-    assert ours_j.mean() == pytest.approx(theirs_j.mean(), rel=0.1)
+    # Where friction slips, LAMMPS stretches its spring by what the dashpot has too much, and motions part.
+    assert apart.max() < 0.06
+    assert ours_j.mean() == pytest.approx(theirs_j.mean(), rel=0.05)
