@@ -9,8 +9,8 @@ moduli of the contact of two equal materials:
 
 `xi` and `xi_r` are what the surfaces have slid and rolled since they met, turned with the contact; neither the spring
 nor the whole exceeds the limit. (A spring that makes up for the dashpot where the whole is at its limit, as in some
-programs, begins with a stretch that has no bound as steps get shorter.) `alpha = -sqrt(5) ln e / sqrt(ln^2 e + pi^2)` gives the coefficient of restitution `e` at
-every speed, with the pull at the end of a collision that follows from it.
+programs, begins with a stretch that has no bound as steps get shorter.) `alpha = -sqrt(5) ln e / sqrt(ln^2 e + pi^2)`
+gives the coefficient of restitution `e` at every speed, with the pull at the end of a collision that follows from it.
 
 Sources: Hertz 1882; Mindlin 1949; Tsuji, Tanaka & Ishida 1992 and Antypov & Elliott 2011 (damping); Luding 2008
 (rolling as a pseudo-force with spring, dashpot and slider).

@@ -56,6 +56,23 @@ def test_effects_as_data_and_as_words_that_simulate_so(tmp_path: Path) -> None:
     assert f"--effects {','.join(f'-{name}' for name in found['effects_left_out'])}" in shown
 
 
+def test_a_foot_in_grains_as_data_and_as_words(tmp_path: Path) -> None:
+    few = ("--seeds", "2", "--diameter", "0.02", "--grain", "width=0.12", "--grain", "depth=0.14")
+    words = ("sim", "grains", "--scene", "sim1", *few)
+    found = good(labbook(*words, "--plot", "grains.png", "--json", at=tmp_path)).json
+    assert [bed["seed"] for bed in found["beds"]] == [0, 1]
+    for bed in found["beds"]:
+        assert bed["peak_ratio"] == pytest.approx(bed["ce"]["peak_extension_J"] / bed["ad"]["peak_extension_J"])
+        assert bed["ce"]["peak_extension_J"] > bed["ad"]["peak_extension_J"]
+    assert found["bulk"]["ce"]["extension_work_J"] > found["bulk"]["ad"]["extension_work_J"]
+    with Image.open(tmp_path / "grains.png") as image:
+        assert image.width > 1000
+    shown = good(labbook(*words, at=tmp_path)).out
+    assert says(shown, "20 mm", "CE", "AD", "±", "2 beds", "one-way", "assumed", "closes")
+    assert "--seeds 3" in good(labbook(*words, "--seeds", "1", at=tmp_path)).out
+    refused(labbook("sim", "grains", "--scene", "bed", at=tmp_path), 2, "b_ad", "damping_gain")
+
+
 def figures(at: Path, *words: str) -> Any:
     only = [word for number in WANTED for word in ("--only", number)]
     return good(labbook("sim", "figures", *only, *words, "--json", at=at)).json

@@ -133,6 +133,15 @@ def test_a_capsule_is_made_and_checked(tmp_path: Path, monkeypatch: pytest.Monke
         assert "whole" in works(words, book.folder).out
 
 
+def test_a_foot_goes_into_grains(tmp_path: Path) -> None:
+    few = ["--grain", "width=0.12", "--grain", "depth=0.14", "--diameter", "0.02"]
+    for words in commands("grains.md"):
+        size = words.index("--diameter") if "--diameter" in words else len(words)
+        told = works([*words[:size], *words[size + 2 :], *few], tmp_path).out
+        assert "one-way" in told
+    assert (tmp_path / "grains.png").is_file()
+
+
 def test_jumps_are_reviewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("LABBOOK_AS", "Ada Nwosu")
     book = small_book(tmp_path / "book", two_people=True)
