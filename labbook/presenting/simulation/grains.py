@@ -96,7 +96,8 @@ def as_lines(study: GrainsStudy) -> list[str]:
     material = first.material
     beds_text = (
         f"{_size(one)}: {count_text(len(beds), 'bed')} of {list_text(sorted({str(bed.n_grains) for bed in beds}))} "
-        f"grains, {100.0 * statistics.mean(bed.solid_fraction for bed in beds):.0f} % solid"
+        f"grains, {100.0 * statistics.mean(bed.solid_fraction for bed in beds):.0f} % solid, the foot "
+        f"{2.0 * scene['foot_radius'] / one:.2g} grains wide"
         for one in sizes
         for beds in [study.of_diameter(one)]
     )
@@ -107,7 +108,7 @@ def as_lines(study: GrainsStudy) -> list[str]:
         *columns(head, rows),
         "",
         *(_compared(diameter_m, study.of_diameter(diameter_m)) for diameter_m in sizes),
-        f"extension: from the leg's shortest length to lift-off. CE: b_ad of 0; AD: b_ad of {scene['b_ad']:g} kg/m.",
+        f"extension: from the leg's shortest length until the foot has left. CE: b_ad of 0; AD: b_ad of {scene['b_ad']:g} kg/m.",
         "one-way: the foot follows the bulk model's jump, whatever the grains do. Energies are told therefore; the "
         "force late in stance, where that model holds the foot still, is not that of a robot on grains.",
         f"assumed, without a source: Young's modulus {material.young_modulus_pa:g} Pa, Poisson's ratio "

@@ -18,7 +18,7 @@ from simulator.parameter import GRAVITY_M_S2
 from simulator.scene_file import load_scene
 from tests.helpers.wording import refuses
 
-SMALL = BedAsked(diameter_m=0.018, width_m=0.12, depth_m=0.13)
+SMALL = BedAsked(diameter_m=0.018, width_m=0.12, depth_m=0.14)
 
 
 @pytest.fixture(scope="module")
