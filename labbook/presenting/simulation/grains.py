@@ -108,7 +108,8 @@ def as_lines(study: GrainsStudy) -> list[str]:
         *columns(head, rows),
         "",
         *(_compared(diameter_m, study.of_diameter(diameter_m)) for diameter_m in sizes),
-        f"extension: from the leg's shortest length until the foot has left. CE: b_ad of 0; AD: b_ad of {scene['b_ad']:g} kg/m.",
+        "extension: from the leg's shortest length until the foot has left. CE: b_ad of 0; AD: b_ad of "
+        f"{scene['b_ad']:g} kg/m.",
         "one-way: the foot follows the bulk model's jump, whatever the grains do. Energies are told therefore; the "
         "force late in stance, where that model holds the foot still, is not that of a robot on grains.",
         f"assumed, without a source: Young's modulus {material.young_modulus_pa:g} Pa, Poisson's ratio "
