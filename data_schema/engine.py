@@ -34,7 +34,7 @@ SQLITE_MINIMUM = (3, 37, 0)
 _PRAGMAS: dict[str, str | int] = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "recursive_triggers": 1}
 _SCRATCH: dict[str, str | int] = {**_PRAGMAS, "synchronous": 0}
 """Settings for a file that is of no use until it is complete, and is synced then."""
-_NOT_ALLOWED = ("42501", "25006")
+NOT_ALLOWED = ("42501", "25006")
 """PostgreSQL's codes: the role lacks a right, or its transactions only read."""
 _POOL_LOG = logging.getLogger("sqlalchemy.pool.impl.QueuePool")
 _SEEN = "labbook_seen"
@@ -169,7 +169,7 @@ def translated_errors() -> Iterator[None]:
         message = " ".join(str(original).split())
         raise BookDamaged(f"the database did not answer: {message}; check that it runs.") from error
     except DBAPIError as error:
-        if getattr(error.orig, "sqlstate", None) in _NOT_ALLOWED:
+        if getattr(error.orig, "sqlstate", None) in NOT_ALLOWED:
             raise BookReadOnly(
                 f"this role of the database may not do that ({_first_line(error.orig)}): ask who owns its tables "
                 "for the right, or give the command as a role that has it."

@@ -145,6 +145,10 @@ class Disk:
             raise AssertionError(f"{call.name} is not modelled")
         return True
 
+    def syncs(self, call: Call) -> bool:
+        """Tell whether a call syncs something here."""
+        return call.name in ("fsync", "fdatasync") and self._of_descriptor(call.arguments[0]) is not None
+
     def left(self, choose: Choice) -> Left:
         """What is there when the power comes back."""
         found: Left = {}

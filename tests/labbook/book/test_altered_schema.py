@@ -23,6 +23,7 @@ ON_SERVER = (
     (("ALTER TABLE channel ALTER COLUMN scale TYPE real",), "scale"),
     (("ALTER TABLE charge ALTER COLUMN uid DROP NOT NULL",), "uid"),
     (("ALTER TABLE run DROP CONSTRAINT fk_run_day",), "fk_run_day"),
+    (("ALTER TABLE note RENAME COLUMN text TO body",), "body"),
     (("ALTER TABLE run DROP CONSTRAINT uq_run_uid",), "uq_run_uid"),
     (("DROP VIEW v_note", "CREATE VIEW v_note AS SELECT * FROM (SELECT NULL::text AS run) AS x"), "v_note"),
 )

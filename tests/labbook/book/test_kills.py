@@ -191,10 +191,12 @@ def kill_in_turn(lab: Lab, kinds: Sequence[str], kills: int, seed: int) -> list[
     chance = random.Random(seed)
     usual: dict[str, tuple[float, Counter[tuple[str, str]]]] = {}
     for kind in kinds:
+        took: list[float] = []
         for _ in range(2):  # the first of a kind may have more to load
             words, before, started = getattr(lab, kind)(), lab.entries(), time.monotonic()
             lab.run(*words)
-            usual[kind] = time.monotonic() - started, kinds_of(check(lab, before))
+            took.append(time.monotonic() - started)
+            usual[kind] = min(took), kinds_of(check(lab, before))
     counts = [Count(kind, "kill", "PostgreSQL" if lab.on_server else "SQLite") for kind in kinds]
     for _, count in itertools.product(range(MOST_TRIES * kills), counts):
         if count.cut_off < kills:

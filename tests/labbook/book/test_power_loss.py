@@ -52,12 +52,14 @@ class Case:
 
     `book`: where it lies; `dies_after`: the first command is killed after so many syncs to the disk;
     `slow`: to give it again takes seconds; `chances`: in so many ways at random the soak cuts it besides. `before`:
-    commands given before those, while the power stays; `once`: where it was done it is refused when given again.
+    commands given before those, while the power stays; `once`: where it was done it is refused when given again;
+    `in_place`: what is left is laid where the disk was, for a path to it stands in a file.
     """
 
     commands: tuple[tuple[str, ...], ...]
     before: tuple[tuple[str, ...], ...] = ()
     once: bool = False
+    in_place: bool = False
     ingested: bool = True
     book: str = "book"
     dies_after: int = 0
@@ -90,7 +92,7 @@ CASES = {
     "plan": Case((PLAN,), once=True, slow=True),
     "reread": Case((REREAD,), slow=True),
     "prune": Case((("db", "prune", "--yes"),), before=(("rebuild",),)),
-    "restore": Case((RESTORE,), before=(BACKUP,), once=True, slow=True, chances=0),
+    "restore": Case((RESTORE,), before=(BACKUP,), once=True, in_place=True, slow=True, chances=0),
     "merge": Case(
         (("merge", "{book} again"),),
         before=(BACKUP, RESTORE, ("note", "r001", "seen on the video", "--book", "{book} again")),
@@ -205,7 +207,11 @@ def moments(trial: Trial, chances: int, most: int | None = None) -> Iterator[Mom
 def _looked_at(trial: Trial, most: int | None) -> Collection[int]:
     if most is None:
         return range(1, len(trial.calls) + 1)
-    before_sync = [number for number, call in enumerate(trial.calls) if call.name in ("fsync", "fdatasync")]
+    disk, last, before_sync = copy.deepcopy(trial.disk), 0, list[int]()
+    for number, call in enumerate(trial.calls, start=1):
+        if disk.syncs(call):
+            before_sync += [last] if last not in (0, *before_sync) else []
+        last = number if disk.play(call) and not disk.syncs(call) else last
     return set(before_sync[:: -(-len(before_sync) // most)]) if most else ()
 
 
@@ -230,7 +236,8 @@ def check(trial: Trial, moment: Moment, folder: Path, commands: Commands) -> Non
     if moment.done:
         pages = {path.relative_to(trial.folder): path.read_bytes() for path in trial.folder.glob("book/reports/**/*.*")}
         assert {path: (folder / path).read_bytes() for path in pages} == pages
-    check_backup(folder / f"{trial.case.book} on a stick", journal if moment.done else None)
+    backed_up = moment.done and case.commands[-1] == BACKUP
+    check_backup(folder / f"{trial.case.book} on a stick", journal if backed_up else None)
     code, said = commands.run(*case.words(case.commands[-1], folder))
     assert code == 0 or (case.once and code == 2 and len(in_file) == len(journal)), said
     for one in (book, folder / f"{case.book} again"):
@@ -260,13 +267,14 @@ def _kinds(entries: Sequence[Entry]) -> Counter[tuple[str, str]]:
 def losses(trial: Trial, at: Iterator[Moment], folder: Path, commands: Commands) -> tuple[int, list[str]]:
     """Check moments; returns how many there were, and what was lost or broken."""
     count, lost = 0, []
+    place = trial.folder if trial.case.in_place else folder / "left"
     for moment in at:
         count += 1
+        shutil.rmtree(place, ignore_errors=True)
         try:
-            check(trial, moment, folder / "left", commands)
+            check(trial, moment, place, commands)
         except AssertionError as error:
             lost.append(f"after call {moment.after} with {moment.not_synced} that was not synced: {error}")
-        shutil.rmtree(folder / "left")
     return count, lost
 
 
