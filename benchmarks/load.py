@@ -27,7 +27,7 @@ TURNS = 3
 INGEST = "ingest FILE"
 FOLDER = "LABBOOK_BENCH_FOLDER"
 """Names a folder that keeps the books and what was measured of them, so that hours of growing can be interrupted."""
-COMMAND_S, REBUILD_S, PEAK_MB = 1.5, 100.0, 1500.0
+COMMAND_S, REBUILD_S, PEAK_MB, BACKUP_MB = 1.5, 100.0, 1500.0, 300.0
 FLAT = LINEAR = 1.3
 """A tenth of noise on either side, and a little for trees of indexes that grow deeper."""
 TWICE = 2.0
@@ -56,6 +56,10 @@ def measure(runs: int, say: Callable[[str], None]) -> Section:
                 grown.append(Grown(**_once(folder, f"grown to {stop}", grow)))
             sizes.append(Taken(last, *(_at_size(folder, last, command, say) for command in ("db check", "rebuild"))))
         commands = _commands(folder, runs, say)
+        backups = [
+            ProcessRun(**_once(folder, f"backup {turn} of {runs}", partial(_run, folder, "backup", folder / "backup")))
+            for turn in (1, 2)
+        ]
         reports = _with_reports(folder / "reported", say)
     return Section(
         f"A book of {runs:,} runs".replace(",", " "),
@@ -63,7 +67,7 @@ def measure(runs: int, say: Callable[[str], None]) -> Section:
         f"commands: {25 * runs} jumps. Each command is a whole process, the shortest of {TURNS}; check and rebuild "
         f"once, at a fifth of the runs and at all. A book of {RUNS_REPORTED} runs is rebuilt with one report and with "
         f"{REPORTS}.",
-        _budgets(runs, grown, sizes, commands, reports),
+        (*_budgets(runs, grown, sizes, commands, reports), _backup_budget(backups[1])),
         (_sizes_table(sizes, grown), _commands_table(commands), _reports_table(reports)),
     )
 
@@ -178,6 +182,11 @@ def _budgets(
         ),
         Budget("the most memory of all these", PEAK_MB, "MB", max(known, default=None), why="not told by this system"),
     )  # fmt: skip
+
+
+def _backup_budget(second: ProcessRun) -> Budget:
+    what = f"the memory of a backup that has all already ({second.wall_s:.0f} s)"
+    return Budget(what, BACKUP_MB, "MB", second.peak_mb, why="not told by this system")
 
 
 def _ms_a_log(grown: list[Grown]) -> tuple[float, float]:

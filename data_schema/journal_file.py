@@ -12,6 +12,7 @@ import os
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import overload
 
 from data_schema.disk import SPECIAL, is_special, stamp, sync, today_utc
 from data_schema.errors import BookDamaged
@@ -57,6 +58,10 @@ class JournalFile:
     def entries(self) -> Iterator[Entry]:
         """Read and verify every entry of every complete command."""
         yield from verified_chain((self._entry(line) for line in self._read(None).lines), remedy=self.remedy)
+
+    def held(self) -> HeldEntries:
+        """Return all entries, not verified, in little memory."""
+        return HeldEntries(self._read(None).lines, self.remedy)
 
     def _entry(self, line: str) -> Entry:
         return Entry.from_line(line, self.remedy)
@@ -174,31 +179,57 @@ class JournalFile:
     def _read(self, last_bytes: int | None) -> _Part:
         if is_special(self.path):
             raise BookDamaged(f"{self.path} {SPECIAL}: {self.remedy}.")
+        lines: list[str] = []
+        n_bytes, unended = 0, b""
         try:
             with self.path.open("rb") as handle:
                 size = handle.seek(0, os.SEEK_END)
                 start = 0 if last_bytes is None else max(0, size - last_bytes)
                 handle.seek(start)
-                data = handle.read()
+                if start:  # a part begins within a line
+                    start += len(handle.readline())
+                for line in handle:
+                    if line.endswith(b"\n"):
+                        lines.append(line[:-1].decode())
+                    else:
+                        unended = line
+                    n_bytes += len(line)
         except FileNotFoundError as error:
             raise BookDamaged(f"{self.path} is missing: {self.remedy}.") from error
-        if start:  # a part begins within a line
-            begin = data.find(b"\n") + 1 or len(data)
-            start, data = start + begin, data[begin:]
-        end_of_lines = data.rfind(b"\n") + 1
-        try:
-            lines = data[:end_of_lines].decode().split("\n")[:-1]
         except UnicodeDecodeError as error:
             raise BookDamaged(
-                f"{self.path} is not the text that was written (byte {error.start + start}): {self.remedy}."
+                f"{self.path} is not the text that was written (byte {start + n_bytes + error.start}): {self.remedy}."
             ) from error
-        unended = _whole(data[end_of_lines:])
-        if unended is not None:
-            lines.append(unended)
+        whole = _whole(unended) if unended else None
+        if whole is not None:
+            lines.append(whole)
         complete = lines[: len(lines) - _cut_off(lines)]
-        ended = unended is None or len(complete) < len(lines)
-        length = len(data) if not ended else sum(len(line.encode()) + 1 for line in complete)
-        return _Part(start, complete, start + length, ended, data[length:])
+        ended = whole is None or len(complete) < len(lines)
+        dropped = [line.encode() for line in lines[len(complete) :]]
+        rest = b"".join(line + b"\n" for line in dropped) + unended if whole is None else b"\n".join(dropped)
+        return _Part(start, complete, start + n_bytes - len(rest), ended, rest)
+
+
+class HeldEntries(Sequence[Entry]):
+    """Entries of a journal by their lines, each read when it is asked for: a tenth of the memory of all of them."""
+
+    def __init__(self, lines: Sequence[str], remedy: str = MEND_FILE) -> None:
+        self._lines = lines
+        self._remedy = remedy
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self._lines)
+
+    @overload
+    def __getitem__(self, place: int) -> Entry: ...
+    @overload
+    def __getitem__(self, place: slice) -> HeldEntries: ...
+    def __getitem__(self, place: int | slice) -> Entry | HeldEntries:
+        """Return one, or some."""
+        if isinstance(place, slice):
+            return HeldEntries(self._lines[place], self._remedy)
+        return Entry.from_line(self._lines[place], self._remedy)
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -161,6 +162,20 @@ def test_a_row_changed_in_the_database_is_seen_though_it_is_the_last(engine: sa.
 
 
 # --- commands
+
+
+def test_held_entries_are_those_of_the_file_in_the_memory_of_its_lines(mirror: JournalFile) -> None:
+    values = {"settings": {f"column {n}": {"unit": "m", "scale": n / 7} for n in range(20)}}
+    entries = chain([{"new": {**values, "text": f"{n}"}} for n in range(2000)])
+    n_bytes = len(written(mirror, entries))
+    tracemalloc.start()
+    held = mirror.held()
+    assert [one.hash for one in verified_chain(held)] == [one.hash for one in entries]
+    _now, most_bytes = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert most_bytes < 3 * n_bytes
+    assert (len(held), held[-1], [*held[5:7]]) == (2000, entries[-1], entries[5:7])
+
 
 COMMANDS = st.lists(st.lists(SAID, min_size=1, max_size=4), min_size=2, max_size=4)
 

@@ -19,18 +19,19 @@ from data_schema.disk import exclusive_lock, read_json, write_json, write_whole
 from data_schema.engine import reading
 from data_schema.errors import BookDamaged, LabbookError, UsageError
 from data_schema.journal import Entry
-from data_schema.journal_file import JournalFile
+from data_schema.journal_file import HeldEntries, JournalFile
 from data_schema.journal_rules import checked
 from ingest.store import Store
 from labbook.book.copies.copying import (
     CopiedRaw,
     Counted,
+    begins_with,
     claim,
     copy_raw,
     put_journal,
     put_scene,
     raw_of,
-    readable_entries,
+    readable_hashes,
     refuse_cut_journal,
 )
 from labbook.book.opening import (
@@ -111,8 +112,13 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
     )
     with exclusive_lock(marker, f"another program is writing the backup {destination}: wait until it has finished."):
         entries, remarks = _journal_of_book(folder, configuration)
-        _refuse_longer(destination / JOURNAL, entries)
-        if (destination / JOURNAL).exists() and readable_entries(destination / JOURNAL) is None:
+        known = readable_hashes(destination / JOURNAL)
+        if not begins_with(entries, known or []):
+            raise UsageError(
+                f"{destination / JOURNAL} holds entries that this book does not have, being of another copy of it or "
+                "of a later time: name another folder."
+            )
+        if (destination / JOURNAL).exists() and known is None:
             remarks.append("the journal in the backup was damaged and is written anew: is that disk failing?")
         raw = copy_raw(store, Store(destination), raw_of(entries), counted)
         remarks += bring_numbers(store.root, destination, entries)
@@ -156,7 +162,7 @@ def _first(path: Path) -> Entry:
     return entry
 
 
-def _journal_of_book(folder: Path, configuration: Configuration) -> tuple[list[Entry], list[str]]:
+def _journal_of_book(folder: Path, configuration: Configuration) -> tuple[HeldEntries, list[str]]:
     """Return the journal as its file has it, after asking the database, which the file is never behind, how far it is.
 
     Where the database cannot be asked, the file alone counts, and a remark notes that.
@@ -167,7 +173,9 @@ def _journal_of_book(folder: Path, configuration: Configuration) -> tuple[list[E
         known = _head(folder, configuration)
     except LabbookError as error:
         remarks.append(f"the journal was not compared with the database, which could not be asked: {error}")
-    entries = list(checked(JournalFile(path).entries()))
+    entries = JournalFile(path).held()
+    for _entry in checked(journal.verified_chain(entries)):
+        pass
     refuse_cut_journal(
         entries,
         known,
@@ -186,12 +194,3 @@ def _head(folder: Path, configuration: Configuration) -> tuple[int, str]:
             return journal.head(connection)
     finally:
         engine.dispose()
-
-
-def _refuse_longer(path: Path, entries: list[Entry]) -> None:
-    known = readable_entries(path) or []
-    if known != entries[: len(known)]:
-        raise UsageError(
-            f"{path} holds entries that this book does not have, being of another copy of it or of a later time: name "
-            "another folder."
-        )

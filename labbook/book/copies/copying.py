@@ -19,6 +19,7 @@ from data_schema.disk import (
     is_special,
     make_folder,
     partial_path,
+    path_in_errors,
     put_in_place,
     read_json,
     sync_names,
@@ -118,15 +119,18 @@ def _naming(target: Path) -> Iterator[None]:
         raise
 
 
-def put_journal(path: Path, entries: list[Entry]) -> None:
+def put_journal(path: Path, entries: Sequence[Entry]) -> None:
     """Write a whole journal file; raises `UsageError` where an existing one holds entries that this one lacks."""
-    known = readable_entries(path)
-    if known is not None and known != entries[: len(known)]:
+    if not begins_with(entries, readable_hashes(path) or []):
         raise UsageError(
             f"{path} holds entries that the journal to be written there does not: they belong to another book, or to "
             "this one at another time; name another folder."
         )
-    write_whole(path, "".join(f"{entry.line}\n" for entry in entries).encode())
+    make_folder(path.parent)
+    with path_in_errors(path):
+        with partial_path(path).open("wb") as part:
+            part.writelines(f"{entry.line}\n".encode() for entry in entries)
+        put_in_place(path)
 
 
 def refuse_cut_journal(entries: Sequence[Entry], known: tuple[int, str], sentence: str) -> None:
@@ -151,12 +155,17 @@ def put_scene(folder: Path, configuration: Configuration) -> str | None:
     return None
 
 
-def readable_entries(path: Path) -> list[Entry] | None:
-    """Return the entries of a journal file; None where there is none, or where it is damaged."""
+def readable_hashes(path: Path) -> list[str] | None:
+    """Return the hashes of the entries of a journal file; None where there is none, or where it is damaged."""
     try:
-        return list(JournalFile(path).entries())
+        return [entry.hash for entry in JournalFile(path).entries()]
     except BookDamaged:
         return None
+
+
+def begins_with(entries: Sequence[Entry], hashes: Sequence[str]) -> bool:
+    """Tell whether a journal begins with the entries that have these hashes; each holds the one before it."""
+    return not hashes or (len(hashes) <= len(entries) and entries[len(hashes) - 1].hash == hashes[-1])
 
 
 def claim(folder: Path, marker: str, mine: dict[str, Any], whose: str, refused: str) -> Path:
