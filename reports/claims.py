@@ -106,7 +106,7 @@ def _decided(content: ReportContent, comparison: Comparison) -> str:
 
 
 def _number(lead: Decision) -> Number:
-    return lead.savings or lead.difference
+    return lead.headline
 
 
 def groups_in_one_sentence(content: ReportContent, outcome: Outcome) -> str:
@@ -185,7 +185,7 @@ def _sizes(value: float, number: Number) -> tuple[str, str]:
 
 
 def _evidence(lead: Decision) -> list[str]:
-    evidence = [*_interval(lead.savings or lead.difference), significance_text(lead.test, name=False)]
+    evidence = [*_interval(lead.headline), significance_text(lead.test, name=False)]
     if lead.adjusted is not None:
         evidence[-1] += f", Holm {p_text(lead.adjusted.value)}"
     return [*evidence, _other_days(lead)] if lead.other else evidence

@@ -4,13 +4,12 @@ Every number comes with its unit, uncertainty, n and provenance id. `Undefined` 
 not exist, `None` where one does not apply. Values are never rounded here; only their display is.
 
 The results are those of the functions that compute them: comparisons and what stands beside them, hypotheses and
-predictions, drain fit, uncertainty budget, order in the day, sensitivity.
+predictions, drain fit, uncertainty budget, order in the day, recomputed headlines.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -63,32 +62,23 @@ class Level:
 
 
 @dataclass(frozen=True, slots=True)
-class RunValue:
-    """What one run contributes to a condition: the run's own value, or the mean of its jumps `jumps_m`, m.
+class Run:
+    """An analysed run: when it was made and with what, and the apex height in m of each jump that counts, by number."""
 
-    `jumps` are the numbers of these jumps in the run.
-    """
-
-    run: str
-    value: float
-    robot: str = ""
-    jumps_m: tuple[float, ...] = field(default=(), repr=False)
-    jumps: tuple[int, ...] = field(default=(), repr=False)
+    day: str
+    position: int
+    pack: str
+    robot: str
+    heights_m: Mapping[int, float] = field(default_factory=dict, repr=False)
 
 
 @dataclass(frozen=True, slots=True)
-class Summary:
-    """One quantity in one condition: `mean` carries SE, CI and n (runs); `runs` has every point."""
+class ConditionSummary(Result):
+    """One quantity in one condition: `mean` carries SE, CI and n (runs), `runs` the value of each by its name."""
 
     mean: Number
     sd: Number
-    runs: tuple[RunValue, ...] = ()
-    jumps: int | None = None
-
-    @property
-    def robots(self) -> Mapping[str, int]:
-        """How many runs each robot made."""
-        return Counter(one.robot for one in self.runs)
+    runs: tuple[tuple[str, float], ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,15 +87,24 @@ class Condition:
 
     levels: tuple[Level, ...]
     control: bool
-    summaries: Mapping[Outcome, Summary] = field(default_factory=dict)
+    summaries: Mapping[Outcome, ConditionSummary] = field(default_factory=dict)
 
     def level(self, factor: str) -> Level | None:
         """Return this condition's level of the factor, None where the factor is not part of it."""
         return next((level for level in self.levels if level.factor == factor), None)
 
-    def summary(self, quantity: Outcome) -> Summary | None:
+    def summary(self, quantity: Outcome) -> ConditionSummary | None:
         """Return what was measured of the outcome, None where it was not."""
         return self.summaries.get(quantity)
+
+
+def joule_deviations(condition: Condition) -> dict[str, float]:
+    """Return each run's joules a jump less the mean of its condition, by the run's name."""
+    summary = condition.summary(Outcome.JOULES)
+    if summary is None:
+        return {}
+    mean = sum(value for _run, value in summary.runs) / len(summary.runs)
+    return {run: value - mean for run, value in summary.runs}
 
 
 @dataclass(frozen=True, slots=True)
@@ -238,19 +237,11 @@ class Predictions:
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
-    """Joules by position in the day and by pack; `sentences` name what is confounded with the day."""
-
-    points: tuple[RunPoint, ...] = ()
-    packs: tuple[PackMean, ...] = ()
-    sentences: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
 class ReportContent:
     """All of one report. `claims` open the page; `selection` is the --where text as given.
 
-    `drains` has one line a robot; `robots` counts the analysed runs of each. `planned` tells whether the analysis
+    `drains` has one line a robot; `robots` counts the analysed runs of each, `runs` are these by name. `confounded`
+    says what is confounded with the day. `planned` tells whether the analysis
     was decided on in time, `decided` says what was decided about the analysis before the first measurement,
     `run_before` is the day of the first run where that lies before the decision, `departures` says what departs from
     it, of which there are `departed`, `void` which runs are void and why; `no_equivalence` why heights were not tested
@@ -287,8 +278,9 @@ class ReportContent:
     drains: tuple[DrainFit, ...] = ()
     budget: tuple[BudgetItem, ...] = ()
     budget_note: str = ""
-    order: Order = field(default_factory=Order)
-    sensitivity: tuple[Sensitivity, ...] = ()
+    packs: Mapping[str, PackDeviation] = field(default_factory=dict)
+    confounded: tuple[str, ...] = ()
+    variations: tuple[Varied, ...] = ()
     contrasts: tuple[MeansContrast, ...] = ()
     overall: tuple[OverallSavings, ...] = ()
     overall_equivalence: OverallEquivalence | None = None
@@ -298,6 +290,7 @@ class ReportContent:
     exchanged_charges: tuple[tuple[str, str], ...] = ()
     assumed: tuple[Assumed, ...] = ()
     provenance: tuple[Provenance, ...] = ()
+    runs: Mapping[str, Run] = field(default_factory=dict)
     robots: Mapping[str, int] = field(default_factory=dict)
     predictions: Predictions = field(default_factory=Predictions)
     hypotheses: tuple[Hypothesis, ...] = ()
@@ -345,6 +338,14 @@ class ReportContent:
         found = [each for each in self.by_group if each.opens]
         narrowest = max((len(each.group) for each in found), default=0)
         return [each for each in found if len(each.group) == narrowest]
+
+    @property
+    def headlines(self) -> list[tuple[Comparison, list[Varied]]]:
+        """The pooled comparisons, each with its recomputations."""
+        found: dict[tuple[str, Outcome], list[Varied]] = {}
+        for one in self.variations:
+            found.setdefault((one.headline, one.quantity), []).append(one)
+        return [(each, found.get((each.label, each.quantity), [])) for each in self.pooled]
 
 
 EMPTY = ReportContent(
@@ -439,6 +440,11 @@ class Decision(Result):
         if not isinstance(t, float) or not isinstance(difference, float):
             return self.test
         return replace(self.test, statistic=math.copysign(t, difference))
+
+    @property
+    def headline(self) -> Number:
+        """The number that a claim states."""
+        return self.savings or self.difference
 
     @property
     def shown(self) -> bool | None:
@@ -645,24 +651,10 @@ class BudgetItem:
 
 
 @dataclass(frozen=True, slots=True)
-class RunPoint:
-    """A run in its day: `deviation_j` is its joules a jump minus the mean of its condition."""
+class PackDeviation(Result):
+    """Mean deviation of a pack's runs from the means of their conditions, joules a jump."""
 
-    run: str
-    day: str
-    position: int
-    pack: str
-    joules: float
-    deviation_j: float | None = None
-    control: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class PackMean:
-    """Joules a jump (or the deviation from the condition's mean, as `RunPoint` has it) of one pack's runs."""
-
-    pack: str
-    mean: Number
+    deviation: Number
 
 
 @dataclass(frozen=True, slots=True)
@@ -680,32 +672,22 @@ class Favoured:
     adjusted: Mapping[Outcome, Number]
 
 
-@dataclass(frozen=True, slots=True)
-class Variant:
-    """A headline computed another way ("without exclusions", "other detector"), or without a `day`, "" elsewhere.
-
-    `by_rules`: by one of all rules of onset and take-off, the protocol's among them.
-    """
-
-    label: str
-    number: Number
-    day: str = ""
-    by_rules: bool = False
+WITHOUT_EXCLUSIONS = "without exclusions"
 
 
 @dataclass(frozen=True, slots=True)
-class Sensitivity:
-    """One headline: the number as reported and its recomputations.
+class Varied:
+    """One headline, by the label of its comparison, recomputed another way; `day` is one left out, "" elsewhere.
 
-    `rule_of_all_runs` is the rule that would decide about it without exclusions, "" where that is the same; `group`
-    names the group that it is of, "" where a study has one.
+    `by_rules`: the way is one of all rules by which single jumps begin and leave the plate, the protocol's among them.
     """
 
     headline: str
-    as_reported: Number
-    variants: tuple[Variant, ...]
-    rule_of_all_runs: str = ""
-    group: str = ""
+    variant: str
+    quantity: Outcome
+    result: Decision
+    day: str = ""
+    by_rules: bool = False
 
 
 _MUCH = 1.02

@@ -121,6 +121,13 @@ def level_names(content: ReportContent, group: Mapping[str, str]) -> list[str]:
     return names
 
 
+def headline_name(content: ReportContent, comparison: Comparison) -> str:
+    """Name what a pooled comparison claims: "savings, small foot"."""
+    quantity = comparison.quantity
+    what = "savings" if quantity.has_savings else f"difference of {quantity}"
+    return f"{what}, {levels_name(content, comparison.group)}"
+
+
 def _known_levels(content: ReportContent) -> dict[tuple[str, str], Level]:
     return {(level.factor, level.label): level for condition in content.conditions for level in condition.levels}
 

@@ -84,7 +84,7 @@ class Origin:
 class Result:
     """Base of all results with numbers; `origin` is empty until they have their ids."""
 
-    origin: Origin = field(default_factory=Origin)
+    origin: Origin = field(default_factory=Origin, repr=False)
 
 
 @dataclass(frozen=True, slots=True)

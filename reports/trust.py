@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 from data_schema.outcomes import Outcome
-from reports.content import Comparison, Favoured, ReportContent, Sensitivity
+from reports.content import WITHOUT_EXCLUSIONS, Comparison, Favoured, ReportContent, Varied
 from reports.display import (
     NO_BREAK,
     SAVINGS,
@@ -26,7 +26,7 @@ from reports.display import (
     value_text,
     with_unit,
 )
-from reports.naming import levels_name
+from reports.naming import headline_name, levels_name
 from reports.numbers import Number
 
 _ONE_SLOPE = " (one drift for all groups)"
@@ -51,9 +51,10 @@ def flow_sentence(content: ReportContent) -> str:
     if flow.runs_with[Outcome.APEX]:
         parts.append(f"{flow.jumps_analysed} of {count_text(flow.jumps_made, 'jump')} analysed")
     parts += [
-        f"exclusions changed the test of {each.headline} (with all runs: {each.rule_of_all_runs})"
-        for each in content.sensitivity
-        if each.rule_of_all_runs
+        f"exclusions changed the test of {headline_name(content, each)} (with all runs: {one.result.rule})"
+        for each, varied in content.headlines
+        for one in varied
+        if one.variant == WITHOUT_EXCLUSIONS and one.result.rule is not each.decision.rule
     ]
     return f"{'; '.join(parts)}."
 
@@ -210,7 +211,7 @@ def _uncertainty(content: ReportContent) -> str:
         several = [each for each in several if each.group in overall.groups]
         number = overall.savings
     elif len(several) == 1:  # of several groups without an effect over all, none is the answer
-        number = several[0].decision.savings or several[0].decision.difference
+        number = several[0].decision.headline
     squares = [square for each in several if (square := _of_runs(each)) is not None]
     if (
         number is None
@@ -256,19 +257,19 @@ def _one_day_less(content: ReportContent) -> str:
     Other days may have idle runs for the drain lines of a headline, but nothing of the selection is left out there.
     """
     known = sorted(
-        (each for each in content.sensitivity if isinstance(each.as_reported.value, float)),
-        key=lambda each: each.as_reported.unit != "%",  # savings first
+        (each for each in content.headlines if isinstance(each[0].decision.headline.value, float)),
+        key=lambda each: each[0].decision.headline.unit != "%",  # savings first
     )
     measured = _days_measured(content)
     if not known or not measured:
         return ""
-    unit = known[0].as_reported.unit
+    unit = known[0][0].decision.headline.unit
     selected = {day.date for day in content.days}
     without = [
-        (as_shown(each.as_reported).value, as_shown(one.number).value, one.day)
-        for each in known
-        if each.as_reported.unit == unit
-        for one in each.variants
+        (as_shown(each.decision.headline).value, as_shown(one.result.headline).value, one.day)
+        for each, varied in known
+        if each.decision.headline.unit == unit
+        for one in varied
         if one.day in selected
     ]
     shifts = [
@@ -289,31 +290,31 @@ def _one_day_less(content: ReportContent) -> str:
 
 def _days_measured(content: ReportContent) -> set[str]:
     """Return the days with a run that a number is computed from."""
-    runs = {one.run for condition in content.conditions for each in condition.summaries.values() for one in each.runs}
-    return {day.date for day in content.days if not runs.isdisjoint(day.runs)}
+    return {day.date for day in content.days if not content.runs.keys().isdisjoint(day.runs)}
 
 
 def sentences_on_rules(content: ReportContent) -> tuple[str, ...]:
     """Say of each headline under how many rules of onset and take-off of a single jump its verdict holds."""
-    return tuple(text for item in content.sensitivity if (text := _by_rules(item)))
+    found = (_by_rules(headline_name(content, one), one.decision.headline, varied) for one, varied in content.headlines)
+    return tuple(filter(None, found))
 
 
-def _by_rules(item: Sensitivity) -> str:
+def _by_rules(headline: str, as_reported: Number, varied: list[Varied]) -> str:
     """Say it of one headline; "" where it has no verdict, or no such rules."""
-    verdict = _verdict(item.as_reported)
-    tried = [one for one in item.variants if one.by_rules and isinstance(one.number.value, float)]
+    verdict = _verdict(as_reported)
+    tried = [one for one in varied if one.by_rules and isinstance(one.result.headline.value, float)]
     if verdict is None or not tried:
         return ""
-    others = [one.label for one in tried if _verdict(one.number) != verdict]
-    shown = [as_shown(one.number) for one in tried]
+    others = [one.variant for one in tried if _verdict(one.result.headline) != verdict]
+    shown = [as_shown(one.result.headline) for one in tried]
     values = [one.value for one in shown if isinstance(one.value, float)]
-    places = common_places([item.as_reported])
+    places = common_places([as_reported])
     span = with_unit(f"{decimal_text(min(values), places)} to {decimal_text(max(values), places)}", shown[0].unit)
     rules = f"{count_text(len(tried), 'rule')} of onset and take-off ({span})"
     holds = (
         f"under all {rules}" if not others else f"under {len(tried) - len(others)} of {rules}, not {list_text(others)}"
     )
-    return f"{sentence_start(item.headline)}: the verdict holds {holds}."
+    return f"{sentence_start(headline)}: the verdict holds {holds}."
 
 
 def _verdict(number: Number) -> int | None:

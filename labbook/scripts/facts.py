@@ -16,7 +16,7 @@ from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.contrasts import AskedContrast, asked_contrasts
 from labbook.analysis.comparison.order import ADJUSTED, adjusted_for_position
 from labbook.analysis.comparison.pairing import Pair
-from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, with_void, without_day
+from labbook.analysis.comparison.robustness import with_void, without_day
 from labbook.analysis.outcomes.charger_step import rounding_in, with_rounding_of
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure
 from labbook.analysis.outcomes.detection import Detections
@@ -29,6 +29,7 @@ from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results import Results
 from labbook.analysis.study_data import StudyData, gather
 from labbook.config.parsing import Configuration
+from reports.content import WITHOUT_EXCLUSIONS
 from stats.apexes.detectors import DETECTORS
 
 WITHOUT = "without "

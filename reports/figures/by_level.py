@@ -176,7 +176,9 @@ def _marks(series: Series, axis: Axis, quantity: Outcome) -> _Marks:
             continue
         at = axis.position(condition)
         aside = spread(len(summary.runs))
-        runs += [(at + x * 0.08 * axis.step, run.value * factor) for x, run in zip(aside, summary.runs, strict=True)]
+        runs += [
+            (at + x * 0.08 * axis.step, value * factor) for x, (_run, value) in zip(aside, summary.runs, strict=True)
+        ]
         if isinstance(summary.mean.value, int | float):
             shown = as_shown(summary.mean)
             mean = summary.mean.value * factor

@@ -280,7 +280,7 @@ def _estimation(content: ReportContent, comparison: Comparison) -> Estimation:
         labels = {level.factor: level.label for level in condition.levels}
         summary = condition.summary(comparison.quantity)
         if summary is not None and comparison.group.items() <= labels.items():
-            values[0 if condition.control else 1].extend(run.value for run in summary.runs)
+            values[0 if condition.control else 1].extend(value for _run, value in summary.runs)
     names = swept_words(swept_factor(content)).control, treatment_label(content)
     bounds: tuple[float, ...] = ()
     tested = None

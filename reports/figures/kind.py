@@ -13,7 +13,7 @@ import numpy as np
 
 from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
-from reports.content import EMPTY, Condition, ReportContent, Summary
+from reports.content import EMPTY, Condition, ConditionSummary, ReportContent
 from reports.figures.style import BLACK, GREY, lay_out, new_figure, publication_style
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ class FigureKind:
             shown["comparisons"] = tuple(one for one in content.comparisons if one.quantity is self.outcome)
         return replace(EMPTY, **shown)
 
-    def _own(self, condition: Condition) -> dict[Outcome, Summary]:
+    def _own(self, condition: Condition) -> dict[Outcome, ConditionSummary]:
         return {outcome: one for outcome, one in condition.summaries.items() if outcome is self.outcome}
 
 

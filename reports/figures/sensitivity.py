@@ -6,12 +6,13 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
-from reports.content import ReportContent, Sensitivity, Variant
+from reports.content import Comparison, ReportContent, Varied
 from reports.display import DASH, EQUALS, as_shown, count_text, general_text
 from reports.figures.estimation import named_with_unit
 from reports.figures.forest import ForestRow, draw_forest
 from reports.figures.kind import FigureKind
 from reports.figures.style import VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
+from reports.naming import headline_name
 from reports.numbers import Number
 
 if TYPE_CHECKING:
@@ -26,8 +27,8 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 
     How many runs a number is computed from stands at its right.
     """
-    sets = content.sensitivity
-    labels = list(dict.fromkeys(label for one in sets for label in _numbers(one)))
+    sets = content.headlines
+    labels = list(dict.fromkeys(label for one in sets for label in _numbers(*one)))
     across = 1 if is_narrow(width_in) else min(len(sets), 4)
     down = -(-len(sets) // across)
     figure = new_figure(width_in, down * (_FRAME_IN + _ROW_IN * len(labels)))
@@ -35,27 +36,27 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     for panel in panels[len(sets) :]:
         panel.set_visible(False)
     for panel, one in zip(panels, sets, strict=False):
-        reported, numbers = as_shown(one.as_reported), _numbers(one)
+        reported, numbers = as_shown(one[0].decision.headline), _numbers(*one)
         if not isinstance(reported.value, Undefined):
             panel.axvline(reported.value, color=VERMILLION, linewidth=0.7, zorder=1)
         draw_forest(panel, [_row(label, numbers.get(label, [])) for label in labels], 6)
-        title = named_with_unit(one.headline, reported.unit)
+        title = named_with_unit(headline_name(content, one[0]), reported.unit)
         panel.set_title(textwrap.fill(title, 40 if across == 1 else 60 // across), fontsize=6)
         panel.xaxis.set_major_locator(plain_ticks(4))
         light_grid(panel, "x")
     return figure
 
 
-def _numbers(one: Sensitivity) -> dict[str, list[Number]]:
+def _numbers(comparison: Comparison, varied: list[Varied]) -> dict[str, list[Number]]:
     """Return the numbers of each row by its label."""
-    found = {_AS_REPORTED: [one.as_reported]}
-    for variant in one.variants:
-        found.setdefault(_label(variant), []).append(variant.number)
+    found = {_AS_REPORTED: [comparison.decision.headline]}
+    for one in varied:
+        found.setdefault(_label(one), []).append(one.result.headline)
     return found
 
 
-def _label(variant: Variant) -> str:
-    return _ONE_DAY if variant.day else _RULES if variant.by_rules else variant.label
+def _label(varied: Varied) -> str:
+    return _ONE_DAY if varied.day else _RULES if varied.by_rules else varied.variant
 
 
 def _row(label: str, numbers: list[Number]) -> ForestRow:
@@ -67,28 +68,29 @@ def _row(label: str, numbers: list[Number]) -> ForestRow:
 def caption(content: ReportContent) -> str:
     """Say what is drawn."""
     return (
-        f"{count_text(len(content.sensitivity), 'headline').capitalize()} as reported (diamond, vertical line) and "
+        f"{count_text(len(content.headlines), 'headline').capitalize()} as reported (diamond, vertical line) and "
         "recomputed (circles), with the confidence interval of each; n: runs that a number is computed from."
     )
 
 
 def alternative(content: ReportContent) -> str:
     """Describe the plot in words: the range of each headline over its variants."""
-    return " ".join(map(_range_sentence, content.sensitivity))
+    return " ".join(_range_sentence(headline_name(content, one), varied) for one, varied in content.headlines)
 
 
-def _range_sentence(one: Sensitivity) -> str:
-    values = [as_shown(variant.number).value for variant in one.variants]
-    numbers = [value for value in values if not isinstance(value, Undefined)]
+def _range_sentence(headline: str, varied: list[Varied]) -> str:
+    shown = [as_shown(one.result.headline) for one in varied]
+    numbers = [one.value for one in shown if not isinstance(one.value, Undefined)]
     if not numbers:
-        return f"{one.headline}: no variant has a value."
-    unit, count = as_shown(one.as_reported).unit, count_text(len(one.variants), "variant")
-    return f"{one.headline}: {general_text(min(numbers))} to {general_text(max(numbers))} {unit} over {count}."
+        return f"{headline}: no variant has a value."
+    unit, count = shown[0].unit, count_text(len(varied), "variant")
+    return f"{headline}: {general_text(min(numbers))} to {general_text(max(numbers))} {unit} over {count}."
 
 
 def absent(content: ReportContent) -> str | None:
     """Give the reason where no headline was recomputed."""
-    return None if content.sensitivity else "No headline number was recomputed for this selection."
+    return None if content.pooled else "No headline number was recomputed for this selection."
 
 
-SENSITIVITY = FigureKind("sensitivity", "Sensitivity", draw, caption, alternative, absent, ("sensitivity",))
+_SHOWS = ("factors", "conditions", "comparisons", "variations")
+SENSITIVITY = FigureKind("sensitivity", "Sensitivity", draw, caption, alternative, absent, _SHOWS)

@@ -134,7 +134,7 @@ def series_lie_apart(content: ReportContent, quantity: Outcome) -> bool:
     ranges = []
     for series in series_of(content):
         summaries = [summary for c in series.conditions if (summary := c.summary(quantity)) is not None]
-        values = [run.value for summary in summaries for run in summary.runs]
+        values = [value for summary in summaries for _run, value in summary.runs]
         values += [summary.mean.value for summary in summaries if isinstance(summary.mean.value, int | float)]
         if values:
             ranges.append((min(values), max(values)))

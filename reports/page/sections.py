@@ -231,7 +231,7 @@ def _predictions_in_full(content: ReportContent) -> Section:
 
 def _robustness(content: ReportContent) -> Section:
     rules = map(Paragraph, sentences_on_rules(content))
-    return Section("robustness", "Robustness", (FigureHere("sensitivity"), *rules) if content.sensitivity else ())
+    return Section("robustness", "Robustness", (FigureHere("sensitivity"), *rules) if content.pooled else ())
 
 
 def _certainty(content: ReportContent) -> Section:
@@ -245,7 +245,7 @@ def _certainty(content: ReportContent) -> Section:
         parts.append(Paragraph(lead + fit.range_sentence, tuple(filter(None, (fit.at_run.provenance,)))))
     parts += [FigureHere("passive_drain"), TableHere("passive_drain")]
     parts.append(Heading("Order of the day and battery packs"))
-    parts += [Paragraph(sentence) for sentence in content.order.sentences]
+    parts += [Paragraph(sentence) for sentence in content.confounded]
     parts += [FigureHere("day_order"), TableHere("packs")]
     return Section("certainty", "Uncertainty, drain, packs, order of the day", tuple(parts), folded=True)
 

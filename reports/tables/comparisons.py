@@ -138,7 +138,7 @@ def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
             lambda row: interval_cell(row.shown.savings, savings_places),
         ),
         (text_column("unit", fields.UNIT, shown=False), lambda row: words(row.shown.unit)),
-        (PROVENANCE, lambda row: provenance_cell((row.shown.savings or row.shown.difference).provenance)),
+        (PROVENANCE, lambda row: provenance_cell(row.shown.headline.provenance)),
         (EXPLORATORY, lambda row: words(row.comparison.exploratory)),
     )
     caption += reasons_note(comparison.exploratory for comparison in comparisons)

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
+
 from data_schema.outcomes import Outcome
 from reports import fields
-from reports.content import Condition, Factor, ReportContent, Summary
+from reports.content import Condition, ConditionSummary, Factor, ReportContent
 from reports.display import DASH, common_places, given_text, sentence_start, shown_unit
 from reports.naming import formula_text, group_name, is_number, level_value, swept_factor, swept_words
 from reports.tables.table import (
@@ -110,15 +112,17 @@ def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
     means = [summary.mean for _, _, summary in found]
     places = common_places(means)
     unit, factor = quantity.unit, shown_unit(quantity.unit)[1]
-    jumps = any(summary.jumps is not None for _, _, summary in found)
     several = len(content.robots) > 1
-    columns: Columns[tuple[str, Condition, Summary]] = (
+    columns: Columns[tuple[str, Condition, ConditionSummary]] = (
         (factor_columns(content), lambda row: factor_cells(content, row[1])),
         (Column("n", fields.N_RUNS), lambda row: count(row[2].mean.n)),
-        (Column("jumps", fields.N_JUMPS, shown=jumps), lambda row: count(row[2].jumps)),
+        (
+            Column("jumps", fields.N_JUMPS, shown=any(_jumps(content, quantity, row[2]) for row in found)),
+            lambda row: count(_jumps(content, quantity, row[2])),
+        ),
         (
             text_column("robots", fields.ROBOTS, shown=several),
-            lambda row: words(", ".join(f"{robot} {runs}" for robot, runs in row[2].robots.items())),
+            lambda row: words(_robots(content, row[2])),
         ),
         (in_unit("mean", fields.MEAN, unit), lambda row: number_cell(row[2].mean, places)),
         (in_unit("SD", fields.SD, unit), lambda row: number_cell(row[2].sd, places)),
@@ -136,6 +140,17 @@ def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
     note = _SHARED_NOTE.format(f"{quantity.common_error}{steps}") if shared else ""
     caption = " ".join(filter(None, (about, note, _gains_note(content))))
     return table_of(name, caption, found, columns, block=lambda row: row[0], strong=lambda row: row[1].control)
+
+
+def _jumps(content: ReportContent, quantity: Outcome, summary: ConditionSummary) -> int | None:
+    """Count the jumps that a mean is of; None of another quantity than one of the jumps that count."""
+    runs = summary.runs if quantity.of_jumps else ()
+    return sum(len(content.runs[run].heights_m) for run, _value in runs) or None
+
+
+def _robots(content: ReportContent, summary: ConditionSummary) -> str:
+    runs = Counter(content.runs[run].robot for run, _value in summary.runs)
+    return ", ".join(f"{robot} {several}" for robot, several in runs.items())
 
 
 BY_CONDITION = tables_of_outcomes("{}_by_condition", _make)

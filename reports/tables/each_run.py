@@ -13,7 +13,7 @@ from html import escape
 
 from data_schema.outcomes import Outcome
 from reports import fields
-from reports.content import ReportContent, RunPoint, RunValue
+from reports.content import ReportContent, Run, joule_deviations
 from reports.display import DASH, decimal_text, general_text, shown_unit
 from reports.figures.series import series_of
 from reports.tables.conditions import by_group, factor_cells, factor_columns
@@ -22,31 +22,29 @@ from reports.tables.table import Cell, Column, Columns, Table, TableKind, in_uni
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """An analysed run: the cells of its condition, its value by outcome, and its place in the day."""
+    """An analysed run with the cells of its condition and its value by outcome; `deviation_j` is from its mean."""
 
     name: str
+    about: Run
     block: str
     factors: tuple[Cell, ...]
-    values: Mapping[Outcome, RunValue]
-    point: RunPoint | None
-
-    @property
-    def jumps(self) -> RunValue:
-        """The value that comes from jumps; one without any where none does."""
-        return next((run for run in self.values.values() if run.jumps_m), RunValue(self.name, 0.0))
+    values: Mapping[Outcome, float]
+    deviation_j: float | None
 
 
 def _each(content: ReportContent) -> list[_Run]:
     """Return the runs in the order of conditions."""
-    points = {point.run: point for point in content.order.points}
     found = []
     for block, condition in by_group(content):
-        values: dict[str, dict[Outcome, RunValue]] = {}
+        values: dict[str, dict[Outcome, float]] = {}
         for outcome, summary in condition.summaries.items():
-            for run in summary.runs:
-                values.setdefault(run.run, {})[outcome] = run
-        factors = factor_cells(content, condition)
-        found += [_Run(name, block, factors, of_run, points.get(name)) for name, of_run in values.items()]
+            for name, value in summary.runs:
+                values.setdefault(name, {})[outcome] = value
+        factors, deviations = factor_cells(content, condition), joule_deviations(condition)
+        found += [
+            _Run(name, content.runs[name], block, factors, of_run, deviations.get(name))
+            for name, of_run in values.items()
+        ]
     return found
 
 
@@ -55,7 +53,7 @@ def each_run(content: ReportContent) -> Table:
     runs, days, anchors = _each(content), run_days(content), run_anchors(content)
     heights: dict[str, list[float]] = {}
     for run in runs:
-        heights.setdefault(run.block, []).extend(run.jumps.jumps_m)
+        heights.setdefault(run.block, []).extend(run.about.heights_m.values())
     spans = {block: (min(found), max(found)) for block, found in heights.items() if found}
     outcomes = tuple(
         in_unit(one.heading, fields.OUTCOME, one.unit, of=f"{one.key}_{one.unit}") for one in content.outcomes
@@ -66,7 +64,8 @@ def each_run(content: ReportContent) -> Table:
         (
             Column("in the day", fields.IN_DAY, shown=False),
             lambda run: Cell(
-                "", (None,) * 3 if run.point is None else (run.point.position, run.point.pack, run.point.deviation_j)
+                "",
+                (None,) * 3 if run.deviation_j is None else (run.about.position, run.about.pack, run.deviation_j),
             ),
         ),
         (factor_columns(content), lambda run: run.factors),
@@ -74,7 +73,7 @@ def each_run(content: ReportContent) -> Table:
             outcomes,
             lambda run: tuple(_value(run.values.get(one), one, shown=bool(anchors)) for one in content.outcomes),
         ),
-        (text_column("jumps", fields.JUMPS), lambda run: _jumps(run.jumps, spans.get(run.block, (0.0, 0.0)))),
+        (text_column("jumps", fields.JUMPS), lambda run: _jumps(run, spans.get(run.block, (0.0, 0.0)))),
     )
     caption = (
         "Each run and its analysed jumps in turn, drawn from the lowest to the highest apex of its group. Unfolded: "
@@ -85,26 +84,25 @@ def each_run(content: ReportContent) -> Table:
     return replace(table, rows=rows)
 
 
-def _value(run: RunValue | None, outcome: Outcome, *, shown: bool) -> Cell:
+def _value(value: float | None, outcome: Outcome, *, shown: bool) -> Cell:
     """Return a run's value; of more runs than a page shows (`run_anchors`) as it stands in CSV alone."""
-    if run is None:
+    if value is None:
         return Cell(DASH, (None,))
-    return Cell(general_text(run.value * shown_unit(outcome.unit)[1]) if shown else "", (run.value,))
+    return Cell(general_text(value * shown_unit(outcome.unit)[1]) if shown else "", (value,))
 
 
-def _jumps(run: RunValue, span: tuple[float, float]) -> Cell:
-    if not run.jumps_m:
+def _jumps(run: _Run, span: tuple[float, float]) -> Cell:
+    heights_m = run.about.heights_m
+    if not heights_m:
         return Cell(DASH, (None, None, None))
-    low, high = min(run.jumps_m), max(run.jumps_m)
+    low, high = min(heights_m.values()), max(heights_m.values())
     unit, factor = shown_unit("m")
-    text = f"{len(run.jumps_m)}, {general_text(low * factor)} to {general_text(high * factor)} {unit}"
+    text = f"{len(heights_m)}, {general_text(low * factor)} to {general_text(high * factor)} {unit}"
     width = (span[1] - span[0]) or 1.0
-    marks = tuple((height - span[0]) / width for height in run.jumps_m)
-    numbers = run.jumps or range(1, len(run.jumps_m) + 1)
-    each = (f"{n}: {decimal_text(height * factor, 1)}" for n, height in zip(numbers, run.jumps_m, strict=True))
-    name = shlex.quote(run.run)
-    details = (", ".join(each), f"labbook plot {name} --out {shlex.quote(f'{run.run}.html')}")
-    return Cell(text, (len(run.jumps_m), low, high), marks=marks, details=details)
+    marks = tuple((height - span[0]) / width for height in heights_m.values())
+    each = (f"{number}: {decimal_text(height * factor, 1)}" for number, height in heights_m.items())
+    details = (", ".join(each), f"labbook plot {shlex.quote(run.name)} --out {shlex.quote(f'{run.name}.html')}")
+    return Cell(text, (len(heights_m), low, high), marks=marks, details=details)
 
 
 EACH_RUN = TableKind("each_run", each_run, by_run=True)
@@ -119,7 +117,7 @@ _POINT = re.compile(r"<use\b[^>]*/>")
 def run_names(content: ReportContent) -> tuple[str, ...]:
     """Return the names of the analysed runs, group by group, each once."""
     summaries = (summary for condition in content.conditions for summary in condition.summaries.values())
-    return tuple(dict.fromkeys(run.run for summary in summaries for run in summary.runs))
+    return tuple(dict.fromkeys(run for summary in summaries for run, _value in summary.runs))
 
 
 def run_anchors(content: ReportContent) -> dict[str, str]:
@@ -136,7 +134,7 @@ def run_days(content: ReportContent) -> dict[str, str]:
     return {run: day.date for day in content.days for run in day.runs}
 
 
-def points_drawn(content: ReportContent, outcome: Outcome) -> list[list[RunValue]]:
+def points_drawn(content: ReportContent, outcome: Outcome) -> list[list[tuple[str, float]]]:
     """Return the runs whose points a figure by level has, series by series, in the order in which it draws them."""
     found = (
         [run for condition in series.conditions if (summary := condition.summary(outcome)) for run in summary.runs]
@@ -161,7 +159,7 @@ def name_points(svg: str, figure: str, content: ReportContent, anchors: Mapping[
 
 
 def _named(
-    group: str, runs: Sequence[RunValue], outcome: Outcome, days: Mapping[str, str], anchors: Mapping[str, str]
+    group: str, runs: Sequence[tuple[str, float]], outcome: Outcome, days: Mapping[str, str], anchors: Mapping[str, str]
 ) -> str:
     points = _POINT.findall(group)
     if len(points) != len(runs):  # a value off the drawing has no point, and the others no certain name
@@ -170,11 +168,11 @@ def _named(
     unit, factor = shown_unit(outcome.unit)
 
     def named(point: re.Match[str]) -> str:
-        run = next(left)
-        day = f", {days[run.run]}" if run.run in days else ""
-        title = f"<title>{escape(f'{run.run}{day}: {general_text(run.value * factor)} {unit}')}</title>"
-        if run.run not in anchors:
+        run, value = next(left)
+        day = f", {days[run]}" if run in days else ""
+        title = f"<title>{escape(f'{run}{day}: {general_text(value * factor)} {unit}')}</title>"
+        if run not in anchors:
             return f"<g>{title}{point[0]}</g>"
-        return f'<a href="#{anchors[run.run]}" tabindex="-1">{title}{point[0]}</a>'
+        return f'<a href="#{anchors[run]}" tabindex="-1">{title}{point[0]}</a>'
 
     return _POINT.sub(named, group)

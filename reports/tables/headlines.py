@@ -105,7 +105,7 @@ def _row(group: str, pair: tuple[Comparison | None, Comparison | None], places: 
             *_effect(joules, None if joules is None else joules.decision.savings, places[0]),
             *_effect(apex, None if apex is None else apex.decision.difference, places[1]),
             _NONE if apex is None else _counts(apex.decision),
-            provenance_cell((lead.savings or lead.difference).provenance),
+            provenance_cell(lead.headline.provenance),
         )
     )
 

@@ -11,18 +11,18 @@ from reports import fields
 from reports.content import (
     Assumed,
     BudgetItem,
+    Comparison,
     Condition,
     Day,
     DrainFit,
     Factor,
     IdlePoint,
-    PackMean,
+    PackDeviation,
     Provenance,
     ReportContent,
-    Sensitivity,
 )
 from reports.display import DASH, EQUALS, common_places, general_text, places_of, shown_unit, with_unit
-from reports.naming import group_name, level_value, swept_factor, swept_words
+from reports.naming import group_name, headline_name, level_value, swept_factor, swept_words
 from reports.numbers import Number, Value
 from reports.tables.table import (
     PROVENANCE,
@@ -48,7 +48,7 @@ from reports.tables.table import (
 def _days(content: ReportContent) -> Table:
     of_run: dict[str, list[int]] = {}
     for place, condition in enumerate(content.conditions):
-        for name in {run.run for summary in condition.summaries.values() for run in summary.runs}:
+        for name in {run for summary in condition.summaries.values() for run, _value in summary.runs}:
             of_run.setdefault(name, []).append(place)
     noted = any(day.note for day in content.days)
     checked = any(day.checks_made or day.checks_not_made for day in content.days)
@@ -221,47 +221,50 @@ def _idle_runs(content: ReportContent) -> Table:
 
 
 def _packs(content: ReportContent) -> Table:
-    means = [summary.mean for summary in content.order.packs]
+    means = [found.deviation for found in content.packs.values()]
     places = common_places(means)
     unit = means[0].unit if means else ""
     traced = any(mean.provenance for mean in means)
-    columns: Columns[PackMean] = (
-        (text_column("pack", fields.PACK), lambda summary: words(summary.pack)),
-        (Column("n", fields.N_RUNS), lambda summary: count(summary.mean.n)),
-        (in_unit("mean", fields.PLAIN_MEAN, unit), lambda summary: number_cell(summary.mean, places)),
-        (interval_column(means, unit, named_unit=False), lambda summary: interval_cell(summary.mean, places)),
-        (replace(PROVENANCE, shown=traced), lambda summary: provenance_cell(summary.mean.provenance)),
+    columns: Columns[tuple[str, PackDeviation]] = (
+        (text_column("pack", fields.PACK), lambda row: words(row[0])),
+        (Column("n", fields.N_RUNS), lambda row: count(row[1].deviation.n)),
+        (in_unit("mean", fields.PLAIN_MEAN, unit), lambda row: number_cell(row[1].deviation, places)),
+        (interval_column(means, unit, named_unit=False), lambda row: interval_cell(row[1].deviation, places)),
+        (replace(PROVENANCE, shown=traced), lambda row: provenance_cell(row[1].deviation.provenance)),
     )
     return table_of(
         "packs",
         "Joules a jump by battery pack, less the mean of each run's condition where all have one.",
-        content.order.packs,
+        list(content.packs.items()),
         columns,
     )
 
 
 def _sensitivity(content: ReportContent) -> Table:
     # CSV has the stored unit beside the stored value, the page the unit shown.
-    columns: Columns[tuple[Sensitivity, str, Number]] = (
+    columns: Columns[tuple[Comparison, str, Number]] = (
         (text_column("computed", fields.VARIANT), lambda row: words(row[1])),
         (Column("n", fields.N), lambda row: count(row[2].n)),
-        (Column("value", fields.VALUE), lambda row: number_cell(row[2], common_places([row[0].as_reported]))),
-        (interval_column(()), lambda row: interval_cell(row[2], common_places([row[0].as_reported]))),
+        (Column("value", fields.VALUE), lambda row: number_cell(row[2], common_places([row[0].decision.headline]))),
+        (interval_column(()), lambda row: interval_cell(row[2], common_places([row[0].decision.headline]))),
         (text_column("unit", fields.UNIT), lambda row: Cell(shown_unit(row[2].unit)[0], (row[2].unit,))),
         (PROVENANCE, lambda row: provenance_cell(row[2].provenance)),
     )
     rows = [
         (one, label, number)
-        for one in content.sensitivity
-        for label, number in (("as reported", one.as_reported), *((v.label, v.number) for v in one.variants))
+        for one, varied in content.headlines
+        for label, number in (
+            ("as reported", one.decision.headline),
+            *((each.variant, each.result.headline) for each in varied),
+        )
     ]
     return table_of(
         "sensitivity",
         "Each headline as reported and recomputed another way.",
         rows,
         columns,
-        block=lambda row: row[0].headline,
-        strong=lambda row: row[2] is row[0].as_reported,
+        block=lambda row: headline_name(content, row[0]),
+        strong=lambda row: row[2] is row[0].decision.headline,
     )
 
 

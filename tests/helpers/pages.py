@@ -8,7 +8,7 @@ from pathlib import Path
 from data_schema.outcomes import Outcome
 from labbook.book.opening import opened
 from labbook.presenting.report.content import make_report
-from reports.content import Condition, ReportContent, Summary
+from reports.content import Condition, ConditionSummary, ReportContent
 from reports.figures.registry import FIGURES
 from reports.page.writing import render_page
 from reports.tables.registry import TABLES, tables_of
@@ -29,7 +29,7 @@ def quick_page(content: ReportContent) -> str:
     return render_page(content, dict.fromkeys(DRAWN, drawing), tables)
 
 
-def with_summary(condition: Condition, outcome: Outcome, summary: Summary | None) -> Condition:
+def with_summary(condition: Condition, outcome: Outcome, summary: ConditionSummary | None) -> Condition:
     """Return the condition with another summary of an outcome, or without one."""
     found = {**condition.summaries, outcome: summary}
     return dataclasses.replace(condition, summaries={which: item for which, item in found.items() if item is not None})

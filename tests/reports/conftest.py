@@ -87,14 +87,14 @@ def _condition(maker, foot, k_gain, ad_gain):
     summaries = []
     for values, unit, what in ((joules, "J", "joules a jump"), (apexes, "m", "apex height")):
         mean, sd = maker.mean(values, unit, f"mean {what}, {text}")
-        runs = tuple(parts.RunValue(name, float(value)) for name, value in zip(names, values, strict=True))
-        summaries.append(parts.Summary(mean, Number(sd, unit), runs, jumps=23 * n))
+        runs = tuple((name, float(value)) for name, value in zip(names, values, strict=True))
+        summaries.append(parts.ConditionSummary(mean, Number(sd, unit), runs))
     return parts.Condition(_levels(foot, k_gain, ad_gain), ad_gain == 0, dict(zip(Outcome, summaries, strict=False)))
 
 
 def _values(condition, quantity):
     summary = condition.summaries[quantity]
-    return [run.value for run in summary.runs]
+    return [value for _run, value in summary.runs]
 
 
 def _comparison(maker, quantity, group, level, control, treated, family, headline=False):
@@ -177,34 +177,31 @@ def _drain(maker):
     )
 
 
-def _order(maker, conditions):
-    points, today, position = [], date(2021, 5, 3), 0
-    packs = "AB"
+def _runs(conditions):
+    found, today, position = {}, date(2021, 5, 3), 0
     for condition in conditions:
-        for run in condition.summaries[Outcome.JOULES].runs:
+        for run, _value in condition.summaries[Outcome.JOULES].runs:
             position += 1
             if position > 14:
                 position, today = 1, today + timedelta(days=1)
-            points.append(
-                parts.RunPoint(run.run, today.isoformat(), position, packs[today.day % 2], run.value,
-                         run.value - condition.summaries[Outcome.JOULES].mean.value, condition.control)
-            )  # fmt: skip
-    means = tuple(
-        parts.PackMean(pack, maker.mean([p.deviation_j for p in points if p.pack == pack], "J", f"pack {pack}")[0])
-        for pack in packs
-    )
-    sentences = ("The large foot was measured on other days than the small foot: foot and day are confounded.",)
-    return parts.Order(tuple(points), means, sentences)
+            found[run] = parts.Run(today.isoformat(), position, "AB"[today.day % 2], "hopper")
+    return found
 
 
-def _days(points):
-    names = list(dict.fromkeys(point.day for point in points))
+def _packs(maker, conditions, runs):
+    deviations = {run: off for each in conditions for run, off in parts.joule_deviations(each).items()}
+    by_pack = {pack: [off for run, off in deviations.items() if runs[run].pack == pack] for pack in "AB"}
+    return {pack: parts.PackDeviation(maker.mean(off, "J", f"pack {pack}")[0]) for pack, off in by_pack.items()}
+
+
+def _days(runs):
+    names = list(dict.fromkeys(run.day for run in runs.values()))
     return tuple(
         parts.Day(
             name,
-            tuple(point.run for point in points if point.day == name),
+            tuple(run for run, about in runs.items() if about.day == name),
             conditions=("small foot, k = 1091 N/m: CE, d = 186, 352 kg/s",),
-            packs=tuple(dict.fromkeys(point.pack for point in points if point.day == name)),
+            packs=tuple(dict.fromkeys(about.pack for about in runs.values() if about.day == name)),
             checks_made=("rail angle", "lubrication"),
             checks_not_made=("sensor zero",) if index == 2 else (),
             note="rod oiled twice" if index == 1 else "",
@@ -213,22 +210,21 @@ def _days(points):
     )
 
 
-def _sensitivity(comparisons, days):
-    sets = []
+def _variations(comparisons, days):
+    found = []
     for comparison in comparisons:
         base = comparison.decision.savings
         if not comparison.opens or base is None:
             continue
         labels = {"without exclusions": "", "with the published detector": ""}
         labels |= {f"without {day.date}": day.date for day in days}
-        variants = tuple(
-            parts.Variant(label, Number(base.value + 0.4 * math.sin(i), "%", se=base.se, ci_low=base.ci_low + 0.4 *
-                    math.sin(i), ci_high=base.ci_high + 0.4 * math.sin(i), n=base.n), day)
-            for i, (label, day) in enumerate(labels.items())
-        )  # fmt: skip
-        group = f"{comparison.group['foot']} foot, k gain {comparison.group['k_gain']}"
-        sets.append(parts.Sensitivity(f"savings, {group}", base, variants, group=group))
-    return tuple(sets)
+        for i, (label, day) in enumerate(labels.items()):
+            off = 0.4 * math.sin(i)
+            ends = {"ci_low": base.ci_low + off, "ci_high": base.ci_high + off}
+            moved = dataclasses.replace(base, value=base.value + off, **ends, provenance="")
+            decision = dataclasses.replace(comparison.decision, savings=moved)
+            found.append(parts.Varied(comparison.label, label, comparison.quantity, decision, day))
+    return tuple(found)
 
 
 def _prediction(maker, quantity, group, level, control, n, measured, value, se):
@@ -316,8 +312,8 @@ def make_content(seed=5):
     maker = Maker(seed)
     conditions = tuple(_condition(maker, foot, k, ad) for foot, k in CE_J for ad in AD_GAINS)
     comparisons, anovas = _comparisons(maker, conditions)
-    order = _order(maker, conditions)
-    days = _days(order.points)
+    runs = _runs(conditions)
+    days, packs = _days(runs), _packs(maker, conditions, runs)
     predictions = _predictions(maker, conditions, comparisons)
     hypotheses = _hypotheses(maker, comparisons)
     content = parts.ReportContent(
@@ -341,7 +337,9 @@ def make_content(seed=5):
             BudgetItem("in all", Number(1.32, "J"), Number(0.48, "J"), False, "root of the sum of squares", total=True),
         ),
         budget_note="Shown for a condition of 10 runs of 25 jumps, where 1 mAh is 2.2 J a jump.",
-        contrasts=_contrasts(maker), order=order, sensitivity=_sensitivity(comparisons, days),
+        contrasts=_contrasts(maker), runs=runs, packs=packs,
+        confounded=("The large foot was measured on other days than the small foot: foot and day are confounded.",),
+        variations=_variations(comparisons, days),
         methods=("Energy is the charge that went back into the pack, less the passive drain, times 15.4 V.",
                  "The unit of analysis is the run; jumps of one run are not independent."),
         limitations=("The bed was stirred by hand.", "The rail angle was read by eye."),
@@ -360,7 +358,7 @@ def make_minimal():
         title="One condition", study="granular bed", selection="", made_at="2021-07-30 14:05",
         software_version="0.1.0", configuration_hash="9c41f2e07ab3", detector="published", people=(), days=(),
         flow=Flow(None, 10, 0, 0, {}, dict.fromkeys(Outcome, 10), {key: {} for key in Outcome}, 250, 250, {}, 250),
-        factors=FACTORS, conditions=(condition,),
+        factors=FACTORS, conditions=(condition,), runs=_runs((condition,)),
         claims=(parts.Claim("Nothing is claimed from one condition."),),
     )  # fmt: skip
 

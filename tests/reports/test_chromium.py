@@ -12,7 +12,7 @@ import pytest
 from data_schema.outcomes import Outcome
 from reports.page.writing import render_page
 from reports.tables.registry import TABLES
-from tests.helpers.pages import DRAWN, quick_page, with_summary
+from tests.helpers.pages import DRAWN, quick_page
 from tests.helpers.wording import says
 
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -154,11 +154,10 @@ def told(content, written, tmp_path_factory):
 
 
 def with_jumps(content):
-    first, *others = content.conditions
-    apexes = first.summaries[Outcome.APEX]
-    runs = tuple(dataclasses.replace(run, jumps_m=(0.31, 0.33), jumps=(2, 4)) for run in apexes.runs)
-    changed = with_summary(first, Outcome.APEX, dataclasses.replace(apexes, runs=runs))
-    return dataclasses.replace(content, conditions=(changed, *others))
+    heights_m = {2: 0.31, 4: 0.33}
+    of_first = {run for run, _value in content.conditions[0].summaries[Outcome.APEX].runs}
+    jumped = {run: dataclasses.replace(content.runs[run], heights_m=heights_m) for run in of_first}
+    return dataclasses.replace(content, runs={**content.runs, **jumped})
 
 
 def test_the_table_of_page_one_does_not_scroll_on_a_telephone(told):

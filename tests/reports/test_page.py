@@ -180,7 +180,7 @@ def test_a_selection_with_little_in_it_says_why(minimal):
     html = quick_page(minimal)
     assert Checker(html).faults == []
     text = text_of(html)
-    for name in ("savings", "passive_drain", "day_order"):
+    for name in ("savings", "passive_drain"):
         assert FIGURES[name].absent(minimal) in text
     no_control = tuple(dataclasses.replace(factor, swept=False) for factor in minimal.factors)
     says(text_of(quick_page(dataclasses.replace(minimal, claims=(), factors=no_control))), "`control = ...`")

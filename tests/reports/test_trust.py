@@ -32,11 +32,7 @@ def of_one_group(content, se, shared_se=0.1):
 
 def without_day(content, gone):
     """The content without what a headline is without that day."""
-    left = [[one for one in each.variants if one.day != gone] for each in content.sensitivity]
-    fewer = (
-        dataclasses.replace(each, variants=tuple(own)) for each, own in zip(content.sensitivity, left, strict=True)
-    )
-    return dataclasses.replace(content, sensitivity=tuple(fewer))
+    return dataclasses.replace(content, variations=tuple(one for one in content.variations if one.day != gone))
 
 
 def by_runs(comparison):
@@ -126,10 +122,22 @@ def test_of_several_groups_none_is_the_answer(content):
 
 def test_savings_lead_where_the_first_group_has_none(content):
     """The first group has heights alone: its differences in mm come after the savings of the others."""
-    first, *others = content.sensitivity
-    in_m = [dataclasses.replace(each, number=Number(0.0013, "m")) for each in first.variants]
-    heights = dataclasses.replace(first, as_reported=Number(0.0012, "m"), variants=tuple(in_m))
-    changed = dataclasses.replace(content, sensitivity=(heights, *others))
+    first = content.pooled[0]
+
+    def in_m(one, metres):
+        return dataclasses.replace(one, savings=None, difference=Number(metres, "m"))
+
+    changed = dataclasses.replace(
+        content,
+        comparisons=tuple(
+            dataclasses.replace(each, decision=in_m(each.decision, 0.0012)) if each is first else each
+            for each in content.comparisons
+        ),
+        variations=tuple(
+            dataclasses.replace(each, result=in_m(each.result, 0.0013)) if each.headline == first.label else each
+            for each in content.variations
+        ),
+    )
     assert any(MOVED.search(each) for each in plain(trust_sentences(changed)))
 
 

@@ -44,7 +44,7 @@ from labbook.analysis.outcomes.run_force import RunForce, run_forces_by_rules
 from labbook.analysis.results import Results, RunResults, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings
-from reports.content import Decision
+from reports.content import WITHOUT_EXCLUSIONS, Decision, Varied
 from reports.numbers import Result
 from stats.apexes.detectors import DETECTORS
 from stats.days.decision import Contrast
@@ -208,24 +208,6 @@ def _adjusted(
         lambda _pair: inputs,
     )
     return [Varied(pair.label, ADJUSTED, quantity, each) for pair, each in zip(pairs, found, strict=True)]
-
-
-WITHOUT_EXCLUSIONS = "without exclusions"
-
-
-@dataclass(frozen=True, slots=True)
-class Varied:
-    """One headline recomputed another way; `day` is the one that is left out, "" where the way is another.
-
-    `by_rules`: the way is one of all rules by which single jumps begin and leave the plate, the protocol's among them.
-    """
-
-    headline: str
-    variant: str
-    quantity: Outcome
-    result: Decision
-    day: str = ""
-    by_rules: bool = False
 
 
 @dataclass(frozen=True, slots=True)

@@ -14,6 +14,7 @@ from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah, usable_charge
 from labbook.analysis.results import Algorithm, Results, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
+from reports.content import PackDeviation
 from reports.numbers import Number, NumberNames, Result
 from stats.compare.shared_error import shared_of_mean
 from stats.compare.summary import describe
@@ -113,13 +114,6 @@ def _budget(condition: ConditionValues, voltage_v: float, resolution_mah: float)
         mean=numbers(about.se, drains_j, steps_j),
         one_mah=Number(one_mah_j, "J", n=about.n),
     )
-
-
-@dataclass(frozen=True, slots=True)
-class PackDeviation(Result):
-    """Mean deviation of a pack's runs from the means of their conditions."""
-
-    deviation: Number
 
 
 PACKS = Algorithm("pack_deviation", 12)

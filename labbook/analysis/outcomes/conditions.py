@@ -29,6 +29,7 @@ from labbook.analysis.results import (
     result_fingerprint,
 )
 from labbook.analysis.study_data import StudyData
+from reports.content import ConditionSummary
 from reports.numbers import Number, Result
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.compare.summary import describe
@@ -61,15 +62,6 @@ def measure_all(
             measured[outcome.file] = measure(outcome, computed, detections, data)
         found[outcome] = measured[outcome.file]
     return found
-
-
-@dataclass(frozen=True, slots=True)
-class ConditionSummary(Result):
-    """Mean of the runs of a condition with its interval, their standard deviation, and the runs by name."""
-
-    mean: Number
-    sd: Number
-    runs: tuple[tuple[str, float], ...]
 
 
 SUMMARY = Algorithm("condition_summary", 14)

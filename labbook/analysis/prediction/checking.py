@@ -18,11 +18,18 @@ from data_schema.queries.sources import InputRow
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.pairing import Pair
-from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues
+from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.prediction.predicting import PredictionResult, error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.results import Algorithm, Results, result_fingerprint
-from reports.content import COVERAGE_FACTOR, Decision, PredictedQuantity, Prediction, PredictionCheck
+from reports.content import (
+    COVERAGE_FACTOR,
+    ConditionSummary,
+    Decision,
+    PredictedQuantity,
+    Prediction,
+    PredictionCheck,
+)
 from reports.numbers import Number, Value
 from stats.tails import t_quantile
 

@@ -21,7 +21,7 @@ from labbook.analysis.study import StudyAnalysis, analyse
 from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
 from labbook.presenting.report import methods, results
-from labbook.presenting.report.results import numbers_in, provenance
+from labbook.presenting.report.results import provenance, shown_numbers
 from reports.claims import family_claim, group_claim, overall_claims
 from reports.content import Claim, Comparison, ReportContent
 from reports.tables.contrasts import contrast_claims
@@ -118,7 +118,9 @@ def make_report(
         overall_equivalence=results.overall_equivalence(analysis),
         anovas=tuple(analysis.anovas),
         drains=results.drain_fits(analysis),
-        order=results.order(analysis),
+        packs=analysis.packs,
+        confounded=tuple(results.confounded_with_day(analysis)),
+        variations=analysis.variations.varied,
         methods=methods.methods(analysis),
         sources=methods.sources(analysis),
         limitations=methods.limitations(analysis),
@@ -126,6 +128,7 @@ def make_report(
         exchanged_charges=methods.exchanged_charges(analysis),
         assumed=methods.assumed(analysis),
         robots=results.runs_by_robot(analysis),
+        runs=results.runs(analysis),
         predictions=results.predictions(analysis),
         hypotheses=results.hypotheses(analysis),
         planned=analysis.planned.stated,
@@ -149,8 +152,7 @@ def make_report(
         limitations=(*results.robot_limitations(analysis, bare), *bare.limitations),
         budget=budget,
         budget_note=budget_note,
-        sensitivity=results.sensitivity(analysis, bare),
         claims=_warned(bare, _claims(bare, compared, one_level=results.one_level(analysis))),
     )
-    shown = dict.fromkeys(number.provenance for number in numbers_in(content))
+    shown = dict.fromkeys(number.provenance for number in shown_numbers(content))
     return MadeReport(replace(content, provenance=provenance(shown, computed)), analysis, computed)

@@ -21,14 +21,12 @@ from data_schema.queries.study import CheckRow, FactorRow, PlannedRow
 from data_schema.vocabulary import FactorKind, ReasonCode, Rule, RunKind, RunState, StudyKind, Undefined, Verdict
 from data_schema.where import names_in, parse
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.comparison.deciding import deciding_runs, runs_of
 from labbook.analysis.comparison.order import ADJUSTED, OVER_GROUPS
 from labbook.analysis.comparison.pairing import place
-from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, Varied
 from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
-from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber, coarse_scatter
-from labbook.analysis.outcomes.run_apexes import RunApexes
+from labbook.analysis.outcomes.conditions import ConditionValues, coarse_scatter
+from labbook.analysis.outcomes.run_apexes import Judgement
 from labbook.analysis.outcomes.run_energy import MAH_MIN, RunEnergy, idle_charges, only_charge_missing
 from labbook.analysis.prediction.condition_scenes import study_scene, unconverted_factors
 from labbook.analysis.prediction.predicting import PredictionResult
@@ -46,7 +44,6 @@ from reports.content import (
     Comparison,
     Condition,
     Day,
-    Decision,
     DrainFit,
     Factor,
     Favoured,
@@ -55,20 +52,14 @@ from reports.content import (
     IdlePoint,
     Judged,
     Level,
-    Order,
     OverallEquivalence,
     OverallSavings,
-    PackMean,
     PredictedQuantity,
     Prediction,
     Predictions,
     Provenance,
     ReportContent,
-    RunPoint,
-    RunValue,
-    Sensitivity,
-    Summary,
-    Variant,
+    Run,
 )
 from reports.display import in_sentence, list_text, sentence_start
 from reports.naming import levels_name
@@ -127,9 +118,7 @@ def conditions(analysis: StudyAnalysis) -> tuple[Condition, ...]:
         Condition(
             levels=_levels(analysis, item.levels),
             control=item.is_control,
-            summaries={
-                outcome: _summary(analysis, items[item.key]) for outcome, items in measured.items() if item.key in items
-            },
+            summaries={outcome: items[item.key].result for outcome, items in measured.items() if item.key in items},
         )
         for item in ordered
     )
@@ -152,23 +141,16 @@ def _levels(analysis: StudyAnalysis, labels: Mapping[str, str]) -> tuple[Level, 
     return tuple(found)
 
 
-def _summary(analysis: StudyAnalysis, values: ConditionValues) -> Summary:
-    jumps = [len(item.result.heights_m) for item in values.runs if isinstance(item.result, RunApexes)]
-    return Summary(
-        mean=values.result.mean,
-        sd=values.result.sd,
-        runs=tuple(_run_value(analysis, item) for item in values.runs),
-        jumps=sum(jumps) or None,
-    )
+def runs(analysis: StudyAnalysis) -> dict[str, Run]:
+    """Return the analysed runs by name."""
+    used = {item.run.uid: item.run for several in analysis.conditions.values() for one in several for item in one.runs}
+    return {run.name: _run(run, analysis.judgements.get(uid)) for uid, run in used.items()}
 
 
-def _run_value(analysis: StudyAnalysis, item: RunNumber) -> RunValue:
-    run = item.run
-    value = RunValue(run.name, item.value, run.robot)
-    if not isinstance(item.result, RunApexes):
-        return value
-    jumps = analysis.judgements[run.uid].counted
-    return replace(value, jumps_m=item.result.heights_m, jumps=tuple(jump.number for jump in jumps))
+def _run(run: RunRow, judged: Judgement | None) -> Run:
+    heights = [(jump.number, jump.apex_height_m) for jump in judged.counted] if judged is not None else []
+    known = {number: height_m for number, height_m in heights if height_m is not None}
+    return Run(run.day, run.position_in_day, run.battery, run.robot, known)
 
 
 def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:
@@ -251,18 +233,6 @@ def _planned_count(analysis: StudyAnalysis, planned: Sequence[PlannedRow]) -> in
     return sum((row.condition_key or "") in conditions for row in planned)
 
 
-def order(analysis: StudyAnalysis) -> Order:
-    """Set every run's joules against its position in the day and its pack, as deviations from its condition."""
-    points = [
-        _point(item, item.value - mean)
-        for condition in analysis.conditions[Outcome.JOULES]
-        for mean in [sum(condition.values) / len(condition.values)]
-        for item in condition.runs
-    ]
-    packs = tuple(PackMean(pack, found.deviation) for pack, found in analysis.packs.items())
-    return Order(tuple(points), packs, tuple(confounded_with_day(analysis)))
-
-
 def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
     """Say which factors are confounded with the day, because most days saw one level of them only.
 
@@ -304,11 +274,6 @@ def _days(count: int, days: int) -> str:
 
 def _confounded(count: int, days: int) -> str:
     return "confounded with" if count == days else "largely confounded with"
-
-
-def _point(item: RunNumber, deviation_j: float) -> RunPoint:
-    run = item.run
-    return RunPoint(run.name, run.day, run.position_in_day, run.battery, item.value, deviation_j, run.is_control)
 
 
 def runs_by_robot(analysis: StudyAnalysis) -> dict[str, int]:
@@ -380,49 +345,6 @@ def overall_equivalence(analysis: StudyAnalysis) -> OverallEquivalence | None:
     return replace(result, exploratory=analysis.planned.exploratory_equivalence(pairing.POOLED) or "")
 
 
-def sensitivity(analysis: StudyAnalysis, content: ReportContent) -> tuple[Sensitivity, ...]:
-    """Return every pooled headline with its recomputations; `content` knows what groups are called."""
-    found = []
-    pooled = [item for item in analysis.compared if item.pair.family == pairing.POOLED]
-    for item in sorted(pooled, key=lambda item: content.place_of(item.pair.group)):
-        quantity = item.shown.quantity
-        recomputed = [
-            varied
-            for varied in analysis.variations.varied
-            if varied.headline == item.pair.label and varied.quantity is quantity
-        ]
-        group = levels_name(content, item.pair.group)
-        found.append(
-            Sensitivity(
-                f"{'savings' if quantity.has_savings else f'difference of {quantity}'}, {group}",
-                _headline_number(item.shown.decision),
-                tuple(
-                    Variant(
-                        varied.variant,
-                        _headline_number(varied.result),
-                        varied.day,
-                        varied.by_rules,
-                    )
-                    for varied in recomputed
-                ),
-                _rule_of_all_runs(item, recomputed),
-                group,
-            )
-        )
-    return tuple(found)
-
-
-def _rule_of_all_runs(item: Compared, recomputed: Sequence[Varied]) -> str:
-    """Return the rule by which the days of all runs would decide, where exclusions changed it; else ""."""
-    rule = next((one.result.rule for one in recomputed if one.variant == WITHOUT_EXCLUSIONS), None)
-    return "" if rule in (None, item.shown.decision.rule) else str(rule)
-
-
-def _headline_number(decision: Decision) -> Number:
-    """Return the number that the claim states, with the interval it states."""
-    return decision.savings or decision.difference
-
-
 def favoured(analysis: StudyAnalysis) -> tuple[Favoured, ...]:
     """Return the headlines that the order within days favours, adjusted: that over all groups, else those of groups."""
     tests = analysis.favoured
@@ -438,7 +360,7 @@ def favoured(analysis: StudyAnalysis) -> tuple[Favoured, ...]:
             pair.group,
             tests[pairing.group_label(pair.group)],
             {
-                varied.quantity: _headline_number(varied.result)
+                varied.quantity: varied.result.headline
                 for varied in analysis.variations.varied
                 if varied.variant == ADJUSTED and varied.headline == label
             },
@@ -808,8 +730,19 @@ def no_equivalence(analysis: StudyAnalysis) -> str:
 _PLAIN = (str, int, float, type(None))
 
 
+def shown_numbers(content: ReportContent) -> Iterator[Number]:
+    """Give every number with an id that a report shows; of what was recomputed these are the headlines."""
+    of_headlines = [
+        decision.headline
+        for comparison, varied in content.headlines
+        for decision in (comparison.decision, *(one.result for one in varied))
+    ]
+    for one in fields(content):
+        yield from numbers_in(of_headlines if one.name == "variations" else getattr(content, one.name))
+
+
 def numbers_in(value: object) -> Iterator[Number]:
-    """Give every number that was computed of a book, with its id, in a report's content or a part of it."""
+    """Give every number that was computed of a book, with its id, in a part of a report's content."""
     if isinstance(value, Number):
         if value.provenance:
             yield value
@@ -817,7 +750,7 @@ def numbers_in(value: object) -> Iterator[Number]:
     if isinstance(value, Mapping):
         parts: Iterable[object] = value.values()
     elif is_dataclass(value) and not isinstance(value, type):
-        parts = [getattr(value, one.name) for one in fields(value)]
+        parts = [getattr(value, one.name) for one in fields(value) if one.name != "origin"]
     elif isinstance(value, list | tuple):
         parts = value
     else:

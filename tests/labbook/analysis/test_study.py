@@ -44,8 +44,8 @@ def analysis(made: MadeReport) -> StudyAnalysis:
 
 def test_sensitivity_as_reported_is_the_number_claimed(made: MadeReport) -> None:
     claimed = {uid for claim in made.content.claims for uid in claim.provenance}
-    assert made.content.sensitivity
-    assert {item.as_reported.provenance for item in made.content.sensitivity} <= claimed
+    assert made.content.headlines
+    assert {one.decision.headline.provenance for one, _varied in made.content.headlines} <= claimed
 
 
 def test_each_robot_has_its_own_drain_line(analysis: StudyAnalysis) -> None:

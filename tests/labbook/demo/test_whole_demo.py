@@ -82,19 +82,19 @@ def check_drawn(campaign: Campaign, folder: Path) -> None:
         label = {level.factor: level.label for level in condition.levels}
         joules = condition.summary(Outcome.JOULES)
         assert joules is not None
-        for value in joules.runs:
-            reported[value.run] = value.value
-            assert conditions[value.run] == Condition(label["foot"], int(label["k_gain"]), int(label["b_ad_gain"]))
+        for run, value in joules.runs:
+            reported[run] = value
+            assert conditions[run] == Condition(label["foot"], int(label["k_gain"]), int(label["b_ad_gain"]))
     assert reported == pytest.approx(drawn, rel=1e-12)
 
     truth = json.loads((folder.parent / "truth.json").read_text(encoding="utf-8"))
     assert truth["seed"] == campaign.seed
     apexes = {run.name: run.reached_apexes_m.mean() for run in campaign.of_kind(RunKind.JUMPS)}
     errors = [
-        value.value - apexes[value.run]
+        value - apexes[run]
         for condition in content.conditions
         if (apex := condition.summary(Outcome.APEX)) is not None
-        for value in apex.runs
+        for run, value in apex.runs
     ]
     # jumps that touch a gap are left out of a run's mean, so single runs of 4 jumps differ by the scatter of jumps
     assert abs(float(np.median(errors))) < 0.2e-3

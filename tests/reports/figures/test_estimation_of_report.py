@@ -46,10 +46,10 @@ def test_every_run_of_control_and_treatment_is_drawn(content, drawn, name, quant
         uppers, [("small", 300), ("small", 400), ("large", 300), ("large", 400)], strict=True
     ):
         values = [
-            factor * run.value
+            factor * value
             for condition in content.conditions
             if (condition.levels[0].label, condition.levels[1].gain) == (foot, gain)
-            for run in condition.summary(quantity).runs
+            for _run, value in condition.summary(quantity).runs
         ]
         assert len(values) == 64
         assert points(axes) == pytest.approx(sorted(values))

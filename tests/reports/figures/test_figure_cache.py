@@ -75,7 +75,7 @@ def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache, 
     assert cache == []
     first, *others = content.conditions
     apex = first.summaries[Outcome.APEX]
-    runs = (dataclasses.replace(apex.runs[0], value=apex.runs[0].value + 1e-12), *apex.runs[1:])
+    runs = ((apex.runs[0][0], apex.runs[0][1] + 1e-12), *apex.runs[1:])
     moved = with_summary(first, Outcome.APEX, dataclasses.replace(apex, runs=runs))
     changed = dataclasses.replace(content, conditions=(moved, *others))
     all_drawn(changed)

@@ -91,7 +91,7 @@ def test_a_study_without_a_swept_factor_or_with_three_factors_is_drawn(content):
 
 def raised(condition, by_m):
     apex = condition.summaries[Outcome.APEX]
-    runs = tuple(dataclasses.replace(run, value=run.value + by_m) for run in apex.runs)
+    runs = tuple((run, value + by_m) for run, value in apex.runs)
     ends = {"ci_low": apex.mean.ci_low + by_m - 0.01, "ci_high": apex.mean.ci_high + by_m + 0.01}
     mean = dataclasses.replace(apex.mean, value=apex.mean.value + by_m, **ends)
     return with_summary(condition, Outcome.APEX, dataclasses.replace(apex, mean=mean, runs=runs))
@@ -167,9 +167,12 @@ def test_the_caption_says_where_bars_hold_the_error_of_the_drain(content, shared
 
 @pytest.mark.parametrize(("count", "pictured"), [(500, False), (20_000, True)])
 def test_so_many_points_that_a_browser_would_be_slow_are_a_picture(content, count, pictured):
-    point = content.order.points[0]
-    many = tuple(dataclasses.replace(point, joules=1000.0 + number % 97) for number in range(count))
-    crowded = dataclasses.replace(content, order=dataclasses.replace(content.order, points=many))
+    first, *others = content.conditions
+    joules, about = first.summaries[Outcome.JOULES], next(iter(content.runs.values()))
+    many = tuple((f"many {number}", 1000.0 + number % 97) for number in range(count))
+    changed = with_summary(first, Outcome.JOULES, dataclasses.replace(joules, runs=many))
+    known = {**content.runs, **{run: about for run, _joules in many}}
+    crowded = dataclasses.replace(content, conditions=(changed, *others), runs=known)
     figure = draw_figure(FIGURES["day_order"], crowded, TWO_COLUMNS_IN)
     svg = svg_bytes(figure)
     assert (b"<image" in svg) is pictured

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from data_schema.outcomes import Outcome
-from reports.content import Day, RunValue
+from reports.content import Day, Run
 from reports.display import general_text
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
@@ -45,10 +45,10 @@ def test_every_point_names_its_run_day_and_value_and_leads_to_its_row(content, h
     assert len(points) == len(runs) > 100
     days, anchors = run_days(content), run_anchors(content)
     factor, unit = (1.0, "J") if outcome is Outcome.JOULES else (1000.0, "mm")
-    for (target, title), run in zip(points, runs, strict=True):
-        day = f", {days[run.run]}" if run.run in days else ""
-        assert title == f"{run.run}{day}: {general_text(run.value * factor)} {unit}"
-        assert target == anchors[run.run]
+    for (target, title), (run, value) in zip(points, runs, strict=True):
+        day = f", {days[run]}" if run in days else ""
+        assert title == f"{run}{day}: {general_text(value * factor)} {unit}"
+        assert target == anchors[run]
     assert {target for target, _ in points} <= set(re.findall(r'<tr id="([^"]*)"', html))
 
 
@@ -70,10 +70,11 @@ def renamed(content, name):
     """The content with the first run of the first condition called something else, with its jumps."""
     first, *others = content.conditions
     joules = first.summaries[Outcome.JOULES]
-    runs = (RunValue(name, joules.runs[0].value, jumps_m=(0.31, 0.33), jumps=(2, 4)), *joules.runs[1:])
+    runs = ((name, joules.runs[0][1]), *joules.runs[1:])
     changed = with_summary(first, Outcome.JOULES, dataclasses.replace(joules, runs=runs))
     day = Day("2021-05-03", (name,), ())
-    return dataclasses.replace(content, conditions=(changed, *others), days=(day, *content.days))
+    known = {**content.runs, name: Run("2021-05-03", 1, "A", "hopper", {2: 0.31, 4: 0.33})}
+    return dataclasses.replace(content, conditions=(changed, *others), days=(day, *content.days), runs=known)
 
 
 def test_a_run_of_any_name_stays_text(content):

@@ -70,7 +70,7 @@ def expected(outcome: Outcome, name: str) -> float:
 
 @pytest.mark.parametrize("outcome", OF_PLATE)
 def test_a_run_s_value_is_the_mean_over_its_contacts(outcome: Outcome, on_plate: tuple[SmallBook, MadeReport]) -> None:
-    values = {run.run: run.value for c in on_plate[1].content.conditions for run in c.summaries[outcome].runs}
+    values = {run: value for c in on_plate[1].content.conditions for run, value in c.summaries[outcome].runs}
     assert sorted(values) == sorted(NAMES[:-1])
     for name, value in values.items():
         assert value == pytest.approx(expected(outcome, name), rel=1e-5)

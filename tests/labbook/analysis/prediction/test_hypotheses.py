@@ -16,11 +16,11 @@ from labbook.analysis.comparison.comparisons import Compared
 from labbook.analysis.comparison.deciding import decide_pair
 from labbook.analysis.comparison.pairing import POOLED, Pair
 from labbook.analysis.comparison.thesis_route import thesis_route
-from labbook.analysis.outcomes.conditions import ConditionSummary, ConditionValues, RunNumber
+from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.prediction.hypotheses import Comparison, _tested
 from labbook.config.model import Alternative, AnalysisSettings
 from reports.content import Comparison as Shown
-from reports.content import Decision, HypothesisPart, Verdict
+from reports.content import ConditionSummary, Decision, HypothesisPart, Verdict
 from reports.numbers import Number, Result
 from reports.tables.formats import csv_bytes
 from reports.tables.registry import TABLES

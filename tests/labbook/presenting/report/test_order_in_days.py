@@ -33,7 +33,7 @@ def report_on(folder: Path, order: str, feet: tuple[str, ...] = ("small",), days
 
 def test_controls_first_are_said_on_page_one_with_the_adjusted_saving(tmp_path: Path) -> None:
     content = report_on(tmp_path, "cccttttt")
-    headline = content.sensitivity[0].as_reported
+    headline = content.pooled[0].decision.headline
     (found,) = content.favoured
     adjusted = found.adjusted[Outcome.JOULES]
     assert isinstance(headline.ci_high, float)
@@ -64,9 +64,9 @@ def test_a_balanced_order_is_not_warned_of_and_robustness_has_the_adjusted_savin
     content = report_on(tmp_path, "tcttcttct")
     assert content.favoured == ()
     assert not any("random order" in each for each in trust_sentences(content))
-    (variant,) = [one for one in content.sensitivity[0].variants if one.label == ADJUSTED]
-    assert variant.number.value == pytest.approx(content.sensitivity[0].as_reported.value, abs=1e-9)
-    assert any(ADJUSTED in one.label for each in content.sensitivity for one in each.variants)
+    headline, varied = content.headlines[0]
+    (adjusted,) = [one for one in varied if one.variant == ADJUSTED]
+    assert adjusted.result.headline.value == pytest.approx(headline.decision.headline.value, abs=1e-9)
 
 
 def test_one_run_a_side_and_day_leaves_nothing_to_adjust_by(tmp_path: Path) -> None:
@@ -76,4 +76,4 @@ def test_one_run_a_side_and_day_leaves_nothing_to_adjust_by(tmp_path: Path) -> N
     assert found.adjusted == {}
     says(trust_sentences(content)[0], "1.0 against 2.0", "p = .031")
     says(trust_sentences(content)[0], "no adjusted")
-    assert not any(one.label == ADJUSTED for each in content.sensitivity for one in each.variants)
+    assert not any(one.variant == ADJUSTED for one in content.variations)
