@@ -13,7 +13,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated, Self
+from typing import TYPE_CHECKING, Annotated, NamedTuple, Self
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ContrastKind, Rule, Undefined
@@ -23,6 +23,8 @@ from reports.numbers import Number, NumberNames, Result, SignificanceTest, Value
 
 if TYPE_CHECKING:
     from simulator.steady.published_results import PublishedResult
+    from stats.days.order import PositionsCompared
+    from stats.lines.passive_drain import PassiveDrain
 
 
 @dataclass(frozen=True, slots=True)
@@ -240,9 +242,9 @@ class Predictions:
 class ReportContent:
     """All of one report. `claims` open the page; `selection` is the --where text as given.
 
-    `drains` has one line a robot; `robots` counts the analysed runs of each, `runs` are these by name. `confounded`
-    says what is confounded with the day. `planned` tells whether the analysis
-    was decided on in time, `decided` says what was decided about the analysis before the first measurement,
+    `drains` has those of the robots that have a line; `robots` counts the analysed runs of each, `runs` are these by
+    name. `confounded` says what is confounded with the day. `planned` tells whether the analysis was decided on in
+    time, `decided` says what was decided about the analysis before the first measurement,
     `run_before` is the day of the first run where that lies before the decision, `departures` says what departs from
     it, of which there are `departed`, `void` which runs are void and why; `no_equivalence` why heights were not tested
     for equality, "" where they were or there are none; `without_charges` has the groups that no
@@ -275,9 +277,8 @@ class ReportContent:
     claims: tuple[Claim, ...]
     comparisons: tuple[Comparison, ...] = ()
     anovas: tuple[Anova, ...] = ()
-    drains: tuple[DrainFit, ...] = ()
-    budget: tuple[BudgetItem, ...] = ()
-    budget_note: str = ""
+    drains: tuple[Drain, ...] = ()
+    budget: JouleBudget | None = None
     packs: Mapping[str, PackDeviation] = field(default_factory=dict)
     confounded: tuple[str, ...] = ()
     variations: tuple[Varied, ...] = ()
@@ -602,52 +603,81 @@ class Anova(Result):
         )
 
 
-@dataclass(frozen=True, slots=True)
-class IdlePoint:
+MAH_MIN = 60.0
+"""mAh/s to mAh/min."""
+
+
+class IdleRun(NamedTuple):
     """One idle run: how long the robot was on, and the charge that went back in."""
 
     run: str
-    duration_min: float
+    duration_s: float
     charge_mah: float
 
 
 @dataclass(frozen=True, slots=True)
-class DrainFit:
-    """One robot's passive drain (thesis 5.1.4): points, line with confidence band (arrays of one length), estimates.
+class DrainFit(Result):
+    """A robot's drain line in numbers: it, its fit, and what it gives at `run_duration_s`.
 
-    `at_run` is the drain at `run_duration_min`; `range_sentence` says that it lies outside the fitted range. `robot`
-    names the robot where the report has several.
+    That is the protocol's run duration, or the mean of the idle runs where it states none; `extrapolated`: it lies
+    outside those of the idle runs. Both are None without a line.
     """
 
-    points: tuple[IdlePoint, ...]
-    line_min: tuple[float, ...]
-    line_mah: tuple[float, ...]
-    band_low_mah: tuple[float, ...]
-    band_high_mah: tuple[float, ...]
     slope: Number
     intercept: Number
     r_squared: Number
     at_run: Number
-    run_duration_min: float
-    range_sentence: str
-    robot: str = ""
+    run_duration_s: float | None = None
+    extrapolated: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class BudgetItem:
-    """One source of uncertainty of a joule a jump (J); `shared`: common to all runs; `total`: the sum.
+class Drain:
+    """One robot's passive drain (thesis 5.1.4): its line, the numbers of that, and the idle runs it is fitted to."""
 
-    `joules` is for a single run, `of_mean` for the mean over the condition's runs. `within_robot`: what is shared is
-    shared by the runs of one robot, of several.
+    robot: str
+    line: PassiveDrain | Undefined
+    result: DrainFit
+    idle: tuple[IdleRun, ...]
+
+    @property
+    def run_duration_min(self) -> float:
+        """The duration of a run at which `result` has the drain."""
+        return (self.result.run_duration_s or 0.0) / MAH_MIN
+
+
+IN_ALL = "in all"
+"""The sum of all sources of uncertainty."""
+OF_DRAIN = "drain fit"
+"""The source that the runs of one robot share; others are shared by all runs."""
+
+
+@dataclass(frozen=True, slots=True)
+class BudgetSource:
+    """A source of uncertainty by name.
+
+    A `shared` one shifts all runs alike, so that more runs do not make it smaller. The scatter between runs may contain
+    it already (`in_scatter`): it is shown then and not added again. The size of an `assumed` one has no source.
     """
 
-    component: str
-    joules: Number
-    of_mean: Number
+    name: str
     shared: bool
-    note: str = ""
-    total: bool = False
-    within_robot: bool = False
+    in_scatter: bool
+    assumed: bool
+
+
+@dataclass(frozen=True, slots=True)
+class JouleBudget(Result):
+    """What each source gives a run's joules and the mean over runs, by its name and `IN_ALL`; what 1 mAh is worth.
+
+    The runs are those of the condition with these `levels`.
+    """
+
+    terms: tuple[BudgetSource, ...]
+    one_run: Annotated[Mapping[str, Number], NumberNames("{}")]
+    mean: Annotated[Mapping[str, Number], NumberNames("{}, mean")]
+    one_mah: Annotated[Number, NumberNames("1 mAh")]
+    levels: Mapping[str, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -661,14 +691,12 @@ class PackDeviation(Result):
 class Favoured:
     """A headline of a group, or over all (None), whose sides lie farther apart in the day than in a random order.
 
-    Mean positions of both sides within shared days, Holm's p of the order, and by outcome the headline adjusted for
-    position in the day; none where the runs leave no slope to adjust by.
+    `positions` have Holm's p. By outcome `adjusted` has the headline adjusted for position in the day; none where the
+    runs leave no slope to adjust by.
     """
 
     group: Mapping[str, str] | None
-    control_position: float
-    treated_position: float
-    p: float
+    positions: PositionsCompared
     adjusted: Mapping[Outcome, Number]
 
 
@@ -921,17 +949,24 @@ class Judged:
 
 
 @dataclass(frozen=True, slots=True)
-class AssumedInput:
-    """A parameter of the scene without a source: its value, why it was taken, and the most that varying it changed.
+class AssumedParameter:
+    """A parameter without a source: its value, why it was taken, and the part by which it was varied."""
 
-    It was raised and lowered by the part `varied_by`; `changes` has the largest part of any condition's error by
-    quantity. `fitted` says that it was fitted to runs of the same study.
-    """
-
-    name: str
     value: float
     unit: str
     why: str
     varied_by: float
+
+
+@dataclass(frozen=True, slots=True)
+class AssumedInput:
+    """A parameter of the scene without a source, and the most that varying it changed.
+
+    It was raised and lowered; `changes` has the largest part of any condition's error by quantity. `fitted` says that
+    it was fitted to runs of the same study.
+    """
+
+    name: str
+    parameter: AssumedParameter
     changes: Mapping[PredictedQuantity, Value | None]
     fitted: bool = False

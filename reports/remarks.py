@@ -108,7 +108,7 @@ def _simulated(content: ReportContent) -> str:
 
 def _errors(content: ReportContent) -> str:
     about = content.predictions
-    inputs = list_text([f"{one.name} by {given_text(100.0 * one.varied_by)} %" for one in about.assumed])
+    inputs = list_text([f"{one.name} by {given_text(100.0 * one.parameter.varied_by)} %" for one in about.assumed])
     inputs_text = f"inputs without a source, each raised and lowered ({inputs})" if about.assumed else "nothing else"
     accuracy = given_text(about.accuracy)
     return (

@@ -163,9 +163,9 @@ def _adjusted_text(content: ReportContent, item: Favoured) -> str:
         f"({level_text(number)} {interval_text(number)})"
         for outcome, number in known.items()
     ]
-    positions = " against ".join(decimal_text(at, 1) for at in (item.control_position, item.treated_position))
+    positions = " against ".join(decimal_text(at, 1) for at in (item.positions.control, item.positions.treated))
     return (
-        f"{f'{whose}, ' if whose else ''}mean position {positions} ({p_text(item.p)}), "
+        f"{f'{whose}, ' if whose else ''}mean position {positions} ({p_text(item.positions.p)}), "
         f"{f'adjusted {list_text(adjusted)}' if adjusted else 'no adjusted estimate'}"
     )
 

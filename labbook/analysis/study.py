@@ -21,11 +21,11 @@ from labbook.analysis.comparison.order import (
 )
 from labbook.analysis.comparison.robustness import Variations, vary
 from labbook.analysis.comparison.thesis_route import analyses_of_variance
-from labbook.analysis.outcomes.budget import JouleBudget, budget, pack_deviations
+from labbook.analysis.outcomes.budget import budget, pack_deviations
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure_all, number_of
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import Judgement, RunApexes, as_protocol, run_apexes
-from labbook.analysis.outcomes.run_energy import Drain, passive_drains, run_energies
+from labbook.analysis.outcomes.run_energy import passive_drains, run_energies
 from labbook.analysis.prediction.bias import judge
 from labbook.analysis.prediction.checking import check_conditions, check_savings
 from labbook.analysis.prediction.hypotheses import judge_hypotheses
@@ -34,7 +34,7 @@ from labbook.analysis.prediction.simulating import ALWAYS, SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results import Results, RunResults
 from labbook.analysis.study_data import StudyData
-from reports.content import Anova, Hypothesis, Judged, MeansContrast, PackDeviation, Prediction
+from reports.content import Anova, Drain, Hypothesis, JouleBudget, Judged, MeansContrast, PackDeviation, Prediction
 from reports.numbers import Result
 from stats.days.order import PositionsCompared
 

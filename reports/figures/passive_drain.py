@@ -5,8 +5,10 @@ from __future__ import annotations
 import itertools
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from data_schema.vocabulary import Undefined
-from reports.content import DrainFit, ReportContent
+from reports.content import MAH_MIN, Drain, ReportContent
 from reports.display import count_text, general_text, level_text, list_text, number_text
 from reports.figures.estimation import axis_values
 from reports.figures.kind import FigureKind, absence_text
@@ -16,11 +18,12 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_LINE_POINTS = 61
 _LOOKS = tuple(zip((BLUE, VERMILLION, GREEN, PURPLE, ORANGE), "os^vP", strict=True))
 
 
-def _drawn(content: ReportContent) -> tuple[DrainFit, ...]:
-    return tuple(fit for fit in content.drains if fit.points)
+def _drawn(content: ReportContent) -> tuple[Drain, ...]:
+    return tuple(drain for drain in content.drains if drain.idle)
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
@@ -33,20 +36,27 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     light_grid(axes)
     for fit, (colour, marker) in zip(fits, itertools.cycle(_LOOKS), strict=False):
         _draw_fit(axes, fit, colour, marker, fit.robot if len(fits) > 1 else "idle run")
-    axes.set_xlim(left=min(0.0, *(fit.line_min[0] for fit in fits)))
+    axes.set_xlim(left=0.0)
     axes.legend(loc="lower right")
     return figure
 
 
-def _draw_fit(axes: Axes, fit: DrainFit, colour: str, marker: str, label: str) -> None:
+def _draw_fit(axes: Axes, drain: Drain, colour: str, marker: str, label: str) -> None:
     """Draw line, band and idle runs, and the estimate at the run's duration with its interval."""
-    points = [point.duration_min for point in fit.points], [point.charge_mah for point in fit.points]
-    band = fit.band_low_mah, fit.band_high_mah
-    draw_line(axes, fit.line_min, fit.line_mah, colour, band=band, points=points, marker=marker, label=label)
-    if not isinstance(fit.at_run.value, Undefined):
-        value, *ends = axis_values(fit.at_run)
-        bar = [[abs(end - value)] for end in ends] if len(ends) == 2 else None
-        axes.errorbar([fit.run_duration_min], [value], yerr=bar, fmt="D", color=colour, markersize=5, capsize=3)
+    line, at_run = drain.line, drain.result.at_run
+    if isinstance(line, Undefined):
+        return
+    minutes = np.linspace(0.0, line.duration_max_s * 1.05 / MAH_MIN, _LINE_POINTS).tolist()
+    along = [line.at(minute * MAH_MIN) for minute in minutes]
+    low = [at.charge_mah if isinstance(at.ci_low, Undefined) else at.ci_low for at in along]
+    high = [at.charge_mah if isinstance(at.ci_high, Undefined) else at.ci_high for at in along]
+    points = [run.duration_s / MAH_MIN for run in drain.idle], [run.charge_mah for run in drain.idle]
+    charges = [at.charge_mah for at in along]
+    draw_line(axes, minutes, charges, colour, band=(low, high), points=points, marker=marker, label=label)
+    if not isinstance(at_run.value, Undefined):
+        value, *of_interval = axis_values(at_run)
+        bar = [[abs(end - value)] for end in of_interval] if len(of_interval) == 2 else None
+        axes.errorbar([drain.run_duration_min], [value], yerr=bar, fmt="D", color=colour, markersize=5, capsize=3)
 
 
 def caption(content: ReportContent) -> str:
@@ -54,21 +64,22 @@ def caption(content: ReportContent) -> str:
     fits = _drawn(content)
     if not fits:
         return ""
-    idle = count_text(len(fits[0].points), "idle run")
+    idle = count_text(len(fits[0].idle), "idle run")
     if len(fits) > 1:
-        idle = f"idle runs ({list_text([f'{len(fit.points)} of {fit.robot}' for fit in fits])})"
+        idle = f"idle runs ({list_text([f'{len(fit.idle)} of {fit.robot}' for fit in fits])})"
+    level = level_text(fits[0].result.at_run).removesuffix("CI")
     durations = list_text(list(dict.fromkeys(general_text(fit.run_duration_min) for fit in fits)))
     return (
-        f"Charge put back after {idle} over the time the robot was on, with fitted line and "
-        f"{level_text(fits[0].at_run).removesuffix('CI')}confidence band; the line is dashed where no idle run was "
-        f"made. Diamond: the passive drain over {durations} min with its interval."
+        f"Charge put back after {idle} over the time the robot was on, with fitted line and {level}confidence band; "
+        f"the line is dashed where no idle run was made. Diamond: the passive drain over {durations} min with its "
+        "interval."
     )
 
 
 def alternative(content: ReportContent) -> str:
     """Describe the plot in words."""
     lines = [
-        f"{fit.robot} slope {number_text(fit.slope)}, intercept {number_text(fit.intercept)}".strip()
+        f"{fit.robot} slope {number_text(fit.result.slope)}, intercept {number_text(fit.result.intercept)}".strip()
         for fit in _drawn(content)
     ]
     return f"Plot of charge in milliampere hours against time in minutes with straight lines: {'; '.join(lines)}."

@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from data_schema.outcomes import Outcome
+from data_schema.vocabulary import Undefined
 from reports.claims import group_claim, groups_in_one_sentence
 from reports.content import ReportContent
 from reports.display import count_text, in_sentence, list_text, significance_text
@@ -236,13 +237,14 @@ def _robustness(content: ReportContent) -> Section:
 
 def _certainty(content: ReportContent) -> Section:
     parts: list[Part] = []
-    if content.budget:
+    if content.budget is not None:
         parts += [Heading("Uncertainty of a joule"), TableHere("uncertainty_budget")]
     parts.append(Heading("Passive drain"))
-    fits = content.drains
-    for fit in fits:
-        lead = f"{fit.robot}: " if len(fits) > 1 else ""
-        parts.append(Paragraph(lead + fit.range_sentence, tuple(filter(None, (fit.at_run.provenance,)))))
+    for drain in content.drains:
+        lead, at_run = f"{drain.robot}: " if len(content.drains) > 1 else "", drain.result.at_run
+        if not isinstance(drain.line, Undefined):
+            said = drain.line.sentence(drain.result.run_duration_s)
+            parts.append(Paragraph(lead + said, tuple(filter(None, (at_run.provenance,)))))
     parts += [FigureHere("passive_drain"), TableHere("passive_drain")]
     parts.append(Heading("Order of the day and battery packs"))
     parts += [Paragraph(sentence) for sentence in content.confounded]

@@ -9,20 +9,23 @@ from data_schema.rounding import decimals_for
 from data_schema.vocabulary import Undefined
 from reports import fields
 from reports.content import (
+    IN_ALL,
+    MAH_MIN,
+    OF_DRAIN,
     Assumed,
-    BudgetItem,
+    BudgetSource,
     Comparison,
     Condition,
     Day,
-    DrainFit,
+    Drain,
     Factor,
-    IdlePoint,
+    IdleRun,
     PackDeviation,
     Provenance,
     ReportContent,
 )
 from reports.display import DASH, EQUALS, common_places, general_text, places_of, shown_unit, with_unit
-from reports.naming import group_name, headline_name, level_value, swept_factor, swept_words
+from reports.naming import group_name, headline_name, level_value, levels_name, swept_factor, swept_words
 from reports.numbers import Number, Value
 from reports.tables.table import (
     PROVENANCE,
@@ -124,38 +127,57 @@ ASSUMED = TableKind("assumed", _assumed)
 PROVENANCE_IDS = TableKind("provenance", _provenance)
 
 
-def _shared_text(item: BudgetItem, *, several_robots: bool) -> str:
+def _shared_text(source: BudgetSource, *, several_robots: bool) -> str:
     """Say which runs share an error; with one robot, whether they all do."""
     if not several_robots:
-        return "yes" if item.shared else "no"
-    if not item.shared:
+        return "yes" if source.shared else "no"
+    if not source.shared:
         return "no runs"
-    return "a robot's runs" if item.within_robot else "all runs"
+    return "a robot's runs" if source.name == OF_DRAIN else "all runs"
 
 
 def _budget(content: ReportContent) -> Table:
-    several = len(content.robots) > 1
-    traced = any(item.joules.provenance for item in content.budget)
-    columns: Columns[BudgetItem] = (
-        (text_column("component", fields.COMPONENT, prose=True), lambda item: words(item.component)),
-        (Column("one run", fields.UNCERTAINTY, "J a jump"), lambda item: _budget_cell(item.joules.value)),
+    budget, several = content.budget, len(content.robots) > 1
+    one_run, mean = ({}, {}) if budget is None else (budget.one_run, budget.mean)
+    sources = {} if budget is None else {source.name: source for source in budget.terms}
+    columns: Columns[str] = (
+        (text_column("component", fields.COMPONENT, prose=True), words),
+        (Column("one run", fields.UNCERTAINTY, "J a jump"), lambda name: _budget_cell(one_run[name].value)),
         (
             Column("mean of the runs", fields.UNCERTAINTY_OF_MEAN, "J a jump"),
-            lambda item: _budget_cell(item.of_mean.value),
+            lambda name: _budget_cell(mean[name].value),
         ),
         (
             text_column("shared by" if several else "shared by all runs", fields.SHARED),
-            lambda item: Cell("", (None,)) if item.total else words(_shared_text(item, several_robots=several)),
+            lambda name: (
+                words(_shared_text(sources[name], several_robots=several)) if name in sources else Cell("", (None,))
+            ),
         ),
-        (text_column("note", fields.NOTE, prose=True), lambda item: words(item.note)),
-        (replace(PROVENANCE, shown=traced), lambda item: provenance_cell(item.joules.provenance)),
+        (
+            text_column("note", fields.NOTE, prose=True),
+            lambda name: words(_source_note(sources[name]) if name in sources else ""),
+        ),
+        (
+            replace(PROVENANCE, shown=any(each.provenance for each in one_run.values())),
+            lambda name: provenance_cell(one_run[name].provenance),
+        ),
     )
     caption = (
         "Uncertainty of the joules a jump of a single run, and in the mean over a condition's runs, by source, one "
-        f"standard uncertainty each. In a mean the scatter averages out, what runs share does not. "
-        f"{content.budget_note}"
-    ).rstrip()
-    return table_of("uncertainty_budget", caption, content.budget, columns, strong=lambda item: item.total)
+        "standard uncertainty each. In a mean the scatter averages out, what runs share does not."
+    )
+    if budget is not None:
+        n = budget.one_mah.n
+        caption += (
+            f" Shown for {levels_name(content, budget.levels)} ({n} run{'' if n == 1 else 's'}), where 1 mAh is "
+            f"{budget.one_mah.value:.2g} J a jump."
+        )
+    return table_of("uncertainty_budget", caption, one_run, columns, strong=lambda name: name == IN_ALL)
+
+
+def _source_note(source: BudgetSource) -> str:
+    notes = [("contained in the scatter", source.in_scatter), ("assumed", source.assumed)]
+    return " and ".join(note for note, holds in notes if holds)
 
 
 def _budget_cell(value: Value | None) -> Cell:
@@ -163,22 +185,27 @@ def _budget_cell(value: Value | None) -> Cell:
 
 
 def _drain(content: ReportContent) -> Table:
-    fits = content.drains
+    fits = [drain.result for drain in content.drains]
     columns = (
         text_column("quantity", fields.QUANTITY),
         Column("value", fields.VALUE),
-        Column("SE", fields.PLAIN_SE, shown=any(fit.at_run.se is not None or fit.slope.se is not None for fit in fits)),
+        Column(
+            "SE",
+            fields.PLAIN_SE,
+            shown=any(fit.at_run.se is not None or fit.slope.se is not None for fit in fits),
+        ),
         interval_column(fit.at_run for fit in fits),
         text_column("unit", fields.UNIT),
         PROVENANCE,
     )
-    rows = tuple(row for fit in fits for row in _drain_rows(fit, fit.robot if len(fits) > 1 else ""))
+    rows = tuple(row for drain in content.drains for row in _drain_rows(drain, drain.robot if len(fits) > 1 else ""))
     caption = "Passive drain: straight line through the idle runs." if fits else "Passive drain: not fitted."
     return Table("passive_drain", caption, columns, rows)
 
 
-def _drain_rows(fit: DrainFit, block: str) -> list[Row]:
-    named = {"slope": fit.slope, "intercept": fit.intercept, f"at {general_text(fit.run_duration_min)} min": fit.at_run}
+def _drain_rows(drain: Drain, block: str) -> list[Row]:
+    fit, at = drain.result, f"at {general_text(drain.run_duration_min)} min"
+    named = {"slope": fit.slope, "intercept": fit.intercept, at: fit.at_run}
     rows = [Row(_named_cells(name, number), block=block) for name, number in named.items()]
     cells = (
         words("R²"),
@@ -210,12 +237,12 @@ def _named_cells(name: str, number: Number) -> tuple[Cell, ...]:
 
 def _idle_runs(content: ReportContent) -> Table:
     fits = content.drains
-    columns: Columns[tuple[DrainFit, IdlePoint]] = (
+    columns: Columns[tuple[Drain, IdleRun]] = (
         (text_column("run", fields.RUN), lambda row: words(row[1].run)),
-        (Column("duration", fields.DURATION, "min"), lambda row: value_cell(row[1].duration_min)),
+        (Column("duration", fields.DURATION, "min"), lambda row: value_cell(row[1].duration_s / MAH_MIN)),
         (Column("charge", fields.CHARGE, "mAh"), lambda row: value_cell(row[1].charge_mah)),
     )
-    points = [(fit, point) for fit in fits for point in fit.points]
+    points = [(fit, run) for fit in fits for run in fit.idle]
     caption = "Idle runs that the passive drain is fitted to."
     return table_of("idle_runs", caption, points, columns, block=lambda row: row[0].robot if len(fits) > 1 else "")
 

@@ -110,8 +110,8 @@ def _needed(one: Judged, assumed: Sequence[AssumedInput]) -> str:
     if not biases or not moves:
         return ""
     part, most = max(moves, key=lambda of: of[0])
-    off = with_unit(general_text(100.0 * max(biases) / part * most.varied_by, 2), "%")
-    within = with_unit(general_text(100.0 * most.varied_by, 2), "%")
+    off = with_unit(general_text(100.0 * max(biases) / part * most.parameter.varied_by, 2), "%")
+    within = with_unit(general_text(100.0 * most.parameter.varied_by, 2), "%")
     return f"{most.name} must be {off} off, not within {within} ({one.quantity})"
 
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports import fields
-from reports.content import POOLED, AssumedInput, PredictedQuantity, Prediction, ReportContent
+from reports.content import POOLED, AssumedInput, AssumedParameter, PredictedQuantity, Prediction, ReportContent
 from reports.display import DASH, common_places, given_text, shown_unit, with_unit
 from reports.naming import level_name, levels_name, swept_factor, swept_words
 from reports.numbers import Number
@@ -154,14 +154,11 @@ def _assumed(content: ReportContent) -> Table:
     changed = tuple(in_unit(of.short, fields.CHANGE, of.unit, of=of.name.lower()) for of in quantities)
     columns: Columns[AssumedInput] = (
         (text_column("input", fields.INPUT), lambda one: words(one.name)),
-        (
-            text_column("value", fields.VALUE_AND_UNIT),
-            lambda one: Cell(with_unit(given_text(one.value), one.unit), (one.value, one.unit)),
-        ),
-        (text_column("why", fields.WHY, prose=True), lambda one: words(one.why)),
+        (text_column("value", fields.VALUE_AND_UNIT), lambda one: _value_and_unit(one.parameter)),
+        (text_column("why", fields.WHY, prose=True), lambda one: words(one.parameter.why)),
         (
             Column("varied by", fields.VARIED_BY, "%"),
-            lambda one: Cell(given_text(100.0 * one.varied_by), (one.varied_by,)),
+            lambda one: Cell(given_text(100.0 * one.parameter.varied_by), (one.parameter.varied_by,)),
         ),
         (changed, lambda one: tuple(_change(one, of) for of in quantities)),
     )
@@ -170,6 +167,10 @@ def _assumed(content: ReportContent) -> Table:
         "any condition (savings: in percentage points)."
     )
     return table_of("predicted_inputs", caption, content.predictions.assumed, columns)
+
+
+def _value_and_unit(one: AssumedParameter) -> Cell:
+    return Cell(with_unit(given_text(one.value), one.unit), (one.value, one.unit))
 
 
 def _change(one: AssumedInput, quantity: PredictedQuantity) -> Cell:

@@ -16,7 +16,7 @@ from labbook.analysis.prediction.checking import agreement
 from labbook.config.model import Bounds
 from reports import content as parts
 from reports.claims import group_claim
-from reports.content import BudgetItem, Factor, Flow, Hypothesis, HypothesisPart, Level, PredictedQuantity, Verdict
+from reports.content import Factor, Flow, Hypothesis, HypothesisPart, Level, PredictedQuantity, Verdict
 from reports.display import LogGap, LogJump, RunLog
 from reports.numbers import Number
 from reports.page.writing import report_files, write_report
@@ -153,28 +153,22 @@ def _drain(maker):
     minutes = np.repeat([20.0, 24.0, 30.0, 40.0, 50.0, 60.0], 2)
     charge = np.round(5.62 * minutes + 18.7 + maker.random.normal(0, 1.2, minutes.size))
     fit = fit_passive_drain((60 * minutes).tolist(), charge.tolist(), resolution_mah=1.0)
-    line = np.linspace(0, 62, 63).tolist()
-    band, at_run, key = [fit.at(60 * at) for at in line], fit.at(720), maker.id("passive-drain fit", minutes.size)
+    at_run, key = fit.at(720), maker.id("passive-drain fit", minutes.size)
 
     def number(value, unit, error, ci):
         return Number(value, unit, se=error, ci_low=ci[0], ci_high=ci[1], df=fit.df, n=fit.n, provenance=key)
 
     a_minute = [60 * end for end in fit.slope_ci_mah_s()]
-    runs = enumerate(zip(minutes.tolist(), charge.tolist(), strict=True))
-    return parts.DrainFit(
-        points=tuple(parts.IdlePoint(f"idle{i:02d}", at, mah) for i, (at, mah) in runs),
-        line_min=tuple(line),
-        line_mah=tuple(one.charge_mah for one in band),
-        band_low_mah=tuple(one.ci_low for one in band),
-        band_high_mah=tuple(one.ci_high for one in band),
+    numbers = parts.DrainFit(
         slope=number(60 * fit.slope_mah_s, "mAh/min", 60 * fit.slope_se_mah_s, a_minute),
         intercept=number(fit.intercept_mah, "mAh", fit.intercept_se_mah, fit.intercept_ci_mah()),
         r_squared=Number(fit.r_squared, "1", provenance=key),
         at_run=number(at_run.charge_mah, "mAh", at_run.se, (at_run.ci_low, at_run.ci_high)),
-        run_duration_min=12.0,
-        range_sentence="A run lasts 12 minutes, outside the 20 to 60 minutes that were fitted: the estimate is "
-        "an extrapolation of 8 minutes.",
+        run_duration_s=720.0,
     )
+    runs = enumerate(zip(minutes.tolist(), charge.tolist(), strict=True))
+    idle = tuple(parts.IdleRun(f"idle{i:02d}", 60 * at, mah) for i, (at, mah) in runs)
+    return parts.Drain("hopper", fit, numbers, idle)
 
 
 def _runs(conditions):
@@ -252,11 +246,11 @@ def _predictions(maker, conditions, comparisons):
     return parts.Predictions(
         "bed", 1e-6, ("active_damping", "motor_heat"), ("surface",), {"b_ad_gain": "kg/m"}, tuple(items),
         judged(items, lambda what: maker.id(what, 60)),
-        (parts.AssumedInput("kg_scale", 1.4, "1", "fitted", 0.1, {
+        (parts.AssumedInput("kg_scale", parts.AssumedParameter(1.4, "1", "fitted", 0.1), {
              PredictedQuantity.JOULES: 1.25, PredictedQuantity.APEX: 0.0042, PredictedQuantity.CONTACT_TIME: 0.002,
              PredictedQuantity.SAVINGS: 0.61,
          }),
-         parts.AssumedInput("foot_mass", 0.2, "kg", "a tenth of the robot", 0.05, {
+         parts.AssumedInput("foot_mass", parts.AssumedParameter(0.2, "kg", "a tenth of the robot", 0.05), {
              PredictedQuantity.JOULES: 0.3, PredictedQuantity.APEX: Undefined(Reason.AS_SAID, said="it folds"),
          })),
         branched=1, on_edge=2, grown=3,
@@ -307,6 +301,22 @@ def _contrasts(maker):
     )
 
 
+def _budget():
+    def sizes(*joules):
+        return {name: Number(size, "J", n=10) for name, size in zip(names, joules, strict=True)}
+
+    sources = (
+        parts.BudgetSource("scatter between runs", shared=False, in_scatter=False, assumed=False),
+        parts.BudgetSource(parts.OF_DRAIN, shared=True, in_scatter=False, assumed=False),
+        parts.BudgetSource("charger resolution", shared=False, in_scatter=True, assumed=False),
+        parts.BudgetSource("reference voltage", shared=True, in_scatter=False, assumed=True),
+    )
+    names = [*(source.name for source in sources), parts.IN_ALL]
+    means = sizes(0.41, 0.21, 0.20, 0.12, 0.48)
+    levels = {"foot": "small", "k_gain": "400", "b_ad_gain": "0"}
+    return parts.JouleBudget(sources, sizes(1.3, 0.21, 0.64, 0.12, 1.32), means, Number(2.2, "J", n=10), levels)
+
+
 def make_content(seed=5):
     """A campaign of 24 conditions as chapter 5 of the thesis describes it."""
     maker = Maker(seed)
@@ -326,17 +336,7 @@ def make_content(seed=5):
                   {"first jumps of a run": 506, "touches a dropped packet": 83, "rejected on review": 21}, 5751),
         factors=FACTORS, conditions=conditions, claims=(), comparisons=comparisons, anovas=anovas,
         drains=(_drain(maker),),
-        budget=(
-            BudgetItem("scatter between runs", Number(1.3, "J"), Number(0.41, "J"), False),
-            BudgetItem(
-                "passive-drain fit", Number(0.21, "J"), Number(0.21, "J"), True,
-                "common to all runs corrected by one fit",
-            ),
-            BudgetItem("charger resolution", Number(0.64, "J"), Number(0.20, "J"), False, "contained in the scatter"),
-            BudgetItem("reference voltage", Number(0.12, "J"), Number(0.12, "J"), True, "assumed ± 0.1 V"),
-            BudgetItem("in all", Number(1.32, "J"), Number(0.48, "J"), False, "root of the sum of squares", total=True),
-        ),
-        budget_note="Shown for a condition of 10 runs of 25 jumps, where 1 mAh is 2.2 J a jump.",
+        budget=_budget(),
         contrasts=_contrasts(maker), runs=runs, packs=packs,
         confounded=("The large foot was measured on other days than the small foot: foot and day are confounded.",),
         variations=_variations(comparisons, days),

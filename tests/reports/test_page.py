@@ -115,7 +115,7 @@ def test_the_facts_of_the_report(html):
     for fact in (
         "granular bed", "k_gain in (300, 400)", "2021-05-03", "2021-05-21", "253", "255",
         "Ada Nwosu (AN) and Li Wei (LW)", "2021-07-30 14:05", "labbook 0.1.0, labbook.toml 9c41f2e07ab3", "robust",
-        "outside the 20 to 60 minutes", "foot and day are confounded", "The bed was stirred by hand.",
+        "outside the 20 to 60 min", "foot and day are confounded", "The bed was stirred by hand.",
         "uncertainty of the reference voltage", "k = 2.56 g + 67.36 N/m",
     ):  # fmt: skip
         assert fact in text
@@ -150,12 +150,12 @@ def test_a_person_s_text_is_only_text(content):
 
 
 def test_each_robot_has_its_drain(content):
-    second = dataclasses.replace(content.drains[0], robot="leg_rig 2", range_sentence="Its line is steeper.")
+    numbers = dataclasses.replace(content.drains[0].result, run_duration_s=1800.0)
+    second = dataclasses.replace(content.drains[0], robot="leg_rig 2", result=numbers)
     drains = (dataclasses.replace(content.drains[0], robot="Minitaur"), second)
     changed = dataclasses.replace(content, drains=drains)
     text = text_of(quick_page(changed))
-    says(text, "Minitaur", "12 minutes")
-    says(text, "leg_rig 2", "line is steeper")
+    says(text, "Minitaur", "at 12 min", "leg_rig 2", "at 30 min")
     for name in ("passive_drain", "idle_runs"):
         assert [block for block, _ in TABLES[name].make(changed).blocks] == ["Minitaur", "leg_rig 2"]
         alone = dataclasses.replace(content, drains=drains[:1])

@@ -16,6 +16,7 @@ from reports.page.printing import NO_BROWSER, browser, print_pdf
 from reports.page.study import Study, study_page
 from reports.page.writing import report_files, write_report
 from reports.tables.contrasts import contrast_claims
+from stats.days.order import PositionsCompared
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 
@@ -61,7 +62,7 @@ def with_every_warning(content):
     """The longest first page: all that may be said of a campaign's order, charger, looks, charges and contrasts."""
     number = Number(11.234, "%", se=1.41, ci_low=8.12, ci_high=14.31)
     favoured = [
-        Favoured(each.group, 2.0, 6.5, 0.0012, {Outcome.JOULES: number, Outcome.APEX: number})
+        Favoured(each.group, PositionsCompared(2.0, 6.5, 0.0012), {Outcome.JOULES: number, Outcome.APEX: number})
         for each in content.pooled
         if each.quantity is Outcome.JOULES
     ]

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 from data_schema.errors import UsageError
@@ -172,10 +172,7 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
         "assumed": [
             {
                 "name": one.name,
-                "value": one.value,
-                "unit": one.unit,
-                "why": one.why,
-                "varied_by": one.varied_by,
+                **asdict(one.parameter),
                 **{key: value_data(one.changes.get(quantity)) for quantity, key in _MOST.items()},
             }
             for one in about.assumed

@@ -32,7 +32,6 @@ from labbook.analysis.outcomes.conditions import ConditionValues, condition_valu
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import as_protocol, without_exclusions
 from labbook.analysis.outcomes.run_energy import (
-    Drain,
     RunEnergy,
     drain_lines,
     energies_with_drains,
@@ -44,7 +43,7 @@ from labbook.analysis.outcomes.run_force import RunForce, run_forces_by_rules
 from labbook.analysis.results import Results, RunResults, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings
-from reports.content import WITHOUT_EXCLUSIONS, Decision, Varied
+from reports.content import WITHOUT_EXCLUSIONS, Decision, Drain, Varied
 from reports.numbers import Result
 from stats.apexes.detectors import DETECTORS
 from stats.days.decision import Contrast

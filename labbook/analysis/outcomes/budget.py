@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Annotated
+from collections.abc import Sequence
 
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.charger_step import rounding_in
@@ -14,39 +12,11 @@ from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah, usable_charge
 from labbook.analysis.results import Algorithm, Results, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
-from reports.content import PackDeviation
-from reports.numbers import Number, NumberNames, Result
+from reports.content import IN_ALL, OF_DRAIN, BudgetSource, JouleBudget, PackDeviation
+from reports.numbers import Number
 from stats.compare.shared_error import shared_of_mean
 from stats.compare.summary import describe
 from stats.lines.passive_drain import rounding_sd_mah
-
-IN_ALL = "in all"
-"""The sum of all sources of uncertainty."""
-
-
-@dataclass(frozen=True, slots=True)
-class BudgetSource:
-    """A source of uncertainty by name.
-
-    A `shared` one shifts all runs alike, so that more runs do not make it smaller. The scatter between runs may contain
-    it already (`in_scatter`): it is shown then and not added again. The size of an `assumed` one has no source.
-    """
-
-    name: str
-    shared: bool
-    in_scatter: bool
-    assumed: bool
-
-
-@dataclass(frozen=True, slots=True)
-class JouleBudget(Result):
-    """What each source gives a run's joules and the mean over runs, by its name and `IN_ALL`; what 1 mAh is worth."""
-
-    terms: tuple[BudgetSource, ...]
-    one_run: Annotated[Mapping[str, Number], NumberNames("{}")]
-    mean: Annotated[Mapping[str, Number], NumberNames("{}, mean")]
-    one_mah: Annotated[Number, NumberNames("1 mAh")]
-
 
 BUDGET = Algorithm("energy_budget", 14)
 
@@ -104,7 +74,7 @@ def _budget(condition: ConditionValues, voltage_v: float, resolution_mah: float)
 
     sources = (
         BudgetSource("scatter between runs", shared=False, in_scatter=False, assumed=False),
-        BudgetSource("drain fit", shared=True, in_scatter=False, assumed=False),
+        BudgetSource(OF_DRAIN, shared=True, in_scatter=False, assumed=False),
         BudgetSource("charger resolution", shared=alike, in_scatter=not alike, assumed=False),
         BudgetSource("reference voltage", shared=True, in_scatter=False, assumed=True),
     )
@@ -113,6 +83,7 @@ def _budget(condition: ConditionValues, voltage_v: float, resolution_mah: float)
         one_run=numbers(about.sd, drain_j, step_j),
         mean=numbers(about.se, drains_j, steps_j),
         one_mah=Number(one_mah_j, "J", n=about.n),
+        levels=condition.levels,
     )
 
 

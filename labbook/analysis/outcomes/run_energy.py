@@ -32,42 +32,14 @@ from labbook.analysis.results import (
 )
 from labbook.analysis.study_data import StudyData
 from labbook.config.parsing import Configuration
+from reports.content import MAH_MIN, Drain, DrainFit, IdleRun
 from reports.numbers import Number, Origin, Result
 from stats.checks import as_number
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain, rounding_sd_mah, why_no_line
 from stats.scatter import finite
 
-MAH_MIN = 60.0
-"""mAh/s to mAh/min."""
-
-
-@dataclass(frozen=True, slots=True)
-class DrainFit(Result):
-    """A robot's drain line in numbers: it, its fit, and what it gives at `run_duration_s`.
-
-    That is the protocol's run duration, or the mean of the idle runs where it states none; `extrapolated`: it lies
-    outside those of the idle runs. Both are None without a line.
-    """
-
-    slope: Number
-    intercept: Number
-    r_squared: Number
-    at_run: Number
-    run_duration_s: float | None = None
-    extrapolated: bool | None = None
-
-
 DRAIN = Algorithm("passive_drain", 16)
-
-
-@dataclass(frozen=True, slots=True)
-class Drain:
-    """One robot's drain line, and its numbers."""
-
-    robot: str
-    line: PassiveDrain | Undefined
-    result: DrainFit
 
 
 @dataclass(frozen=True, slots=True)
@@ -128,12 +100,13 @@ def passive_drains(computed: Results, evidence: StudyData, variant: str | None =
     idle = idle_charges(evidence)
     found = {}
     for robot, line in drain_lines(evidence).items():
-        inputs = [idle_runs_input(robot)]
-        for run, charge in idle:
-            inputs += [run_input(run), *map(charge_input, charge.charges)] if run.robot_uid == robot else []
+        inputs, own = [idle_runs_input(robot)], [item for item in idle if item[0].robot_uid == robot]
+        for run, charge in own:
+            inputs += [run_input(run), *map(charge_input, charge.charges)]
         about = {"robot": names[robot]} | ({"variant": variant} if variant else {})
         fit = computed.record(DRAIN, about, inputs, _drain_fit(line, duration_s), {"run_duration_s": duration_s})
-        found[robot] = Drain(names[robot], line, fit)
+        runs = tuple(IdleRun(run.name, run.duration_s or 0.0, charge.charge_mah) for run, charge in own)
+        found[robot] = Drain(names[robot], line, fit, runs)
     return found
 
 

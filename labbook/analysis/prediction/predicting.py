@@ -46,7 +46,7 @@ from labbook.analysis.prediction.simulating import (
 from labbook.analysis.results import Algorithm, Results, condition_input, fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
-from reports.content import ACCURACY
+from reports.content import ACCURACY, AssumedParameter
 from reports.numbers import Number, NumberNames, Result
 
 if TYPE_CHECKING:
@@ -77,16 +77,6 @@ def in_quadrature(parts: Mapping[str, float | Undefined]) -> float | Undefined:
 
 _BRANCH = "other branch"
 """The part of an error that is due to a decision on a knife's edge, beside the assumed parameters."""
-
-
-@dataclass(frozen=True, slots=True)
-class AssumedParameter:
-    """A parameter without a source: its value, why it was taken, and the part by which it was varied."""
-
-    value: float
-    unit: str
-    why: str
-    varied_by: float
 
 
 @dataclass(frozen=True, slots=True)

@@ -117,7 +117,8 @@ def make_report(
         overall=results.overall(analysis),
         overall_equivalence=results.overall_equivalence(analysis),
         anovas=tuple(analysis.anovas),
-        drains=results.drain_fits(analysis),
+        drains=results.drains(analysis),
+        budget=analysis.budget,
         packs=analysis.packs,
         confounded=tuple(results.confounded_with_day(analysis)),
         variations=analysis.variations.varied,
@@ -145,13 +146,10 @@ def make_report(
         no_equivalence=results.no_equivalence(analysis),
     )
     used = ("numpy", "scipy", "matplotlib", *(("numba",) if bare.predictions.items else ()))
-    budget, budget_note = results.budget(analysis, bare)
     content = replace(
         bare,
         software=tuple((name, importlib.metadata.version(name)) for name in used),
         limitations=(*results.robot_limitations(analysis, bare), *bare.limitations),
-        budget=budget,
-        budget_note=budget_note,
         claims=_warned(bare, _claims(bare, compared, one_level=results.one_level(analysis))),
     )
     shown = dict.fromkeys(number.provenance for number in shown_numbers(content))

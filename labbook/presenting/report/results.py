@@ -13,8 +13,6 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, S
 from dataclasses import fields, is_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.queries.study import CheckRow, FactorRow, PlannedRow
@@ -24,10 +22,9 @@ from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.deciding import deciding_runs, runs_of
 from labbook.analysis.comparison.order import ADJUSTED, OVER_GROUPS
 from labbook.analysis.comparison.pairing import place
-from labbook.analysis.outcomes.budget import IN_ALL, BudgetSource
 from labbook.analysis.outcomes.conditions import ConditionValues, coarse_scatter
 from labbook.analysis.outcomes.run_apexes import Judgement
-from labbook.analysis.outcomes.run_energy import MAH_MIN, RunEnergy, idle_charges, only_charge_missing
+from labbook.analysis.outcomes.run_energy import RunEnergy, only_charge_missing
 from labbook.analysis.prediction.condition_scenes import study_scene, unconverted_factors
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.preregistration.departures import first_named
@@ -39,17 +36,15 @@ from labbook.config.parsing import Configuration
 from reports.content import (
     POOLED,
     AssumedInput,
-    BudgetItem,
     CoarseCharger,
     Comparison,
     Condition,
     Day,
-    DrainFit,
+    Drain,
     Factor,
     Favoured,
     Flow,
     Hypothesis,
-    IdlePoint,
     Judged,
     Level,
     OverallEquivalence,
@@ -372,7 +367,7 @@ def favoured(analysis: StudyAnalysis) -> tuple[Favoured, ...]:
 
 def _favoured(group: Mapping[str, str] | None, test: PositionsCompared, adjusted: Mapping[Outcome, Number]) -> Favoured:
     claimed = {outcome: adjusted[outcome] for outcome in (Outcome.JOULES, Outcome.APEX) if outcome in adjusted}
-    return Favoured(group, test.control, test.treated, test.p, claimed)
+    return Favoured(group, test, claimed)
 
 
 def groups_without_charges(analysis: StudyAnalysis) -> tuple[tuple[Mapping[str, str], tuple[str, ...]], ...]:
@@ -400,71 +395,9 @@ def _without_swept(analysis: StudyAnalysis, run: RunRow) -> dict[str, str]:
     return {name: label for name, label in run.levels.items() if name != analysis.swept}
 
 
-_LINE_POINTS = 61
-_DRAIN_FIT = "drain fit"
-"""The source of the budget that runs of one robot share; others are shared by all runs."""
-
-
-def drain_fits(analysis: StudyAnalysis) -> tuple[DrainFit, ...]:
-    """Return points, line and band of each robot's fit, of those that have one."""
-    found = []
-    for robot_uid, drain in analysis.drains.items():
-        line, at_s = drain.line, drain.result.run_duration_s
-        if isinstance(line, Undefined) or at_s is None:
-            continue
-        minutes = np.linspace(0.0, line.duration_max_s * 1.05 / MAH_MIN, _LINE_POINTS)
-        band = [line.at(minute * MAH_MIN) for minute in minutes]
-        found.append(
-            DrainFit(
-                robot=drain.robot,
-                points=tuple(
-                    IdlePoint(run.name, (run.duration_s or 0.0) / MAH_MIN, charge.charge_mah)
-                    for run, charge in idle_charges(analysis.evidence)
-                    if run.robot_uid == robot_uid
-                ),
-                line_min=tuple(float(minute) for minute in minutes),
-                line_mah=tuple(at.charge_mah for at in band),
-                band_low_mah=tuple(at.charge_mah if isinstance(at.ci_low, Undefined) else at.ci_low for at in band),
-                band_high_mah=tuple(at.charge_mah if isinstance(at.ci_high, Undefined) else at.ci_high for at in band),
-                slope=drain.result.slope,
-                intercept=drain.result.intercept,
-                r_squared=drain.result.r_squared,
-                at_run=drain.result.at_run,
-                run_duration_min=at_s / MAH_MIN,
-                range_sentence=line.sentence(at_s),
-            )
-        )
-    return tuple(found)
-
-
-def budget(analysis: StudyAnalysis, content: ReportContent) -> tuple[tuple[BudgetItem, ...], str]:
-    """Return where the uncertainty of joules comes from, for the condition with the most runs, and which that is.
-
-    `content` knows what conditions are called.
-    """
-    found = analysis.budget
-    if found is None:
-        return (), ""
-    terms = {term.name: term for term in found.terms}
-    items = tuple(
-        BudgetItem(
-            name,
-            found.one_run[name],
-            found.mean[name],
-            shared=name in terms and terms[name].shared,
-            note=_budget_note(terms[name]) if name in terms else "",
-            total=name == IN_ALL,
-            within_robot=name == _DRAIN_FIT and len(content.robots) > 1,
-        )
-        for name in (*terms, IN_ALL)
-    )
-    key = found.origin.scope["condition"]
-    condition = next(item for item in analysis.conditions[Outcome.JOULES] if item.key == key)
-    n = len(condition.runs)
-    return items, (
-        f"Shown for {levels_name(content, condition.levels)} ({n} run{'' if n == 1 else 's'}), where 1 mAh is "
-        f"{found.one_mah.value:.2g} J a jump."
-    )
+def drains(analysis: StudyAnalysis) -> tuple[Drain, ...]:
+    """Return the passive drain of each robot that has a line."""
+    return tuple(drain for drain in analysis.drains.values() if not isinstance(drain.line, Undefined))
 
 
 def coarse_charger(analysis: StudyAnalysis) -> CoarseCharger | None:
@@ -475,11 +408,6 @@ def coarse_charger(analysis: StudyAnalysis) -> CoarseCharger | None:
         return None
     step_mah = max(item.result.step_mah for item in runs if isinstance(item.result, RunEnergy))
     return CoarseCharger(step_mah, scatter * step_mah)
-
-
-def _budget_note(term: BudgetSource) -> str:
-    notes = [("contained in the scatter", term.in_scatter), ("assumed", term.assumed)]
-    return " and ".join(note for note, holds in notes if holds)
 
 
 def predictions(analysis: StudyAnalysis) -> Predictions:
@@ -589,10 +517,7 @@ def _assumed(analysis: StudyAnalysis, settings: SimulationSettings) -> tuple[Ass
     return tuple(
         AssumedInput(
             name,
-            about.value,
-            about.unit,
-            about.why,
-            about.varied_by,
+            about,
             {quantity: _most(analysis, quantity, name) for quantity in PredictedQuantity},
             fitted=name in fitted,
         )
@@ -731,14 +656,17 @@ _PLAIN = (str, int, float, type(None))
 
 
 def shown_numbers(content: ReportContent) -> Iterator[Number]:
-    """Give every number with an id that a report shows; of what was recomputed these are the headlines."""
+    """Give every number with an id that a report shows; of what was recomputed the headlines."""
     of_headlines = [
         decision.headline
         for comparison, varied in content.headlines
         for decision in (comparison.decision, *(one.result for one in varied))
     ]
+    budget = content.budget
+    of_sources = [] if budget is None else [of[name] for name in budget.one_run for of in (budget.one_run, budget.mean)]
+    beside: dict[str, object] = {"variations": of_headlines, "budget": of_sources}
     for one in fields(content):
-        yield from numbers_in(of_headlines if one.name == "variations" else getattr(content, one.name))
+        yield from numbers_in(beside.get(one.name, getattr(content, one.name)))
 
 
 def numbers_in(value: object) -> Iterator[Number]:

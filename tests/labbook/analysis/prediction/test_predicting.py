@@ -224,11 +224,11 @@ def test_at_another_alpha_the_ratio_still_rests_on_95_percent(reported: Reported
 
 def test_what_is_assumed_is_listed_with_its_reason_and_what_it_changes(reported: Reported) -> None:
     about = reported.made.content.predictions
-    assert {one.name: one.varied_by for one in about.assumed} == VARIED
+    assert {one.name: one.parameter.varied_by for one in about.assumed} == VARIED
     checked = [item.check for item in reported.made.analysis.checked if item.quantity is PredictedQuantity.JOULES]
     assert len(checked) == 4
     for one in about.assumed:
-        assert one.why
+        assert one.parameter.why
         parts = [check.errors[one.name].value for check in checked]
         assert one.changes[PredictedQuantity.JOULES] == max(value for value in parts if isinstance(value, float))
 
@@ -375,7 +375,7 @@ def test_an_assumed_mass_is_listed_of_each_robot(tmp_path: Path) -> None:
     with book.open() as standing, standing.session(ADA) as session:
         correct(standing, session, "r001", ["robot=cricket"], "the other one hung there")
     assumed = reports(book, SMALL_CONTROL).content.predictions.assumed
-    assert sorted(one.value for one in assumed if one.name == "foot_mass") == [0.2, 0.3]
+    assert sorted(one.parameter.value for one in assumed if one.name == "foot_mass") == [0.2, 0.3]
 
 
 CHATTERING = """

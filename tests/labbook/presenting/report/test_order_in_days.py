@@ -41,8 +41,8 @@ def test_controls_first_are_said_on_page_one_with_the_adjusted_saving(tmp_path: 
     assert isinstance(adjusted.ci_low, float)
     assert isinstance(adjusted.ci_high, float)
     assert adjusted.ci_low < 0.0 < adjusted.ci_high
-    assert (found.control_position, found.treated_position) == (2.0, 6.0)
-    assert found.p < 1e-6
+    assert (found.positions.control, found.positions.treated) == (2.0, 6.0)
+    assert found.positions.p < 1e-6
     assert adjusted.provenance in {item.id for item in content.provenance}
     said = next(each for each in trust_sentences(content) if "random order" in each)
     says(said, "2.0 against 6.0", "p < .001", "saving")
@@ -72,7 +72,7 @@ def test_a_balanced_order_is_not_warned_of_and_robustness_has_the_adjusted_savin
 def test_one_run_a_side_and_day_leaves_nothing_to_adjust_by(tmp_path: Path) -> None:
     content = report_on(tmp_path, "ct", days=6)
     (found,) = content.favoured
-    assert found.p == pytest.approx(2 / 2**6)
+    assert found.positions.p == pytest.approx(2 / 2**6)
     assert found.adjusted == {}
     says(trust_sentences(content)[0], "1.0 against 2.0", "p = .031")
     says(trust_sentences(content)[0], "no adjusted")
