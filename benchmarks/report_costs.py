@@ -24,7 +24,7 @@ from labbook.book.opening import DATABASE, opened
 from labbook.demo.files import FACTORS
 from labbook.demo.truth import CHAPTER_5
 from labbook.demo.writers import SheetRun, charger_sheet, run_sheet
-from reports.figures.figure_cache import DRAWN
+from reports.figures.registry import DRAWN
 
 RUNS_A_DAY, AT_ONCE, _FIRST_DAY = 20, 5000, dt.date(1990, 1, 1)
 IDLE_RUNS = 17

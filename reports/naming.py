@@ -15,6 +15,7 @@ from reports.display import (
     given_text,
     in_sentence,
     list_text,
+    sentence_start,
     with_unit,
 )
 
@@ -65,6 +66,33 @@ def formula_text(factor: Factor) -> str:
     called = factor.control_name or "the control"
     zero = f"; gain {factor.control} is {called} and stands for 0" if factor.control is not None else ""
     return with_unit(text, factor.unit) + zero
+
+
+def gains_text(content: ReportContent) -> str:
+    """Say what gains stand for and what sizes the levels of other factors have; "" where neither is known."""
+    formulas = [
+        f"{in_sentence(title_of(factor))} {text}" for factor in content.factors if (text := formula_text(factor))
+    ]
+    found = {
+        (level.factor, level.label): physical_text(level) if is_number(level) else _size_text(level)
+        for condition in content.conditions
+        for level in condition.levels
+        if level.gain is None and level.value is not None
+    }
+    sentences = []
+    if formulas:
+        sentences.append(f"Gains g stand for physical values: {'; '.join(formulas)}.")
+    for factor in content.factors:
+        sizes = [text for (name, _), text in found.items() if name == factor.name]
+        if sizes:
+            symbol = f", {factor.symbol}" if factor.symbol else ""
+            sentences.append(f"{sentence_start(factor.title)}{symbol}: {list_text(sizes)}.")
+    return " ".join(sentences)
+
+
+def _size_text(level: Level) -> str:
+    """Write a label with its size: "small 0.038 m"."""
+    return with_unit(f"{level.label} {level_value(level)}", level.unit)
 
 
 def level_value(level: Level) -> str:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
-from labbook.analysis.comparison.comparisons import Compared, compare_all, unselected_conditions
+from labbook.analysis.comparison.comparisons import Compared, analyses_of_variance, compare_all, unselected_conditions
 from labbook.analysis.comparison.contrasts import contrast_means
 from labbook.analysis.comparison.deciding import Overall, overall_effects
 from labbook.analysis.comparison.order import (
@@ -20,7 +20,6 @@ from labbook.analysis.comparison.order import (
     fingerprints_of_positions,
 )
 from labbook.analysis.comparison.robustness import Variations, vary
-from labbook.analysis.comparison.thesis_route import analyses_of_variance
 from labbook.analysis.outcomes.budget import budget, pack_deviations
 from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure_all, number_of
 from labbook.analysis.outcomes.detection import Detections

@@ -108,8 +108,7 @@ def analysis(book: BookOption = None) -> Shown:
 
     Example: labbook analysis
     """
-    from labbook.analysis.preregistration.planned import planned_analysis
-    from labbook.presenting.report.results import NOT_WATCHED, planned_sentences
+    from labbook.analysis.preregistration.planned import NOT_WATCHED, planned_analysis, planned_sentences
 
     with reading(book) as (opened_book, connection):
         found = planned_analysis(connection, opened_book.configuration)

@@ -31,7 +31,7 @@ from data_schema.queries.history import ReportRow, list_reports
 from data_schema.queries.study import ConfigRow, config_in_force, people
 from ingest.store import Store, raw_path
 from labbook.actions.upkeep.report_differences import report_named
-from labbook.analysis.preregistration.planned import planned_analysis
+from labbook.analysis.preregistration.planned import planned_analysis, planned_sentences
 from labbook.book.copies.copying import raw_of
 from labbook.book.opening import CONFIGURATION, JOURNAL, Book
 from labbook.book.replaying import replayed
@@ -50,7 +50,6 @@ from labbook.export.table_files import (
     table_path,
 )
 from labbook.export.tables import every_table
-from labbook.presenting.report.results import planned_sentences
 from labbook.terminal import plain
 
 ENDING = ".eln"

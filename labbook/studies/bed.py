@@ -32,9 +32,8 @@ from reports.display import (
 from reports.figures.by_level import coefficient_of, draw_side_by_side, has_quantity, points_text
 from reports.numbers import Number
 from reports.page.study import Study
-from reports.remarks import scene_sentences
 from reports.tables.headlines import groups
-from reports.tables.predictions import block_of, level_text_of, published_text
+from reports.tables.predictions import block_of, level_text_of, published_text, scene_sentences
 from reports.tables.registry import TABLES, tables_of
 from reports.tables.table import Raw
 

@@ -16,12 +16,10 @@ from reports.claims import group_claim, groups_in_one_sentence
 from reports.content import ReportContent
 from reports.display import count_text, in_sentence, list_text, significance_text
 from reports.figures.registry import figures_of
-from reports.naming import control_name, levels_name, swept_factor, swept_words, title_of
-from reports.remarks import gains_text, prediction_sentences
+from reports.naming import control_name, gains_text, levels_name, swept_factor, swept_words, title_of
 from reports.tables.each_run import run_anchors
 from reports.tables.formats import latex_text
-from reports.tables.prediction_bias import verdict_text
-from reports.tables.predictions import PREDICTED
+from reports.tables.predictions import PREDICTED, prediction_sentences, verdict_text
 from reports.trust import flow_sentence, review_sentence, sentences_on_rules, trust_sentences
 
 

@@ -19,8 +19,7 @@ from data_schema.outcomes import Outcome
 from reports.content import ReportContent
 from reports.display import count_text, list_text
 from reports.figures.by_level import file_name
-from reports.figures.figure_cache import DRAWN, Wanted, cached_figures
-from reports.figures.registry import FIGURES, figures_of
+from reports.figures.registry import DRAWN, FIGURES, Wanted, cached_figures, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN, is_narrow
 from reports.page.policy import content_policy
 from reports.page.sections import (

@@ -1,14 +1,45 @@
-"""What was predicted beside what was measured, a table a quantity, and the inputs that the predictions assume."""
+"""What was predicted beside what was measured, as tables and in words.
+
+A table a quantity; the inputs that predictions assume; the signed bias of each group and of all jointly; limits of
+agreement, how far predictions lie from what was measured, over conditions; and what all that depends on.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
 from reports import fields
-from reports.content import POOLED, AssumedInput, AssumedParameter, PredictedQuantity, Prediction, ReportContent
-from reports.display import DASH, common_places, given_text, shown_unit, with_unit
+from reports.content import (
+    POOLED,
+    AssumedInput,
+    AssumedParameter,
+    Judged,
+    JudgedGroup,
+    Limits,
+    PredictedQuantity,
+    Prediction,
+    ReportContent,
+)
+from reports.display import (
+    DASH,
+    EQUALS,
+    as_shown,
+    common_places,
+    count_text,
+    decimal_text,
+    general_text,
+    given_text,
+    interval_text,
+    list_text,
+    p_text,
+    sentence_start,
+    shown_unit,
+    value_text,
+    with_unit,
+)
 from reports.naming import level_name, levels_name, swept_factor, swept_words
 from reports.numbers import Number
 from reports.tables.table import (
@@ -23,6 +54,7 @@ from reports.tables.table import (
     interval_cell,
     interval_column,
     number_cell,
+    p_cell,
     provenance_cell,
     table_of,
     text_column,
@@ -186,3 +218,289 @@ def _table_kind(quantity: PredictedQuantity) -> TableKind:
 PREDICTED = tuple(map(_table_kind, PredictedQuantity))
 """A table a quantity."""
 PREDICTED_INPUTS = TableKind("predicted_inputs", _assumed)
+
+
+_CI = "95\u00a0% CI"
+_NAMED = 2
+"""Groups that a sentence names before it only counts them."""
+_ORDERED = 3
+"""So many groups have an order worth a tau: of two it is 1 or -1."""
+
+
+def _places_of_biases(one: Judged) -> int:
+    """Return the decimals of a quantity's biases, in the unit that they are shown in."""
+    return common_places([group.bias for group in one.groups])
+
+
+def _group_verdict(group: JudgedGroup, places: int) -> str:
+    """Say what a group's bias amounts to: "predictions 5.1 J high", "no significant bias"."""
+    if group.differs:
+        return f"predictions {_size([group], places)}"
+    if group.agrees_only_by_assumed:
+        return f"{_size([group], places)}, not significant with the assumed inputs' uncertainty included"
+    return "no significant bias"
+
+
+def _size(groups: Sequence[JudgedGroup], places: int) -> str:
+    """Write how far predictions of groups lie to one side: "4.6 to 5.6 J high"."""
+    shown = [as_shown(group.bias) for group in groups]
+    values = sorted(abs(each.value) for each in shown if not isinstance(each.value, Undefined))
+    ends = dict.fromkeys(decimal_text(value, places) for value in (values[0], values[-1]))
+    side = "high" if _is_high(groups[0]) else "low"
+    return f"{with_unit(' to '.join(ends), shown[0].unit)} {side}"
+
+
+def _is_high(group: JudgedGroup) -> bool:
+    return isinstance(group.bias.value, float) and group.bias.value > 0.0
+
+
+def _joint_text(one: Judged) -> str:
+    """Write the joint test and Kendall's tau of the order of groups: "joint p < .001, \u03c4 = 0.33"."""
+    value = None if one.tau is None or len(one.groups) < _ORDERED else one.tau.value
+    tau = f", \u03c4{EQUALS}{decimal_text(value, 2)}" if isinstance(value, float) else ""
+    return f"joint {p_text(one.joint_p.value)}{tau}"
+
+
+def verdict_text(content: ReportContent) -> str:
+    """Say of each quantity whether its predictions are biased, where and by how much; "" where none can be judged."""
+    found, assumed = content.predictions.judged, content.predictions.assumed
+    sentences = [
+        f"{sentence_start(str(each.quantity))} ({_joint_text(each)}): {_where_biased(content, each)}." for each in found
+    ]
+    if any(group.differs for each in found for group in each.groups):
+        needed = [text for each in found if (text := _needed(each, assumed))]
+        explained = f"To explain that, {'; '.join(needed)}; or an" if needed else "No assumed input explains that: an"
+        sentences.append(f"{explained} effect is missing in the scene.")
+    fitted = [one.name for one in assumed if one.fitted]
+    if found and fitted:
+        sentences.append(f"Fitted to this study: {list_text(fitted)}; agreement with the runs fitted is no test.")
+    return " ".join(sentences)
+
+
+def _needed(one: Judged, assumed: Sequence[AssumedInput]) -> str:
+    """Say how far off the input that moves a quantity most must be to explain its largest bias alone, if linear."""
+    biases = [abs(group.bias.value) for group in one.groups if group.differs and isinstance(group.bias.value, float)]
+    moves = [
+        (part, each) for each in assumed if isinstance(part := each.changes.get(one.quantity), float) and part > 0.0
+    ]
+    if not biases or not moves:
+        return ""
+    part, most = max(moves, key=lambda of: of[0])
+    off = with_unit(general_text(100.0 * max(biases) / part * most.parameter.varied_by, 2), "%")
+    within = with_unit(general_text(100.0 * most.parameter.varied_by, 2), "%")
+    return f"{most.name} must be {off} off, not within {within} ({one.quantity})"
+
+
+def _where_biased(content: ReportContent, one: Judged) -> str:
+    parts = []
+    for high in (True, False):
+        biased = [each for each in one.groups if each.differs and _is_high(each) is high]
+        if biased:
+            parts.append(f"{_size(biased, _places_of_biases(one))}{_where(content, one.groups, biased)}")
+    bought = [each for each in one.groups if each.agrees_only_by_assumed]
+    if bought and not parts:
+        means = "mean agrees" if len(bought) == 1 else "means agree"
+        return f"group {means}{_where(content, one.groups, bought)} only with the assumed inputs' uncertainty included"
+    return list_text(parts) or "no significant bias"
+
+
+def _where(content: ReportContent, groups: Sequence[JudgedGroup], chosen: Sequence[JudgedGroup]) -> str:
+    """Name the chosen groups, or count them; "" where a study has one group."""
+    if len(groups) == 1:
+        return ""
+    if len(chosen) == len(groups):
+        return " in all groups"
+    if len(chosen) <= _NAMED:
+        return f" at {list_text([levels_name(content, each.group) for each in chosen])}"
+    return f" in {len(chosen)} of {count_text(len(groups), 'group')}"
+
+
+def _bias_table(content: ReportContent) -> Table:
+    columns: Columns[tuple[Judged, JudgedGroup]] = (
+        (text_column("quantity", fields.QUANTITY), lambda row: words(str(row[0].quantity))),
+        (text_column("group", fields.GROUP), lambda row: words(levels_name(content, row[1].group) or "all runs")),
+        (Column("days", fields.DAYS), lambda row: count(row[1].days)),
+        (Column("runs", fields.N, shown=False), lambda row: count(row[1].bias.n)),
+        (Column("measured", fields.PLAIN_MEASURED, shown=False), lambda row: Cell("", (row[1].measured.value,))),
+        (Column("predicted", fields.PLAIN_PREDICTED, shown=False), lambda row: Cell("", (row[1].predicted.value,))),
+        (Column("bias", fields.BIAS), lambda row: _bias(row[1].bias, _places_of_biases(row[0]))),
+        (
+            Column(_CI, fields.BIAS_INTERVAL),
+            lambda row: Cell(
+                interval_text(row[1].bias, _places_of_biases(row[0])), (row[1].bias.ci_low, row[1].bias.ci_high)
+            ),
+        ),
+        (
+            Column("by measurement alone", fields.INTERVAL_OF_MEASURED, shown=False),
+            lambda row: Cell("", (row[1].of_measured.ci_low, row[1].of_measured.ci_high)),
+        ),
+        (Column("p", fields.P), lambda row: p_cell(row[1].p.value)),
+        (
+            text_column("verdict", fields.VERDICT, prose=True),
+            lambda row: words(_group_verdict(row[1], _places_of_biases(row[0]))),
+        ),
+        (
+            Column("joint test", fields.JOINT_TEST, shown=False),
+            lambda row: _joint(row[0]),
+        ),
+        (PROVENANCE, lambda row: provenance_cell(row[1].bias.provenance)),
+    )
+    caption = (
+        "Predicted less measured by day; intervals hold both errors. Joint p: Bonferroni's; "
+        f"\u03c4: Kendall's, of groups.{_other_units(content)}"
+    )
+    groups = [(one, group) for one in content.predictions.judged for group in one.groups]
+    return table_of("prediction_bias", caption, groups, columns)
+
+
+def _bias(bias: Number, places: int) -> Cell:
+    shown = as_shown(bias)
+    return Cell(with_unit(value_text(shown.value, places), shown.unit), (bias.value, bias.unit))
+
+
+def _joint(one: Judged) -> Cell:
+    tau, tau_id = (None, None) if one.tau is None else (one.tau.value, one.tau.provenance)
+    return Cell("", (one.joint_p.value, tau, one.joint_p.provenance, tau_id))
+
+
+def _other_units(content: ReportContent) -> str:
+    """Say which factors the scene takes in another unit than the study states; "" for none."""
+    return "".join(
+        f" {sentence_start(factor.title)}: {factor.unit} in the study, as many {unit} in the scene."
+        for factor in content.factors
+        if (factor.slope is not None or factor.unit)
+        and (unit := content.predictions.units.get(factor.name, factor.unit)) != factor.unit
+    )
+
+
+PREDICTION_BIAS = TableKind("prediction_bias", _bias_table)
+
+
+def _limits_of_agreement(content: ReportContent) -> Table:
+    columns: Columns[tuple[Judged, Limits]] = (
+        (text_column("quantity", fields.QUANTITY), lambda row: words(str(row[0].quantity))),
+        (text_column("unit", fields.UNIT), lambda row: words(shown_unit(row[1].mean_difference.unit)[0])),
+        (Column("conditions", fields.N), lambda row: count(row[1].mean_difference.n)),
+        (_limit_columns("mean", of="mean"), lambda row: _limit_cells(row[1], row[1].mean_difference)),
+        (_limit_columns("lower limit", of="low"), lambda row: _limit_cells(row[1], row[1].lower_limit)),
+        (_limit_columns("upper limit", of="high"), lambda row: _limit_cells(row[1], row[1].upper_limit)),
+        (PROVENANCE, lambda row: provenance_cell(row[1].mean_difference.provenance)),
+    )
+    caption = (
+        "Predicted less measured over conditions (Bland and Altman): mean difference, and the limits between which "
+        "95\u00a0% of further conditions are expected."
+    )
+    found = [(one, one.limits) for one in content.predictions.judged if one.limits is not None]
+    return table_of("limits_of_agreement", caption, found, columns)
+
+
+def _limit_columns(title: str, *, of: str) -> tuple[Column, Column]:
+    interval = Column(_CI, fields.named(fields.INTERVAL, of=f"{of}_"))
+    return Column(title, fields.named(fields.LIMIT, of=of)), interval
+
+
+def _limit_cells(limits: Limits, number: Number) -> tuple[Cell, Cell]:
+    places = common_places((limits.mean_difference, limits.lower_limit, limits.upper_limit))
+    return number_cell(number, places), interval_cell(number, places)
+
+
+LIMITS_OF_AGREEMENT = TableKind("limits_of_agreement", _limits_of_agreement)
+
+
+def scene_sentences(content: ReportContent) -> list[str]:
+    """Say which factors change nothing in the scene, and whose numbers it takes as they stand."""
+    about, sentences = content.predictions, []
+    if about.unmapped:
+        sentences.append(
+            f"Not simulated: {list_text(about.unmapped)}, for which [simulation] of labbook.toml names no parameter. "
+            "Conditions that differ in nothing else have the same prediction, and savings between them are predicted "
+            "as 0."
+        )
+    return [*sentences, *filter(None, [unconverted_text(about.unconverted)])]
+
+
+def unconverted_text(factors: Sequence[tuple[str, str, str]]) -> str:
+    """Say which factors are parameters of the scene as they stand, and what converts them; "" of none."""
+    if not factors:
+        return ""
+    named = list_text([f"{factor} as {parameter} in {unit}" for factor, parameter, unit in factors])
+    tables = list_text([f"[gains.{factor}]" for factor, _parameter, _unit in factors])
+    return f"Simulated as it stands: {named}. Gains of a controller need {tables} (docs/your-own-data.md)."
+
+
+def prediction_sentences(content: ReportContent) -> tuple[str, ...]:
+    """Say what predictions depend on and what their errors are; nothing where nothing was predicted."""
+    if not content.predictions.items:
+        return ()
+    return _simulated(content), _errors(content)
+
+
+def _simulated(content: ReportContent) -> str:
+    about = content.predictions
+    effects = list_text([name.replace("_", " ") for name in about.effects])
+    text = (
+        f"Each condition is simulated as it was run: in the scene {about.scene}, with the robot and the "
+        f"levels that the book states for it. The scene has these effects and no others: {effects}."
+    )
+    if about.unmapped:
+        text += (
+            f" {sentence_start(list_text(about.unmapped))} changes nothing in the scene: [simulation] of labbook.toml "
+            "names no parameter for it."
+        )
+    if about.unconverted:
+        text += f" {unconverted_text(about.unconverted)}"
+    for conditions, what in (
+        (
+            about.branched,
+            "a decision of the simulated controller hangs on a knife's edge; the jump had it fallen otherwise is part "
+            "of the error",
+        ),
+        (
+            about.on_edge,
+            "a decision of the simulated controller hangs on a knife's edge, and what had come of it otherwise is in "
+            "no error",
+        ),
+        (
+            about.grown,
+            "sampled active damping, or a slow foot at touchdown, lets rounding grow beyond the accuracy of the "
+            "simulator; the error has that in its place",
+        ),
+        (about.under_surface, "the simulated body gets under the surface of the grains, which act on the foot alone"),
+        (
+            about.open_book,
+            "the energy of the simulated jump does not add up within the accuracy: joules err by more",
+        ),
+        (about.ends_otherwise, "the simulated jump ends otherwise where it is simulated a hundred times finer"),
+    ):
+        if conditions:
+            text += f" In {count_text(conditions, 'condition')} {what}."
+    return text
+
+
+def _errors(content: ReportContent) -> str:
+    about = content.predictions
+    inputs = list_text([f"{one.name} by {given_text(100.0 * one.parameter.varied_by)} %" for one in about.assumed])
+    inputs_text = f"inputs without a source, each raised and lowered ({inputs})" if about.assumed else "nothing else"
+    accuracy = given_text(about.accuracy)
+    return (
+        f"The error of a prediction is that of the simulator, {accuracy} of the value, and that of {inputs_text}. "
+        "Its parts are added in quadrature and count as one standard uncertainty; in the mean of a group errors are "
+        f"added before squaring. {numerical_text(content)}What the scene leaves out, such as what is lost between the "
+        "charger and the motors, is no part of it."
+    )
+
+
+def numerical_text(content: ReportContent) -> str:
+    """Say how far predictions move when simulated finer, with a space after it; "" where that is not known."""
+    moved = [
+        error / se
+        for item in content.predictions.items
+        for error, se in [(item.check.numerical_error, item.check.predicted.se)]
+        if error is not None and isinstance(se, float) and se > 0.0
+    ]
+    if not moved:
+        return ""
+    marked = sum(item.check.imprecise for item in content.predictions.items)
+    also = f", and the tables mark {count_text(marked, 'of them', 'of them')} as imprecise" if marked else ""
+    most = given_text(float(f"{max(moved):.1g}"))
+    return f"Simulated again a hundred times finer, predictions move by at most {most} of their standard error{also}. "

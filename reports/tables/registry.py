@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from reports.content import ReportContent
-from reports.tables.comparisons import COMPARISONS, EQUIVALENCE
+from reports.tables.comparisons import ANOVAS, COMPARISONS, EQUIVALENCE, TESTS, TESTS_JUMPS
 from reports.tables.conditions import BY_CONDITION
 from reports.tables.contrasts import CONTRASTS
 from reports.tables.each_run import EACH_RUN
-from reports.tables.flow import FLOW
 from reports.tables.headlines import HEADLINES
 from reports.tables.hypotheses import HYPOTHESES, HYPOTHESES_IN_FULL
 from reports.tables.measured import (
     ASSUMED,
     DAYS,
+    FLOW,
     IDLE_RUNS,
     PACKS,
     PASSIVE_DRAIN,
@@ -20,10 +20,8 @@ from reports.tables.measured import (
     SENSITIVITY,
     UNCERTAINTY_BUDGET,
 )
-from reports.tables.prediction_bias import LIMITS_OF_AGREEMENT, PREDICTION_BIAS
-from reports.tables.predictions import PREDICTED, PREDICTED_INPUTS
+from reports.tables.predictions import LIMITS_OF_AGREEMENT, PREDICTED, PREDICTED_INPUTS, PREDICTION_BIAS
 from reports.tables.table import TableKind
-from reports.tables.thesis_route import ANOVAS, TESTS, TESTS_JUMPS
 
 TABLES: dict[str, TableKind] = {
     kind.name: kind

@@ -10,8 +10,8 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import ContrastKind, Rule, Undefined
+from labbook.analysis.comparison.comparisons import thesis_route
 from labbook.analysis.comparison.deciding import decide_by_contrast, equivalence_by_contrast
-from labbook.analysis.comparison.thesis_route import thesis_route
 from labbook.analysis.prediction.checking import agreement
 from labbook.config.model import Bounds
 from reports import content as parts

@@ -13,7 +13,7 @@ from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
 from reports.page.sections import sections_of
-from reports.remarks import prediction_sentences
+from reports.tables.predictions import prediction_sentences
 from reports.tables.registry import TABLES
 from tests.helpers.judged import judged
 from tests.helpers.wording import says

@@ -24,7 +24,7 @@ from labbook.analysis.results import Results
 from labbook.analysis.study_data import gather
 from labbook.book.opening import Book
 from reports.display import list_text
-from reports.remarks import unconverted_text
+from reports.tables.predictions import unconverted_text
 from simulator.scene import Scene, Value
 from stats.lines.nonlinear import NothingAtStart
 

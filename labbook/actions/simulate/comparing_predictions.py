@@ -12,17 +12,24 @@ from typing import Any
 
 from data_schema.errors import UsageError
 from data_schema.queries.runs import refuse_empty_selection
+from data_schema.vocabulary import Undefined
 from labbook.book.opening import Book
 from labbook.book.write_session import now_utc
 from labbook.presenting.report.content import make_report
-from labbook.presenting.report.results import number_data, published_data, value_data
 from labbook.terminal import columns
-from reports.content import Hypothesis, PredictedQuantity, ReportContent, Verdict
+from reports.content import Hypothesis, PredictedQuantity, Prediction, ReportContent, Verdict
 from reports.display import sentence_start
-from reports.remarks import numerical_text, scene_sentences
+from reports.numbers import Number, Value
 from reports.tables.hypotheses import verdict_sentence
-from reports.tables.prediction_bias import verdict_text
-from reports.tables.predictions import LEGEND, PREDICTED, level_text_of, title_text
+from reports.tables.predictions import (
+    LEGEND,
+    PREDICTED,
+    level_text_of,
+    numerical_text,
+    scene_sentences,
+    title_text,
+    verdict_text,
+)
 from reports.tables.registry import TABLES
 from reports.tables.table import Cell, Table
 
@@ -130,15 +137,15 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "control": item.control,
                 "n": item.n,
                 "unit": item.measured.unit,
-                "measured": number_data(item.measured),
-                "predicted": number_data(item.check.predicted),
+                "measured": _number_data(item.measured),
+                "predicted": _number_data(item.check.predicted),
                 "numerical_error": item.check.numerical_error,
                 "imprecise": item.check.imprecise,
-                "difference": value_data(item.check.difference.value),
-                "error_ratio": value_data(item.check.error_ratio.value),
+                "difference": _value_data(item.check.difference.value),
+                "error_ratio": _value_data(item.check.error_ratio.value),
                 "agrees": item.agrees,
                 "unsure": item.unsure,
-                "published": published_data(item),
+                "published": _published_data(item),
             }
             for item in about.items
         ],
@@ -148,11 +155,11 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "unit": group.bias.unit,
                 "group": dict(group.group),
                 "days": group.days,
-                "bias": number_data(group.bias),
-                "by_measurement_alone": number_data(group.of_measured),
-                "p": value_data(group.p.value),
-                "joint_p": value_data(one.joint_p.value),
-                "kendall_tau": None if one.tau is None else value_data(one.tau.value),
+                "bias": _number_data(group.bias),
+                "by_measurement_alone": _number_data(group.of_measured),
+                "p": _value_data(group.p.value),
+                "joint_p": _value_data(one.joint_p.value),
+                "kendall_tau": None if one.tau is None else _value_data(one.tau.value),
             }
             for one in about.judged
             for group in one.groups
@@ -162,9 +169,9 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "quantity": str(one.quantity),
                 "unit": one.limits.mean_difference.unit,
                 "n": one.limits.mean_difference.n,
-                "mean": number_data(one.limits.mean_difference),
-                "low": number_data(one.limits.lower_limit),
-                "high": number_data(one.limits.upper_limit),
+                "mean": _number_data(one.limits.mean_difference),
+                "low": _number_data(one.limits.lower_limit),
+                "high": _number_data(one.limits.upper_limit),
             }
             for one in about.judged
             if one.limits is not None
@@ -173,7 +180,7 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
             {
                 "name": one.name,
                 **asdict(one.parameter),
-                **{key: value_data(one.changes.get(quantity)) for quantity, key in _MOST.items()},
+                **{key: _value_data(one.changes.get(quantity)) for quantity, key in _MOST.items()},
             }
             for one in about.assumed
         ],
@@ -194,9 +201,9 @@ def _hypothesis(one: Hypothesis) -> dict[str, Any]:
                 "against": dict(part.against),
                 "above_percent": part.low,
                 "below_percent": part.high,
-                "measured_percent": number_data(part.measured),
+                "measured_percent": _number_data(part.measured),
                 "verdict": part.verdict,
-                "simulated_percent": number_data(part.simulated),
+                "simulated_percent": _number_data(part.simulated),
                 "simulated_verdict": part.simulated_verdict,
             }
             for part in one.parts
@@ -223,3 +230,27 @@ def _noted(table: Table, cell: Cell) -> str:
 
 def _plain(line: str) -> str:
     return line.replace("\N{NO-BREAK SPACE}", " ")
+
+
+def _number_data(number: Number) -> dict[str, Any]:
+    """Return a number for JSON, unrounded and in its stored unit."""
+    found = {"value": _value_data(number.value), "se": _value_data(number.se)}
+    if number.ci_low is not None:
+        ends = {"ci_low": _value_data(number.ci_low), "ci_high": _value_data(number.ci_high)}
+        found |= {**ends, "ci_level": number.ci_level}
+    if isinstance(number.value, Undefined):
+        found["undefined"] = number.value.reason
+    return found
+
+
+def _value_data(value: Value | tuple[float, float] | None) -> Any:
+    """Return a value or an interval for JSON, None where it is undefined."""
+    return None if isinstance(value, Undefined) else value
+
+
+def _published_data(item: Prediction | None) -> dict[str, Any] | None:
+    """Return for JSON what the thesis has of a condition, None where it has nothing."""
+    found = None if item is None else item.published
+    if found is None:
+        return None
+    return {name: getattr(found, name) for name in ("id", "where", "published", "unit", "relation")}

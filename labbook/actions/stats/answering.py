@@ -39,11 +39,10 @@ from labbook.actions.files.named_files import own_name, read_bytes
 from labbook.actions.stats.asked import Values
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.deciding import p_of
-from labbook.analysis.comparison.pairing import with_control
+from labbook.analysis.comparison.pairing import study_factor, with_control
 from labbook.analysis.observations import Observation, ObservationRequest, Observations, observations_of_book
 from labbook.book.opening import opened
 from labbook.config.model import Bounds
-from labbook.presenting.report.results import study_factor
 from reports.content import Factor, Level
 from reports.display import NO_BREAK, in_sentence
 from reports.figures.estimation import Estimation, EstimationGroup

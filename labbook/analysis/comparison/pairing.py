@@ -12,8 +12,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.vocabulary import FactorKind
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.config.parsing import Configuration
+from reports.content import Factor
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +37,24 @@ POOLED = "all levels pooled against the control"
 def swept_factor(configuration: Configuration) -> str | None:
     """Return the factor with a control level."""
     return next((name for name, factor in configuration.factors.items() if factor.control is not None), None)
+
+
+def study_factor(configuration: Configuration, name: str) -> Factor:
+    """Return a factor as labbook.toml names it; levels that are plain numbers have its unit."""
+    settings, gain = configuration.factors.get(name), configuration.gains.get(name)
+    number_unit = settings.unit if settings and settings.kind is FactorKind.NUMBER else None
+    return Factor(
+        name=name,
+        title=(settings.title if settings else None) or name.replace("_", " "),
+        symbol=gain.symbol if gain else "",
+        unit=gain.unit if gain else number_unit or "",
+        slope=gain.slope if gain else None,
+        offset=gain.offset if gain else None,
+        control=settings.control if settings else None,
+        swept=name == swept_factor(configuration),
+        treatment=(settings.treatment if settings else None) or "",
+        control_name=(settings.control_name if settings else None) or "",
+    )
 
 
 def treated_values(configuration: Configuration, swept: str) -> dict[str, float]:

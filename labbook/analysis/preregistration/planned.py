@@ -1,4 +1,4 @@
-"""What was decided about the analysis before the first measurement, and what departs from it.
+"""What was decided about the analysis before the first measurement, and what departs from it, also in sentences.
 
 The journal stores labbook.toml whenever it changed, in order with all other entries. The `[analysis]` that it had when
 the first file was imported, or the first charge typed in, applies. A later change is not refused: it is listed and has
@@ -39,10 +39,10 @@ from labbook.analysis.preregistration.departures import (
     in_order,
 )
 from labbook.analysis.preregistration.looks import look_of
-from labbook.config.model import AnalysisSettings, Bounds, Configuration, Family
+from labbook.config.model import HOW_TO_DECIDE, AnalysisSettings, Bounds, Configuration, Family
 from labbook.config.parsing import parse_configuration
 from reports.content import Look
-from reports.display import list_text
+from reports.display import list_text, sentence_start
 
 
 def _unselected(now: BookState, configuration: Configuration, selected: frozenset[str]) -> list[Departure]:
@@ -343,3 +343,97 @@ def _since(history: Sequence[tuple[EntryRow, Any]], value: object) -> EntryRow |
 
 def _time_and_person(item: EntryRow | None) -> tuple[str | None, str | None]:
     return (None, None) if item is None else (item.at_utc, item.person)
+
+
+NOT_WATCHED = (
+    "Not watched: runs never made or never entered, whether a value was corrected to please (that it was is listed), "
+    "apexes that were moved and jumps that were added (the report counts them), the study, the rest of labbook.toml "
+    "(beside [analysis] and which jumps count), and what was looked at without a report; the journal has all but the "
+    "first and the last of these."
+)
+"""What could depart from the plan and is not looked for."""
+
+_UNIT = "the day where four or more are shared, else the run within shared days"
+
+
+def planned_sentences(planned: Planned) -> tuple[str, ...]:
+    """Say what rules the analysis and since when, then each departure."""
+    return (*decision_sentences(planned), *_departures(planned))
+
+
+def decision_sentences(planned: Planned) -> tuple[str, ...]:
+    """Say what was decided and when; then, where it is so, that nothing shows that this was before the data were seen.
+
+    So it is where runs are dated before the decision, which the book cannot place before their numbers.
+    """
+    settings = _settings(planned)
+    by = "" if planned.stated_utc is None else f" on {planned.stated_utc[:10]} by {planned.stated_by}"
+    if planned.first_measured_utc is None:
+        if not planned.stated:
+            return (f"Nothing is decided about the analysis yet: {HOW_TO_DECIDE}",)
+        where = by or " in labbook.toml, which the book takes over with the next statement"
+        return (f"Decided{where}, and nothing is measured yet: {settings}",)
+    first = planned.first_measured_utc[:10]
+    if not planned.stated:
+        return (
+            f"Nothing was decided about the analysis before the first measurement came into the book on {first}, so "
+            f"every comparison is exploratory. Used are: {settings}",
+        )
+    in_time = f"Decided{by}, before the first measurement came into the book on {first}: {settings}"
+    if planned.run_before is None or planned.stated_utc is None:
+        return (in_time,)
+    return (
+        in_time,
+        f"The first run is dated {planned.run_before}, before the decision: "
+        "nothing shows that the decision was made before the data were seen.",
+    )
+
+
+def _departures(planned: Planned) -> tuple[str, ...]:
+    return tuple(_departure_sentence(text) for text in planned.departures if text != NOTHING_DECIDED)
+
+
+def _departure_sentence(text: str) -> str:
+    """Write a departure of `Planned` as a sentence."""
+    return f"Departure: {text}."
+
+
+def _settings(planned: Planned) -> str:
+    settings, look = planned.settings, planned.look
+    alpha = f"{settings.alpha if look is None else look.alpha:g}"
+    if look is not None and look.planned > 1:
+        alpha += f" over {look.planned} looks by Lan and DeMets' spending of O'Brien and Fleming's type"
+    bounds, one_sided = settings.apex_bounds, " one-sided of a saving" if settings.one_sided else ""
+    unit = "" if bounds is None else "% of the control's" if bounds.percent else "m"
+    within = (
+        "no bounds of apex height"
+        if bounds is None
+        else f"differences of apex height from {bounds.low:g} to {bounds.high:g} {unit} count as none"
+    )
+    return (
+        f"the primary outcome is {settings.primary_outcome}, the family "
+        f"{FAMILY_OF[settings.family]}, alpha {alpha}{one_sided}, the unit "
+        f"{_UNIT}; {within}; {_exclusions(settings)}{_contrasts(settings)}."
+    )
+
+
+def _contrasts(settings: AnalysisSettings) -> str:
+    return f"; contrasts: {', '.join(map(str, settings.contrasts))}" if settings.contrasts else ""
+
+
+def _exclusions(settings: AnalysisSettings) -> str:
+    if ReasonCode.OTHER in settings.exclusions:
+        return "a person may leave out jumps and runs for any reason"
+    listed = ", ".join(str(reason).replace("_", " ") for reason in settings.exclusions)
+    return f"a person may leave out jumps and runs for: {listed or 'no reason'}"
+
+
+def departure_sentences(planned: Planned) -> tuple[str, ...]:
+    """Return what departs from it, each with the outcomes that are exploratory for it."""
+    found = []
+    for text in planned.departures if planned.stated else ():
+        of = next((item.quantities for item in planned.further if item.sentence == text), ())
+        exploratory = f" Exploratory for it: {list_text([outcome.plural for outcome in of])}." if of else ""
+        found.append(f"{_departure_sentence(text)}{exploratory}")
+    as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if planned.disallowed_exclusions else ()
+    return (*(found if planned.stated else _departures(planned)), *as_a_whole)

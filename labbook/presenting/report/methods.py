@@ -26,7 +26,6 @@ from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData, outdated_sentence
 from labbook.config.model import Bounds
-from labbook.presenting.report import results
 from reports.content import Assumed, Source
 from reports.display import count_text, given_text, list_text
 from reports.naming import swept_words
@@ -43,7 +42,7 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     """Return the methods paragraphs."""
     evidence = analysis.evidence
     protocol = evidence.configuration.protocol
-    swept = next((factor for factor in results.factors(analysis) if factor.swept), None)
+    swept = None if analysis.swept is None else pairing.study_factor(evidence.configuration, analysis.swept)
     control, treatment = swept_words(swept).control, (swept.treatment if swept else "") or "treatment"
     ratio = f"({control} - {treatment}) / {control}"
     return (

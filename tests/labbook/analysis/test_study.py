@@ -19,9 +19,8 @@ from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.run_energy import drain_lines, passive_drains, run_energies, unused_idle
 from labbook.analysis.results import Results
 from labbook.analysis.study import StudyAnalysis
-from labbook.presenting.report.content import MadeReport
+from labbook.presenting.report.content import MadeReport, flow
 from labbook.presenting.report.methods import limitations
-from labbook.presenting.report.results import flow
 from reports.content import Decision
 from reports.numbers import Number
 from stats.lines.passive_drain import PassiveDrain

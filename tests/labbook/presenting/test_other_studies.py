@@ -21,8 +21,7 @@ from labbook.book.making import make_book
 from labbook.book.opening import opened
 from labbook.demo.campaign import DemoRun
 from labbook.demo.writers import charger_sheet, run_sheet
-from labbook.presenting.report.content import MadeReport
-from labbook.presenting.report.results import confounded_with_day
+from labbook.presenting.report.content import MadeReport, confounded_with_day
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
 from reports.figures.style import TWO_COLUMNS_IN

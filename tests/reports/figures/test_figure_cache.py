@@ -9,11 +9,10 @@ import pytest
 from data_schema import file_cache
 from data_schema.file_cache import CACHE_VARIABLE, cache_folder
 from data_schema.outcomes import Outcome
-from reports.figures import figure_cache
+from reports.figures import registry as figure_cache
 from reports.figures.by_level import file_name
-from reports.figures.figure_cache import DRAWN, Wanted, cached_figures
 from reports.figures.kind import draw_figure
-from reports.figures.registry import FIGURES
+from reports.figures.registry import DRAWN, FIGURES, Wanted, cached_figures
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from tests.helpers.pages import FIGURE_NAMES, with_summary
 

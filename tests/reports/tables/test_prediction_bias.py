@@ -7,7 +7,7 @@ from data_schema.vocabulary import Undefined
 from reports.content import PredictedQuantity, Predictions
 from reports.numbers import Number
 from reports.page.sections import Paragraph, TableHere, sections_of
-from reports.tables.prediction_bias import verdict_text
+from reports.tables.predictions import verdict_text
 from reports.tables.registry import TABLES
 from tests.helpers.judged import judged
 from tests.helpers.wording import says

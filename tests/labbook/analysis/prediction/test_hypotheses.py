@@ -12,10 +12,9 @@ import pytest
 from scipy import stats as scipy_stats
 
 from data_schema.outcomes import Outcome
-from labbook.analysis.comparison.comparisons import Compared
+from labbook.analysis.comparison.comparisons import Compared, thesis_route
 from labbook.analysis.comparison.deciding import decide_pair
 from labbook.analysis.comparison.pairing import POOLED, Pair
-from labbook.analysis.comparison.thesis_route import thesis_route
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.prediction.hypotheses import Comparison, _tested
 from labbook.config.model import Alternative, AnalysisSettings
