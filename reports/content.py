@@ -322,16 +322,16 @@ class ReportContent:
         """The outcomes that every run is expected to have, and those that were measured."""
         return tuple(outcome for outcome in Outcome if outcome.of_every_run or self.flow.runs_with.get(outcome))
 
-    def place_of(self, group: Mapping[str, str]) -> int:
-        """Return where a group's first condition stands, so that groups have one order everywhere."""
-        levels = [{level.factor: level.label for level in condition.levels} for condition in self.conditions]
-        of_group = (at for at, found in enumerate(levels) if group.items() <= found.items())
-        return next(of_group, len(levels))
-
     @property
     def by_group(self) -> list[Comparison]:
-        """The comparisons in the order of their groups."""
-        return sorted(self.comparisons, key=lambda comparison: self.place_of(comparison.group))
+        """The comparisons in the order of their groups: of the first condition of each."""
+        levels = [{level.factor: level.label for level in condition.levels} for condition in self.conditions]
+
+        def place(comparison: Comparison) -> int:
+            of_group = (at for at, found in enumerate(levels) if comparison.group.items() <= found.items())
+            return next(of_group, len(levels))
+
+        return sorted(self.comparisons, key=place)
 
     @property
     def pooled(self) -> list[Comparison]:

@@ -56,7 +56,7 @@ def _sources() -> Iterable[Path]:
     return [*reports.rglob("*.py"), *(reports.parent / "data_schema").glob("*.py")]
 
 
-DRAWN = FileCache("figures", _sources, ("matplotlib", "numpy", "kiwisolver", "contourpy"))
+DRAWN = FileCache("figures", _sources, ("matplotlib", "numpy", "kiwisolver", "contourpy", "jinja2"))
 
 
 @dataclass(frozen=True, slots=True)

@@ -287,6 +287,22 @@ def render_page(
         ) from error
 
 
+class _Compiled(jinja2.BytecodeCache):
+    """Templates as they were compiled before, in the cache of drawn figures: a tenth of the page's time."""
+
+    def load_bytecode(self, bucket: jinja2.bccache.Bucket) -> None:
+        """Take what was compiled of the same source, where it is there."""
+        if (known := DRAWN.read(self._name(bucket))) is not None:
+            bucket.bytecode_from_string(known)
+
+    def dump_bytecode(self, bucket: jinja2.bccache.Bucket) -> None:
+        """Keep what was compiled."""
+        DRAWN.write(self._name(bucket), bucket.bytecode_to_string())
+
+    def _name(self, bucket: jinja2.bccache.Bucket) -> str:
+        return f"{bucket.key}-{bucket.checksum}.template"
+
+
 def environment(own: Path | None = None) -> jinja2.Environment:
     """Return what renders the templates of pages: a lab's `own`, where its folder has one of the name.
 
@@ -305,6 +321,7 @@ def environment(own: Path | None = None) -> jinja2.Environment:
         made = SandboxedEnvironment
     found = made(
         loader=jinja2.FunctionLoader(load),
+        bytecode_cache=_Compiled() if own is None else None,  # what is compiled for a sandbox runs in one alone
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,

@@ -1,4 +1,4 @@
-"""What was measured and how sure it is: days, runs, packs, drain, budget; where numbers and assumptions came from."""
+"""What was measured and how sure it is: days, runs, packs, drain, budget, what was left out; origins of numbers."""
 
 from __future__ import annotations
 

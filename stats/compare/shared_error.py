@@ -48,14 +48,15 @@ class SharedError:
                 'errors by fit and term, {("drain", "level"): 0.1}, and degrees of freedom by fit, {"drain": 5}.'
             )
         for fit, df in self.df.items():
-            if df != math.inf:
+            if df != math.inf and (type(df) is not float or not df > 0.0):
                 as_number(f"the degrees of freedom of {fit}", df, above=0.0)
         for key, value in self.terms.items():
             if not isinstance(key, tuple) or len(key) != 2:
                 raise InputRefused(
                     f'a shared error stands under {key!r}: give each under its fit and term, as ("drain", "level").'
                 )
-            as_number(f"the shared error {key[0]} {key[1]}", value)
+            if type(value) is not float or not math.isfinite(value):  # what names it is written where it is needed
+                as_number(f"the shared error {key[0]} {key[1]}", value)
             if key[0] not in self.df:
                 raise InputRefused(
                     f"there are no degrees of freedom of {key[0]}: give them beside its errors, as {{{key[0]!r}: 5}}."

@@ -22,11 +22,11 @@ DRAWN = [f"{name}{width}" for name in FIGURES for width in ("", "_one_column")]
 """What a page places: figures for two columns of a paper, and for one."""
 
 
-def quick_page(content: ReportContent) -> str:
+def quick_page(content: ReportContent, templates: Path | None = None) -> str:
     """Render with one small drawing in every figure's place: the words are what is looked at."""
     drawing = b'<svg viewBox="0 0 72 72"><g id="a"/></svg>'
     tables = {kind.name: kind.make(content) for kind in tables_of(content)}
-    return render_page(content, dict.fromkeys(DRAWN, drawing), tables)
+    return render_page(content, dict.fromkeys(DRAWN, drawing), tables, templates=templates)
 
 
 def with_summary(condition: Condition, outcome: Outcome, summary: ConditionSummary | None) -> Condition:

@@ -14,7 +14,7 @@ from reports.figures.by_level import file_name
 from reports.figures.kind import draw_figure
 from reports.figures.registry import DRAWN, FIGURES, Wanted, cached_figures
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-from tests.helpers.pages import FIGURE_NAMES, with_summary
+from tests.helpers.pages import FIGURE_NAMES, quick_page, with_summary
 
 PROJECT = Path(__file__).parents[3]
 FEW = ["savings", "passive_drain", "joules_by_level", "day_order"]
@@ -46,6 +46,10 @@ def figures_not_drawn(cache, monkeypatch):
 
     monkeypatch.setattr(figure_cache, "draw_figure", named)
     monkeypatch.setattr(figure_cache, "svg_bytes", lambda name: name.encode() * 100)
+
+
+def templates_of_labbook(name):
+    return (PROJECT / "reports" / "templates" / name).read_text(encoding="utf-8")
 
 
 def one_drawn(content, wanted):
@@ -100,6 +104,21 @@ def test_a_damaged_file_is_drawn_anew(content, cache, damage):
     assert one_drawn(content, wanted) == before
     assert one_drawn(content, wanted) == before
     assert cache == ["day_order", "day_order"]
+
+
+def test_a_compiled_template_is_kept_and_a_damaged_one_compiled_anew(content, cache, tmp_path):
+    own = tmp_path / "own"
+    own.mkdir()
+    (own / "report.html.j2").write_text(templates_of_labbook("report.html.j2") + "<!-- ours -->")
+    assert "<!-- ours -->" in quick_page(content, own)  # in a sandbox, for which other code is compiled
+    page = quick_page(content)
+    kept = list(cache_folder(DRAWN.kind).glob("*/*.template"))
+    assert kept
+    assert quick_page(content) == page
+    assert "<!-- ours -->" in quick_page(content, own)
+    for path in kept:
+        path.write_bytes(path.read_bytes()[:-1])
+    assert quick_page(content) == page
 
 
 @pytest.mark.parametrize(
