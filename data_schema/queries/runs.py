@@ -157,11 +157,6 @@ def find_run(connection: sa.Connection, name: str) -> RunRow | None:
     return next(iter(list_runs(connection, run.c.name == name)), None)
 
 
-def runs_of_day(connection: sa.Connection, date_local: str) -> list[RunRow]:
-    """List the runs of a day by position."""
-    return list_runs(connection, day.c.date_local == date_local)
-
-
 def idle_runs(connection: sa.Connection) -> list[RunRow]:
     """List the idle runs by day and position."""
     return list_runs(connection, run.c.kind == RunKind.IDLE)
