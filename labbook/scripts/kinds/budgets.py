@@ -1,10 +1,10 @@
 """What the uncertainty of joules a jump is made of, of one run and of a condition's mean."""
 
 from data_schema.outcomes import Outcome
-from labbook.analysis.outcomes.budget import IN_ALL
 from labbook.scripts.facts import Facts
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import reading_of, rows_of
+from reports.content import IN_ALL
 
 _STEPS = {
     "scatter between runs": "budget.run_by_scatter",
