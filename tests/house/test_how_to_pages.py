@@ -40,10 +40,11 @@ def book(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> SmallBook:
 
 
 def test_a_book_is_backed_up_and_brought_back(book: SmallBook) -> None:
-    back_up, today, restore, prune = commands("back-up.md")
+    back_up, today, check, restore, prune = commands("back-up.md")
     (book.folder.parent / "stick").mkdir()
     works(back_up, book.folder)
     assert str(book.folder.parent / "stick" / "mybook") in works(today, book.folder).out
+    works(check, book.folder)
     works(restore, book.folder)
     again = book.folder.parent / "again"
     query = "SELECT uid, charge_mah FROM charge ORDER BY uid"
