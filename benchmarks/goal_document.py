@@ -200,7 +200,7 @@ CHOICES = (
     ("", "held_gains_in_flight", "massless_leg_in_flight"),
 )
 """Effects of which one at most is on, "" for none; of all others but those of hard ground each is on or off."""
-SETS, SCENES_OF_A_SET = 24, 600
+SETS, SCENES_OF_A_SET = 18, 600
 GOALS_OF_SETS = (1e-4, 1e-6, 1e-8)
 CASES = {
     "held force that grows errors": (

@@ -44,7 +44,7 @@ if TYPE_CHECKING:
 
 FINEST_ACCURACY, COARSEST_ACCURACY = 1e-13, 0.1
 ILL_CONDITIONED_BELOW = 10.0
-SMALL_COST = 0.05
+SMALL_COST = 0.1
 """Cost, as a share of the energy turned over, below which it is a difference of larger numbers, and known as they are:
 its own relative error is then no longer within the goal."""
 ROUNDING = 1e-15
