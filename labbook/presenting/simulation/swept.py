@@ -80,7 +80,7 @@ def _error_bars(done: Finished) -> list[str]:
         return [f"error bars: {again}, in the columns NAME_error."]
     if not sampled:
         return []
-    kept = f"{outside} of them ({100.0 * outside / sampled:.2g} %) do not keep" if outside else "all keep"
+    kept = f"{outside} of them ({100.0 * outside / sampled:.3g} %) do not keep" if outside else "all keep"
     return [
         f"error bars: of a sample of {count_text(sampled, 'jump')}, {again}: {kept} the accuracy of {sweep.accuracy:g} "
         "(--error-bars for all)."

@@ -294,11 +294,12 @@ def make_switches(composition: Composition, switch: Function, settle: Function) 
             if not rule(work):
                 return GOES_ON
         missed = work[RELEASE_MISSED]
-        note_slow_switch(work, condition)
-        switch(work)
         work[SWITCHED] += 1
         if work[SWITCHED] > MOST_SWITCHES:
             note_near(0.0, 1.0, work)
+        else:
+            note_slow_switch(work, condition)
+        switch(work)
         note_conditions(work, -1)
         note(work)
         if work[RELEASE_MISSED] > missed:
