@@ -203,13 +203,13 @@ CHOICES = (
 SETS, SCENES_OF_A_SET = 18, 600
 GOALS_OF_SETS = (1e-4, 1e-6, 1e-8)
 CASES = {
-    "held force that grows errors": (
+    "held force that lets errors grow": (
         "+held_force",
         "k_compression=228.82629 k_extension=1933.44639 b_compression=15.2393 "
         "b_extension=12.91257 foot_radius=0.02047 kg_scale=1.02813 bg_scale=1.15292 body_mass=2.37046 "
         "foot_mass=0.10245 initial_velocity=-0.71576 b_ad=541.4215",
     ),
-    "control without clock that chatters": (
+    "controller without a clock that chatters": (
         "-sampled_control",
         "k_compression=121.227631 k_extension=1850.346804 "
         "b_compression=3.015164 b_extension=3.19522 body_mass=1.99361 foot_mass=0.222445 foot_radius=0.013872 "
