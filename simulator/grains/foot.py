@@ -216,17 +216,21 @@ def jumps_on_grains(
     _ = BEDS.folder  # made while no thread makes files
     started = time.process_time()
     with ThreadPoolExecutor(max_workers=cores()) as threads:
-        beds = {asked_for: threads.submit(settled, asked_for) for asked_for in wanted}
-        for _ in as_completed(beds.values()):
-            step("bed")
-        settling_s = time.process_time() - started
-        jumps = {
-            (bed, name): threads.submit(jump_in, beds[bed].result(), scene["foot_radius"], getattr(motions, name))
-            for bed in wanted
-            for name in ("ce", "ad")
-        }
-        for _ in as_completed(jumps.values()):
-            step("jump")
+        try:
+            beds = {asked_for: threads.submit(settled, asked_for) for asked_for in wanted}
+            for _ in as_completed(beds.values()):
+                step("bed")
+            settling_s = time.process_time() - started
+            jumps = {
+                (bed, name): threads.submit(jump_in, beds[bed].result(), scene["foot_radius"], getattr(motions, name))
+                for bed in wanted
+                for name in ("ce", "ad")
+            }
+            for _ in as_completed(jumps.values()):
+                step("jump")
+        except BaseException:  # Ctrl-C above all: what has not begun is left out
+            threads.shutdown(wait=False, cancel_futures=True)
+            raise
     return GrainsStudy(
         scene,
         motions,
