@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import statistics
 from collections.abc import Callable, Sequence
 from dataclasses import asdict
@@ -137,10 +136,9 @@ def _size(diameter_m: float) -> str:
 
 
 def _with_scatter(values: Sequence[float]) -> str:
-    if len(values) == 1:
-        return f"{values[0]:.3g}"
-    mean, scatter = statistics.mean(values), statistics.stdev(values)
-    if not (scatter > 0.0 and math.isfinite(scatter)):
-        return f"{mean:.3g}"
+    mean = statistics.mean(values)
+    scatter = statistics.stdev(values) if len(values) > 1 else 0.0
+    if not scatter > 0.0:
+        return f"{mean:.3g}" if mean < 100.0 else f"{mean:.0f}"
     places = decimals_for(scatter)
     return f"{fixed_text(mean, places)} ± {fixed_text(scatter, places)}"
