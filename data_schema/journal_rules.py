@@ -7,12 +7,13 @@ effect.
 
 from __future__ import annotations
 
+import contextlib
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from datetime import datetime
 from typing import Any
 
-from data_schema.errors import BookDamaged
+from data_schema.errors import BookDamaged, InputRefused
 from data_schema.journal import MEND_FILE, Entry
 from data_schema.tables import FACTS
 from data_schema.vocabulary import Action
@@ -48,8 +49,13 @@ def checked(entries: Iterable[Entry], remedy: str = MEND_FILE) -> Iterator[Entry
         yield entry
 
 
-MALFORMED = (KeyError, TypeError, ValueError, AttributeError)
-"""What values raise, as an entry takes effect, that are of the right names and not of the right kind."""
+@contextlib.contextmanager
+def wrong_kinds_refused() -> Iterator[None]:
+    """Raise `InputRefused` where an entry takes effect whose values have the right names and are of a wrong kind."""
+    try:
+        yield
+    except (LookupError, TypeError, ValueError, AttributeError) as error:
+        raise InputRefused(f"{type(error).__name__}: {error}") from error
 
 
 def _faults(entry: Any) -> Iterator[str]:  # of any kind are the values that JSON can hold
@@ -97,6 +103,9 @@ def _faults_of_values(entry: Entry, new: Mapping[str, Any]) -> Iterator[str]:
             yield f"{name} {_shown(value)} is no SHA-256"
     listed = {name: new[name] for name in ("signals", "times") if name in new and entry.action in _OF_FILES}
     if entry.action is Action.REPORT:
+        as_of = new.get("as_of", 1)
+        if type(as_of) is not int or not 1 <= as_of < (_LARGEST if entry.origin else entry.seq):
+            yield f"as_of {_shown(as_of)} is no entry before it"
         listed["files"] = [*new["files"].values()] if isinstance(new["files"], dict) else None
     for name, values in listed.items():
         if not isinstance(values, list) or not all(value is None or _is_hash(value) for value in values):

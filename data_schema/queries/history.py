@@ -226,10 +226,10 @@ def reports_made(connection: sa.Connection) -> list[int]:
     """Return the numbers of the entries that reports are of, in order."""
     query = sa.select(journal.c.seq, journal.c.new_json, journal.c.origin_json)
     made = connection.execute(query.where(journal.c.action == Action.REPORT))
-    return sorted(_as_of(seq, json.loads(new), origin is not None) for seq, new, origin in made)
+    return sorted(report_as_of(seq, json.loads(new), origin is not None) for seq, new, origin in made)
 
 
-def _as_of(seq: int, new: Mapping[str, Any], elsewhere: bool) -> int:
+def report_as_of(seq: int, new: Mapping[str, Any], elsewhere: bool) -> int:
     """Return the number of the last entry that a report, entry number `seq`, is of: it states one only where others
     wrote while it was made, and one of a book that was merged counts in that book.
     """
@@ -357,6 +357,6 @@ def list_reports(connection: sa.Connection) -> list[ReportRow]:
         new = json.loads(row.new_json)
         elsewhere = row.origin_json is not None
         about = (json.loads(row.versions_json), new["numbers"], new["folder"], new["files"], elsewhere)
-        as_of = _as_of(row.seq, new, elsewhere)
+        as_of = report_as_of(row.seq, new, elsewhere)
         found.append(ReportRow(place, row.uid, row.seq, as_of, row.made_utc, row.name, row.selection, *about))
     return found

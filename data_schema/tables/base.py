@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from enum import StrEnum
-from functools import cache
+from functools import cache, lru_cache
 from typing import Any, TypeVar
 
 import sqlalchemy as sa
@@ -176,7 +176,7 @@ def insert_plain(
         connection.exec_driver_sql(text, [tuple(row[place] for place in places) for row in plain])
 
 
-@cache
+@lru_cache(maxsize=16)  # of an engine's dialect: a replay makes an engine of its own
 def _plain_insert(table: sa.Table, names: tuple[str, ...], dialect: Dialect) -> tuple[str, list[int] | None]:
     """Return the statement, and which value goes to which place; None where values are named."""
     compiled = table.insert().compile(dialect=dialect, column_keys=list(names))

@@ -36,7 +36,7 @@ MOST_NAMED = 20
 """So many rows are described with the reports that depend on them; a careless command alters all there are."""
 
 MOST_FOLLOWED = 200
-"""What so many altered rows bear on is looked up; of more, every number is taken to rest on the rest."""
+"""What so many altered rows bear on is looked up; of more, every number is taken to depend on the rest."""
 
 _Row: TypeAlias = Mapping[str, Any]
 

@@ -33,7 +33,7 @@ from data_schema.engine import sqlite_engine, writing
 from data_schema.errors import BookDamaged, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import NOTHING, JournalFile, LeftOut
-from data_schema.journal_rules import MALFORMED, checked
+from data_schema.journal_rules import checked
 from data_schema.queries.facts import Keys, remembering_keys
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
@@ -96,10 +96,10 @@ class Replay:
     ) -> list[Entry]:
         try:
             return apply_again(connection, self.store, command, prepared, self.lost)
-        except (InputRefused, UsageError, *MALFORMED) as error:
+        except (InputRefused, UsageError) as error:
             raise BookDamaged(
-                f"entry {command[0].seq} of {self.mirror.path} cannot take effect ({error}): the journal is not as "
-                "labbook wrote it, restore it from a backup."
+                f"entry {command[0].seq} of {self.mirror.path} cannot take effect ({error}): keep this journal and "
+                "restore a backup beside it, or, where nobody changed it, report the fault with what --debug shows."
             ) from error
 
     @property

@@ -24,7 +24,7 @@ from data_schema.engine import reading, writing
 from data_schema.errors import BookDamaged, BookError, InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
-from data_schema.journal_rules import checked
+from data_schema.journal_rules import checked, wrong_kinds_refused
 from data_schema.queries.history import last_stated_utc
 from data_schema.vocabulary import Action
 from ingest.store import Store
@@ -134,12 +134,13 @@ def apply_again(
     """
     without_rows: list[Entry] = []
     context = ApplyContext(connection, store, without_rows, lost)
-    for command in journal.commands(entries):
-        own = [entry for entry in command if entry.origin is None]
-        for entry in own:
-            apply_entry(context, entry, prepared(entry))
-        journal.insert(connection, own)
-        _take_effect(context, command, prepared)
+    with wrong_kinds_refused():
+        for command in journal.commands(entries):
+            own = [entry for entry in command if entry.origin is None]
+            for entry in own:
+                apply_entry(context, entry, prepared(entry))
+            journal.insert(connection, own)
+            _take_effect(context, command, prepared)
     return without_rows
 
 
@@ -209,8 +210,8 @@ def _warn_of_clock(connection: sa.Connection, entries: list[Entry]) -> None:
         back_s = (datetime.fromisoformat(last) - datetime.fromisoformat(first)).total_seconds()
     if back_s > _CLOCKS_DIFFER_S:
         _LOG.warning(
-            "warning: the clock of this machine went back: it says %s, and the last statement before is of %s. What is "
-            "stated now gets that time all the same; set the clock if it is wrong.",
+            "warning: this machine's clock says %s, and the last statement is of %s: one of the two clocks is wrong. "
+            "What is stated now gets the time of this one; set it if it is wrong.",
             first,
             last,
         )

@@ -30,7 +30,7 @@ from data_schema.file_cache import without_caches
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.queries.files import signal_files
-from data_schema.queries.history import ReportRow, list_reports
+from data_schema.queries.history import ReportRow, list_reports, report_as_of
 from data_schema.queries.study import config_in_force, the_study
 from data_schema.vocabulary import Action
 from ingest.model import DEFAULT_LIMITS
@@ -312,7 +312,7 @@ def _check_made(
     origin = read_origin((folder / ORIGIN).read_bytes()) if ORIGIN in members else None
     if origin is not None:
         found.remarks.append(f"It was {origin.sentence}; only who has the book can show that.")
-    replay.apply_to(engine, of_report.get("as_of", stated.seq - 1))
+    replay.apply_to(engine, report_as_of(stated.seq, of_report, stated.origin is not None))
     step("computing the report's numbers")
     with reading(engine) as connection, without_caches():
         again = made_again(connection, replay.store, of_report["where"], of_report["made_at"])

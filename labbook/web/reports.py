@@ -101,7 +101,7 @@ def _made_apart(book: Book, *words: str, page: str) -> bytes:
 
 def _alone(content: bytes, kind: str) -> Response:
     """Return a page that stands for itself: it may run its own script, of an origin that is nobody's."""
-    scripts = _SCRIPT.findall(content.decode()) if kind == "text/html" else []
+    scripts = _SCRIPT.findall(content.decode("utf-8", "replace")) if kind == "text/html" else []
     policy = f"{content_policy(*scripts)}; frame-ancestors 'none'"
     headers = {"Content-Security-Policy": f"{policy}; sandbox allow-scripts" if kind == "text/html" else policy}
     return Response(content, headers=headers, media_type=kind)

@@ -27,7 +27,7 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.errors import BookError, InputRefused, UnknownName, UsageError
 from data_schema.journal import GENESIS, Entry, canonical
-from data_schema.journal_rules import MALFORMED, checked
+from data_schema.journal_rules import checked, wrong_kinds_refused
 from data_schema.queries.charges import ChargeOfRun, charges_by_run, charges_of_run, waiting_charges
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.files import Link, find_files, links_of_file, logs_by_run, refused_with
@@ -222,11 +222,11 @@ class _Merging:
         """Let one entry take effect on trial, and stand in the journal for the next."""
         connection = self.session.connection
         try:
-            with connection.begin_nested():
+            with connection.begin_nested(), wrong_kinds_refused():
                 apply(connection, store, entry)
                 journal.insert(connection, [entry])
             here.record(entry)
-        except (InputRefused, UsageError, *MALFORMED) as error:
+        except (InputRefused, UsageError) as error:
             seq = (entry.origin or {})["seq"]
             self.conflicts.append(
                 f"entry {seq} there ({entry.action} {entry.entity_kind}, {entry.person}, {entry.at_utc[:10]}) has no "

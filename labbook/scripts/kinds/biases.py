@@ -1,5 +1,7 @@
 """How far predictions lie from what was measured: of a group, of all groups jointly, and limits of agreement."""
 
+from collections.abc import Mapping, Sequence
+
 from labbook.analysis.comparison.pairing import group_label
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.scripts.facts import Facts
@@ -23,13 +25,16 @@ _LIMITS = {
 
 def script(asked: Asked, facts: Facts) -> Script | None:
     """Return the script of a number of a group's bias."""
-    return _script(asked, facts, _groups(asked, facts).get(str(asked.scope["group"]), []), _STEPS.get(asked.name))
+    group = _groups(asked, facts).get(str(asked.scope["group"]), [])
+    return _script(asked, facts, group, _STEPS.get(asked.name))
 
 
 def script_of_all(asked: Asked, facts: Facts) -> Script | None:
     """Return the script of a number of the joint test."""
-    every = [one for group in _groups(asked, facts).values() for one in group]
-    return _script(asked, facts, every, _JOINT.get(asked.name))
+    groups = _groups(asked, facts)
+    judged = {label: tuple(one.key for one in group) for label, group in groups.items()}
+    every = [one for group in groups.values() for one in group]
+    return _script(asked, facts, every, _JOINT.get(asked.name), judged)
 
 
 def script_of_limits(asked: Asked, facts: Facts) -> Script | None:
@@ -48,9 +53,14 @@ def _groups(asked: Asked, facts: Facts) -> dict[str, list[ConditionValues]]:
     return found
 
 
-def _script(asked: Asked, facts: Facts, conditions: list[ConditionValues], step: str | None) -> Script | None:
+def _script(
+    asked: Asked,
+    facts: Facts,
+    conditions: Sequence[ConditionValues],
+    step: str | None,
+    judged: Mapping[str, Sequence[str]] | None = None,
+) -> Script | None:
     if step is None or not conditions:
         return None
-    judged = {label: tuple(one.key for one in group) for label, group in _groups(asked, facts).items()}
     rows = rows_with_simulated(facts, conditions, asked.outcome)
-    return Script(rows, (reading_of(asked.outcome), step), {**facts.settings, "JUDGED": judged})
+    return Script(rows, (reading_of(asked.outcome), step), {**facts.settings, "JUDGED": judged or {}})

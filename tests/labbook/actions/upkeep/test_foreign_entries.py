@@ -44,6 +44,7 @@ FORGED: Mapping[str, tuple[Action, Callable[[Entry], Entry]]] = {
     "values": (NOTE, lambda entry: replace(entry, action=Action.ASSIGN, entity_kind="file", new={"role": "log"})),
     "text": (NOTE, lambda entry: replace(entry, action=Action.DECLARE, entity_kind="condition", new={"levels": 5})),
     "report": (Action.REPORT, with_new(files={"numbers.json": EVIL})),
+    "entry of a report": (Action.REPORT, with_new(as_of=0)),
     "time": (NOTE, lambda entry: replace(entry, at_utc="2021-02-30T25:00:00Z")),
     "no time": (NOTE, lambda entry: replace(entry, at_utc=5)),
     "uid": (NOTE, lambda entry: replace(entry, entity_uid=EVIL)),
@@ -103,3 +104,14 @@ def test_none_is_merged(forged: SmallBook, tmp_path: Path) -> None:
 def test_none_is_rebuilt_or_called_whole(forged: SmallBook) -> None:
     assert not health(forged, deep=True).whole
     refuses_it(lambda: rebuilt(forged))
+
+
+@pytest.mark.parametrize("said", [{"runs": 5}, {"runs": [5]}, {}])
+def test_none_that_waits_is_applied(said: Mapping[str, Any], tmp_path: Path) -> None:
+    book = small_book(tmp_path / "book")
+    with book.open() as standing:
+        entries = in_file(standing)
+        forged = replace(entries[-1], seq=0, action=Action.DECLARE, entity_kind="plan", entity_uid="p1", new=said)
+        lines = [entry.line for entry in renumbered([*entries, forged])]
+        book.journal.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
+        refuses_it(lambda: state(standing, note, "a word"))
