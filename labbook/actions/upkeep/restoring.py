@@ -86,8 +86,8 @@ def restore(
     original = parse_configuration(text, str(source / CONFIGURATION), source)
     if place is None and original.database.url is not None:
         raise UsageError(
-            f"this book's database was {hide_password(original.database.url)}: say with --database URL into which empty "
-            "one it is to be restored, or --sqlite for a file in the book."
+            f"this book's database was {hide_password(original.database.url)}: say with --database URL into which "
+            "empty one it is to be restored, or --sqlite for a file in the book."
         )
     url = None if place is None else place.url
     moved = original.store.path is not None or original.database.url != url
