@@ -93,7 +93,7 @@ def test_numbers_by_other_rules_have_scripts(report: Path, tmp_path: Path) -> No
             for uid, one in numbers_of_last_report(book).items()
             if one.numbers.result_of(one.number).scope.get("variant") == str(ALL_RULES[-1])
         }
-        written = list(write_all(book, some, tmp_path, lambda _one: True))
+        written = list(write_all(book, some, tmp_path))
     assert len(written) > 3
     assert [each for number, printed in run_all(written) for each in differs(number, printed)] == []
 

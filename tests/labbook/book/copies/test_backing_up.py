@@ -55,8 +55,12 @@ def test_a_backup_holds_the_journal_the_raw_copies_and_the_configuration(book: S
 
 
 def test_a_backup_of_a_book_on_postgresql_holds_no_password(tmp_path: Path, postgres_url: str) -> None:
-    shared = small_book(tmp_path, database_url=postgres_url.replace("labbook@", "labbook:s3cr3t@"))
-    assert "s3cr3t" in shared.toml.read_text()
+    shared = small_book(tmp_path, database_url=postgres_url)
+    with_password = shared.toml.read_text(encoding="utf-8").replace("labbook@", "labbook:s3cr3t@")
+    shared.toml.write_text(with_password, encoding="utf-8")
+    assert "s3cr3t" in with_password
+    with shared.open() as book:
+        state(book, note, "said with the password in use")
     destination = tmp_path / "backup"
     backed_up(shared.folder, destination)
     held = [path for path in destination.rglob("*") if path.is_file()]
