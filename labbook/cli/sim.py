@@ -155,6 +155,64 @@ def sweep(
 
 
 @app.command()
+def falsify(
+    scene: Changed,
+    over: Annotated[
+        list[str],
+        typer.Option(
+            metavar="NAME=LOW:HIGH",
+            help="A range of the box; by logarithm from a decade on, or where :log follows; repeatable.",
+        ),
+    ],
+    claim: Annotated[str, typer.Option(metavar="CLAIM", help="What is to be refuted: saves.")] = "saves",
+    equal: Annotated[
+        str, typer.Option(metavar="WHAT", help="Compare joules at equal height, or equal gains.")
+    ] = "height",
+    grounds: Annotated[
+        int, typer.Option(metavar="COUNT", help="Grounds in the sample, best a power of 2.", min=8, max=1_000_000)
+    ] = 2048,
+    seed: Annotated[int, typer.Option(help="Another seed draws another sample.")] = 0,
+    accuracy: AccuracyOption = 1e-6,
+    plot: PlotOption = None,
+) -> Shown:
+    """Look for grounds on which active damping does not save, and draw the boundary.
+
+    On each ground of a Sobol sample of the box the scene's jump is made with its active damping (a gain of 150 where it
+    has none) and without. By default the one that jumps higher is given a softer extension until both reach the same
+    apex; where it then does not jump, the other a stiffer one. Differential evolution goes on from the worst grounds.
+    The worst ground and others far from it are simulated with error bars and by another solver. Grounds where nothing
+    can be compared, or whose jumps are flagged, are counted apart.
+
+    Example: labbook sim falsify --scene bed --claim saves --over kg_scale=0.1:100 --over bg_scale=0.03:10 --plot f.png
+    """
+    from labbook.presenting.simulation.falsified import as_data, as_lines, title
+    from reports.figures.boundary import draw_boundary
+    from reports.figures.kind import check_form, write_figure
+    from simulator.falsify import counterexamples, question_by_words
+    from simulator.falsify import falsify as search
+
+    check_form("--plot", plot)
+    question = question_by_words(
+        scene.scene,
+        over,
+        scene.sets or (),
+        scene.effects,
+        claim=claim,
+        equal=equal,
+        grounds=grounds,
+        seed=seed,
+        accuracy=accuracy,
+    )
+    with progress("searching", None) as step:
+        found = search(question, step)
+        step("confirming")
+        examples = counterexamples(question, found)
+        if plot is not None:
+            write_figure(draw_boundary(question, found, examples, title(question)), plot)
+    return with_files(as_data(question, found, examples), as_lines(question, found, examples), {"plot": plot})
+
+
+@app.command()
 def parts(
     name: Annotated[
         str | None, typer.Argument(help="An effect, a parameter or a word; without it, all of them.")

@@ -113,8 +113,13 @@ def sobol(words: Sequence[str], effects: Collection[str], rows: int, seed: int) 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # the help of --sobol says that 2^m rows balance best
         unit = qmc.Sobol(max(1, len(words)), scramble=True, seed=np.random.default_rng(seed)).random(rows)
+    return at_shares(words, effects, unit, seed)
+
+
+def at_shares(words: Sequence[str], effects: Collection[str], shares: Row, seed: int) -> Design:
+    """Return the sample at these shares, 0 to 1, of the ranges that words ask for; `shares` has shape (rows, words)."""
     axes = []
-    for word, share in zip(words, unit.T, strict=False):
+    for word, share in zip(words, shares.T, strict=False):
         name, values = _parted(word, SAMPLE_FORM)
         low, high, rest, logarithmic = _ends(word, values, SAMPLE_FORM)
         if rest:

@@ -63,7 +63,7 @@ class Sweep:
                 f"nothing is simulated finer than an accuracy of {self.accuracy:g}, which error bars take: ask for a "
                 "coarser one, or for no error bars."
             )
-        refused, first = _refused(self.scene, self.design)
+        refused, first = refused_rows(self.scene, self.design)
         count = int(refused.sum())
         if count == len(refused):
             raise UsageError(f"no scene of the sweep can be simulated: it comes to {first}")
@@ -172,7 +172,7 @@ def _check_axes(scene: Scene, design: Design) -> None:
             scene.changed({swept.parameter: (outside or extremes)[0]})  # which refuses it in the scene's own words
 
 
-def _refused(scene: Scene, design: Design) -> tuple[Flags, str]:
+def refused_rows(scene: Scene, design: Design) -> tuple[Flags, str]:
     """Return which rows break a rule, shape (rows,), and the first of them in words with its fault, empty where none.
 
     A rule is asked once for each combination of the swept values that it reads.

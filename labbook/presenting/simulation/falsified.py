@@ -1,0 +1,194 @@
+"""A box that was searched for grounds on which active damping does not save: a sentence, lines for people, data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from data_schema.rounding import decimals_for, fixed_text
+from labbook.presenting.simulation.simulated import set_by_user_line
+from labbook.terminal import columns
+from reports.display import count_text, list_text
+from simulator.declared import all_parameters
+from simulator.falsify import (
+    FAILS,
+    HEIGHT,
+    NO_JUMP,
+    SAME,
+    SAME_WITHIN,
+    SAVES,
+    VERDICTS,
+    Counterexample,
+    Question,
+    Region,
+    Searched,
+    ground_at,
+    interval,
+    region_of,
+)
+
+
+def sentences(question: Question, searched: Searched) -> list[str]:
+    """Say where the controller helps, where it does not, and how sure that is."""
+    counts = searched.counts
+    says = sum(count for verdict, count in counts.items() if verdict < NO_JUMP)
+    fails = counts[FAILS]
+    if not says:
+        return ["No ground of the box says anything of the claim."]
+    parts = [
+        f"Active damping saves joules at {_equal(question)} on {_share(counts[SAVES], says)} of the grounds that say something"
+    ]
+    if counts[SAME]:
+        parts.append(f"makes no difference (less than {100.0 * SAME_WITHIN:g} %) on {_share(counts[SAME], says)}")
+    parts.append(f"costs more on {_share(fails, says)}")
+    found = [f"{', '.join(parts[:-1])}, and {parts[-1]}."]
+    failing, region = searched.failing, region_of(searched)
+    if not len(failing):
+        return [
+            *found,
+            f"The search from the worst of them found no ground on which it costs more either: {_most(says)}.",
+        ]
+    if region is None:
+        low, high = searched.shares[failing].min(axis=0), searched.shares[failing].max(axis=0)
+        return [
+            *found,
+            f"It costs more at {_box(question, low.tolist(), high.tolist())}: so far reach the "
+            f"{count_text(len(failing), 'ground')} that sample and search found.",
+        ]
+    return [*found, _region_sentence(question, region)]
+
+
+def _region_sentence(question: Question, region: Region) -> str:
+    (fail_in, in_all), (fail_out, out_all) = region.inside, region.outside
+    outside = _most(out_all) if not fail_out else f"{fail_out} do, {_interval(fail_out, out_all)}"
+    return (
+        f"It costs more at {_box(question, region.low, region.high)}, where the failures of half the sample lie; of the "
+        f"other half {fail_in} of {in_all} grounds there fail, and of {out_all} elsewhere "
+        f"{'none' if not fail_out else ''}{' does: ' if not fail_out else ''}{outside}."
+    )
+
+
+def _most(grounds: int) -> str:
+    return f"at most {100.0 * interval(0, grounds)[1]:.2g} % of such grounds fail (95 %)"
+
+
+def _box(question: Question, low: Sequence[float], high: Sequence[float]) -> str:
+    first, last = ground_at(question, low), ground_at(question, high)
+    return list_text([f"{name} {first[name]:.3g} to {last[name]:.3g}{_unit(name)}" for name in first])
+
+
+def _unit(name: str) -> str:
+    return all_parameters()[name].unit_text if name in all_parameters() else ""
+
+
+def _equal(question: Question) -> str:
+    return "equal height" if question.equal == HEIGHT else "equal gains"
+
+
+def _share(count: int, of: int) -> str:
+    return f"{100.0 * count / of:.3g} %"
+
+
+def _interval(count: int, of: int) -> str:
+    low, high = interval(count, of)
+    return f"95 % interval {100.0 * low:.2g} to {100.0 * high:.2g} %"
+
+
+def title(question: Question) -> str:
+    """Return what heads the figure."""
+    scene = question.scene
+    return f"{scene.name}: what active damping saves at {_equal(question)}, {question.damping} = {scene[question.damping]:g}"
+
+
+def as_lines(question: Question, searched: Searched, examples: Sequence[Counterexample]) -> list[str]:
+    """Return the lines for people."""
+    scene, counts = question.scene, searched.counts
+    says = sum(count for verdict, count in counts.items() if verdict < NO_JUMP)
+    drawn = (
+        ""
+        if question.sweep.scene[question.damping] > 0.0 or question.damping in question.names
+        else ", as none was set"
+    )
+    apart = [f"{VERDICTS[verdict]} {count}" for verdict, count in counts.items() if verdict >= NO_JUMP and count]
+    return [
+        f"{scene.name}: {scene.title}",
+        f"claim: active damping ({question.damping} = {scene[question.damping]:g}"
+        f"{all_parameters()[question.damping].unit_text}{drawn}) saves joules at {_equal(question)}, "
+        f"over {', '.join(question.over)}.",
+        "",
+        *sentences(question, searched),
+        "",
+        f"{count_text(searched.sample, 'ground')}, {question.sweep.design.description}, and "
+        f"{len(searched.shares) - searched.sample} of the search from the worst: "
+        f"{counts[FAILS]} of {says} fail, {_interval(counts[FAILS], says)}.",
+        *([f"apart: {', '.join(apart)}."] if apart else []),
+        *(_table(examples) if examples else []),
+        *set_by_user_line(question.sweep.scene),
+    ]
+
+
+def _table(examples: Sequence[Counterexample]) -> list[str]:
+    confirmed = sum(one.confirmed for one in examples)
+    head = [*examples[0].ground, "CE N/m", "AD N/m", "CE J", "AD J", "AD costs more by", "apex m", "other solver", ""]
+    return [
+        "",
+        f"grounds on which it costs more, the worst first, {confirmed} of {len(examples)} confirmed with error bars and by "
+        "another solver:",
+        "",
+        *columns(head, [_row(one) for one in examples]),
+    ]
+
+
+def _row(one: Counterexample) -> list[str]:
+    ce, ad = one.jumps
+    places = decimals_for(one.bar_j) if 0.0 < one.bar_j < 1.0 else 4
+    return [
+        *(f"{value:.4g}" for value in one.ground.values()),
+        *(f"{value:.5g}" for value in one.stiffness),
+        *(f"{jump.cost_J:.5g}" for jump in (ce, ad)),
+        f"{fixed_text(one.more_j, places)} ± {one.bar_j:.1g} J",
+        "-" if ad.apex_height_m is None else f"{ad.apex_height_m:.4g}",
+        "gave up" if one.solver_j is None else f"within {one.solver_j:.1g} J",
+        "confirmed" if one.confirmed else "not confirmed",
+    ]
+
+
+def as_data(question: Question, searched: Searched, examples: Sequence[Counterexample]) -> dict[str, Any]:
+    """Return the same for programs."""
+    counts, region = searched.counts, region_of(searched)
+    says = sum(count for verdict, count in counts.items() if verdict < NO_JUMP)
+    return {
+        "scene": question.scene.name,
+        "claim": "saves",
+        "equal": question.equal,
+        "damping": {question.damping: question.scene[question.damping]},
+        "over": list(question.over),
+        "grounds": searched.sample,
+        "searched": len(searched.shares) - searched.sample,
+        "verdicts": {VERDICTS[verdict]: count for verdict, count in counts.items()},
+        "share_failing": counts[FAILS] / says if says else None,
+        "share_failing_95": list(interval(counts[FAILS], says)),
+        "failing": len(searched.failing),
+        "region": None
+        if region is None
+        else {
+            "low": ground_at(question, region.low),
+            "high": ground_at(question, region.high),
+            "inside_failing_of": list(region.inside),
+            "outside_failing_of": list(region.outside),
+        },
+        "sentences": sentences(question, searched),
+        "counterexamples": [
+            {
+                "ground": one.ground,
+                "k_extension": {"ce": one.stiffness[0], "ad": one.stiffness[1]},
+                "cost_J": {"ce": one.jumps[0].cost_J, "ad": one.jumps[1].cost_J},
+                "apex_height_m": {"ce": one.jumps[0].apex_height_m, "ad": one.jumps[1].apex_height_m},
+                "more_J": one.more_j,
+                "bar_J": one.bar_j,
+                "other_solver_J": one.solver_j,
+                "confirmed": one.confirmed,
+            }
+            for one in examples
+        ],
+    }

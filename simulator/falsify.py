@@ -1,0 +1,489 @@
+"""The grounds on which active damping does not save: looked for in a box of parameters, each one confirmed.
+
+On every ground compression-extension (CE, no active damping) and active damping (AD) make the scene's jump. Joules are
+compared at equal height: the controller that jumps higher gets a softer extension until its apex is the other's; where
+it then does not jump at all, the other gets a stiffer one. A Sobol sample tells the share of the box, differential
+evolution (Storn and Price 1997, as scipy has it) goes on from the worst grounds of the sample.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from data_schema.errors import UsageError, unknown_name
+from simulator.accuracy.methods import METHODS
+from simulator.accuracy.peers import PeerGaveUp
+from simulator.compiled import Row
+from simulator.error_bars import simulate_with_errors
+from simulator.gains import fitted_active_damping_kg_m
+from simulator.kernel.build import is_cached, why_no_lanes
+from simulator.kernel.composition import compose
+from simulator.kernel.limits import STOP_AFTER_TOUCHDOWN
+from simulator.result import JumpResult
+from simulator.scene import Scene
+from simulator.sweep.chunks import PLACE, Block, Recipe, recipe_of_rows, simulate_on_all_cores
+from simulator.sweep.design import LOGARITHMIC, at_shares
+from simulator.sweep.sweep import Sweep, refused_rows, sweep_by_words
+
+CLAIMS = ("saves",)
+HEIGHT, GAINS = "height", "gains"
+"""What is equal where joules are compared: apex heights, or all gains but active damping."""
+SAVES, SAME, FAILS, NO_JUMP, UNEQUAL, UNDER_SURFACE, FLAGGED, REFUSED = range(8)
+VERDICTS = {
+    SAVES: "active damping saves",
+    SAME: "no difference",
+    FAILS: "active damping costs more",
+    NO_JUMP: "a controller does not jump",
+    UNEQUAL: "no equal height",
+    UNDER_SURFACE: "the body gets under the surface",
+    FLAGGED: "ill-conditioned, or an open energy book",
+    REFUSED: "cannot be simulated",
+}
+"""What may be found of a ground; from `NO_JUMP` on it is apart, and says nothing of the claim."""
+SAME_WITHIN = 1e-4
+"""Savings of less are no difference: on hard ground the foot does not move, and active damping does nothing."""
+DAMPING_GAIN = 150.0
+"""The damping gain of scenes without active damping: the middle one of thesis 5.1.1."""
+_CE, _AD = 0, 1
+_LOWEST, _HIGHEST = 0.25, 8.0
+"""How much softer and stiffer an extension is made for an equal height."""
+_HALVINGS, _CLOSE_M = 10, 1e-3
+_MEMBERS, _STAGNANT = 24, 12
+"""Grounds in a generation, and generations without a worse ground after which the search ends."""
+_SOLVER, _SOLVER_ACCURACY = "solve_ivp DOP853", 1e-9
+_SHOWN = 5
+
+
+@dataclass(frozen=True, slots=True)
+class Question:
+    """Whether active damping saves in a box: the sweep's sample of it, with `over`, the ranges in words.
+
+    `scene` has active damping, by the parameter `damping`; `equal` is `HEIGHT` or `GAINS`.
+    """
+
+    sweep: Sweep
+    over: tuple[str, ...]
+    scene: Scene
+    damping: str
+    equal: str
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The parameters that span the box."""
+        return tuple(axis.parameter for axis in self.sweep.design.axes)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Judged:
+    """What was found of grounds: their `verdict`, shape (grounds,), and numbers where there is one, else NaN.
+
+    `saving` is (CE - AD) / CE. Stiffnesses (N/m), costs (J) and apexes (m) have shape (2, grounds): CE, AD. `slope`
+    (J/m) is what height costs with the controller that was changed.
+    """
+
+    verdict: NDArray[np.int64]
+    saving: Row
+    stiffness: Row
+    cost: Row
+    apex: Row
+    slope: Row
+
+
+@dataclass(frozen=True, slots=True)
+class Counterexample:
+    """A ground on which the claim fails, and how sure that is.
+
+    `more_j` is by how much active damping costs more; `bar_j` what the errors of both simulations and the rest of a
+    difference in height leave open; `solver_j` how far another solver is from both costs, None where it gave up.
+    """
+
+    ground: dict[str, float]
+    stiffness: tuple[float, float]
+    jumps: tuple[JumpResult, JumpResult]
+    more_j: float
+    bar_j: float
+    solver_j: float | None
+
+    @property
+    def saving(self) -> float:
+        """The share that active damping saves, below 0."""
+        return -self.more_j / self.jumps[_CE].cost_J
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether the difference is larger than all that is unsure of it, and no jump is flagged."""
+        flagged = any(jump.ill_conditioned or jump.open_book for jump in self.jumps)
+        return not flagged and self.solver_j is not None and self.more_j > self.bar_j + self.solver_j
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """The smallest box, in shares of the whole, around the failures of half the sample; what the other half shows.
+
+    `inside` and `outside`: failures and grounds that say something, of the other half.
+    """
+
+    low: tuple[float, ...]
+    high: tuple[float, ...]
+    inside: tuple[int, int]
+    outside: tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Searched:
+    """A box that was searched: `shares` of the ranges and what was found there, the first `sample` of them a sample."""
+
+    shares: Row
+    judged: Judged
+    sample: int
+
+    @property
+    def counts(self) -> dict[int, int]:
+        """How many grounds of the sample have each verdict."""
+        return {verdict: int((self.judged.verdict[: self.sample] == verdict).sum()) for verdict in VERDICTS}
+
+    @property
+    def failing(self) -> NDArray[np.int64]:
+        """The places of all grounds on which the claim fails, the worst first."""
+        found = np.flatnonzero(self.judged.verdict == FAILS)
+        return found[np.argsort(self.judged.saving[found], kind="stable")]
+
+
+def question_by_words(
+    scene: str,
+    over: Sequence[str],
+    sets: Sequence[str] = (),
+    effects: str | None = None,
+    *,
+    claim: str = CLAIMS[0],
+    equal: str = HEIGHT,
+    grounds: int = 2048,
+    seed: int = 0,
+    accuracy: float = 1e-6,
+) -> Question:
+    """Return the question whether a claim fails in the box that words span, ranges of a decade and more by logarithm.
+
+    Raises `UsageError` for words without a meaning and scenes without active damping.
+    """
+    if claim not in CLAIMS:
+        raise unknown_name("claim", claim, CLAIMS)
+    if equal not in (HEIGHT, GAINS):
+        raise unknown_name("what is equal", equal, (HEIGHT, GAINS))
+    spaced = tuple(map(_spaced, over))
+    sweep = sweep_by_words(scene, spaced, sets, effects, accuracy=accuracy, sample=grounds, seed=seed, error_bars=0.0)
+    damping = damping_of(sweep.scene)
+    scene_with = with_damping(sweep.scene)
+    return Question(sweep, spaced, scene_with, damping, equal)
+
+
+def damping_of(scene: Scene) -> str:
+    """Return the parameter without which a scene's controller is compression-extension."""
+    for effect, parameter in (("active_damping", "b_ad"), ("scaled_active_damping", "ad_share")):
+        if effect in scene.effects:
+            return parameter
+    raise UsageError(f"{scene.name} has no active damping that could save: add --effects +active_damping.")
+
+
+def with_damping(scene: Scene) -> Scene:
+    """Return the scene with active damping: its own, or that of a gain of 150 where it has none."""
+    if scene[damping_of(scene)] > 0.0:
+        return scene
+    if damping_of(scene) != "b_ad":
+        raise UsageError("ad_share = 0 is no active damping: give its share, such as --set ad_share=0.1667.")
+    return scene.changed({"b_ad": fitted_active_damping_kg_m(DAMPING_GAIN)})
+
+
+def _spaced(word: str) -> str:
+    name, _, values = word.partition("=")
+    ends = [part.strip() for part in values.split(":")]
+    try:
+        low, high = map(float, ends)
+    except ValueError:
+        return word
+    return f"{word}:{LOGARITHMIC}" if 0.0 < 10.0 * low <= high else word
+
+
+def falsify(question: Question, done: Callable[[str], object] = lambda _what: None) -> Searched:
+    """Search the box of a question; `done` is called after the sample and after each generation."""
+    rig = _Rig(question)
+
+    def judge(shares: Row) -> Judged:
+        design = at_shares(question.over, question.scene.effects, shares, 0)
+        return rig.judge(design.rows(0, len(shares)), refused_rows(question.scene, design)[0])
+
+    return search(judge, _shares(question), question.sweep.design.seed or 0, done)
+
+
+def _shares(question: Question) -> Row:
+    design, ends = question.sweep.design, np.array([[0.0], [1.0]])
+    columns = []
+    for axis, word in zip(design.axes, question.over, strict=True):
+        low, high = at_shares((word,), question.scene.effects, ends, 0).axes[0].coordinates
+        drawn = axis.coordinates
+        if word.endswith(LOGARITHMIC):
+            low, high, drawn = np.log(low), np.log(high), np.log(drawn)
+        columns.append((drawn - low) / (high - low))
+    return np.clip(np.column_stack(columns), 0.0, 1.0)
+
+
+def search(
+    judge: Callable[[Row], Judged], sample: Row, seed: int, done: Callable[[str], object] = lambda _what: None
+) -> Searched:
+    """Judge a sample of the unit cube, shape (grounds, axes), and go on from its worst grounds to still worse ones."""
+    from scipy.optimize import differential_evolution
+
+    judged = [judge(sample)]
+    shares = [sample]
+    done("sample")
+    saving = _least_first(judged[0])
+    best = np.argsort(saving, kind="stable")[:_MEMBERS]
+    least, stagnant = float(saving[best[0]]), 0
+
+    def generation(columns: Row) -> Row:
+        rows = columns.T
+        shares.append(rows)
+        judged.append(judge(rows))
+        return _least_first(judged[-1])
+
+    def ended(_x: Row, convergence: float) -> bool:  # noqa: ARG001 - as scipy calls it
+        nonlocal least, stagnant
+        now = min(float(_least_first(one).min()) for one in judged)
+        stagnant = 0 if now < least - SAME_WITHIN else stagnant + 1
+        least = min(least, now)
+        done("generation")
+        return stagnant >= _STAGNANT
+
+    if len(best) > 4:
+        differential_evolution(
+            generation,
+            [(0.0, 1.0)] * sample.shape[1],
+            init=sample[best],
+            maxiter=60,
+            seed=np.random.default_rng(seed),
+            polish=False,
+            vectorized=True,
+            updating="deferred",
+            tol=0.0,
+            callback=ended,
+        )
+    whole = Judged(*(np.concatenate([getattr(one, name) for one in judged], axis=-1) for name in Judged.__slots__))
+    return Searched(np.concatenate(shares), whole, len(sample))
+
+
+def _least_first(judged: Judged) -> Row:
+    """Return what is made small: the saving, and more than any saving where a ground is apart."""
+    return np.where(judged.verdict < NO_JUMP, judged.saving, 2.0)
+
+
+class _Rig:
+    """Both controllers on many grounds at a time."""
+
+    def __init__(self, question: Question) -> None:
+        scene, self.equal = question.scene, question.equal
+        recipe: Recipe = recipe_of_rows(scene, question.sweep.accuracy)
+        lanes = why_no_lanes(scene.effects) is None and is_cached(scene.effects, lanes=True)
+        self.recipe = replace(recipe, why_scalar=None) if lanes else recipe
+        names = [parameter.name for parameter in compose(scene.effects).parameters]
+        self.places = [names.index(name) for name in question.names]
+        self.stiffness, self.damping = names.index("k_extension"), names.index(question.damping)
+
+    def jumps(self, table: Row, stiffness: Row, controller: NDArray[np.int64]) -> Block:
+        """Return the last jump of each row, shape (rows, outputs)."""
+        rows = table.copy()
+        rows[:, self.stiffness] = stiffness
+        rows[controller == _CE, self.damping] = 0.0
+        return simulate_on_all_cores(self.recipe, rows)[:, -1]
+
+    def judge(self, points: Row, refused: NDArray[np.bool_]) -> Judged:
+        table = np.tile(self.recipe.base, (len(points), 1))
+        table[:, self.places] = points
+        size = len(points)
+        kept = np.flatnonzero(~refused)
+        found = Judged(
+            np.full(size, REFUSED),
+            *(np.full(shape, np.nan) for shape in ((size,), (2, size), (2, size), (2, size), (size,))),
+        )
+        if kept.size:
+            part = self._judged(table[kept])
+            for name in Judged.__slots__:
+                getattr(found, name)[..., kept] = getattr(part, name)
+        return found
+
+    def _judged(self, table: Row) -> Judged:
+        size = len(table)
+        every = np.arange(size)
+        stiffness = np.tile(table[:, self.stiffness], (2, 1))
+        first = np.stack([self.jumps(table, stiffness[_CE], np.full(size, which)) for which in (_CE, _AD)])
+        apex, cost = _column(first, "apex_height_m"), _column(first, "cost_J")
+        bad = {
+            UNDER_SURFACE: (_column(first, "under_surface") > 0.0).any(axis=0),
+            FLAGGED: _flagged(first).any(axis=0),
+        }
+        unequal, slope = np.zeros(size, np.bool_), np.zeros(size)
+        height = np.where(np.isfinite(apex), apex, -np.inf)
+        no_jump = np.isneginf(height).all(axis=0) if self.equal == HEIGHT else np.isneginf(height).any(axis=0)
+        if self.equal == HEIGHT:
+            higher = np.argmax(height, axis=0)
+            unequal = ~no_jump
+            for softer in (True, False):
+                tuned = higher if softer else 1 - higher
+                wanted = height[1 - tuned, every]
+                left = np.flatnonzero(unequal & np.isfinite(wanted))
+                if not left.size:
+                    continue
+                start = stiffness[0, left]
+                ends = (start * _LOWEST, start) if softer else (start, start * _HIGHEST)
+                found = self._reached(table[left], tuned[left], wanted[left], *ends)
+                met = found.met
+                at, which = left[met], tuned[left][met]
+                unequal[at] = False
+                stiffness[which, at], cost[which, at], apex[which, at] = (
+                    values[met] for values in (found.stiffness, found.cost, found.apex)
+                )
+                slope[at] = found.slope[met]
+                bad[UNDER_SURFACE][at] |= found.under[met]
+                bad[FLAGGED][at] |= found.flagged[met]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            saving = (cost[_CE] - cost[_AD]) / cost[_CE]
+        verdict = np.select(
+            [no_jump, bad[UNDER_SURFACE], bad[FLAGGED], unequal, np.abs(saving) < SAME_WITHIN, saving < 0.0],
+            [NO_JUMP, UNDER_SURFACE, FLAGGED, UNEQUAL, SAME, FAILS],
+            SAVES,
+        )
+        saving[verdict >= NO_JUMP] = np.nan
+        return Judged(verdict, saving, stiffness, cost, apex, slope)
+
+    def _reached(self, table: Row, tuned: NDArray[np.int64], wanted: Row, low: Row, high: Row) -> _Reached:
+        """Halve the stiffnesses, in the logarithm, between which an apex is reached; between the last two the cost of
+        the height is a straight line.
+        """
+        below, above = (self.jumps(table, ends, tuned) for ends in (low, high))
+        for _ in range(_HALVINGS):
+            middle = np.sqrt(low * high)
+            found = self.jumps(table, middle, tuned)
+            enough = _column(found, "apex_height_m") >= wanted
+            low, high = np.where(enough, low, middle), np.where(enough, middle, high)
+            below, above = np.where(enough[:, np.newaxis], below, found), np.where(enough[:, np.newaxis], found, above)
+        under, over = _column(below, "apex_height_m"), _column(above, "apex_height_m")
+        apart = over - under
+        with np.errstate(invalid="ignore", divide="ignore"):
+            met = (under <= wanted) & (over >= wanted) & (apart <= _CLOSE_M)
+            slope = np.where(apart > 0.0, (_column(above, "cost_J") - _column(below, "cost_J")) / apart, 0.0)
+            share = np.where(apart > 0.0, (wanted - under) / apart, 0.0)
+        both = np.stack([below, above])
+        return _Reached(
+            met=met,
+            stiffness=low * (high / low) ** share,
+            cost=_column(below, "cost_J") + slope * (wanted - under),
+            apex=wanted,
+            slope=slope,
+            under=(_column(both, "under_surface") > 0.0).any(axis=0),
+            flagged=_flagged(both).any(axis=0),
+        )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Reached:
+    met: NDArray[np.bool_]
+    stiffness: Row
+    cost: Row
+    apex: Row
+    slope: Row
+    under: NDArray[np.bool_]
+    flagged: NDArray[np.bool_]
+
+
+def _column(block: Block, name: str) -> Row:
+    return block[..., PLACE[name]].copy()
+
+
+def _flagged(block: Block) -> NDArray[np.bool_]:
+    return np.asarray((_column(block, "ill_conditioned") > 0.0) | (_column(block, "open_book") > 0.0))
+
+
+def region_of(searched: Searched) -> Region | None:
+    """Return where the failures of every other ground of the sample lie, held against those between them.
+
+    None where every other ground shows no failure.
+    """
+    verdict, shares = searched.judged.verdict[: searched.sample], searched.shares[: searched.sample]
+    failing = shares[::2][verdict[::2] == FAILS]
+    if not len(failing):
+        return None
+    low, high = failing.min(axis=0), failing.max(axis=0)
+    others, says = shares[1::2], verdict[1::2] < NO_JUMP
+    within = ((others >= low) & (others <= high)).all(axis=1)
+    fails = verdict[1::2] == FAILS
+    inside, outside = ((int((fails & part).sum()), int((says & part).sum())) for part in (within, ~within))
+    return Region(tuple(low.tolist()), tuple(high.tolist()), inside, outside)
+
+
+def counterexamples(question: Question, searched: Searched, most: int = _SHOWN) -> tuple[Counterexample, ...]:
+    """Return the worst ground on which the claim fails and others far from it, each simulated with error bars and by
+    another solver.
+    """
+    failing = searched.failing
+    chosen = list(failing[:1])
+    while 0 < len(chosen) < min(most, len(failing)):
+        apart = np.linalg.norm(searched.shares[failing][:, np.newaxis] - searched.shares[chosen], axis=2).min(axis=1)
+        if apart.max() == 0.0:
+            break
+        chosen.append(failing[np.argmax(apart)])
+    return tuple(_confirmed(question, searched, int(place)) for place in chosen)
+
+
+def ground_at(question: Question, shares: Sequence[float]) -> dict[str, float]:
+    """Return the parameters at these shares of the ranges, by what the ranges name."""
+    design = at_shares(question.over, question.scene.effects, np.array([shares]), 0)
+    return {axis.name: float(axis.coordinates[0]) for axis in design.axes}
+
+
+def _confirmed(question: Question, searched: Searched, place: int) -> Counterexample:
+    shares = searched.shares[place]
+    design = at_shares(question.over, question.scene.effects, shares[np.newaxis], 0)
+    ground = dict(zip(question.names, design.rows(0, 1)[0].tolist(), strict=True))
+    stiffness = tuple(searched.judged.stiffness[:, place].tolist())
+    ad = question.scene.changed({**ground, "k_extension": stiffness[_AD]})
+    ce = question.scene.changed({**ground, "k_extension": stiffness[_CE], question.damping: 0.0})
+    jumps = tuple(simulate_with_errors(scene, question.sweep.accuracy).jump for scene in (ce, ad))
+    bar_j = sum((jump.errors or {}).get("cost_J", math.inf) for jump in jumps)
+    if question.equal == HEIGHT:
+        apexes = [math.nan if jump.apex_height_m is None else jump.apex_height_m for jump in jumps]
+        bar_j += abs(apexes[_AD] - apexes[_CE]) * abs(float(searched.judged.slope[place]))
+    solved = [_by_other_solver(scene) for scene in (ce, ad)]
+    solver_j = sum(
+        math.inf if cost_j is None else abs(cost_j - jump.cost_J + jump.passive_J)
+        for cost_j, jump in zip(solved, jumps, strict=True)
+    )
+    return Counterexample(
+        ground_at(question, shares.tolist()),
+        (stiffness[_CE], stiffness[_AD]),
+        (jumps[_CE], jumps[_AD]),
+        jumps[_AD].cost_J - jumps[_CE].cost_J,
+        bar_j,
+        solver_j if math.isfinite(solver_j) else None,
+    )
+
+
+def _by_other_solver(scene: Scene) -> float | None:
+    attempt = METHODS[_SOLVER].prepare(scene, _SOLVER_ACCURACY, STOP_AFTER_TOUCHDOWN)
+    try:
+        attempt.run()
+    except PeerGaveUp:
+        return None
+    return attempt.found().values["cost_J"]
+
+
+def interval(count: int, of: int) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a share (Wilson 1927); a Sobol sample knows it better."""
+    from scipy.stats import binomtest
+
+    if not of:
+        return 0.0, 1.0
+    found = binomtest(count, of).proportion_ci(method="wilson")
+    return float(found.low), float(found.high)
