@@ -28,7 +28,7 @@ from simulator.result import JumpResult
 from simulator.scene import Scene
 from simulator.sweep.chunks import PLACE, Block, Recipe, recipe_of_rows, simulate_on_all_cores
 from simulator.sweep.design import LOGARITHMIC, at_shares
-from simulator.sweep.sweep import Sweep, refused_rows, sweep_by_words
+from simulator.sweep.sweep import Flags, Sweep, refused_rows, sweep_by_words
 
 CLAIMS = ("saves",)
 HEIGHT, GAINS = "height", "gains"
@@ -56,7 +56,7 @@ _HALVINGS, _CLOSE_M = 10, 1e-3
 _MEMBERS, _STAGNANT = 24, 12
 """Grounds in a generation, and generations without a worse ground after which the search ends."""
 _SOLVER, _SOLVER_ACCURACY = "solve_ivp DOP853", 1e-9
-_SHOWN = 5
+_SHOWN, _FEWEST_FAILURES = 5, 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,9 +148,15 @@ class Searched:
         return {verdict: int((self.judged.verdict[: self.sample] == verdict).sum()) for verdict in VERDICTS}
 
     @property
+    def says(self) -> int:
+        """How many grounds of the sample say something of the claim."""
+        return int((self.judged.verdict[: self.sample] < NO_JUMP).sum())
+
+    @property
     def failing(self) -> NDArray[np.int64]:
-        """The places of all grounds on which the claim fails, the worst first."""
+        """The places of all grounds on which the claim fails, each once, the worst first."""
         found = np.flatnonzero(self.judged.verdict == FAILS)
+        found = found[np.sort(np.unique(self.shares[found], axis=0, return_index=True)[1])]
         return found[np.argsort(self.judged.saving[found], kind="stable")]
 
 
@@ -199,7 +205,7 @@ def with_damping(scene: Scene) -> Scene:
 
 
 def _spaced(word: str) -> str:
-    name, _, values = word.partition("=")
+    values = word.partition("=")[2]
     ends = [part.strip() for part in values.split(":")]
     try:
         low, high = map(float, ends)
@@ -277,7 +283,7 @@ def search(
 
 def _least_first(judged: Judged) -> Row:
     """Return what is made small: the saving, and more than any saving where a ground is apart."""
-    return np.where(judged.verdict < NO_JUMP, judged.saving, 2.0)
+    return np.asarray(np.where(judged.verdict < NO_JUMP, judged.saving, 2.0))
 
 
 class _Rig:
@@ -299,7 +305,7 @@ class _Rig:
         rows[controller == _CE, self.damping] = 0.0
         return simulate_on_all_cores(self.recipe, rows)[:, -1]
 
-    def judge(self, points: Row, refused: NDArray[np.bool_]) -> Judged:
+    def judge(self, points: Row, refused: Flags) -> Judged:
         table = np.tile(self.recipe.base, (len(points), 1))
         table[:, self.places] = points
         size = len(points)
@@ -321,15 +327,17 @@ class _Rig:
         first = np.stack([self.jumps(table, stiffness[_CE], np.full(size, which)) for which in (_CE, _AD)])
         apex, cost = _column(first, "apex_height_m"), _column(first, "cost_J")
         bad = {
-            UNDER_SURFACE: (_column(first, "under_surface") > 0.0).any(axis=0),
-            FLAGGED: _flagged(first).any(axis=0),
+            UNDER_SURFACE: _either(first, "under_surface"),
+            FLAGGED: _either(first, "ill_conditioned", "open_book"),
         }
-        unequal, slope = np.zeros(size, np.bool_), np.zeros(size)
+        slope = np.zeros(size)
+        unequal: Flags = np.zeros(size, np.bool_)
         height = np.where(np.isfinite(apex), apex, -np.inf)
-        no_jump = np.isneginf(height).all(axis=0) if self.equal == HEIGHT else np.isneginf(height).any(axis=0)
+        jumping = np.isfinite(apex).sum(axis=0)
+        no_jump: Flags = np.asarray(jumping < (1 if self.equal == HEIGHT else 2))
         if self.equal == HEIGHT:
             higher = np.argmax(height, axis=0)
-            unequal = ~no_jump
+            unequal = np.logical_not(no_jump)
             for softer in (True, False):
                 tuned = higher if softer else 1 - higher
                 wanted = height[1 - tuned, every]
@@ -382,43 +390,45 @@ class _Rig:
             cost=_column(below, "cost_J") + slope * (wanted - under),
             apex=wanted,
             slope=slope,
-            under=(_column(both, "under_surface") > 0.0).any(axis=0),
-            flagged=_flagged(both).any(axis=0),
+            under=_either(both, "under_surface"),
+            flagged=_either(both, "ill_conditioned", "open_book"),
         )
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class _Reached:
-    met: NDArray[np.bool_]
+    met: Flags
     stiffness: Row
     cost: Row
     apex: Row
     slope: Row
-    under: NDArray[np.bool_]
-    flagged: NDArray[np.bool_]
+    under: Flags
+    flagged: Flags
 
 
 def _column(block: Block, name: str) -> Row:
     return block[..., PLACE[name]].copy()
 
 
-def _flagged(block: Block) -> NDArray[np.bool_]:
-    return np.asarray((_column(block, "ill_conditioned") > 0.0) | (_column(block, "open_book") > 0.0))
+def _either(blocks: Block, *flags: str) -> Flags:
+    """Whether one of two simulations, shape (2, rows, outputs), has one of these flags."""
+    return np.asarray((blocks[..., [PLACE[flag] for flag in flags]] > 0.0).any(axis=(0, 2)))
 
 
 def region_of(searched: Searched) -> Region | None:
-    """Return where the failures of every other ground of the sample lie, held against those between them.
+    """Return where the failures of half the sample lie, held against the other half; None where that has under five.
 
-    None where every other ground shows no failure.
+    Chance halves it: to every other point of a Sobol sample belongs the same half of the first parameter.
     """
     verdict, shares = searched.judged.verdict[: searched.sample], searched.shares[: searched.sample]
-    failing = shares[::2][verdict[::2] == FAILS]
-    if not len(failing):
+    mixed = np.random.default_rng(searched.sample).permutation(searched.sample)
+    one, other = mixed[::2], mixed[1::2]
+    failing = shares[one][verdict[one] == FAILS]
+    if len(failing) < _FEWEST_FAILURES:
         return None
     low, high = failing.min(axis=0), failing.max(axis=0)
-    others, says = shares[1::2], verdict[1::2] < NO_JUMP
-    within = ((others >= low) & (others <= high)).all(axis=1)
-    fails = verdict[1::2] == FAILS
+    within = ((shares[other] >= low) & (shares[other] <= high)).all(axis=1)
+    says, fails = verdict[other] < NO_JUMP, verdict[other] == FAILS
     inside, outside = ((int((fails & part).sum()), int((says & part).sum())) for part in (within, ~within))
     return Region(tuple(low.tolist()), tuple(high.tolist()), inside, outside)
 

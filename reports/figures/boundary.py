@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from reports.display import plain_number
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -21,108 +22,113 @@ from reports.figures.style import (
 )
 from simulator.compiled import Row
 from simulator.falsify import FAILS, NO_JUMP, SAME, SAME_WITHIN, SAVES, VERDICTS, Counterexample, Question, Searched
-from simulator.sweep.design import LOGARITHMIC, at_shares
+from simulator.sweep.design import LOGARITHMIC, Axis, at_shares
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _MOST_PANELS = 6
-_LOOKS = {
-    SAVES: (BLUE, ".", 5.0),
-    SAME: (SKY, ".", 2.0),
-    FAILS: (VERMILLION, "D", 9.0),
-}
-_APART = (("x", GREY), ("+", GREY), ("_", GREY), ("|", GREY), ("1", GREY))
-_MEDIUM_SAVING = 0.1
+_PANEL_IN = 2.9
+_LOOKS = {SAVES: (BLUE, ".", 6.0), SAME: (SKY, ".", 3.0), FAILS: (VERMILLION, "D", 9.0)}
+"""Colour, mark and size of grounds that say something; the others are grey strokes."""
+_STROKES = "x+_|1"
+_MUCH = 0.1
+"""A saving whose line is drawn, too."""
+_FLAT = 0.05
+"""Triangles at the border of the grounds that are flatter are none: their lines would run along it."""
 
 
 def draw_boundary(question: Question, searched: Searched, examples: Sequence[Counterexample], title: str) -> Figure:
     """Draw each pair of parameters of the box, with its boundary where there are two; against one, the saving."""
-    ends = at_shares(question.over, question.scene.effects, searched.shares, 0).axes
-    pairs = list(itertools.combinations(range(len(ends)), 2))[:_MOST_PANELS] or [(0, 0)]
-    across = min(len(pairs), 3 if len(pairs) > 2 else 2)
+    own = at_shares(question.over, question.scene.effects, searched.shares, 0).axes
+    pairs = list(itertools.combinations(range(len(own)), 2))[:_MOST_PANELS] or [(0, 0)]
+    across = min(len(pairs), 3)
     down = -(-len(pairs) // across)
     with publication_style():
-        figure = new_figure(TWO_COLUMNS_IN if across > 1 else 4.8, 0.8 + 2.9 * down / (1 if across < 3 else 1.2))
-        panels = [figure.add_subplot(down, across, place + 1) for place in range(len(pairs))]
+        width_in = TWO_COLUMNS_IN if across > 1 else 1.6 * _PANEL_IN
+        figure = new_figure(width_in, 1.0 + _PANEL_IN * down * (0.8 if across > 1 else 1.0))
+        panels = [figure.add_subplot(down, across, place) for place in range(1, len(pairs) + 1)]
         for axes, (x, y) in zip(panels, pairs, strict=True):
-            _draw_panel(axes, question, searched, examples, (x, y))
+            across_axis, up_axis = own[x], own[y] if x != y else None
+            _draw_grounds(axes, searched, across_axis, up_axis)
+            _draw_examples(axes, examples, across_axis, up_axis)
+            if len(own) == 2 and up_axis is not None:
+                _draw_lines(axes, searched, across_axis.coordinates, up_axis.coordinates)
+            _scale(axes, question.over[x], None if up_axis is None else question.over[y])
         figure.suptitle(title, fontsize=8)
         legend_below(figure, panels, 2, handletextpad=0.4)
         return figure
 
 
-def _draw_panel(
-    axes: Axes, question: Question, searched: Searched, examples: Sequence[Counterexample], pair: tuple[int, int]
-) -> None:
-    own = at_shares(question.over, question.scene.effects, searched.shares, 0).axes
-    verdict, saving = searched.judged.verdict, 100.0 * searched.judged.saving
-    first, second = (own[place] for place in pair)
-    single = pair[0] == pair[1]
-    x, y = first.coordinates, saving if single else second.coordinates
-    if first.name and question.over[pair[0]].endswith(LOGARITHMIC):
-        axes.set_xscale("log")
-    if not single and question.over[pair[1]].endswith(LOGARITHMIC):
-        axes.set_yscale("log")
-    sampled = np.arange(len(verdict)) < searched.sample
-    apart = iter(_APART)
+def _draw_grounds(axes: Axes, searched: Searched, across: Axis, up: Axis | None) -> None:
+    """Draw the sample, and what fails of the search; grounds that are apart have no saving, and lie at 0."""
+    verdict = searched.judged.verdict
+    heights = np.nan_to_num(100.0 * searched.judged.saving) if up is None else up.coordinates
+    strokes = iter(_STROKES)
     for which, words in VERDICTS.items():
-        at = sampled & (verdict == which)
-        if which == FAILS:
-            at = verdict == FAILS
-        if not at.any():
-            continue
-        if which in _LOOKS:
-            colour, mark, size = _LOOKS[which]
-        else:
-            (mark, colour), size = next(apart), 9.0
-        shown = np.zeros(len(y)) if single and which >= NO_JUMP else y
-        lines = {} if mark in "x+_|1" else {"linewidths": 0}
-        axes.scatter(
-            x[at], shown[at], c=colour, marker=mark, s=size, label=words, zorder=3, **({"linewidths": 0.6} | lines)
-        )
-    if single:
+        at = verdict == which
+        if which != FAILS:
+            at[searched.sample :] = False
+        if at.any():
+            colour, mark, size = _LOOKS[which] if which in _LOOKS else (GREY, next(strokes), 9.0)
+            wide = 0.0 if which in _LOOKS else 0.6
+            axes.scatter(
+                across.coordinates[at],
+                heights[at],
+                s=size,
+                c=colour,
+                marker=mark,
+                linewidths=wide,
+                label=words,
+                zorder=3,
+            )
+    axes.set_xlabel(_label(across))
+    axes.set_ylabel("saving (%)" if up is None else _label(up))
+    if up is None:
         axes.axhline(0.0, color=BLACK, linewidth=0.8)
-        axes.set_ylabel("saving (%)")
-    else:
-        axes.set_ylabel(_label(second.name, second.unit))
-        if len(own) == 2:
-            _draw_lines(axes, searched, x, y, saving)
-    axes.set_xlabel(_label(first.name, first.unit))
+
+
+def _draw_examples(axes: Axes, examples: Sequence[Counterexample], across: Axis, up: Axis | None) -> None:
+    """Ring the grounds that were simulated again, with their numbers in the table."""
     for number, one in enumerate(examples, 1):
-        place = (one.ground[first.name], 100.0 * one.saving if single else one.ground[second.name])
-        axes.scatter(
-            *place,
-            s=42,
-            facecolors="none",
-            edgecolors=BLACK,
-            linewidths=0.8,
-            zorder=5,
-            label="confirmed" if one.confirmed else "not confirmed",
-        )
-        axes.annotate(str(number), place, xytext=(5, 4), textcoords="offset points", fontsize=6, zorder=5)
+        at = (one.ground[across.name], 100.0 * one.saving if up is None else one.ground[up.name])
+        colour, words = (BLACK, "confirmed") if one.confirmed else (GREY, "not confirmed")
+        axes.scatter(*at, s=42, facecolors="none", edgecolors=colour, linewidths=0.9, label=words, zorder=5)
+        axes.annotate(str(number), at, xytext=(5, 4), textcoords="offset points", fontsize=6, zorder=5)
 
 
-def _draw_lines(axes: Axes, searched: Searched, x: Row, y: Row, saving: Row) -> None:
-    """Draw where the saving is nothing and where it is large, between grounds that say something."""
-    from matplotlib.tri import Triangulation
+def _draw_lines(axes: Axes, searched: Searched, x: Row, y: Row) -> None:
+    """Draw where active damping begins to cost more, and to save much, between grounds that say something."""
+    from matplotlib.tri import TriAnalyzer, Triangulation
 
-    _, one_each = np.unique(searched.shares, axis=0, return_index=True)
-    if len(one_each) < 4:
+    shares, each = np.unique(searched.shares, axis=0, return_index=True)
+    if len(each) < 4:
         return
-    corners = Triangulation(*searched.shares[one_each].T).triangles
-    cut = ~(searched.judged.verdict[one_each] < NO_JUMP)[corners].all(axis=1)
-    if cut.all():
+    triangles = Triangulation(*shares.T)
+    apart = ~(searched.judged.verdict[each] < NO_JUMP)[triangles.triangles].all(axis=1)
+    triangles.set_mask(apart)
+    if apart.all():
         return
-    drawn = Triangulation(x[one_each], y[one_each], corners, mask=cut)
-    values = np.where(np.isnan(saving[one_each]), 0.0, saving[one_each])
-    for level, look in ((-100.0 * SAME_WITHIN, "-"), (100.0 * _MEDIUM_SAVING, "--")):
-        if values.min() < level < values.max():
-            axes.tricontour(drawn, values, levels=[level], colors=BLACK, linewidths=1.2, linestyles=look, zorder=4)
-            name = "boundary: costs more" if level < 0.0 else f"saves {level:g} %"
-            axes.plot([], [], look, color=BLACK, linewidth=1.2, label=name)
+    mask = TriAnalyzer(triangles).get_flat_tri_mask(_FLAT)
+    drawn = Triangulation(x[each], y[each], triangles.triangles, mask=mask)
+    percent = np.nan_to_num(100.0 * searched.judged.saving[each])
+    lines = ((-100.0 * SAME_WITHIN, "-", "boundary"), (100.0 * _MUCH, "--", f"saves {100.0 * _MUCH:g} %"))
+    for level, look, words in lines:
+        if percent.min() < level < percent.max():
+            axes.tricontour(drawn, percent, levels=[level], colors=BLACK, linewidths=1.2, linestyles=look, zorder=4)
+            axes.plot([], [], look, color=BLACK, linewidth=1.2, label=words)
 
 
-def _label(name: str, unit: str) -> str:
-    return name if unit == "1" else f"{name} ({unit})"
+def _scale(axes: Axes, across: str, up: str | None) -> None:
+    from matplotlib.ticker import FuncFormatter, NullFormatter
+
+    for word, axis, scale in ((across, axes.xaxis, axes.set_xscale), (up, axes.yaxis, axes.set_yscale)):
+        if word is not None and word.endswith(LOGARITHMIC):
+            scale("log")
+            axis.set_major_formatter(FuncFormatter(lambda value, _place: plain_number(value)))
+            axis.set_minor_formatter(NullFormatter())
+
+
+def _label(axis: Axis) -> str:
+    return axis.name if axis.unit == "1" else f"{axis.name} ({axis.unit})"

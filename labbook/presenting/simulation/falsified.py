@@ -30,41 +30,32 @@ from simulator.falsify import (
 
 def sentences(question: Question, searched: Searched) -> list[str]:
     """Say where the controller helps, where it does not, and how sure that is."""
-    counts = searched.counts
-    says = sum(count for verdict, count in counts.items() if verdict < NO_JUMP)
-    fails = counts[FAILS]
+    counts, says = searched.counts, searched.says
     if not says:
-        return ["No ground of the box says anything of the claim."]
-    parts = [
-        f"Active damping saves joules at {_equal(question)} on {_share(counts[SAVES], says)} of the grounds that say something"
-    ]
-    if counts[SAME]:
-        parts.append(f"makes no difference (less than {100.0 * SAME_WITHIN:g} %) on {_share(counts[SAME], says)}")
-    parts.append(f"costs more on {_share(fails, says)}")
-    found = [f"{', '.join(parts[:-1])}, and {parts[-1]}."]
-    failing, region = searched.failing, region_of(searched)
+        return ["No ground of the sample says anything of the claim."]
+    found = (
+        f"Active damping saves joules at {_equal(question)} on {_share(counts[SAVES], says)} of the grounds that say "
+        f"something, makes no difference (less than {100.0 * SAME_WITHIN:g} %) on {_share(counts[SAME], says)}, and "
+        f"costs more on {_share(counts[FAILS], says)} ({_interval(counts[FAILS], says)})."
+    )
+    failing = searched.failing
     if not len(failing):
-        return [
-            *found,
-            f"The search from the worst of them found no ground on which it costs more either: {_most(says)}.",
-        ]
+        return [found, f"The search found no ground on which it costs more, either: {_most(says)}."]
+    region = region_of(searched)
     if region is None:
         low, high = searched.shares[failing].min(axis=0), searched.shares[failing].max(axis=0)
-        return [
-            *found,
-            f"It costs more at {_box(question, low.tolist(), high.tolist())}: so far reach the "
-            f"{count_text(len(failing), 'ground')} that sample and search found.",
-        ]
-    return [*found, _region_sentence(question, region)]
+        where = _box(question, low.tolist(), high.tolist())
+        return [found, f"It costs more at {where}: there lie the {count_text(len(failing), 'ground')} that were found."]
+    return [found, _region_sentence(question, region)]
 
 
 def _region_sentence(question: Question, region: Region) -> str:
-    (fail_in, in_all), (fail_out, out_all) = region.inside, region.outside
-    outside = _most(out_all) if not fail_out else f"{fail_out} do, {_interval(fail_out, out_all)}"
+    (fail_inside, inside), (fail_outside, outside) = region.inside, region.outside
+    elsewhere = f"{fail_outside} of {outside} ({_interval(fail_outside, outside)})"
     return (
-        f"It costs more at {_box(question, region.low, region.high)}, where the failures of half the sample lie; of the "
-        f"other half {fail_in} of {in_all} grounds there fail, and of {out_all} elsewhere "
-        f"{'none' if not fail_out else ''}{' does: ' if not fail_out else ''}{outside}."
+        f"It costs more at {_box(question, region.low, region.high)}, where the failures of half the sample lie. Of "
+        f"the other half {fail_inside} of {count_text(inside, 'ground')} there fail, and elsewhere "
+        f"{elsewhere if fail_outside else f'none of {outside}: {_most(outside)}'}."
     )
 
 
@@ -96,34 +87,34 @@ def _interval(count: int, of: int) -> str:
 
 def title(question: Question) -> str:
     """Return what heads the figure."""
-    scene = question.scene
-    return f"{scene.name}: what active damping saves at {_equal(question)}, {question.damping} = {scene[question.damping]:g}"
+    return f"{question.scene.name}: what active damping saves at {_equal(question)}, {_damping(question)}"
+
+
+def _damping(question: Question) -> str:
+    """Write the active damping, unless it is a parameter of the box."""
+    name = question.damping
+    if name in question.names:
+        return f"{name} varied"
+    return f"{name} = {question.scene[name]:g}{_unit(name)}"
 
 
 def as_lines(question: Question, searched: Searched, examples: Sequence[Counterexample]) -> list[str]:
     """Return the lines for people."""
-    scene, counts = question.scene, searched.counts
-    says = sum(count for verdict, count in counts.items() if verdict < NO_JUMP)
-    drawn = (
-        ""
-        if question.sweep.scene[question.damping] > 0.0 or question.damping in question.names
-        else ", as none was set"
-    )
+    scene, counts = question.sweep.scene, searched.counts
+    unset = scene[question.damping] == 0.0 and question.damping not in question.names
     apart = [f"{VERDICTS[verdict]} {count}" for verdict, count in counts.items() if verdict >= NO_JUMP and count]
     return [
         f"{scene.name}: {scene.title}",
-        f"claim: active damping ({question.damping} = {scene[question.damping]:g}"
-        f"{all_parameters()[question.damping].unit_text}{drawn}) saves joules at {_equal(question)}, "
-        f"over {', '.join(question.over)}.",
+        f"claim: active damping ({_damping(question)}{', as none was set' if unset else ''}) saves joules at "
+        f"{_equal(question)}, over {', '.join(question.over)}.",
         "",
         *sentences(question, searched),
         "",
-        f"{count_text(searched.sample, 'ground')}, {question.sweep.design.description}, and "
-        f"{len(searched.shares) - searched.sample} of the search from the worst: "
-        f"{counts[FAILS]} of {says} fail, {_interval(counts[FAILS], says)}.",
+        f"{count_text(searched.sample, 'ground')}, {question.sweep.design.description}, of which {searched.says} say "
+        f"something, and {len(searched.shares) - searched.sample} of the search from the worst of them.",
         *([f"apart: {', '.join(apart)}."] if apart else []),
         *(_table(examples) if examples else []),
-        *set_by_user_line(question.sweep.scene),
+        *set_by_user_line(scene),
     ]
 
 
@@ -132,8 +123,8 @@ def _table(examples: Sequence[Counterexample]) -> list[str]:
     head = [*examples[0].ground, "CE N/m", "AD N/m", "CE J", "AD J", "AD costs more by", "apex m", "other solver", ""]
     return [
         "",
-        f"grounds on which it costs more, the worst first, {confirmed} of {len(examples)} confirmed with error bars and by "
-        "another solver:",
+        f"grounds on which it costs more, the worst first; {confirmed} of {len(examples)} are confirmed, with error "
+        "bars and by another solver:",
         "",
         *columns(head, [_row(one) for one in examples]),
     ]
@@ -156,7 +147,6 @@ def _row(one: Counterexample) -> list[str]:
 def as_data(question: Question, searched: Searched, examples: Sequence[Counterexample]) -> dict[str, Any]:
     """Return the same for programs."""
     counts, region = searched.counts, region_of(searched)
-    says = sum(count for verdict, count in counts.items() if verdict < NO_JUMP)
     return {
         "scene": question.scene.name,
         "claim": "saves",
@@ -166,8 +156,8 @@ def as_data(question: Question, searched: Searched, examples: Sequence[Counterex
         "grounds": searched.sample,
         "searched": len(searched.shares) - searched.sample,
         "verdicts": {VERDICTS[verdict]: count for verdict, count in counts.items()},
-        "share_failing": counts[FAILS] / says if says else None,
-        "share_failing_95": list(interval(counts[FAILS], says)),
+        "share_failing": counts[FAILS] / searched.says if searched.says else None,
+        "share_failing_95": list(interval(counts[FAILS], searched.says)),
         "failing": len(searched.failing),
         "region": None
         if region is None
