@@ -27,7 +27,7 @@ from simulator.kernel.limits import STOP_AFTER_TOUCHDOWN
 from simulator.result import JumpResult
 from simulator.scene import Scene
 from simulator.sweep.chunks import PLACE, Block, Recipe, recipe_of_rows, simulate_on_all_cores
-from simulator.sweep.design import LOGARITHMIC, at_shares
+from simulator.sweep.design import LOGARITHMIC, at_shares, sobol_shares
 from simulator.sweep.sweep import Flags, Sweep, refused_rows, sweep_by_words
 
 CLAIMS = ("saves",)
@@ -49,12 +49,16 @@ SAME_WITHIN = 1e-4
 """Savings of less are no difference: on hard ground the foot does not move, and active damping does nothing."""
 DAMPING_GAIN = 150.0
 """The damping gain of scenes without active damping: the middle one of thesis 5.1.1."""
+DAMPINGS = {"active_damping": "b_ad", "scaled_active_damping": "ad_share"}
+"""The effects that are active damping, and the parameter of each without which there is none."""
 _CE, _AD = 0, 1
 _LOWEST, _HIGHEST = 0.25, 8.0
 """How much softer and stiffer an extension is made for an equal height."""
 _HALVINGS, _CLOSE_M = 10, 1e-3
-_MEMBERS, _STAGNANT = 24, 12
-"""Grounds in a generation, and generations without a worse ground after which the search ends."""
+_MOST_HOLLOWS, _MEMBERS_AN_AXIS, _FEWEST_MEMBERS, _MOST_GENERATIONS, _IDLE = 5, 5, 8, 24, 6
+"""How many hollows of the sample the search goes on from, how many grounds a generation has, how many generations
+there are at most, and how many without a worse ground.
+"""
 _SOLVER, _SOLVER_ACCURACY = "solve_ivp DOP853", 1e-9
 _SHOWN, _FEWEST_FAILURES = 5, 5
 
@@ -189,10 +193,16 @@ def question_by_words(
 
 def damping_of(scene: Scene) -> str:
     """Return the parameter without which a scene's controller is compression-extension."""
-    for effect, parameter in (("active_damping", "b_ad"), ("scaled_active_damping", "ad_share")):
+    for effect, parameter in DAMPINGS.items():
         if effect in scene.effects:
             return parameter
     raise UsageError(f"{scene.name} has no active damping that could save: add --effects +active_damping.")
+
+
+def has_damping(scene: Scene) -> bool:
+    """Whether a scene of one jump has active damping that is not 0."""
+    names = [name for name in DAMPINGS if name in scene.effects]
+    return scene.jumps == 1 and any(scene[DAMPINGS[name]] > 0.0 for name in names)
 
 
 def with_damping(scene: Scene) -> Scene:
@@ -216,87 +226,94 @@ def _spaced(word: str) -> str:
 
 def falsify(question: Question, done: Callable[[str], object] = lambda _what: None) -> Searched:
     """Search the box of a question; `done` is called after the sample and after each generation."""
-    rig = _Rig(question)
+    scene, sample = question.scene, question.sweep.design
+    rig, seed = _Rig(scene, question.sweep.accuracy, question.equal), sample.seed or 0
 
     def judge(shares: Row) -> Judged:
-        design = at_shares(question.over, question.scene.effects, shares, 0)
-        return rig.judge(design.rows(0, len(shares)), refused_rows(question.scene, design)[0])
+        design = at_shares(question.over, scene.effects, shares, seed)
+        return rig.judge(question.names, design.rows(0, len(shares)), refused_rows(scene, design)[0])
 
-    return search(judge, _shares(question), question.sweep.design.seed or 0, done)
+    return search(judge, sobol_shares(len(sample.axes), sample.row_count, seed), seed, done)
 
 
-def _shares(question: Question) -> Row:
-    design, ends = question.sweep.design, np.array([[0.0], [1.0]])
-    columns = []
-    for axis, word in zip(design.axes, question.over, strict=True):
-        low, high = at_shares((word,), question.scene.effects, ends, 0).axes[0].coordinates
-        drawn = axis.coordinates
-        if word.endswith(LOGARITHMIC):
-            low, high, drawn = np.log(low), np.log(high), np.log(drawn)
-        columns.append((drawn - low) / (high - low))
-    return np.clip(np.column_stack(columns), 0.0, 1.0)
+def judge_scenes(scenes: Sequence[Scene], accuracy: float = 1e-6) -> Judged:
+    """Judge at equal height scenes of the same effects, each with its active damping."""
+    rig = _Rig(scenes[0], accuracy, HEIGHT)
+    read = [parameter.name for parameter in compose(scenes[0].effects).parameters]
+    return rig.judge(
+        read, np.array([[scene[name] for name in read] for scene in scenes]), np.zeros(len(scenes), np.bool_)
+    )
 
 
 def search(
     judge: Callable[[Row], Judged], sample: Row, seed: int, done: Callable[[str], object] = lambda _what: None
 ) -> Searched:
-    """Judge a sample of the unit cube, shape (grounds, axes), and go on from its worst grounds to still worse ones."""
-    from scipy.optimize import differential_evolution
-
-    judged = [judge(sample)]
-    shares = [sample]
+    """Judge a sample of the unit cube, shape (grounds, axes), and go on from its hollows by differential evolution."""
+    judged, shares = [judge(sample)], [sample]
     done("sample")
-    saving = _least_first(judged[0])
-    best = np.argsort(saving, kind="stable")[:_MEMBERS]
-    least, stagnant = float(saving[best[0]]), 0
 
-    def generation(columns: Row) -> Row:
-        rows = columns.T
+    def worth(columns: Row) -> Row:
+        rows = np.atleast_2d(columns.T)
         shares.append(rows)
         judged.append(judge(rows))
-        return _least_first(judged[-1])
+        done("search")
+        return _worth(judged[-1])
 
-    def ended(_x: Row, convergence: float) -> bool:  # noqa: ARG001 - as scipy calls it
-        nonlocal least, stagnant
-        now = min(float(_least_first(one).min()) for one in judged)
-        stagnant = 0 if now < least - SAME_WITHIN else stagnant + 1
-        least = min(least, now)
-        done("generation")
-        return stagnant >= _STAGNANT
-
-    if len(best) > 4:
-        differential_evolution(
-            generation,
-            [(0.0, 1.0)] * sample.shape[1],
-            init=sample[best],
-            maxiter=60,
-            seed=np.random.default_rng(seed),
-            polish=False,
-            vectorized=True,
-            updating="deferred",
-            tol=0.0,
-            callback=ended,
-        )
+    for number, members in enumerate(_hollows(sample, _worth(judged[0]))):
+        _descend(worth, sample[members], np.random.default_rng((seed, number)))
     whole = Judged(*(np.concatenate([getattr(one, name) for one in judged], axis=-1) for name in Judged.__slots__))
     return Searched(np.concatenate(shares), whole, len(sample))
 
 
-def _least_first(judged: Judged) -> Row:
-    """Return what is made small: the saving, and more than any saving where a ground is apart."""
-    return np.asarray(np.where(judged.verdict < NO_JUMP, judged.saving, 2.0))
+def _worth(judged: Judged) -> Row:
+    """Return what is made small: the saving, 0 where that is no difference, and much where a ground is apart."""
+    found: Row = np.where(judged.verdict == SAME, 0.0, np.where(judged.verdict < NO_JUMP, judged.saving, 2.0))
+    return found
+
+
+def _hollows(sample: Row, worth: Row) -> list[NDArray[np.int64]]:
+    """Return, the lowest first, the sample's points that lie below all of their neighbours, each with these; where none
+    does, the lowest.
+    """
+    from scipy.spatial import KDTree
+
+    size = min(len(sample), max(_FEWEST_MEMBERS, _MEMBERS_AN_AXIS * sample.shape[1]))
+    near = KDTree(sample).query(sample, size)[1].reshape(len(sample), size)
+    lowest = np.flatnonzero((worth[:, np.newaxis] < worth[near[:, 1:]]).all(axis=1))
+    lowest = lowest if lowest.size else np.array([int(worth.argmin())])
+    return [near[place] for place in lowest[np.argsort(worth[lowest], kind="stable")][:_MOST_HOLLOWS]]
+
+
+def _descend(worth: Callable[[Row], Row], members: Row, chance: np.random.Generator) -> None:
+    """Go down from a hollow as long as some generations bring something."""
+    from scipy.optimize import OptimizeResult, differential_evolution
+
+    if len(members) < _FEWEST_MEMBERS:
+        return
+    least, idle = math.inf, 0
+
+    def ended(intermediate_result: OptimizeResult) -> bool:
+        nonlocal least, idle
+        now = float(intermediate_result.fun)
+        idle = 0 if now < least - SAME_WITHIN else idle + 1
+        least = min(least, now)
+        return idle >= _IDLE
+
+    box = [(0.0, 1.0)] * members.shape[1]
+    how = {"maxiter": _MOST_GENERATIONS, "tol": 0.0, "polish": False, "callback": ended}
+    differential_evolution(worth, box, init=members, seed=chance, vectorized=True, updating="deferred", **how)
 
 
 class _Rig:
     """Both controllers on many grounds at a time."""
 
-    def __init__(self, question: Question) -> None:
-        scene, self.equal = question.scene, question.equal
-        recipe: Recipe = recipe_of_rows(scene, question.sweep.accuracy)
+    def __init__(self, scene: Scene, accuracy: float, equal: str) -> None:
+        self.equal = equal
+        recipe: Recipe = recipe_of_rows(scene, accuracy)
         lanes = why_no_lanes(scene.effects) is None and is_cached(scene.effects, lanes=True)
         self.recipe = replace(recipe, why_scalar=None) if lanes else recipe
-        names = [parameter.name for parameter in compose(scene.effects).parameters]
-        self.places = [names.index(name) for name in question.names]
-        self.stiffness, self.damping = names.index("k_extension"), names.index(question.damping)
+        self.names = [parameter.name for parameter in compose(scene.effects).parameters]
+        self.stiffness, self.damping = self.names.index("k_extension"), self.names.index(damping_of(scene))
 
     def jumps(self, table: Row, stiffness: Row, controller: NDArray[np.int64]) -> Block:
         """Return the last jump of each row, shape (rows, outputs)."""
@@ -305,9 +322,10 @@ class _Rig:
         rows[controller == _CE, self.damping] = 0.0
         return simulate_on_all_cores(self.recipe, rows)[:, -1]
 
-    def judge(self, points: Row, refused: Flags) -> Judged:
+    def judge(self, names: Sequence[str], points: Row, refused: Flags) -> Judged:
+        """Judge grounds that differ in named parameters, shape (grounds, names)."""
         table = np.tile(self.recipe.base, (len(points), 1))
-        table[:, self.places] = points
+        table[:, [self.names.index(name) for name in names]] = points
         size = len(points)
         kept = np.flatnonzero(~refused)
         found = Judged(

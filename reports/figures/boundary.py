@@ -56,6 +56,8 @@ def draw_boundary(question: Question, searched: Searched, examples: Sequence[Cou
             if len(own) == 2 and up_axis is not None:
                 _draw_lines(axes, searched, across_axis.coordinates, up_axis.coordinates)
             _scale(axes, question.over[x], None if up_axis is None else question.over[y])
+            axes.margins(0.04)
+            axes.autoscale(tight=False)
         figure.suptitle(title, fontsize=8)
         legend_below(figure, panels, 2, handletextpad=0.4)
         return figure

@@ -104,6 +104,11 @@ def sobol(words: Sequence[str], effects: Collection[str], rows: int, seed: int) 
 
     The balance is best for 2^m rows. Raises `UsageError` as `grid` does.
     """
+    return at_shares(words, effects, sobol_shares(max(1, len(words)), rows, seed), seed)
+
+
+def sobol_shares(columns: int, rows: int, seed: int) -> Row:
+    """Return a scrambled Sobol sample of the unit cube, shape (rows, columns); raises `UsageError` as `sobol` does."""
     from scipy.stats import qmc
 
     if not 1 <= rows <= MOST_ROWS:
@@ -112,8 +117,8 @@ def sobol(words: Sequence[str], effects: Collection[str], rows: int, seed: int) 
         raise UsageError(f"seed = {seed} is negative: give 0 or more.")
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", UserWarning)  # the help of --sobol says that 2^m rows balance best
-        unit = qmc.Sobol(max(1, len(words)), scramble=True, seed=np.random.default_rng(seed)).random(rows)
-    return at_shares(words, effects, unit, seed)
+        drawn: Row = qmc.Sobol(columns, scramble=True, seed=np.random.default_rng(seed)).random(rows)
+    return drawn
 
 
 def at_shares(words: Sequence[str], effects: Collection[str], shares: Row, seed: int) -> Design:

@@ -5,6 +5,7 @@ Hypotheses of what was measured need no scene.
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -13,6 +14,8 @@ from typing import Any
 from data_schema.errors import UsageError
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.vocabulary import Undefined
+from labbook.analysis.prediction.predicting import PredictionResult
+from labbook.analysis.results import Results
 from labbook.book.opening import Book
 from labbook.book.write_session import now_utc
 from labbook.presenting.report.content import make_report
@@ -52,9 +55,10 @@ COMPARED = {
 
 @dataclass(frozen=True, slots=True)
 class ComparedPredictions:
-    """The content of the tables."""
+    """The content of the tables, and on which side of the boundary the simulated ground lies; "" where that is none."""
 
     content: ReportContent
+    ground: str = ""
 
     @property
     def fails(self) -> bool:
@@ -86,7 +90,31 @@ def compare_predictions(book: Book, where: str | None, step: Callable[[str], Non
             f"no run of this selection ({where or 'all runs'}) has joules or an apex height to compare with: select "
             "others, or ingest their logs and charges."
         )
-    return ComparedPredictions(made.content)
+    return ComparedPredictions(made.content, _ground(made.computed))
+
+
+def _ground(computed: Results) -> str:
+    """Say whether active damping saves on the book's ground, as its conditions are simulated (docs/falsify.md).
+
+    The ground is also taken softer and firmer, as each of its assumed parameters is varied.
+    """
+    from labbook.presenting.simulation.falsified import ground_sentence
+    from simulator.falsify import has_damping, judge_scenes
+    from simulator.scene_file import parse_scene
+
+    found = [one for one in computed.made.values() if isinstance(one, PredictionResult)]
+    scenes = [(parse_scene(one.scene_toml, one.scene, one.scene), one.assumed) for one in found]
+    treated = [(scene, assumed) for scene, assumed in scenes if has_damping(scene)]
+    if not treated:
+        return ""
+    as_it_is, varied = [scene for scene, _ in treated], []
+    for scene, assumed in treated:
+        for name, one in assumed.items():
+            for sign in (-1.0, 1.0):
+                with contextlib.suppress(UsageError):  # of what no scene can have
+                    varied.append(scene.changed({name: scene[name] * (1.0 + sign * one.varied_by)}))
+    judged = judge_scenes([*as_it_is, *varied], found[0].accuracy)
+    return ground_sentence(judged, len(as_it_is))
 
 
 def as_lines(compared: ComparedPredictions) -> list[str]:
@@ -95,6 +123,7 @@ def as_lines(compared: ComparedPredictions) -> list[str]:
     lines += [""] if lines else []
     if not compared.content.predictions.items:
         return [_plain(line).rstrip() for line in (*lines, *_tables(compared.content))]
+    lines += [compared.ground, ""] if compared.ground else []
     lines += [line for notes in scene_sentences(compared.content) for line in (notes, "")]
     lines += _tables(compared.content)
     notes = (
@@ -123,6 +152,7 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
         "scene": about.scene,
         "effects": about.effects,
         "accuracy": about.accuracy,
+        "ground": compared.ground or None,
         "not_in_scene": about.unmapped,
         "as_they_stand": [
             {"factor": factor, "parameter": parameter, "unit": unit} for factor, parameter, unit in about.unconverted

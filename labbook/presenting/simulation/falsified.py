@@ -19,6 +19,7 @@ from simulator.falsify import (
     SAVES,
     VERDICTS,
     Counterexample,
+    Judged,
     Question,
     Region,
     Searched,
@@ -47,6 +48,24 @@ def sentences(question: Question, searched: Searched) -> list[str]:
         where = _box(question, low.tolist(), high.tolist())
         return [found, f"It costs more at {where}: there lie the {count_text(len(failing), 'ground')} that were found."]
     return [found, _region_sentence(question, region)]
+
+
+def ground_sentence(judged: Judged, conditions: int) -> str:
+    """Say on which side of the boundary a ground lies: the first `conditions` as they are, the others as varied."""
+    verdict, saving = judged.verdict[:conditions], 100.0 * judged.saving[:conditions]
+    told = verdict < NO_JUMP
+    if not told.any():
+        return "Simulated on this ground, nothing can be said of joules at equal height: no two jumps reach one."
+    fails, of = int((verdict == FAILS).sum()), int(told.sum())
+    side = "saves" if not fails else "costs more" if fails == of else f"costs more in {fails}"
+    least, most = float(saving[told].min()), float(saving[told].max())
+    varied = judged.verdict[conditions:]
+    failing, among = int((varied == FAILS).sum()), int((varied < NO_JUMP).sum())
+    beside = f"; with its assumed parameters varied it costs more in {failing} of {among}" if among else ""
+    return (
+        f"Simulated on this ground, active damping {side} at equal height, of {count_text(of, 'condition')} "
+        f"({least:.2g} to {most:.2g} % of the joules){beside}."
+    )
 
 
 def _region_sentence(question: Question, region: Region) -> str:

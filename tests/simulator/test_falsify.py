@@ -1,0 +1,125 @@
+"""Grounds on which active damping does not save: found where they are, joined by equal heights, told with bars."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from data_schema.errors import UnknownName, UsageError
+from simulator.compiled import Row
+from simulator.falsify import (
+    FAILS,
+    GAINS,
+    NO_JUMP,
+    SAVES,
+    UNEQUAL,
+    Judged,
+    Searched,
+    counterexamples,
+    falsify,
+    interval,
+    judge_scenes,
+    question_by_words,
+    region_of,
+    search,
+)
+from simulator.jump import simulate
+from simulator.scene_file import load_scene
+from simulator.sweep.design import sobol_shares
+from tests.helpers.wording import refuses
+
+
+def judged(saving: Row, apart: Row | None = None) -> Judged:
+    """What a world would be judged to be that saves so much, and is apart somewhere."""
+    verdict = np.where(saving < 0.0, FAILS, SAVES)
+    if apart is not None:
+        verdict = np.where(apart, UNEQUAL, verdict)
+    two = np.ones((2, len(saving)))
+    return Judged(verdict, saving, two, two, two, np.zeros(len(saving)))
+
+
+def test_a_planted_failure_is_found_in_99_of_100_seeds() -> None:
+    """It fills a ten-thousandth of the box, beside a hollow in which the claim nearly fails, and grounds apart."""
+    found = 0
+    for seed in range(100):
+        place = np.random.default_rng(seed).uniform(0.1, 0.9, 2)
+        decoy = np.array([1.0, 1.0]) - place
+
+        def world(shares: Row, place: Row = place, decoy: Row = decoy) -> Judged:
+            near, far = (np.linalg.norm(shares - at, axis=1) for at in (place, decoy))
+            saving = 0.3 - 0.31 * np.exp(-((near / 0.05) ** 2)) - 0.25 * np.exp(-((far / 0.2) ** 2))
+            return judged(saving, (shares[:, 0] < 0.05) & (shares[:, 1] < 0.05))
+
+        found += bool(len(search(world, sobol_shares(2, 512, seed), seed).failing))
+    assert found >= 99
+
+
+def test_a_box_without_failure_has_none() -> None:
+    searched = search(lambda shares: judged(0.1 + shares.sum(axis=1)), sobol_shares(3, 64, 0), 0)
+    assert not len(searched.failing)
+    assert region_of(searched) is None
+    assert (searched.says, searched.counts[SAVES]) == (64, 64)
+
+
+def test_the_region_of_failures_is_held_against_the_other_half_of_the_sample() -> None:
+    shares = sobol_shares(2, 1024, 3)
+    fails = (shares[:, 0] < 0.25) & (shares[:, 1] > 0.5)
+    searched = Searched(shares, judged(np.where(fails, -0.1, 0.1)), 1024)
+    region = region_of(searched)
+    assert region is not None
+    assert np.allclose((*region.low, *region.high), (0.0, 0.5, 0.25, 1.0), atol=0.05)
+    assert region.inside[0] == region.inside[1] > 40
+    assert region.outside[0] <= 6
+    assert sum(region.inside[:1] + region.outside[:1]) + int(fails.sum()) >= int(fails.sum())
+    low, high = interval(int(fails.sum()), 1024)
+    assert low < 0.125 < high
+
+
+def test_at_equal_height_both_controllers_reach_the_same_apex() -> None:
+    question = question_by_words("bed", ["kg_scale=0.2:50"], grounds=8, seed=1)
+    found = falsify(question)
+    assert len(found.shares) > found.sample == 8
+    told = np.flatnonzero(found.judged.verdict[:8] < NO_JUMP)
+    assert told.size > 4
+    scales = question.sweep.design.axes[0].coordinates
+    for place in told[:2]:
+        apexes, costs = [], []
+        for controller, b_ad in enumerate((0.0, question.scene["b_ad"])):
+            values = {"kg_scale": scales[place], "b_ad": b_ad, "k_extension": found.judged.stiffness[controller, place]}
+            jump = simulate(question.scene.changed(values), 1e-6).jump
+            assert jump.apex_height_m is not None
+            apexes.append(jump.apex_height_m)
+            costs.append(jump.cost_J)
+        assert apexes[0] == pytest.approx(apexes[1], abs=1e-4)
+        assert found.judged.saving[place] == pytest.approx((costs[0] - costs[1]) / costs[0], abs=1e-3)
+
+
+def test_a_counterexample_is_confirmed_with_error_bars_and_by_another_solver() -> None:
+    """Soft ground with little drag: at equal gains active damping costs more there, and jumps higher."""
+    question = question_by_words(
+        "bed", ["kg_scale=0.3:0.6", "bg_scale=0.03:0.06"], equal=GAINS, grounds=16, sets=["b_ad=517.67"]
+    )
+    found = falsify(question)
+    examples = counterexamples(question, found, 1)
+    assert [one.confirmed for one in examples] == [True]
+    (one,) = examples
+    assert one.more_j > 0.1 > 100.0 * (one.bar_j + (one.solver_j or 1.0))
+    assert one.jumps[1].apex_height_m > one.jumps[0].apex_height_m  # type: ignore[operator]
+
+
+def test_conditions_of_a_ground_are_judged() -> None:
+    bed = load_scene("bed")
+    found = judge_scenes([bed.changed({"b_ad": b_ad}) for b_ad in (185.67, 517.67)])
+    assert found.verdict.tolist() == [SAVES, SAVES]
+    assert 0.02 < found.saving[0] < found.saving[1] < 0.2
+
+
+def test_refused() -> None:
+    with refuses(UnknownName, "hops", "saves"):
+        question_by_words("bed", ["kg_scale=0.1:10"], claim="hops")
+    with refuses(UnknownName, "cost", "height", "gains"):
+        question_by_words("bed", ["kg_scale=0.1:10"], equal="cost")
+    with refuses(UsageError, "active damping", "--effects"):
+        question_by_words("bed", ["kg_scale=0.1:10"], effects="-active_damping")
+    with refuses(UsageError, "b_ad", "--set", "--over"):
+        question_by_words("bed", ["b_ad=100:200"], ["b_ad=50"])
