@@ -59,7 +59,7 @@ _MOST_HOLLOWS, _MEMBERS_AN_AXIS, _FEWEST_MEMBERS, _MOST_GENERATIONS, _IDLE = 5, 
 """How many hollows of the sample the search goes on from, how many grounds a generation has, how many generations
 there are at most, and how many without a worse ground.
 """
-_SOLVER, _SOLVER_ACCURACY = "solve_ivp DOP853", 1e-9
+_SOLVER, _SOLVER_ACCURACY = "solve_ivp DOP853", 1e-12
 _SHOWN, _FEWEST_FAILURES = 5, 5
 
 

@@ -164,6 +164,8 @@ def compare(
     Hypotheses of labbook.toml come first, without a scene alone: whether each holds, fails or cannot be told, as in the
     report (docs/hypotheses.md).
 
+    Of a scene of single jumps it is said whether active damping saves at equal height on its ground (docs/falsify.md).
+
     The exit code is 1 where a hypothesis fails; with --check also where a prediction is not
     met, or none can be compared.
 

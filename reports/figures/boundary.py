@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.display import plain_number
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -56,7 +55,8 @@ def draw_boundary(question: Question, searched: Searched, examples: Sequence[Cou
             if len(own) == 2 and up_axis is not None:
                 _draw_lines(axes, searched, across_axis.coordinates, up_axis.coordinates)
             _scale(axes, question.over[x], None if up_axis is None else question.over[y])
-            axes.margins(0.04)
+            axes.margins(0.03)
+            axes.use_sticky_edges = False  # contours stick to the outermost grounds, whose marks would be cut
             axes.autoscale(tight=False)
         figure.suptitle(title, fontsize=8)
         legend_below(figure, panels, 2, handletextpad=0.4)
@@ -128,7 +128,7 @@ def _scale(axes: Axes, across: str, up: str | None) -> None:
     for word, axis, scale in ((across, axes.xaxis, axes.set_xscale), (up, axes.yaxis, axes.set_yscale)):
         if word is not None and word.endswith(LOGARITHMIC):
             scale("log")
-            axis.set_major_formatter(FuncFormatter(lambda value, _place: plain_number(value)))
+            axis.set_major_formatter(FuncFormatter(lambda value, _place: f"{value:g}"))
             axis.set_minor_formatter(NullFormatter())
 
 

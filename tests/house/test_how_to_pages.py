@@ -9,6 +9,7 @@ import shutil
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from data_schema.outcomes import Outcome
 from labbook.actions.report_command import state_report
@@ -170,6 +171,30 @@ def test_hypotheses_and_a_ground_of_ones_own(book: SmallBook) -> None:
     (calibrate,) = commands("calibration.md")
     works(calibrate, book.folder)
     assert (book.folder / "ground.toml").is_file()
+
+
+def test_grounds_that_refute_are_looked_for(tmp_path: Path) -> None:
+    at_height, at_gains, _compare = commands("falsify.md")
+    told = works([*at_height, "--grounds", "64", "--json"], tmp_path).json
+    assert (told["equal"], told["grounds"], sum(told["verdicts"].values())) == ("height", 64, 64)
+    more = works([*at_gains, "--grounds", "64", "--json"], tmp_path).json
+    assert more["share_failing"] > told["share_failing"] == 0.0
+    for file in ("falsify.png", "gains.png"):
+        with Image.open(tmp_path / file) as drawn:
+            assert min(drawn.size) > 900
+
+
+@pytest.mark.soak
+def test_what_the_page_says_of_grounds_that_refute_is_what_is_found(book: SmallBook) -> None:
+    at_height, _at_gains, compare = commands("falsify.md")
+    page = " ".join((DOCS / "falsify.md").read_text(encoding="utf-8").split())
+    told = works([*at_height, "--json"], book.folder).json
+    for sentence in told["sentences"]:
+        assert sentence in page
+    assert [one["confirmed"] for one in told["counterexamples"]] == [True] * 5
+    scene = '\n[simulation]\nscene = "bed"\nfactors = { foot = "foot_radius", b_ad_gain = "b_ad" }\n'
+    book.toml.write_text(book.toml.read_text(encoding="utf-8") + scene, encoding="utf-8")
+    assert "equal height" in works(compare, book.folder).out
 
 
 def test_every_outcome_and_every_study_is_on_its_page() -> None:

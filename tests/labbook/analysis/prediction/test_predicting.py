@@ -294,6 +294,8 @@ def test_compare_prints_the_tables_and_says_whether_all_is_met(reported: Reporte
     found = good(labbook("compare", "--json", at=reported.book.folder)).json
     assert len(found["predictions"]) == 12
     assert {one["name"] for one in found["assumed"]} == set(VARIED)
+    says(told, "active damping saves", "equal height", "1 condition")
+    says(found["ground"], "active damping saves", "equal height", "2 conditions")
     assert found["met"] is all(item["agrees"] is not False for item in found["predictions"])
     assert not found["met"]  # the small book's jumps cost ten times what any jump does
     says(told, "hundred times finer", "standard error")
