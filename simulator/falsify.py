@@ -19,6 +19,7 @@ from data_schema.errors import UsageError, unknown_name
 from simulator.accuracy.methods import METHODS
 from simulator.accuracy.peers import PeerGaveUp
 from simulator.compiled import Row
+from simulator.declared import all_parameters
 from simulator.error_bars import simulate_with_errors
 from simulator.gains import fitted_active_damping_kg_m
 from simulator.kernel.build import is_cached, why_no_lanes
@@ -52,6 +53,7 @@ DAMPING_GAIN = 150.0
 DAMPINGS = {"active_damping": "b_ad", "scaled_active_damping": "ad_share"}
 """The effects that are active damping, and the parameter of each without which there is none."""
 _CE, _AD = 0, 1
+_STIFFNESS = all_parameters()["k_extension"]
 _LOWEST, _HIGHEST = 0.25, 8.0
 """How much softer and stiffer an extension is made for an equal height."""
 _HALVINGS, _CLOSE_M = 10, 1e-3
@@ -84,17 +86,15 @@ class Question:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """What was found of grounds: their `verdict`, shape (grounds,), and numbers where there is one, else NaN.
+    """What was found of grounds: their `verdict`, shape (grounds,), and the `saving`, (CE - AD) / CE, NaN where apart.
 
-    `saving` is (CE - AD) / CE. Stiffnesses (N/m), costs (J) and apexes (m) have shape (2, grounds): CE, AD. `slope`
-    (J/m) is what height costs with the controller that was changed.
+    `stiffness` (N/m), shape (2, grounds), is that of the extension of CE and of AD; `slope` (J/m) what height costs
+    with the controller that was changed.
     """
 
     verdict: NDArray[np.int64]
     saving: Row
     stiffness: Row
-    cost: Row
-    apex: Row
     slope: Row
 
 
@@ -327,110 +327,67 @@ class _Rig:
         table = np.tile(self.recipe.base, (len(points), 1))
         table[:, [self.names.index(name) for name in names]] = points
         size = len(points)
-        kept = np.flatnonzero(~refused)
-        found = Judged(
-            np.full(size, REFUSED),
-            *(np.full(shape, np.nan) for shape in ((size,), (2, size), (2, size), (2, size), (size,))),
+        if refused.all():
+            return Judged(np.full(size, REFUSED), np.full(size, np.nan), np.full((2, size), np.nan), np.zeros(size))
+        found = self._judged(np.where(refused[:, np.newaxis], table[~refused][0], table))
+        return replace(
+            found,
+            verdict=np.where(refused, REFUSED, found.verdict),
+            saving=np.where(refused, np.nan, found.saving),
         )
-        if kept.size:
-            part = self._judged(table[kept])
-            for name in Judged.__slots__:
-                getattr(found, name)[..., kept] = getattr(part, name)
-        return found
 
     def _judged(self, table: Row) -> Judged:
         size = len(table)
-        every = np.arange(size)
         stiffness = np.tile(table[:, self.stiffness], (2, 1))
-        first = np.stack([self.jumps(table, stiffness[_CE], np.full(size, which)) for which in (_CE, _AD)])
-        apex, cost = _column(first, "apex_height_m"), _column(first, "cost_J")
-        bad = {
-            UNDER_SURFACE: _either(first, "under_surface"),
-            FLAGGED: _either(first, "ill_conditioned", "open_book"),
-        }
-        slope = np.zeros(size)
-        unequal: Flags = np.zeros(size, np.bool_)
+        jumps = np.stack([self.jumps(table, stiffness[_CE], np.full(size, which)) for which in (_CE, _AD)])
+        apex, slope = jumps[:, :, PLACE["apex_height_m"]].copy(), np.zeros(size)
         height = np.where(np.isfinite(apex), apex, -np.inf)
-        jumping = np.isfinite(apex).sum(axis=0)
-        no_jump: Flags = np.asarray(jumping < (1 if self.equal == HEIGHT else 2))
-        if self.equal == HEIGHT:
-            higher = np.argmax(height, axis=0)
-            unequal = np.logical_not(no_jump)
-            for softer in (True, False):
-                tuned = higher if softer else 1 - higher
-                wanted = height[1 - tuned, every]
-                left = np.flatnonzero(unequal & np.isfinite(wanted))
-                if not left.size:
-                    continue
-                start = stiffness[0, left]
-                ends = (start * _LOWEST, start) if softer else (start, start * _HIGHEST)
-                found = self._reached(table[left], tuned[left], wanted[left], *ends)
-                met = found.met
-                at, which = left[met], tuned[left][met]
+        no_jump = np.isneginf(height.max(axis=0) if self.equal == HEIGHT else height.min(axis=0))
+        unequal = ~no_jump if self.equal == HEIGHT else np.zeros(size, np.bool_)
+        for softer in (True, False):
+            tuned = height.argmax(axis=0) if softer else height.argmin(axis=0)
+            wanted = height.min(axis=0) if softer else height.max(axis=0)
+            left = np.flatnonzero(unequal & np.isfinite(wanted))
+            if left.size:
+                which, bounds = tuned[left], (_LOWEST, 1.0) if softer else (1.0, _HIGHEST)
+                ends = np.clip(np.outer(bounds, stiffness[0, left]), _STIFFNESS.low, _STIFFNESS.high)
+                met, *found = self._reached(table[left], which, wanted[left], ends)
+                at, which = left[met], which[met]
                 unequal[at] = False
-                stiffness[which, at], cost[which, at], apex[which, at] = (
-                    values[met] for values in (found.stiffness, found.cost, found.apex)
-                )
-                slope[at] = found.slope[met]
-                bad[UNDER_SURFACE][at] |= found.under[met]
-                bad[FLAGGED][at] |= found.flagged[met]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            saving = (cost[_CE] - cost[_AD]) / cost[_CE]
+                stiffness[which, at], slope[at], jumps[which, at] = (values[met] for values in found)
+        cost = jumps[:, :, PLACE["cost_J"]]
+        under, ill, open_book = (
+            (jumps[:, :, PLACE[flag]] > 0.0).any(axis=0) for flag in ("under_surface", "ill_conditioned", "open_book")
+        )
+        saving = 1.0 - cost[_AD] / cost[_CE]
         verdict = np.select(
-            [no_jump, bad[UNDER_SURFACE], bad[FLAGGED], unequal, np.abs(saving) < SAME_WITHIN, saving < 0.0],
+            [no_jump, under, ill | open_book, unequal, np.abs(saving) < SAME_WITHIN, saving < 0.0],
             [NO_JUMP, UNDER_SURFACE, FLAGGED, UNEQUAL, SAME, FAILS],
             SAVES,
         )
-        saving[verdict >= NO_JUMP] = np.nan
-        return Judged(verdict, saving, stiffness, cost, apex, slope)
+        return Judged(verdict, np.where(verdict < NO_JUMP, saving, np.nan), stiffness, slope)
 
-    def _reached(self, table: Row, tuned: NDArray[np.int64], wanted: Row, low: Row, high: Row) -> _Reached:
-        """Halve the stiffnesses, in the logarithm, between which an apex is reached; between the last two the cost of
-        the height is a straight line.
+    def _reached(self, table: Row, which: NDArray[np.int64], wanted: Row, ends: Row) -> tuple[Flags, Row, Row, Block]:
+        """Halve the stiffnesses, in the logarithm, between which an apex is reached.
+
+        Return whether the last two are close, and on the straight line between them stiffness, slope and jump.
         """
-        below, above = (self.jumps(table, ends, tuned) for ends in (low, high))
+        low, high = ends
+        below, above = (self.jumps(table, end, which) for end in ends)
+        apex = PLACE["apex_height_m"]
         for _ in range(_HALVINGS):
             middle = np.sqrt(low * high)
-            found = self.jumps(table, middle, tuned)
-            enough = _column(found, "apex_height_m") >= wanted
+            found = self.jumps(table, middle, which)
+            enough = found[:, apex] >= wanted
             low, high = np.where(enough, low, middle), np.where(enough, middle, high)
             below, above = np.where(enough[:, np.newaxis], below, found), np.where(enough[:, np.newaxis], found, above)
-        under, over = _column(below, "apex_height_m"), _column(above, "apex_height_m")
-        apart = over - under
-        with np.errstate(invalid="ignore", divide="ignore"):
-            met = (under <= wanted) & (over >= wanted) & (apart <= _CLOSE_M)
-            slope = np.where(apart > 0.0, (_column(above, "cost_J") - _column(below, "cost_J")) / apart, 0.0)
-            share = np.where(apart > 0.0, (wanted - under) / apart, 0.0)
-        both = np.stack([below, above])
-        return _Reached(
-            met=met,
-            stiffness=low * (high / low) ** share,
-            cost=_column(below, "cost_J") + slope * (wanted - under),
-            apex=wanted,
-            slope=slope,
-            under=_either(both, "under_surface"),
-            flagged=_either(both, "ill_conditioned", "open_book"),
-        )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class _Reached:
-    met: Flags
-    stiffness: Row
-    cost: Row
-    apex: Row
-    slope: Row
-    under: Flags
-    flagged: Flags
-
-
-def _column(block: Block, name: str) -> Row:
-    return block[..., PLACE[name]].copy()
-
-
-def _either(blocks: Block, *flags: str) -> Flags:
-    """Whether one of two simulations, shape (2, rows, outputs), has one of these flags."""
-    return np.asarray((blocks[..., [PLACE[flag] for flag in flags]] > 0.0).any(axis=(0, 2)))
+        change = above - below
+        apart, rest = change[:, apex], wanted - below[:, apex]
+        met = (rest >= 0.0) & (rest <= apart) & (apart <= _CLOSE_M)
+        per_m = change / np.where(apart > 0.0, apart, 1.0)[:, np.newaxis]
+        jump = below + per_m * rest[:, np.newaxis]
+        stiffness = low * (high / low) ** np.where(apart > 0.0, rest / np.where(apart > 0.0, apart, 1.0), 0.0)
+        return met, stiffness, per_m[:, PLACE["cost_J"]], jump
 
 
 def region_of(searched: Searched) -> Region | None:

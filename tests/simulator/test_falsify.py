@@ -34,8 +34,7 @@ def judged(saving: Row, apart: Row | None = None) -> Judged:
     verdict = np.where(saving < 0.0, FAILS, SAVES)
     if apart is not None:
         verdict = np.where(apart, UNEQUAL, verdict)
-    two = np.ones((2, len(saving)))
-    return Judged(verdict, saving, two, two, two, np.zeros(len(saving)))
+    return Judged(verdict, saving, np.ones((2, len(saving))), np.zeros(len(saving)))
 
 
 def test_a_planted_failure_is_found_in_99_of_100_seeds() -> None:
@@ -54,6 +53,15 @@ def test_a_planted_failure_is_found_in_99_of_100_seeds() -> None:
     assert found >= 99
 
 
+@pytest.mark.soak
+def test_a_corner_of_the_bed_is_found_with_every_seed() -> None:
+    """It is a sixth of a percent of the box; a sample of 512 meets it with two seeds of three."""
+    questions = (
+        question_by_words("bed", ["kg_scale=0.1:100", "bg_scale=0.03:10"], grounds=512, seed=seed) for seed in range(20)
+    )
+    assert sum(bool(len(falsify(question).failing)) for question in questions) >= 19
+
+
 def test_a_box_without_failure_has_none() -> None:
     searched = search(lambda shares: judged(0.1 + shares.sum(axis=1)), sobol_shares(3, 64, 0), 0)
     assert not len(searched.failing)
@@ -70,7 +78,6 @@ def test_the_region_of_failures_is_held_against_the_other_half_of_the_sample() -
     assert np.allclose((*region.low, *region.high), (0.0, 0.5, 0.25, 1.0), atol=0.05)
     assert region.inside[0] == region.inside[1] > 40
     assert region.outside[0] <= 6
-    assert sum(region.inside[:1] + region.outside[:1]) + int(fails.sum()) >= int(fails.sum())
     low, high = interval(int(fails.sum()), 1024)
     assert low < 0.125 < high
 

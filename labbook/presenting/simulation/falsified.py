@@ -130,7 +130,8 @@ def as_lines(question: Question, searched: Searched, examples: Sequence[Countere
         *sentences(question, searched),
         "",
         f"{count_text(searched.sample, 'ground')}, {question.sweep.design.description}, of which {searched.says} say "
-        f"something, and {len(searched.shares) - searched.sample} of the search from the worst of them.",
+        f"something ({_share(searched.says, searched.sample)} of the box), and "
+        f"{len(searched.shares) - searched.sample} of the search from its hollows.",
         *([f"apart: {', '.join(apart)}."] if apart else []),
         *(_table(examples) if examples else []),
         *set_by_user_line(scene),

@@ -1,0 +1,45 @@
+"""`labbook sim falsify`: what is printed and drawn of boxes of one and of three parameters, and what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from tests.cli.shell import good, labbook, refused
+from tests.helpers.wording import says
+
+BED = ("sim", "falsify", "--scene", "bed")
+SOFT = ("--over", "kg_scale=0.3:1", "--over", "bg_scale=0.03:0.1")
+
+
+def test_a_box_of_one_parameter(tmp_path: Path) -> None:
+    words = (*BED, "--over", "kg_scale=0.3:30", "--grounds", "16", "--plot", "one.svg")
+    told = good(labbook(*words, at=tmp_path)).out
+    says(told, "equal height", "b_ad = 517.67 kg/m", "none was set", "16 grounds", "kg_scale=0.3:30:log")
+    assert (tmp_path / "one.svg").stat().st_size > 5_000
+
+
+def test_a_box_of_three_parameters_in_which_the_claim_fails(tmp_path: Path) -> None:
+    words = (*BED, *SOFT, "--over", "b_ad=300:600", "--equal", "gains", "--grounds", "32", "--plot", "three.png")
+    found = good(labbook(*words, "--json", at=tmp_path)).json
+    assert found["failing"] > 5 * len(found["counterexamples"]) == 25
+    says_something = 32 - sum(found["verdicts"][apart] for apart in list(found["verdicts"])[3:])
+    assert found["share_failing"] == found["verdicts"]["active damping costs more"] / says_something > 0.2
+    low, high = found["share_failing_95"]
+    assert low < found["share_failing"] <= high
+    for one in found["counterexamples"]:
+        assert one["ground"].keys() == {"kg_scale", "bg_scale", "b_ad"}
+        assert one["cost_J"]["ad"] - one["cost_J"]["ce"] == pytest.approx(one["more_J"])
+        assert one["more_J"] > one["bar_J"] + one["other_solver_J"]
+        assert one["confirmed"]
+    with Image.open(tmp_path / "three.png") as drawn:
+        assert drawn.size[0] > 2 * drawn.size[1]
+
+
+def test_what_cannot_be_asked_is_refused(tmp_path: Path) -> None:
+    refused(labbook(*BED, *SOFT, "--claim", "hops", at=tmp_path), 2, "hops", "saves")
+    refused(labbook(*BED, *SOFT, "--plot", "grounds.txt", at=tmp_path), 2, "--plot", ".png")
+    refused(labbook(*BED, "--over", "kg_scale=0.3:1:5", at=tmp_path), 2, "kg_scale", "LOW:HIGH")
+    refused(labbook(*BED, *SOFT, "--effects", "-active_damping", at=tmp_path), 2, "active damping", "--effects")
