@@ -76,7 +76,7 @@ class Rebuilt:
 
     `left_out` is what stands at the end of the journal file and is no complete command. `altered` are the first of the
     `n_altered` rows of the old database that were not what labbook had written there. `lost_views` are of a lab's own
-    and could not be made again. `lost` raw copies could not be read: `differences` say which files wait for them.
+    and could not be made again. `n_lost` raw copies could not be read: `differences` say which files wait for them.
     """
 
     entries: int
@@ -86,7 +86,7 @@ class Rebuilt:
     n_altered: int = 0
     altered: tuple[AlteredRow, ...] = ()
     lost_views: tuple[str, ...] = ()
-    lost: int = 0
+    n_lost: int = 0
 
     @property
     def sentences(self) -> list[str]:
@@ -107,12 +107,17 @@ class Place:
 
 
 def rebuild_database(
-    folder: Path, step: Callable[[str], None], place: Place | None = None, *, keep_going: bool = False
+    folder: Path,
+    step: Callable[[str], None],
+    place: Place | None = None,
+    *,
+    may_lack: frozenset[str] | None = frozenset(),
 ) -> Rebuilt:
     """Make the database anew, where it is or in another `place`; an interrupted rebuild leaves the old one in use.
 
-    A book that goes to another place is there once its labbook.toml says so, which is written last. With `keep_going`
-    files whose raw copies are missing or damaged wait for these, else `BookDamaged` is raised and nothing changed.
+    A book that goes to another place is there once its labbook.toml says so, which is written last. Files wait for raw
+    copies that are missing or damaged where these are, by SHA-256, among those that it `may_lack`, None for any; for
+    others `BookDamaged` is raised and nothing changed.
     """
     configuration = read_configuration(folder)
     url = configuration.database.url if place is None else place.url
@@ -126,7 +131,9 @@ def rebuild_database(
         )
     store = store_of(folder, configuration)
     with exclusive_lock(mirror.path, REBUILDING):
-        replay = Replay(store, mirror, step, lost=unreadable_copies(store, mirror) if keep_going else frozenset())
+        lost = unreadable_copies(store, mirror) if may_lack is None or may_lack else frozenset()
+        lost = lost if may_lack is None else lost & may_lack
+        replay = Replay(store, mirror, step, lost=lost)
         lost_views: list[str] = []
         try:
             if url is None:
@@ -134,7 +141,7 @@ def rebuild_database(
             else:
                 old = replace_postgres(url, replay.apply_to, replay.finish)
         except BookDamaged as error:
-            missing = () if keep_going else unreadable_copies(store, mirror)
+            missing = unreadable_copies(store, mirror) - lost
             if not missing:
                 raise
             raise BookDamaged(
@@ -153,8 +160,8 @@ def rebuild_database(
             altered = (0, ()) if old is None or moves else _altered(folder, store.root, url, old, connection, found)
     finally:
         engine.dispose()
-    lost = len(replay.lost)
-    return Rebuilt(len(replay.hashes), old, found, replay.left_out, *altered, lost_views=tuple(lost_views), lost=lost)
+    views, n_lost = tuple(lost_views), len(lost)
+    return Rebuilt(len(replay.hashes), old, found, replay.left_out, *altered, lost_views=views, n_lost=n_lost)
 
 
 def unreadable_copies(store: Store, mirror: JournalFile) -> frozenset[str]:

@@ -12,7 +12,7 @@ from labbook.config.studies import STUDIES
 from labbook.terminal import Shown, for_program, progress, say
 
 if TYPE_CHECKING:
-    from labbook.book.rebuilding import Place
+    from labbook.book.rebuilding import Place, Rebuilt
 
 
 def init(
@@ -282,6 +282,11 @@ def rebuild(
         count = rewrite_journal(folder)
         return Shown({"entries": count}, [f"journal.jsonl written anew: {count} entries."])
     with progress("rebuilding", None) as step:
-        done = rebuild_database(folder, step, place, keep_going=keep_going)
+        done = rebuild_database(folder, step, place, may_lack=None if keep_going else frozenset())
+    return Shown(done, rebuilt_lines(done))
+
+
+def rebuilt_lines(done: "Rebuilt") -> list[str]:
+    """Say what a rebuild made, where the old database is, what is missing, and what differs."""
     old_database = f"the old database is kept as {done.old}" if done.old else "there was no old database"
-    return Shown(done, [f"rebuilt from {done.entries} entries; {old_database}.", *_lost(done.lost), *done.sentences])
+    return [f"rebuilt from {done.entries} entries; {old_database}.", *_lost(done.n_lost), *done.sentences]

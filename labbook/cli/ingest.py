@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 if TYPE_CHECKING:
-    from labbook.actions.files.ingesting import FileOutcome
     from labbook.book.opening import Book
 
 from data_schema.errors import UsageError
@@ -50,6 +49,7 @@ def ingest(
     """
     from ingest.formats.registry import plugins
     from labbook.actions.files.ingesting import (
+        MADE_ANEW,
         FileOutcome,
         IngestRequest,
         ingest_file,
@@ -78,6 +78,7 @@ def ingest(
             return _explain(opened_book, meant.names, options, run)
     outcomes: list[FileOutcome] = []
     taken: list[Taken] = []
+    rebuilt: list[str] = []
     with opened(book) as opened_book:
         if not dry_run:
             opened_book.speaker(person)
@@ -86,38 +87,52 @@ def ingest(
         many = len(files) > 1
         take = ingest_file_or_refuse if many else ingest_file
         batch = new_uid() if many else None
+        request = IngestRequest(run, options, dry_run, person, batch, again)
         try:
             with progress("ingesting", len(files), shown=many) as step:
                 for path in files:
-                    outcome = take(opened_book, path, IngestRequest(run, options, dry_run, person, batch, again))
+                    outcome = take(opened_book, path, request)
                     if asking() and not many:
                         answered = ask_for(outcome, options)
                         if answered is not None:
-                            outcome = take(opened_book, path, IngestRequest(run, answered, dry_run, person))
+                            request = replace(request, options=answered)
+                            outcome = take(opened_book, path, request)
                     outcomes.append(replace(without_samples(outcome), name=meant.names[path]))
                     step(path.name)
-            if not dry_run and any(outcome.lost for outcome in outcomes):
-                outcomes[:] = _with_lost(opened_book, outcomes)
+            if not dry_run and any(outcome.was_lost for outcome in outcomes):
+                rebuilt = _rebuilt_with_lost(opened_book)
+                for place, (path, lost) in enumerate(zip(files, outcomes, strict=True)):
+                    if lost.was_lost:  # its rows are there now, and what is declared about it can be heeded
+                        known = without_samples(take(opened_book, path, request))
+                        said = (MADE_ANEW, *known.messages)
+                        outcomes[place] = replace(known, name=lost.name, raw_restored=lost.raw_restored, messages=said)
             taken = [*map(Taken, outcomes, rig_lines_of(opened_book, outcomes), missing_heights(opened_book, outcomes))]
         finally:  # finished files are printed, also where Ctrl-C or a full disk stopped the others
             if outcomes and not for_program():
                 told = taken or [*map(Taken, outcomes)]
-                emit(None, batch_lines(told, run, meant.skipped_line, dry_run=dry_run, verbose=verbose), as_json=False)
+                lines = batch_lines(told, run, meant.skipped_line, dry_run=dry_run, verbose=verbose)
+                emit(None, [*lines, *rebuilt], as_json=False)
     if for_program() and meant.skipped:
         say(meant.skipped_line, err=True)
+    for line in rebuilt if for_program() else ():
+        say(line, err=True)
     data = [*map(taken_json, taken)] if for_program() else None
     return Shown(data, (), 2 if any(outcome.status is IngestStatus.REFUSED for outcome in outcomes) else 0)
 
 
-def _with_lost(book: "Book", outcomes: "list[FileOutcome]") -> "list[FileOutcome]":
-    """Make the database anew with the files that it was made without, and say so of each."""
-    from labbook.book.rebuilding import rebuild_database
+def _rebuilt_with_lost(book: "Book") -> list[str]:
+    """Make the database anew with raw copies that it was made without; return what is said of that.
 
+    Raises `BookDamaged`, and changes nothing, where a copy cannot be read that the database was made with.
+    """
+    from data_schema.queries.files import lost_copies
+    from labbook.book.rebuilding import rebuild_database
+    from labbook.cli.book import rebuilt_lines
+
+    with book.reading() as connection:
+        lost = lost_copies(connection)
     with progress("rebuilding", None) as step:
-        still = rebuild_database(book.folder, step, keep_going=True).lost
-    more = f" {still} more are missing: `labbook db check` lists them." if still else ""
-    said = f"The database was made without it, and is made anew with it.{more}"
-    return [replace(one, messages=(said,)) if one.lost else one for one in outcomes]
+        return rebuilt_lines(rebuild_database(book.folder, step, may_lack=lost))
 
 
 def _explain(book: "Book", names: dict[Path, str], options: dict[str, Any], run: str | None) -> Shown:

@@ -83,7 +83,7 @@ class FileOutcome:
     bytes, `first` is their first import, and `messages` tell what was done with the declarations given; `changes` lists
     what another reading changed, None where there was none. `of_other_run`: these bytes came before under a name that
     states another run. `replaced` are the uids of files that were withdrawn because this one begins with their bytes.
-    `lost`: the database was made without these bytes, and must be made anew with them.
+    `was_lost`: the database was made without these bytes, and must be made anew with them.
     """
 
     name: str
@@ -98,13 +98,15 @@ class FileOutcome:
     changes: tuple[str, ...] | None = None
     of_other_run: bool = False
     replaced: tuple[str, ...] = ()
-    lost: bool = False
+    was_lost: bool = False
 
 
 HAS_MORE = "The book has all of it, and more: nothing to add."
 """What is said of a file that one of its name in the book begins with."""
 WAS_LOST = "The database was made without it: `labbook rebuild` makes it anew."
 """What is said of a file that waited for its raw copy."""
+MADE_ANEW = "The database was made without it, and is made anew with it."
+"""What is said of it where that is done at once."""
 
 
 def ingest_file_or_refuse(book: Book, path: Path, request: IngestRequest) -> FileOutcome:
@@ -191,10 +193,11 @@ def _known(
 ) -> FileOutcome:
     """Say what became of bytes that the book has."""
     with book.reading() as connection:
-        lost = sha256 in lost_copies(connection)
-    if lost:
+        was_lost = sha256 in lost_copies(connection)
+    if was_lost:
         outcome = FileOutcome(own_name(path), sha256, IngestStatus.DUPLICATE, runs=first.runs, first=first)
-        return replace(outcome, raw_restored=restored, messages=(WAS_LOST,), lost=True)
+        declared = ("what is declared is not heeded before that.",) if request.options or request.run else ()
+        return replace(outcome, raw_restored=restored, messages=(WAS_LOST, *declared), was_lost=True)
     reread, messages = take_known(
         book,
         sha256,
@@ -323,7 +326,7 @@ def _stored(
     earlier: Beginnings | None,
     as_before: Callable[[sa.Connection], bool],
 ) -> FileOutcome | None:
-    """State what was read, all or nothing; None where others stated meanwhile what it rests on, or is to replace."""
+    """State what was read, all or nothing; None where others stated meanwhile otherwise."""
     read, sha256 = prepared.read, prepared.sha256
     new: dict[str, Any] = {
         "sha256": sha256,

@@ -197,7 +197,8 @@ def _refuse_filled(url: str) -> None:
 def _make_database(folder: Path, last: Entry, step: Callable[[str], None], keep_going: bool) -> Differences:
     """Make the database, unless one that was cut off while it was checked is there already."""
     known = _existing_differences(folder, last)
-    return rebuild_database(folder, step, keep_going=keep_going).differences if known is None else known
+    may_lack = None if keep_going else frozenset[str]()
+    return rebuild_database(folder, step, may_lack=may_lack).differences if known is None else known
 
 
 def _existing_differences(folder: Path, last: Entry) -> Differences | None:

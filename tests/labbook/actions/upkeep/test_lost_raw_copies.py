@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import shutil
+import sqlite3
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 
-from data_schema.queries.files import find_files
+from data_schema.queries.files import find_files, last_reading
 from data_schema.vocabulary import FileRole
 from ingest.store import raw_path
 from labbook.analysis.study_data import gather
@@ -84,6 +85,50 @@ def test_a_book_without_database_is_made_without_lost_copies_and_mended_by_the_o
     good(labbook("ingest", *(original(judged, name) for name in (GONE, SHEET)), at=judged.folder))
     assert health(judged, deep=True).whole
     assert rows_by_name(judged.folder) == before
+
+
+def test_a_file_given_again_costs_no_other_its_numbers(judged: SmallBook, tmp_path: Path) -> None:
+    before = rows_by_name(judged.folder)
+    lose(judged, judged.folder, [GONE])
+    good(labbook("rebuild", "--keep-going", at=judged.folder))
+    lacking = rows_by_name(judged.folder)
+    with judged.open() as opened, opened.reading() as connection:
+        away = judged.folder / raw_path(find_files(connection, SHEET)[0].sha256)
+    away.rename(tmp_path / "away")
+
+    refused = labbook("ingest", original(judged, GONE), at=judged.folder)
+    assert refused.code == 3
+    assert "labbook rebuild" in refused.out
+    assert rows_by_name(judged.folder) == lacking
+    (tmp_path / "away").rename(away)
+    good(labbook("ingest", original(judged, GONE), at=judged.folder))
+    assert rows_by_name(judged.folder) == before
+
+
+def test_a_file_given_again_says_what_the_rebuild_did(judged: SmallBook) -> None:
+    lose(judged, judged.folder, [GONE])
+    good(labbook("rebuild", "--keep-going", at=judged.folder))
+    with sqlite3.connect(judged.database) as connection:
+        connection.execute("UPDATE run SET jumps_made = 7 WHERE name = 'r001'")
+    kept = set(judged.folder.glob("labbook.db.before-rebuild.*"))
+    told = good(labbook("ingest", original(judged, GONE), at=judged.folder)).out
+    (old,) = set(judged.folder.glob("labbook.db.before-rebuild.*")) - kept
+    assert old.name in told
+    assert "jumps_made" in told
+
+
+def test_what_is_declared_of_a_lost_file_is_heeded(judged: SmallBook) -> None:
+    lose(judged, judged.folder, [GONE])
+    good(labbook("rebuild", "--keep-going", at=judged.folder))
+    declared = ("--column", "body_height=body_height:m", "--run", "r003")
+    told = good(labbook("ingest", original(judged, GONE), *declared, at=judged.folder)).out
+    assert "read again" in told
+    assert "--run r003" in told
+    with judged.open() as opened, opened.reading() as connection:
+        reading = last_reading(connection, find_files(connection, GONE)[0].sha256)
+    assert reading is not None
+    assert "body_height" in reading.options_json
+    assert health(judged).whole
 
 
 @pytest.mark.soak
