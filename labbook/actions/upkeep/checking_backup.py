@@ -17,7 +17,7 @@ from data_schema.journal_file import JournalFile
 from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
 from labbook.actions.upkeep.health import wrong_numbers
-from labbook.actions.upkeep.restoring import read_backup
+from labbook.actions.upkeep.restoring import later_journal, read_backup
 from labbook.book.altered import Differences, differences
 from labbook.book.copies.copying import raw_of
 from labbook.book.opening import CONFIGURATION, JOURNAL
@@ -39,7 +39,8 @@ class CheckedBackup:
 def check_backup(source: Path, step: Callable[[str], None]) -> CheckedBackup:
     """Check a backup by itself; raises where it has no journal that can be followed."""
     entries, text = read_backup(source)
-    problems: list[str] = []
+    later = later_journal(source)
+    problems = [] if later is None else [later]
     try:
         parse_configuration(text, str(source / CONFIGURATION), source)
     except LabbookError as error:

@@ -32,6 +32,7 @@ from labbook.book.copies.copying import (
     put_journal,
     put_scene,
     raw_of,
+    readable_hashes,
     refuse_cut_journal,
 )
 from labbook.book.making import last_configuration
@@ -57,7 +58,7 @@ MARKER = UNFINISHED_RESTORE
 class Restored:
     """What was restored and checked; `moved` where labbook.toml had to name another database or store than before.
 
-    `remarks` say which numbers of reports the backup has not.
+    `remarks` say which numbers of reports the backup has not, and whether it has a later journal.
     """
 
     folder: str
@@ -103,6 +104,8 @@ def restore(
                 "what is missing."
             )
         remarks = bring_numbers(source, folder, entries)
+        if not keep_going and (later := later_journal(source)) is not None:
+            remarks.append(later)
         put_scene(folder, original)
         write_whole(folder / CONFIGURATION, text.encode())
         put_journal(folder / JOURNAL, entries)
@@ -119,13 +122,13 @@ def read_backup(source: Path, *, keep_going: bool = False) -> tuple[list[Entry],
 
     With `keep_going` the journal may be that of a book that lacked raw copies when it was backed up.
     """
-    path = source / OF_DAMAGED_BOOK
-    if not (keep_going and path.is_file()):
-        path = source / JOURNAL
+    path = source / (OF_DAMAGED_BOOK if keep_going and newer_of_damaged_book(source) else JOURNAL)
     if not path.is_file() and (source / OF_BACKUP).exists():
+        damaged = newer_of_damaged_book(source)
+        instead = "`labbook restore --keep-going` restores it without the raw copies that its book lacked"
         raise UsageError(
             f"the backup {source} was never completed, it has no {JOURNAL}: give the `labbook backup` again that began "
-            "it, or name another one."
+            f"it, or name another one{f'; {instead}' if damaged else ''}."
         )
     if not path.is_file():
         raise UsageError(f"{source} is no backup, it has no {JOURNAL}: name a folder that `labbook backup` made.")
@@ -155,6 +158,23 @@ def read_backup(source: Path, *, keep_going: bool = False) -> tuple[list[Entry],
     if text is None:
         raise UsageError(f"{source} has no {CONFIGURATION}: put the book's there, or name another backup.")
     return entries, text
+
+
+def newer_of_damaged_book(source: Path) -> int:
+    """Return how many entries the journal of a damaged book has in a backup; 0 where the backup's own has as many."""
+    damaged = len(readable_hashes(source / OF_DAMAGED_BOOK) or ())  # one is left behind by a backup cut off at its end
+    return damaged if damaged > len(readable_hashes(source / JOURNAL) or ()) else 0
+
+
+def later_journal(source: Path) -> str | None:
+    """Say that a backup holds a later journal, of a book that lacked raw copies; None where it does not."""
+    n_entries = newer_of_damaged_book(source)
+    if not n_entries:
+        return None
+    return (
+        f"the last `labbook backup` lacked raw copies, and {source / OF_DAMAGED_BOOK} holds the book's {n_entries} "
+        "entries: mend the book and back it up again, or take them with `labbook restore --keep-going`."
+    )
 
 
 def _remember_backup(source: Path, store: Store, n_entries: int) -> None:

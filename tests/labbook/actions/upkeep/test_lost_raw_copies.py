@@ -182,6 +182,46 @@ def test_a_backup_of_a_book_that_lacked_copies_is_restored(judged: SmallBook, tm
     assert (tmp_path / "again" / "journal.jsonl").read_bytes() == judged.journal.read_bytes()
 
 
+def test_a_backup_whose_last_run_failed_is_not_whole(judged: SmallBook, tmp_path: Path) -> None:
+    backup, first = tmp_path / "backup", tmp_path / "first"
+    backed_up(judged.folder, backup)
+    complete = judged.journal.read_bytes()
+    spare = tmp_path / "spare.csv"
+    spare.write_bytes(b"".join(original(judged, GONE).read_bytes().splitlines(keepends=True)[:-1]))
+    good(labbook("ingest", spare, at=judged.folder))
+    lose(judged, judged.folder, [spare.name])
+    for folder in (backup, first):
+        assert labbook("backup", folder, at=judged.folder).code == 3
+    for refused in (labbook("backup", backup, "--check", at=tmp_path), labbook("restore", first, "no", at=tmp_path)):
+        assert refused.code != 0
+        assert "--keep-going" in refused.out + refused.err
+    assert labbook("backup", first, "--check", at=tmp_path).code != 0
+    assert "--keep-going" in good(labbook("restore", backup, tmp_path / "older", at=tmp_path)).out
+    assert (tmp_path / "older" / "journal.jsonl").read_bytes() == complete
+    good(labbook("restore", backup, tmp_path / "later", "--keep-going", at=tmp_path))
+    assert (tmp_path / "later" / "journal.jsonl").read_bytes() == judged.journal.read_bytes()
+
+
+def test_a_backup_cut_off_at_its_end_is_whole(judged: SmallBook, tmp_path: Path) -> None:
+    backup, kept = tmp_path / "backup", tmp_path / "kept"
+    shutil.copytree(judged.folder / "raw", kept)
+    lose(judged, judged.folder)
+    assert labbook("backup", backup, at=judged.folder).code == 3
+    left = (backup / "journal.jsonl.of-damaged-book").read_bytes()
+    shutil.copytree(kept, judged.folder / "raw", dirs_exist_ok=True, copy_function=_put_back)
+    good(labbook("note", "r001", "a cable came loose", at=judged.folder))
+    backed_up(judged.folder, backup)
+    (backup / "journal.jsonl.of-damaged-book").write_bytes(left)
+    assert "whole" in good(labbook("backup", backup, "--check", at=tmp_path)).out
+    good(labbook("restore", backup, tmp_path / "again", "--keep-going", at=tmp_path))
+    assert (tmp_path / "again" / "journal.jsonl").read_bytes() == judged.journal.read_bytes()
+
+
+def _put_back(source: str, target: str) -> None:
+    Path(target).unlink(missing_ok=True)
+    shutil.copyfile(source, target)
+
+
 def test_a_backup_is_verified_by_itself(judged: SmallBook, tmp_path: Path) -> None:
     good(labbook("report", at=judged.folder))
     backup = tmp_path / "backup"
