@@ -92,11 +92,11 @@ def check_command(
     from labbook.book.opening import find_folder
 
     found = check_book(find_folder(book), lambda total: progress("checking", total), deep=deep)
-    problems = len(found.problems) + len(found.lost)
+    problems = len(found.problems) + len(found.lost_sentences)
     verdict = "the book is whole" if found.whole else f"{problems} problem{'s' if problems > 1 else ''}"
     checked = f"{found.entries} entries, {found.raw_copies} raw copies, {found.signal_files} files of samples"
     checked += f", the files of {found.reports} report{'' if found.reports == 1 else 's'}"
-    lines = [f"{verdict}: {checked} read.", *(f"  {one}" for one in (*found.problems, *found.lost))]
+    lines = [f"{verdict}: {checked} read.", *(f"  {one}" for one in (*found.problems, *found.lost_sentences))]
     lines += [*found.missing_numbers, *found.other_settings]
     if found.waiting:
         what = (

@@ -61,12 +61,13 @@ _ReplayedJournal: TypeAlias = Callable[[int, frozenset[str]], AbstractContextMan
 class Health:
     """What was checked, each problem with its remedy, and the store's files that no row refers to.
 
-    `waiting` entries of the journal file were cut off before the database had them; the next command applies them.
+    `waiting` entries of the journal file were cut off before the database had them; the next command applies them, and
+    one that cannot take effect is a problem.
     What is `left_out` at the end of that file is no complete command; the next one that writes sets it aside.
     `reports` of those that were made still have their folder; `missing_numbers` say which have lost their numbers,
     `other_settings` which were made with another labbook.toml than that of now: no number depends on either.
     `verdicts_waiting` were given on samples that no reading in force has, `files_waiting` are refused by this labbook:
-    both wait for a person. `lost` are raw copies without which the database was made.
+    both wait for a person. `lost_sentences` name raw copies without which the database was made.
     """
 
     whole: bool
@@ -82,7 +83,7 @@ class Health:
     orphans: tuple[str, ...]
     verdicts_waiting: int
     files_waiting: int
-    lost: tuple[str, ...]
+    lost_sentences: tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -102,7 +103,7 @@ class _Database:
     journal: _Journal | None
     verdicts_waiting: int = 0
     files_waiting: int = 0
-    lost: frozenset[str] = frozenset()
+    lost_sha256: frozenset[str] = frozenset()
 
 
 def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: bool = True) -> Health:
@@ -134,6 +135,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
     if written is not None and database.journal is not None:
         problems += _compared(mirror.path, written.hashes, database.journal.hashes)
         waiting = max(0, len(written.hashes) - len(database.journal.hashes))
+    problems = list(dict.fromkeys(problems))  # the replay meets a damaged entry too
     read = written or database.journal or _Journal([], [])
     reports, altered = altered_reports(folder, read.reports if pages else [])
     altered_numbers, missing_numbers = wrong_numbers(store.root, read.reports)
@@ -144,7 +146,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
         (stored, partial(store.raw, stored.store_path, stored.sha256))
         for stored in database.raw
         if stored.store_path == raw_path(stored.sha256)  # else the row is altered, not the copy
-        and stored.sha256 not in database.lost
+        and stored.sha256 not in database.lost_sha256
     ]
     checks += [
         (stored, partial(store.check_samples, stored.store_path, stored.sha256, stored.name))
@@ -165,7 +167,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
     spoken_of |= {raw_path(stored.sha256) for stored in database.raw}
     spoken_of |= {numbers_path(Path(), sha256).as_posix() for sha256 in numbers_files(read.reports).values()}
     return Health(
-        whole=not problems and not database.lost,
+        whole=not problems and not database.lost_sha256,
         entries=len(read.hashes),
         waiting=waiting,
         left_out=left_out,
@@ -178,7 +180,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
         orphans=() if database.journal is None else tuple(sorted(set(_files_in(store)) - spoken_of)),
         verdicts_waiting=database.verdicts_waiting,
         files_waiting=database.files_waiting,
-        lost=tuple(_lost(store, stored) for stored in database.raw if stored.sha256 in database.lost),
+        lost_sentences=tuple(_lost(store, stored) for stored in database.raw if stored.sha256 in database.lost_sha256),
     )
 
 
@@ -240,6 +242,7 @@ def _altered(
                         )
                     altered = by_any
                 found = with_reports(store, connection, fresh, altered)
+            _attempt(problems, lambda: replay.apply_to(engine))  # what waits in the file
     except BookError as error:
         return [f"what should stand in the tables cannot be told: {error}"]
     remedy = "Run `labbook rebuild` to make the database anew from the raw copies and the journal."

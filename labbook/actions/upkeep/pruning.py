@@ -69,8 +69,8 @@ def prune(book: Book, names: Sequence[str], counted: Counted) -> list[Leftover]:
     health = check_book(book.folder, counted)
     if not health.whole:
         raise BookDamaged(
-            f"the book is not whole ({(*health.problems, *health.lost)[0]}), so nothing was removed: mend it first, "
-            "`labbook db check` names all that it lacks."
+            f"the book is not whole ({(*health.problems, *health.lost_sentences)[0]}), so nothing was removed: mend it "
+            "first, `labbook db check` names all that it lacks."
         )
     with exclusive_lock(book.mirror.path, REBUILDING), writing(book.engine) as connection:
         found = named(leftovers(book, connection), names)

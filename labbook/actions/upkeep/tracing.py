@@ -98,7 +98,8 @@ def find_number(book: Book, connection: sa.Connection, beginning: str) -> Report
     if last is not None and last.seq > journal.head(connection)[0]:
         raise BookDamaged(
             f"the database does not have all entries of journal.jsonl, and no number's id begins with {beginning!r} in "
-            "the reports that it has: `labbook db check` says what is missing."
+            "the reports that it has: the next command that writes applies the others, or `labbook db check` says why "
+            "they cannot be."
         )
     if not found:
         without = f"; the numbers.json of {lost} of the {len(reports)} reports is not there to look in" if lost else ""

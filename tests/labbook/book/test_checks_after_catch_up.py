@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -105,3 +106,16 @@ def test_a_plan_after_a_killed_one_has_other_names(tmp_path: Path, commands: Com
     names = [run["name"] for plan in plans for run in plan["runs"]]
     assert len(plans) == 2
     assert len(names) == len(set(names))
+
+
+@pytest.mark.parametrize("wrong", [{"duration_s": "long"}, {"planned_run": "abcdefabcdef"}, {"name": "r001"}], ids=str)
+def test_what_waits_and_cannot_take_effect_is_a_problem(tmp_path: Path, wrong: dict[str, str]) -> None:
+    book = small_book(tmp_path)
+    entries = stated(book)
+    run = next(entry for entry in entries if entry.entity_kind == "run")
+    said = replace(run, entity_uid="abcdefabcdef", new={**(run.new or {}), "name": "r998", **wrong})
+    with book.open() as opened:
+        opened.mirror.append(journal.chain_entries([said], (entries[-1].seq, entries[-1].hash)))
+    found = health(book)
+    assert (found.waiting, found.whole, len(found.problems)) == (1, False, 1)
+    assert f"entry {len(entries) + 1} " in found.problems[0]

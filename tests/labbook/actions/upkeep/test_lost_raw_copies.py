@@ -67,7 +67,7 @@ def test_a_book_without_database_is_made_without_lost_copies_and_mended_by_the_o
     assert all(name in said for name in LOST)
     for deep in (False, True):
         found = health(judged, deep=deep)
-        assert (found.whole, found.problems, len(found.lost)) == (False, (), 3)
+        assert (found.whole, found.problems, len(found.lost_sentences)) == (False, (), 3)
     with judged.open() as book, book.reading() as connection:
         evidence = gather(connection, book.configuration, None)
         why = evidence.waits(run_named(connection, "r003").uid, FileRole.LOG)
@@ -81,7 +81,7 @@ def test_a_book_without_database_is_made_without_lost_copies_and_mended_by_the_o
     assert labbook("files", "reread", CUT, at=judged.folder).code == 3
 
     good(labbook("ingest", original(judged, CUT), at=judged.folder))
-    assert len(health(judged).lost) == 2
+    assert len(health(judged).lost_sentences) == 2
     good(labbook("ingest", *(original(judged, name) for name in (GONE, SHEET)), at=judged.folder))
     assert health(judged, deep=True).whole
     assert rows_by_name(judged.folder) == before
@@ -138,7 +138,7 @@ def test_on_postgresql(tmp_path: Path, postgres_url: str) -> None:
     lose(book, book.folder)
     assert labbook("rebuild", at=book.folder).code == 3
     assert labbook("rebuild", "--keep-going", at=book.folder).code == 0
-    assert len(health(book).lost) == 3
+    assert len(health(book).lost_sentences) == 3
     good(labbook("ingest", *(original(book, name) for name in LOST), at=book.folder))
     assert health(book).whole
     assert rows_by_name(book.folder, postgres_url) == before
