@@ -62,14 +62,19 @@ class StudyData:
         return {run_uid: missing[run_uid] if why is None else why for run_uid, why in waiting.items()}
 
     def waits(self, run_uid: str, role: FileRole) -> Undefined | None:
-        """Return why a run's logs, or its charge, cannot be used: a file of it waits; None where none does.
+        """Return why a run's logs, or its charge, cannot be used: a file of it waits; None where none does."""
+        return waits(self.waiting, run_uid, role)
 
-        Whose charges a charger's sheet holds is not known while it waits.
-        """
-        for item in self.waiting:
-            if item.role == role and (run_uid in item.runs or (role is FileRole.CHARGE and not item.runs)):
-                return item.why
-        return None
+
+def waits(waiting: Iterable[WaitingFile], run_uid: str, role: FileRole) -> Undefined | None:
+    """Return why files of a role cannot be used for a run: one of these waits; None where none does.
+
+    Whose charges a charger's sheet holds is not known while it waits.
+    """
+    for item in waiting:
+        if item.role == role and (run_uid in item.runs or (role is FileRole.CHARGE and not item.runs)):
+            return item.why
+    return None
 
 
 def gather(connection: sa.Connection, configuration: Configuration, where: str | None) -> StudyData:

@@ -326,7 +326,7 @@ def _stored(
     earlier: Beginnings | None,
     as_before: Callable[[sa.Connection], bool],
 ) -> FileOutcome | None:
-    """State what was read, all or nothing; None where others stated meanwhile otherwise."""
+    """State what was read, all or nothing; None where others stated what it was checked against, or is to replace."""
     read, sha256 = prepared.read, prepared.sha256
     new: dict[str, Any] = {
         "sha256": sha256,

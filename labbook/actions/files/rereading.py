@@ -124,10 +124,13 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
     asked = request
     if not request.afresh:
         request = replace(request, options=with_declared(json.loads(row.options_json), request.options))
-    data = book.store.raw(raw_path(row.sha256), row.sha256)
     with book.reading() as connection:
         if row.sha256 in lost_copies(connection):
-            raise UsageError(f"the database was made without the raw copy of {row.name}: run `labbook rebuild` first.")
+            mend = "run `labbook rebuild`, which has it now, first."
+            if not book.store.has_raw(row.sha256):
+                mend = "give the original file to `labbook ingest`, which reads it again."
+            raise UsageError(f"the database was made without the raw copy of {row.name}: {mend}")
+    data = book.store.raw(raw_path(row.sha256), row.sha256)
     settings = current_settings(book.configuration, request.options, row.name)
     settings, as_is = read_on_day_of(book, data, settings, read_file(data, settings.declared), _run_of(book, row))
     if request.batch is None and canonical(dict(request.options)) != row.options_json:
@@ -151,7 +154,7 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
             if request.dry_run:
                 raise DryRun
             return done
-    return done if request.dry_run else reread(book, now, asked)  # others stated meanwhile what it rests on
+    return done if request.dry_run else reread(book, now, asked)  # others stated meanwhile what it was checked against
 
 
 def would_differ(book: Book, row: ReadingRow) -> bool:

@@ -11,6 +11,7 @@ import sqlalchemy as sa
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.charges import ChargeOfRun, charges_of_run
+from data_schema.queries.files import waiting_files
 from data_schema.queries.history import EntryRow, NoteRow, RunFileRow, files_of_run, history_of_run, notes_of
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import (
@@ -38,7 +39,7 @@ from labbook.analysis.outcomes.run_apexes import (
 )
 from labbook.analysis.outcomes.run_force import PushOffRules, force_of_run
 from labbook.analysis.results import Results
-from labbook.analysis.study_data import gather_about, records
+from labbook.analysis.study_data import gather_about, records, waits
 from labbook.book.naming import DONE, changes_in_words, run_named, study_of
 from labbook.config.local_time import local_text
 from labbook.config.parsing import Configuration
@@ -54,7 +55,7 @@ class RunView:
     """A run with all that belongs to it.
 
     `from_plate` has what its record of a force plate gives, by the keys of outcomes, empty without one; `others` the
-    outcomes beside these, joules and apex height.
+    outcomes beside these, joules and apex height. `charge_waits` says for which file its charge waits.
     `jumps_found` counts the flights with an apex in its logs, or says why they do not count; None without a log.
     `reviewed` and `not_reviewed` have the numbers of the jumps on which a person's verdict stands, and of the others.
     Joules and apex height are None of a run that has none by its kind, or is void.
@@ -77,6 +78,7 @@ class RunView:
     from_plate: Mapping[str, Number]
     others: Mapping[str, Number]
     time_zone: str
+    charge_waits: Undefined | None
 
 
 def run_view(detections: Detections, configuration: Configuration, name: str) -> RunView:
@@ -113,6 +115,7 @@ def run_view(detections: Detections, configuration: Configuration, name: str) ->
         from_plate=_from_plate(detections, forces, PushOffRules(protocol.onset, protocol.take_off)) if forces else {},
         others={outcome.key: number for outcome, number in numbers.items() if outcome not in _NAMED},
         time_zone=zone,
+        charge_waits=None if charges else waits(waiting_files(connection), run.uid, FileRole.CHARGE),
     )
 
 
@@ -216,7 +219,9 @@ def _lacking(view: RunView) -> list[str]:
     found = []
     if run.kind is RunKind.JUMPS and not any(item.role == FileRole.LOG for item in view.files):
         found.append(f"no log: `labbook ingest FILE --run {name}` takes it in")
-    if not view.charges:
+    if view.charge_waits is not None:
+        found.append(f"no charge: {view.charge_waits.reason}")
+    elif not view.charges:
         found.append(f"no charge: `labbook ingest` of the charger's sheet, or `labbook charge {name} MAH`, adds it")
     return found
 

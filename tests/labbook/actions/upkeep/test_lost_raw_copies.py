@@ -78,7 +78,15 @@ def test_a_book_without_database_is_made_without_lost_copies_and_mended_by_the_o
     good(labbook("report", "--unsaved", "--out", judged.folder.parent / "paper", at=judged.folder))
     for words in (("show", "r003"), ("attention",), ("files", "list"), ("today",), ("runs", "list")):
         good(labbook(*words, at=judged.folder))
-    assert labbook("files", "reread", CUT, at=judged.folder).code == 3
+    no_charge = next(
+        line for line in good(labbook("show", "r009", at=judged.folder)).out.splitlines() if "no cha" in line
+    )
+    assert SHEET in no_charge
+    assert "labbook charge" not in no_charge
+    for name in (CUT, GONE):
+        refused = labbook("files", "reread", name, at=judged.folder)
+        assert refused.code == 2
+        assert "labbook ingest" in refused.err
 
     good(labbook("ingest", original(judged, CUT), at=judged.folder))
     assert len(health(judged).lost_sentences) == 2
