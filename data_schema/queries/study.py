@@ -245,6 +245,14 @@ def stated_plan(connection: sa.Connection, seed: int) -> tuple[PlanMethod, list[
     ]
 
 
+def seeds_of_plans(connection: sa.Connection) -> tuple[list[int], set[int]]:
+    """Return the seeds of the plans that were not withdrawn, in their order, and those of the withdrawn ones."""
+    withdrawn = set(connection.execute(_withdrawn_plans()).scalars())
+    plans = connection.execute(sa.select(plan.c.id, plan.c.seed).order_by(plan.c.id)).all()
+    standing = dict.fromkeys(row.seed for row in plans if row.id not in withdrawn)
+    return list(standing), {row.seed for row in plans if row.id in withdrawn}
+
+
 def withdrawn_names(connection: sa.Connection) -> set[str]:
     """Return the names of the runs that were planned, not made, and withdrawn."""
     query = (

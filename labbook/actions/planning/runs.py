@@ -16,7 +16,15 @@ from data_schema.disk import replace_together
 from data_schema.errors import BookBusy, UsageError
 from data_schema.queries.history import EntryRow, first_measurement
 from data_schema.queries.runs import run_names
-from data_schema.queries.study import OpenPlan, PlannedEntry, open_plans, planned_runs, stated_plan, withdrawn_names
+from data_schema.queries.study import (
+    OpenPlan,
+    PlannedEntry,
+    open_plans,
+    planned_runs,
+    seeds_of_plans,
+    stated_plan,
+    withdrawn_names,
+)
 from data_schema.vocabulary import Action, PlanMethod, RunKind, Undefined
 from labbook.actions.planning.asked import PlanRequest
 from labbook.actions.planning.power_tests import (
@@ -40,6 +48,7 @@ from labbook.config.parsing import Configuration
 from labbook.config.run_names import RunNames
 from labbook.plan.drawing import Plan, PlannedRun, draw_plan
 from labbook.plan.sheet import format_run_sheet_for_print, write_run_sheet
+from reports.display import list_text
 from stats.planning.power import Power, power_by_day
 
 
@@ -136,6 +145,8 @@ def _sheet_written(
     configuration: Configuration, drawn: Plan, names: Sequence[str], start: str | None, out: Path
 ) -> Iterator[Path]:
     """Write the sheet of a plan and the page to print, whose path is given; both go again where the block raises."""
+    if out.suffix.lower() == ".html":
+        raise UsageError(f"{out} is named as the page to print would be: name the sheet with --out, as {out.stem}.csv.")
     first_day = datetime.date.fromisoformat(day_named("--start", start, configuration.study.time_zone))
     dates = [first_day + datetime.timedelta(days=day) for day in range(len(drawn.days))]
     only = {"battery": _only(list(configuration.batteries)), "robot": _only(list(configuration.robots))}
@@ -149,10 +160,9 @@ def _sheet_written(
         checks=configuration.protocol.checks,
         **only,
     )
-    written_before = out.is_file() and out.read_bytes() == sheet.encode()  # as by a dry run
-    if out.exists() and not written_before:
-        raise UsageError(f"{out} exists: name another file with --out, or move it away.")
+    _refuse_other(out, sheet)
     page = out.with_suffix(".html")
+    _refuse_other(page, printed)
     with contextlib.ExitStack() as written:
         try:
             written.enter_context(replace_together({out: sheet.encode(), page: printed.encode()}))
@@ -160,6 +170,13 @@ def _sheet_written(
             reason = error.strerror or error
             raise UsageError(f"{error.filename} cannot be written ({reason}): name another file with --out.") from error
         yield page
+
+
+def _refuse_other(path: Path, text: str) -> None:
+    """Raise `UsageError` where a file is there that holds anything else, as it does not after a dry run."""
+    written_before = path.is_file() and path.read_bytes() == text.encode()
+    if path.exists() and not written_before:
+        raise UsageError(f"{path} exists: name another file with --out, or move it away.")
 
 
 @dataclass(frozen=True, slots=True)
@@ -180,8 +197,10 @@ def sheet_again(book: Book, seed: int, start: str | None, out: Path) -> SheetAga
     with book.reading() as connection:
         stated = stated_plan(connection, seed)
         if stated is None:
-            seeds = ", ".join(dict.fromkeys(str(plan.seed) for plan in open_plans(connection))) or "none"
-            raise UsageError(f"the book has no plan with seed {seed}: give one of those of its plans ({seeds}).")
+            standing, withdrawn = seeds_of_plans(connection)
+            what = f"the plan with seed {seed} was withdrawn" if seed in withdrawn else f"no plan has seed {seed}"
+            seeds = list_text(list(map(str, standing))) if standing else "none"
+            raise UsageError(f"{what}: give the seed of one that stands ({seeds}), or draw another plan.")
     method, entries = stated
     drawn = _drawn_again(book.configuration, seed, method, entries)
     unknown = "labbook.toml draws another plan with this seed now: how long idle runs take is left blank."

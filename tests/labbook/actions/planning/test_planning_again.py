@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 from pathlib import Path
 
 import pytest
@@ -62,6 +63,47 @@ def test_a_lost_sheet_is_written_again(tmp_path: Path, more: tuple[str, ...]) ->
     assert small.journal.read_bytes() == entries
     assert labbook(*sheet[:3], "8", at=small.folder).code == 2
     assert labbook(*sheet, "--n", "3", at=small.folder).code == 2
+
+
+@pytest.mark.parametrize("again", [False, True], ids=["drawn", "again"])
+def test_no_file_is_overwritten(tmp_path: Path, again: bool) -> None:
+    small = small_book(tmp_path)
+    words: tuple[str, ...] = WORDS
+    if again:
+        good(labbook(*WORDS, "--out", tmp_path / "plan.csv", at=small.folder))
+        words = ("plan", "--sheet", "--seed", "7", "--start", "2021-06-21")
+    page, entries = tmp_path / "mine.html", small.journal.read_bytes()
+    refused = labbook(*words, "--out", page, at=small.folder)
+    assert (refused.code, page.exists()) == (2, False), refused
+    page.write_text("my own page", encoding="utf-8")
+    assert labbook(*words, "--out", tmp_path / "mine.csv", at=small.folder).code == 2
+    assert page.read_text(encoding="utf-8") == "my own page"
+    assert not (tmp_path / "mine.csv").exists()
+    assert small.journal.read_bytes() == entries
+
+
+def test_the_plans_that_have_a_sheet_are_named(tmp_path: Path) -> None:
+    small = small_book(tmp_path)
+    sheet = tmp_path / "plan.csv"
+    good(labbook(*WORDS, "--out", tmp_path / "withdrawn.csv", at=small.folder))
+    good(labbook("plan", "--withdraw", "--seed", "7", "--why", "a new foot", at=small.folder))
+    few = ("--seed", "8", "--n", "1", "--per-day", "60", "--no-idle", "--start", "2021-06-21", "--out", sheet)
+    good(labbook("plan", *few, at=small.folder))
+    with sheet.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    with sheet.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0].keys())
+        writer.writeheader()
+        for hour, row in enumerate(rows, start=8):
+            writer.writerow({**row, "battery": "A", "started": f"{hour:02}:00", "duration_s": 720, "jumps_made": 25})
+    good(labbook("runs", "import", sheet, at=small.folder))  # all of its runs are made
+    assert plans(small) == 0
+    withdrawn, unknown = (labbook("plan", "--sheet", "--seed", seed, at=small.folder) for seed in ("7", "9"))
+    assert (withdrawn.code, unknown.code) == (2, 2)
+    assert "withdrawn" in withdrawn.err
+    assert "withdrawn" not in unknown.err
+    for refused in (withdrawn, unknown):
+        assert "(8)" in refused.err
 
 
 def test_a_sheet_of_another_protocol_leaves_blank_what_it_cannot_know(tmp_path: Path) -> None:
