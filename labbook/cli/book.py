@@ -127,8 +127,9 @@ def backup(
     done = back_up(find_folder(book), destination, lambda total: progress("backing up", total))
     raw = done.raw
     lines = [
-        f"backup in {done.last.where}: {done.last.entries} entries and {raw.raw_copies} raw copies; {raw.written} "
-        f"written ({raw.n_bytes / 1e6:.1f} MB), {raw.raw_copies - raw.written} there already, all read and compared.",
+        f"backup in {done.last.where}: {_counted(done.last.entries, 'entry', 'entries')} and "
+        f"{_counted(raw.raw_copies, 'raw copy', 'raw copies')}; {raw.written} written "
+        f"({raw.n_bytes / 1e6:.1f} MB), {raw.raw_copies - raw.written} there already, all read and compared.",
     ]
     if raw.replaced:
         lines.append(f"{raw.replaced} of them {'were' if raw.replaced > 1 else 'was'} damaged in the backup.")
@@ -144,7 +145,8 @@ def _check_backup(source: Path) -> Shown:
     several = len(found.problems) > 1
     verdict = f"{len(found.problems)} problem{'s' if several else ''}" if found.problems else "the backup is whole"
     lines = [
-        f"{verdict}: {found.entries} entries and {found.raw_copies} raw copies read, the journal played back.",
+        f"{verdict}: {_counted(found.entries, 'entry', 'entries')} and "
+        f"{_counted(found.raw_copies, 'raw copy', 'raw copies')} read, the journal played back.",
         *(f"  {problem}" for problem in found.problems),
         *found.missing_numbers,
         *(found.differences.sentences if not found.problems else ()),
@@ -183,8 +185,8 @@ def restore(
         )
     lost = len(done.raw.problems)
     lines = [
-        f"the book of {source} is restored in {done.folder}: {done.entries} entries, {done.raw.raw_copies - lost} raw "
-        "copies; all of it was checked.",
+        f"the book of {source} is restored in {done.folder}: {_counted(done.entries, 'entry', 'entries')}, "
+        f"{_counted(done.raw.raw_copies - lost, 'raw copy', 'raw copies')}; all of it was checked.",
         *_lost(lost),
         *done.differences.sentences,
     ]
