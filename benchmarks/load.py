@@ -27,7 +27,7 @@ TURNS = 3
 INGEST = "ingest FILE"
 FOLDER = "LABBOOK_BENCH_FOLDER"
 """Names a folder that keeps the books and what was measured of them, so that hours of growing can be interrupted."""
-COMMAND_S, REBUILD_S, PEAK_MB, BACKUP_MB = 1.5, 100.0, 1500.0, 300.0
+COMMAND_S, REBUILD_S, PEAK_MB, BACKUP_MB = 1.5, 15.0, 1500.0, 300.0
 FLAT = LINEAR = 1.3
 """A tenth of noise on either side, and a little for trees of indexes that grow deeper."""
 TWICE = 2.0
