@@ -200,6 +200,15 @@ def _at_rest(path: Path) -> bool:
     return not any(path.with_name(path.name + suffix).exists() for suffix in ("-wal", "-shm"))
 
 
+def refuse_unfinished(path: Path) -> None:
+    """Raise `BookDamaged` where the log of a closed database was not brought into its file, which SQLite does not tell.
+
+    The file would lose it with the next name that it gets.
+    """
+    if not _at_rest(path):
+        raise BookDamaged(f"the disk failed while the database {path} was made: check it and try again.")
+
+
 def _look(path: Path) -> tuple[int, int, int]:
     """Return inode, size and modification time of a file, by which a change of it is seen."""
     found = path.stat()

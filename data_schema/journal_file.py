@@ -143,20 +143,30 @@ class JournalFile:
         return leftover
 
     def append(self, entries: list[Entry]) -> None:
-        """Write complete commands at the end and sync them to the disk; what a cut-off one left is set aside first."""
+        """Write complete commands at the end and sync them to the disk; what a cut-off one left is set aside first.
+
+        Raises `OSError` where nothing was written that counts, `BookDamaged` where all of it stands there all the same.
+        """
         whole = self._found_whole()
         self.keep_cut_off()
         part = self._last_part()
         lines = (b"" if part.ended else b"\n") + "".join(entry.line + "\n" for entry in entries).encode()
         with self.path.open("r+b", buffering=0) as handle:
             handle.truncate(part.end)
+            written = 0
             try:
-                written = 0
                 while written < len(lines):
                     written += os.pwrite(handle.fileno(), lines[written:], part.end + written)
                 os.fsync(handle.fileno())
-            except BaseException:
-                handle.truncate(part.end)
+            except BaseException as error:
+                try:
+                    handle.truncate(part.end)
+                except OSError:
+                    if written == len(lines):
+                        raise BookDamaged(
+                            f"the disk failed while {self.path} was written ({error}): check it. What was said stands "
+                            "there already: do not say it again, the next command applies it."
+                        ) from error
                 raise
         if whole:
             self._remember_whole(self._file_state())

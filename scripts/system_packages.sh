@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# The tests use a PostgreSQL server, a browser, SQLite's shell, strace, R and LaTeX. With CI=true or LABBOOK_INSTALL=1 they are installed where this
+# The tests use a PostgreSQL server, a browser, SQLite's shell, strace, a C compiler, R and LaTeX. With CI=true or LABBOOK_INSTALL=1 they are installed where this
 # user may; otherwise one line says what is skipped and how to have it.
 set -u
 missing=()
@@ -7,6 +7,7 @@ ls /usr/lib/postgresql/*/bin/initdb >/dev/null 2>&1 || missing+=(postgresql)
 command -v chromium >/dev/null 2>&1 || missing+=(chromium)
 command -v sqlite3 >/dev/null 2>&1 || missing+=(sqlite3)
 command -v strace >/dev/null 2>&1 || missing+=(strace)
+command -v cc >/dev/null 2>&1 || missing+=(gcc libc6-dev)
 command -v Rscript >/dev/null 2>&1 || missing+=(r-base-core r-cran-rsqlite)
 command -v pdflatex >/dev/null 2>&1 || missing+=(texlive-latex-base texlive-latex-recommended)
 [ "${#missing[@]}" -eq 0 ] && exit 0

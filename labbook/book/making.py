@@ -12,7 +12,7 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.disk import make_folder, path_in_errors, sync, write_whole
-from data_schema.engine import POSTGRES_SCHEMA, reading, sqlite_engine, translated_errors
+from data_schema.engine import POSTGRES_SCHEMA, reading, refuse_unfinished, sqlite_engine, translated_errors
 from data_schema.errors import UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
@@ -137,10 +137,12 @@ def make_sqlite(path: Path) -> None:
     with path_in_errors(path):
         try:
             fill_sqlite(temporary)
+            refuse_unfinished(temporary)
             temporary.rename(path)
             sync(path.parent)
         finally:
-            temporary.unlink(missing_ok=True)
+            for suffix in ("", "-wal", "-shm"):
+                temporary.with_name(temporary.name + suffix).unlink(missing_ok=True)
 
 
 def fill_sqlite(path: Path) -> None:

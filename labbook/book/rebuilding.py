@@ -38,6 +38,7 @@ from data_schema.engine import (
     POSTGRES_SCHEMA,
     postgres_engine,
     reading,
+    refuse_unfinished,
     sqlite_engine,
     translated_errors,
     writing,
@@ -333,6 +334,7 @@ def replace_sqlite(
         except sqlite3.DatabaseError as error:
             _explain(path, error)
     finish()
+    refuse_unfinished(fresh)
     old = set_aside(folder)
     fresh.rename(path)
     sync(folder)

@@ -3,12 +3,13 @@
 Started by `tests.helpers.commands`: everything is imported once, each command is a fork. Requests and answers are
 lines of JSON. A command can be told to die by SIGKILL right after it has synced its nth file to the disk, or its nth of
 a certain name, or before it renames for the nth time: the moments that crash safety is about; or that no file may grow
-beyond a size, as on a full disk. What labbook does until then is its own doing.
+beyond a size, as on a full disk; or that one of its system calls fails. What labbook does until then is its own doing.
 """
 
 from __future__ import annotations
 
 import contextlib
+import ctypes
 import gc
 import json
 import os
@@ -86,6 +87,8 @@ def _command(request: dict[str, Any]) -> NoReturn:
         _die_after_sync(request["die_after_sync"], request["of"])
     if request["die_before_rename"]:
         _die_before_rename(request["die_before_rename"])
+    if request["failing"]:
+        _fail_call(request["failing"])
     code: object = 1
     try:
         run(request["words"])
@@ -107,6 +110,12 @@ def _die_after_sync(number: int, of: str | None) -> None:
                 os.kill(os.getpid(), signal.SIGKILL)
 
     setattr(os, "fsync", sync_and_die)  # noqa: B010 - what is put there takes descriptors only
+
+
+def _fail_call(failing: dict[str, Any]) -> None:
+    fail_call = ctypes.CDLL(None).fail_call  # of failing_calls.c, which this process must have been started with
+    below, log = os.fsencode(failing["below"]), os.fsencode(failing["log"])
+    assert fail_call(ctypes.c_long(failing["number"]), failing["error"], failing["stays"], below, log) >= 0
 
 
 def _die_before_rename(number: int) -> None:

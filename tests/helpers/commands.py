@@ -9,7 +9,7 @@ import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import count
 from pathlib import Path
@@ -53,11 +53,12 @@ class Commands:
         of: str | None = None,
         die_before_rename: int = 0,
         largest_file: int = 0,
+        failing: Mapping[str, Any] | None = None,
     ) -> Running:
         """Start a command; it dies right after its nth sync to the disk, of files called `of` where that is given.
 
         With `die_before_rename` it dies before it renames for the nth time; with `largest_file`, writing to a file
-        beyond that many bytes fails, as on a full disk.
+        beyond that many bytes fails, as on a full disk. What `failing` holds, `tests.helpers.failing_calls` tells.
         """
         output = self.folder / f"output-{next(self.numbers)}"
         request = {
@@ -66,6 +67,7 @@ class Commands:
             "of": of,
             "die_before_rename": die_before_rename,
             "largest_file": largest_file,
+            "failing": failing,
             "output": str(output),
         }
         return Running(self, self.ask(request), output)

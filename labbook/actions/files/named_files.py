@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -73,7 +73,7 @@ def files_of(paths: Sequence[Path], book_folder: Path) -> FoundFiles:
             refuse_special(path)
             found[path] = 1
             continue
-        for item in sorted(item for item in path.rglob("*") if not _hidden(item, path)):
+        for item in sorted(_below(path, skipped)):
             below = item.relative_to(path)
             if item.is_file():
                 if not _is_of_book(item, book_folder):
@@ -113,8 +113,15 @@ def _why_skipped(path: Path) -> str | None:
     return None if path.is_dir() else "no regular file"
 
 
-def _hidden(path: Path, folder: Path) -> bool:
-    return any(part.startswith(".") for part in path.relative_to(folder).parts)
+def _below(folder: Path, skipped: dict[str, str]) -> Iterator[Path]:
+    """Give what stands in a folder and in those below, but what is hidden; a folder that cannot be read is skipped."""
+
+    def skip(error: OSError) -> None:
+        skipped[readable(Path(error.filename).relative_to(folder))] = f"cannot be read: {error.strerror}"
+
+    for place, folders, files in os.walk(folder, onerror=skip):
+        folders[:] = [name for name in folders if not name.startswith(".")]
+        yield from (Path(place, name) for name in (*folders, *files) if not name.startswith("."))
 
 
 def _is_of_book(path: Path, book_folder: Path) -> bool:

@@ -15,6 +15,7 @@ import xarray
 
 from benchmarks.processes import run_process
 from tests.cli.shell import LABBOOK, environment, good, labbook
+from tests.helpers.figures import Count, record
 from tests.helpers.sweeps import every_byte
 
 KILLS, SOAK_KILLS = 1, 20
@@ -60,15 +61,16 @@ def test_killed_at_random_moments(tmp_path: Path) -> None:
 
 @pytest.mark.soak
 def test_killed_at_twenty_random_moments(tmp_path: Path) -> None:
-    rows, chance, kills = 2**18, random.Random(12), 0
+    rows, chance, kills, tried = 2**18, random.Random(12), 0, 0
     good(labbook(*words(rows, "undisturbed.nc"), at=tmp_path))
     while kills < SOAK_KILLS:
-        end_s = time.monotonic() + chance.uniform(0.0, 4.0)
+        end_s, tried = time.monotonic() + chance.uniform(0.0, 4.0), tried + 1
         if killed(rows, tmp_path, lambda end_s=end_s: time.monotonic() >= end_s):  # type: ignore[misc]
             kills += 1
         else:  # it was done before the moment came: begin anew
             (tmp_path / "killed.nc").unlink()
     assert_undisturbed(rows, tmp_path)
+    record(Count("sim sweep", "kill", "files", tried=tried, cut_off=kills))
 
 
 JUMPS = 10_000_000
