@@ -157,9 +157,10 @@ def write_report(files: Mapping[str, bytes], out_dir: Path) -> Path:
     """
     refuse_foreign(out_dir)
     with _writing_to(out_dir):
+        out_dir.mkdir(parents=True, exist_ok=True)
+        (out_dir / MARK).touch()  # first: a folder with others and without it would be refused as a paper's own
         for folder in ("figures", "tables"):
-            (out_dir / folder).mkdir(parents=True, exist_ok=True)
-        (out_dir / MARK).touch()
+            (out_dir / folder).mkdir(exist_ok=True)
         written = {out_dir / name: data for name, data in files.items()}
         with replace_together(written):
             pass

@@ -223,6 +223,15 @@ def test_a_folder_that_cannot_be_written_is_one_sentence(minimal, tmp_path):
     assert blocked.read_text() == "a file is here"
 
 
+def test_a_report_that_ended_as_its_folder_was_made_is_written_again(minimal, tmp_path):
+    hindrance = tmp_path / "tables"
+    hindrance.symlink_to("nowhere")
+    with refuses(UsageError, "cannot be written"):
+        write_report(report_files(minimal), tmp_path)
+    hindrance.unlink()
+    assert write_report(report_files(minimal), tmp_path).exists()
+
+
 def test_where_one_file_cannot_be_written_an_earlier_report_stays_whole(minimal, tmp_path):
     """As on a full disk: its page would stand beside tables with other numbers."""
     write_report(report_files(minimal), tmp_path)
