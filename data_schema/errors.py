@@ -30,9 +30,13 @@ def hide_password(url: str) -> str:
     return _PASSWORD.sub(lambda found: f"{found[1] or found[2]}***", url)
 
 
+_LOOSE = re.compile(r"""(?<=:)[^\s:/@'"]+(?=@)|(?<=password=)[^\s&'"]+""")
+"""A password in what was meant to be an address."""
+
+
 def without_passwords(sentence: str) -> str:
-    """Return what is said with *** for the passwords of the addresses in it."""
-    return _ADDRESS.sub(lambda found: hide_password(found[0]), sentence)
+    """Return what is said with *** for the passwords of the addresses in it, also of such as are no addresses."""
+    return _LOOSE.sub("***", _ADDRESS.sub(lambda found: hide_password(found[0]), sentence))
 
 
 class LabbookError(Exception):

@@ -86,6 +86,8 @@ class Entry:
                     f"journal.jsonl has schema {'none' if schema is None else schema}, and this labbook reads schema "
                     f"{JOURNAL_SCHEMA}: work with the labbook that wrote it, or name another book."
                 )
+            if record["seq"] != 1 and schema is not None:
+                raise ValueError("schema stands in the first entry alone")
             entry = cls(**{**record, "action": Action(record["action"])})
             changed = entry.hash != recorded or entry.line != text
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:

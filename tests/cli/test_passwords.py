@@ -25,8 +25,21 @@ URL = f"postgresql+psycopg://lab:{SECRET}@no.such.host.invalid/mybook"
         ["rebuild", "--book", "book", URL],
         ["rebuild", f"--databse={URL}"],
         ["init", "new", "--as", "Ada Nwosu", "--database", f"postgresql+psycopg://h.invalid/x?password={SECRET}"],
+        ["rebuild", "--database", f"postgres:/lab:{SECRET}@h/mybook"],
+        ["rebuild", "--database", f"host=h user=lab password={SECRET}"],
     ],
-    ids=["of no driver", "of another book", "mysql", "unknown driver", "port", "argument", "option", "as an option"],
+    ids=[
+        "of no driver",
+        "of another book",
+        "mysql",
+        "unknown driver",
+        "port",
+        "argument",
+        "option",
+        "as an option",
+        "one slash",
+        "as libpq",
+    ],
 )
 def test_no_message_has_it(fresh: SmallBook, words: list[str]) -> None:
     at = fresh.folder.parent if words[0] == "init" or "--book" in words else fresh.folder

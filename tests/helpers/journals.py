@@ -50,7 +50,7 @@ def renumbered(entries: Sequence[Entry]) -> list[Entry]:
                 one,
                 seq=seq,
                 prev_hash=forged[-1].hash if forged else GENESIS,
-                schema=JOURNAL_SCHEMA if seq == 1 else None,
+                schema=JOURNAL_SCHEMA if seq == 1 else one.schema if one.schema != JOURNAL_SCHEMA else None,
             )
         )
     return forged

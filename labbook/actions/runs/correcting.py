@@ -348,6 +348,10 @@ def _instant(name: str, text: str) -> str:
     return moment.astimezone(datetime.UTC).isoformat().replace("+00:00", "Z")
 
 
+_LARGEST = 1e15
+"""Beyond, squares and sums of a report would overflow."""
+
+
 def number_value(name: str, text: str, column: sa.Column[Any]) -> float | int:
     """Read a number as its column stores it: whole, or finite."""
     try:
@@ -355,8 +359,12 @@ def number_value(name: str, text: str, column: sa.Column[Any]) -> float | int:
     except ValueError:
         raise UsageError(f"{name}={text} is not a number: write it with a decimal point, for example 720.") from None
     if isinstance(column.type, Real):
-        if math.isfinite(value):
+        if abs(value) < _LARGEST:
             return value
+        if math.isfinite(value):
+            raise UsageError(
+                f"{name}={text} is beyond {_LARGEST:g}, as nothing that is measured: check number and unit."
+            )
     elif value.is_integer():
         whole = int(text) if _DIGITS.fullmatch(text) else int(value)
         if -(2**63) <= whole < 2**63:

@@ -94,7 +94,8 @@ def scatter_in_steps(
     squares = 0.0
     for places in blocks.values():
         mean = math.fsum(joules[place] for place in places) / len(places)
-        squares += math.fsum(((joules[place] - mean) / step_j[place]) ** 2 for place in places)
+        steps = [(joules[place] - mean) / step_j[place] for place in places]
+        squares += math.fsum(away * away for away in steps)
     return math.sqrt(squares / df)
 
 

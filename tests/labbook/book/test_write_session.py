@@ -107,6 +107,11 @@ def test_what_the_tables_refuse_leaves_nothing_of_the_command(book: SmallBook) -
                 "jumps_made=1e300 cannot be stored: a whole number goes from",
                 lambda session: correct(standing, session, "r001", ["jumps_made=1e300"], "typed wrong"),
             ),
+            (
+                UsageError,
+                "duration_s=1e300 is beyond",
+                lambda session: correct(standing, session, "r001", ["duration_s=1e300"], "typed wrong"),
+            ),
         ):
             refused(standing, kind, says, state)
 

@@ -106,12 +106,23 @@ def test_none_is_rebuilt_or_called_whole(forged: SmallBook) -> None:
     refuses_it(lambda: rebuilt(forged))
 
 
-@pytest.mark.parametrize("said", [{"runs": 5}, {"runs": [5]}, {}])
+PLAN = {"action": Action.DECLARE, "entity_kind": "plan", "entity_uid": "p1"}
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        {**PLAN, "new": {"runs": 5}},
+        {**PLAN, "new": {"runs": [5]}},
+        {**PLAN, "new": {}},
+        {"action": NOTE, "entity_kind": "note", "entity_uid": "n1", "new": {"text": "a word"}, "schema": 7},
+    ],
+)
 def test_none_that_waits_is_applied(said: Mapping[str, Any], tmp_path: Path) -> None:
     book = small_book(tmp_path / "book")
     with book.open() as standing:
         entries = in_file(standing)
-        forged = replace(entries[-1], seq=0, action=Action.DECLARE, entity_kind="plan", entity_uid="p1", new=said)
+        forged = replace(entries[-1], seq=0, old=None, **said)
         lines = [entry.line for entry in renumbered([*entries, forged])]
         book.journal.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
         refuses_it(lambda: state(standing, note, "a word"))
