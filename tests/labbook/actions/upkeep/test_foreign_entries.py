@@ -115,14 +115,15 @@ PLAN = {"action": Action.DECLARE, "entity_kind": "plan", "entity_uid": "p1"}
         {**PLAN, "new": {"runs": 5}},
         {**PLAN, "new": {"runs": [5]}},
         {**PLAN, "new": {}},
-        {"action": NOTE, "entity_kind": "note", "entity_uid": "n1", "new": {"text": "a word"}, "schema": 7},
+        {"entity_uid": "n1", "schema": 7},
     ],
 )
 def test_none_that_waits_is_applied(said: Mapping[str, Any], tmp_path: Path) -> None:
     book = small_book(tmp_path / "book")
     with book.open() as standing:
+        state(standing, note, "the last word")
         entries = in_file(standing)
-        forged = replace(entries[-1], seq=0, old=None, **said)
+        forged = replace(entries[-1], **said)
         lines = [entry.line for entry in renumbered([*entries, forged])]
         book.journal.write_text("".join(f"{line}\n" for line in lines), encoding="utf-8")
         refuses_it(lambda: state(standing, note, "a word"))
