@@ -73,7 +73,8 @@ def plan(
     return Shown(
         done,
         [
-            f"{done.runs} runs on {done.days} days, {done.controls} of them controls, {done.idle} idle.",
+            f"{done.runs} runs on {done.days} day{'' if done.days == 1 else 's'}, {done.controls} of them controls, "
+            f"{done.idle} idle.",
             *_tested(done),
             *_looks(done),
             f"{done.sheet} to fill in, {done.printed} to print; then `labbook runs import {done.sheet}`.",

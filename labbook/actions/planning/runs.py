@@ -297,8 +297,9 @@ def _refuse_seed_in_use(plans: Sequence[OpenPlan], seed: int) -> None:
     left = sum(len(plan.to_be_made) for plan in plans if plan.seed == seed)
     if left:
         raise UsageError(
-            f"a plan with seed {seed} has {left} run{'' if left == 1 else 's'} still to be made: give another seed, or "
-            f'withdraw that plan first with `labbook plan --withdraw --seed {seed} --why "..."`.'
+            f"a plan with seed {seed} has {left} run{'' if left == 1 else 's'} still to be made: its sheet is written "
+            f"again by `labbook plan --sheet --seed {seed}`; for other runs give another seed, or withdraw that plan "
+            f'first with `labbook plan --withdraw --seed {seed} --why "..."`.'
         )
 
 
