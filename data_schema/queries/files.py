@@ -764,7 +764,9 @@ LOST = "raw_copy_lost"
 """The rule of a file whose raw copy could not be read when the database was made."""
 
 
-def lost_copies(connection: sa.Connection) -> frozenset[str]:
-    """Return the SHA-256 of the files without whose raw copies the database was made."""
+def lost_copies(connection: sa.Connection, sha256: str | None = None) -> frozenset[str]:
+    """Return the SHA-256 of the files without whose raw copies the database was made, all or whether one is so."""
     query = sa.select(ingest.c.sha256).join(finding, finding.c.ingest == ingest.c.id).where(finding.c.rule == LOST)
+    if sha256 is not None:
+        query = query.where(ingest.c.sha256 == sha256)
     return frozenset(connection.execute(query).scalars())

@@ -12,7 +12,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, nearest
-from data_schema.queries.study import factors
+from data_schema.queries.study import condition_levels, factors
 from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.design import condition, condition_level, day, factor, level, planned_run
 from data_schema.tables.equipment import battery, robot
@@ -58,20 +58,6 @@ class RunRow:
     jumps_made: int
     starts: int
     planned: bool
-
-
-def condition_levels(connection: sa.Connection) -> dict[int, dict[str, str]]:
-    """Return, for every condition's key, its levels by factor name."""
-    found: dict[int, dict[str, str]] = {}
-    query = (
-        sa.select(condition_level.c.condition, factor.c.name, level.c.label)
-        .join(factor, condition_level.c.factor == factor.c.id)
-        .join(level, condition_level.c.level == level.c.id)
-        .order_by(condition_level.c.condition, factor.c.id)
-    )
-    for key, name, label in connection.execute(query):
-        found.setdefault(key, {})[name] = label
-    return found
 
 
 def condition_columns(connection: sa.Connection) -> dict[str, dict[str, Any]]:

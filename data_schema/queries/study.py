@@ -213,6 +213,20 @@ def open_plans(connection: sa.Connection) -> list[OpenPlan]:
     return [OpenPlan(*key, tuple(left), tuple(done)) for key, (left, done) in found.items() if left]
 
 
+def condition_levels(connection: sa.Connection) -> dict[int, dict[str, str]]:
+    """Return, for every condition's key, its levels by factor name."""
+    found: dict[int, dict[str, str]] = {}
+    query = (
+        sa.select(condition_level.c.condition, factor.c.name, level.c.label)
+        .join(factor, condition_level.c.factor == factor.c.id)
+        .join(level, condition_level.c.level == level.c.id)
+        .order_by(condition_level.c.condition, factor.c.id)
+    )
+    for key, name, label in connection.execute(query):
+        found.setdefault(key, {})[name] = label
+    return found
+
+
 @dataclass(frozen=True, slots=True)
 class PlannedEntry:
     """One run of a plan as it is stated; `levels` are those of its condition by factor, None of an idle run."""
@@ -229,15 +243,7 @@ def stated_plan(connection: sa.Connection, seed: int) -> tuple[PlanMethod, list[
     found = connection.execute(last).first()
     if found is None:
         return None
-    levels: dict[int, dict[str, str]] = {}
-    of_conditions = (
-        sa.select(condition_level.c.condition, factor.c.name, level.c.label)
-        .join(factor, condition_level.c.factor == factor.c.id)
-        .join(level, condition_level.c.level == level.c.id)
-        .order_by(factor.c.id)
-    )
-    for key, name, label in connection.execute(of_conditions):
-        levels.setdefault(key, {})[name] = label
+    levels = condition_levels(connection)
     runs = sa.select(planned_run).where(planned_run.c.plan == found.id).order_by(planned_run.c.position)
     return PlanMethod(found.method), [
         PlannedEntry(row.name, row.day_number, row.block, None if row.condition is None else levels[row.condition])

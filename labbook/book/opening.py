@@ -26,8 +26,15 @@ from data_schema.journal import canonical
 from data_schema.journal_file import JournalFile
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.files import imported_names
-from data_schema.queries.runs import condition_levels
-from data_schema.queries.study import conditions_by_key, config_in_force, day_uids, person_uid, planned_runs, the_study
+from data_schema.queries.study import (
+    condition_levels,
+    conditions_by_key,
+    config_in_force,
+    day_uids,
+    person_uid,
+    planned_runs,
+    the_study,
+)
 from data_schema.schema import SCHEMA, schema_of
 from data_schema.vocabulary import Action
 from ingest.store import Store

@@ -182,8 +182,7 @@ def write_session_of(engine: sa.Engine, store: Store, mirror: JournalFile, perso
             raise
         # the database may or may not have committed; the file is never taken back, for it must not be behind
         raise type(error)(
-            f"{error} What was said stands in journal.jsonl already: do not say it again, the next command applies it. "
-            "Files may be given again: those that are there are passed over."
+            f"{error} What was said stands in journal.jsonl already: do not say it again, the next command applies it."
         ) from error
 
 

@@ -9,7 +9,7 @@ import typer
 if TYPE_CHECKING:
     from labbook.book.opening import Book
 
-from data_schema.errors import UsageError
+from data_schema.errors import BookError, UsageError
 from data_schema.vocabulary import IngestStatus
 from labbook.cli.common import AsOption, BookOption, opened
 from labbook.cli.declaring import Declared
@@ -107,6 +107,12 @@ def ingest(
                         said = (MADE_ANEW, *known.messages)
                         outcomes[place] = replace(known, name=lost.name, raw_restored=lost.raw_restored, messages=said)
             taken = [*map(Taken, outcomes, rig_lines_of(opened_book, outcomes), missing_heights(opened_book, outcomes))]
+        except BookError as error:
+            if not many:
+                raise
+            raise type(error)(
+                f"{error} Then give all of these files again: those that are there stay as they are."
+            ) from error
         finally:  # finished files are printed, also where Ctrl-C or a full disk stopped the others
             if outcomes and not for_program():
                 told = taken or [*map(Taken, outcomes)]

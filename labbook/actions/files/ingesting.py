@@ -193,7 +193,7 @@ def _known(
 ) -> FileOutcome:
     """Say what became of bytes that the book has."""
     with book.reading() as connection:
-        was_lost = sha256 in lost_copies(connection)
+        was_lost = bool(lost_copies(connection, sha256))
     if was_lost:
         outcome = FileOutcome(own_name(path), sha256, IngestStatus.DUPLICATE, runs=first.runs, first=first)
         declared = ("what is declared is not heeded before that.",) if request.options or request.run else ()

@@ -125,7 +125,7 @@ def reread(book: Book, row: ReadingRow, request: RereadRequest) -> Reread:
     if not request.afresh:
         request = replace(request, options=with_declared(json.loads(row.options_json), request.options))
     with book.reading() as connection:
-        if row.sha256 in lost_copies(connection):
+        if lost_copies(connection, row.sha256):
             mend = "run `labbook rebuild`, which has it now, first."
             if not book.store.has_raw(row.sha256):
                 mend = "give the original file to `labbook ingest`, which reads it again."
