@@ -25,7 +25,7 @@ from sqlalchemy import event
 from sqlalchemy.exc import DBAPIError, OperationalError
 
 from data_schema.disk import refuse_network_drive
-from data_schema.errors import BookBusy, BookDamaged, BookReadOnly, UsageError
+from data_schema.errors import BookBusy, BookDamaged, BookReadOnly, UsageError, disk_full
 
 BUSY_TIMEOUT_S = 10.0
 POSTGRES_SCHEMA = "labbook"
@@ -146,16 +146,33 @@ def translated_errors() -> Iterator[None]:
     """Turn a database's errors about locks, damage and absence into labbook's own."""
     try:
         yield
-    except (OperationalError, sqlite3.OperationalError) as error:
-        original = error.orig if isinstance(error, OperationalError) else error
+    except (DBAPIError, sqlite3.DatabaseError) as error:
+        original = error.orig if isinstance(error, DBAPIError) else error
         text = str(original).lower()
+        if isinstance(original, sqlite3.DatabaseError) and ("malformed" in text or "not a database" in text):
+            raise BookDamaged(
+                f"the database is damaged ({original}): keep the file, and run `labbook rebuild` to make it "
+                "anew from the raw copies and the journal."
+            ) from error
+        if getattr(original, "sqlstate", None) in NOT_ALLOWED:
+            first_line = str(original).strip().partition("\n")[0]
+            raise BookReadOnly(
+                f"this role of the database may not do that ({first_line}): ask who owns its tables "
+                "for the right, or give the command as a role that has it."
+            ) from error
+        if not isinstance(error, OperationalError | sqlite3.OperationalError):
+            raise
         if any(word in text for word in ("locked", "busy", "lock timeout", "deadlock")):
             raise BookBusy(
                 "another program is writing to the book and did not finish in time: wait until it has finished, or "
                 "close it, and try again."
             ) from error
-        if "disk is full" in text or "disk i/o" in text:
-            raise BookDamaged(f"the disk refused to write ({original}): free space on it and try again.") from error
+        if "disk is full" in text:
+            raise BookDamaged(disk_full()) from error
+        if "disk i/o" in text:
+            raise BookDamaged(
+                f"the disk did not write or read the database ({original}): check it, and give the command again."
+            ) from error
         if "readonly" in text or "unable to open" in text:
             kind, what = (BookReadOnly, "written") if "readonly" in text else (BookDamaged, "opened")
             raise kind(
@@ -168,26 +185,6 @@ def translated_errors() -> Iterator[None]:
             ) from error
         message = " ".join(str(original).split())
         raise BookDamaged(f"the database did not answer: {message}; check that it runs.") from error
-    except DBAPIError as error:
-        if getattr(error.orig, "sqlstate", None) in NOT_ALLOWED:
-            raise BookReadOnly(
-                f"this role of the database may not do that ({_first_line(error.orig)}): ask who owns its tables "
-                "for the right, or give the command as a role that has it."
-            ) from error
-        if isinstance(error.orig, sqlite3.DatabaseError) and _is_damage(str(error.orig)):
-            raise BookDamaged(
-                f"the database is damaged ({error.orig}): keep the file, and run `labbook rebuild` to make it "
-                "anew from the raw copies and the journal."
-            ) from error
-        raise
-
-
-def _first_line(error: object) -> str:
-    return str(error).strip().partition("\n")[0]
-
-
-def _is_damage(text: str) -> bool:
-    return "malformed" in text or "not a database" in text
 
 
 def _may_write(path: Path) -> bool:

@@ -11,6 +11,7 @@
         ├── BookVersion       3  has another schema, or was made by another program
         └── BookDamaged       3  what is stored contradicts itself
 
+A disk that is full or fails is not the user's fault: 3, be it the book's or that of what is written beside it.
 The message is one sentence: what was given, what is allowed or nearest, what to do.
 """
 
@@ -87,6 +88,11 @@ class BookVersion(BookError):
 
 class BookDamaged(BookError):
     """What is stored contradicts itself."""
+
+
+def disk_full(path: str = "") -> str:
+    """Return the sentence for a disk that has no room for a file."""
+    return f"the disk{f' of {path}' if path else ''} is full: make room on it, and give the command again."
 
 
 SHORTENED = 3

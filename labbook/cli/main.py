@@ -7,6 +7,7 @@ command from text whenever labbook starts, which takes a tenth of the start.
 from __future__ import annotations
 
 import contextlib
+import errno
 import functools
 import gc
 import json
@@ -21,7 +22,7 @@ from typing import Any, NoReturn
 import typer.main
 from typer.core import TyperGroup
 
-from data_schema.errors import LabbookError, without_passwords
+from data_schema.errors import LabbookError, disk_full, without_passwords
 from labbook.cli.common import as_command
 from labbook.terminal import printable_json, say
 
@@ -213,9 +214,13 @@ def explain_error(error: Exception) -> tuple[str, int]:
     match error:
         case LabbookError():
             return str(error), error.exit_code
+        case OSError(errno=errno.ENOSPC | errno.EDQUOT):
+            return disk_full(error.filename or ""), 3
         case OSError():
             where = f" {error.filename}" if error.filename else ""
-            return f"{error.strerror or error}{where}: check the path, its permissions and the disk.", 2
+            failed = error.errno == errno.EIO
+            check = "the disk" if failed else "the path, its permissions and the disk"
+            return f"{error.strerror or error}{where}: check {check}.", 3 if failed else 2
         case typer.TyperException():
             command = getattr(getattr(error, "ctx", None), "command_path", "labbook")
             message = without_passwords(" ".join(_formatted(error).split()).rstrip("."))

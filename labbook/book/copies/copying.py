@@ -113,9 +113,7 @@ def _naming(target: Path) -> Iterator[None]:
         yield
     except OSError as error:
         if error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG):
-            raise OSError(
-                error.errno, f"{error.strerror}, give the command again when there is room", target
-            ) from error
+            raise OSError(error.errno, error.strerror, target) from error
         raise
 
 

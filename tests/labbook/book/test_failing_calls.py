@@ -134,6 +134,7 @@ def faults(trial: Trial, calls: Iterable[Call], error: int, log: Path, commands:
     [
         ("correct", errno.ENOSPC, "fsync .*/journal.jsonl"),
         ("init", errno.EIO, "read .*/.labbook.db.*-wal"),
+        ("init", errno.EIO, "read .*/.labbook.db.[0-9a-f]*"),
         ("ingest", errno.EACCES, "opendir .*/charger"),
     ],
 )
