@@ -76,8 +76,9 @@ class Rebuilt:
     """How many entries were applied, where the old database is kept, and what differs from before.
 
     `left_out` is what stands at the end of the journal file and is no complete command. `altered` are the first of the
-    `n_altered` rows of the old database that were not what labbook had written there. `lost_views` are of a lab's own
-    and could not be made again. `n_lost` raw copies could not be read: `differences` say which files wait for them.
+    `n_altered` rows of the old database that were not what labbook had written there. `left_behind` are a lab's own
+    tables and views that the old database alone has. `n_lost` raw copies could not be read: `differences` say which
+    files wait for them.
     """
 
     entries: int
@@ -86,7 +87,7 @@ class Rebuilt:
     left_out: LeftOut
     n_altered: int = 0
     altered: tuple[AlteredRow, ...] = ()
-    lost_views: tuple[str, ...] = ()
+    left_behind: tuple[str, ...] = ()
     n_lost: int = 0
 
     @property
@@ -95,8 +96,8 @@ class Rebuilt:
         found = [*self.differences.sentences, *(rows.sentence for rows in self.altered)]
         if self.n_altered > len(self.altered):
             found.append(f"{self.n_altered - len(self.altered)} more were altered in the old database.")
-        if self.lost_views:
-            found.append(f"views of your own could not be made again: {', '.join(self.lost_views)}.")
+        if self.left_behind:
+            found.append(f"of what you made yourselves the old database alone has {', '.join(self.left_behind)}.")
         return [*found, *([self.left_out.sentence] if self.left_out.sentence else [])]
 
 
@@ -135,10 +136,10 @@ def rebuild_database(
         lost = unreadable_copies(store, mirror) if may_lack is None or may_lack else frozenset()
         lost = lost if may_lack is None else lost & may_lack
         replay = Replay(store, mirror, step, lost=lost)
-        lost_views: list[str] = []
+        left_behind: list[str] = []
         try:
             if url is None:
-                old, lost_views = _rebuild_sqlite(folder, replay)
+                old, left_behind = _rebuild_sqlite(folder, replay)
             else:
                 old = replace_postgres(url, replay.apply_to, replay.finish)
         except BookDamaged as error:
@@ -161,8 +162,7 @@ def rebuild_database(
             altered = (0, ()) if old is None or moves else _altered(folder, store.root, url, old, connection, found)
     finally:
         engine.dispose()
-    views, n_lost = tuple(lost_views), len(lost)
-    return Rebuilt(len(replay.hashes), old, found, replay.left_out, *altered, lost_views=views, n_lost=n_lost)
+    return Rebuilt(len(replay.hashes), old, found, replay.left_out, *altered, tuple(left_behind), len(lost))
 
 
 def unreadable_copies(store: Store, mirror: JournalFile) -> frozenset[str]:
@@ -193,8 +193,8 @@ def _altered(
 
 
 def _rebuild_sqlite(folder: Path, replay: Replay) -> tuple[str | None, list[str]]:
-    """Return under which name the old database is kept, and which views in it could not be made again."""
-    lost: list[str] = []
+    """Return under which name the old database is kept, and what of a lab's own it alone has."""
+    left: list[str] = []
     remove_leftovers(folder)
     path, fresh = folder / DATABASE, folder / f".{DATABASE}.rebuild.{secrets.token_hex(4)}"
     try:
@@ -211,33 +211,36 @@ def _rebuild_sqlite(folder: Path, replay: Replay) -> tuple[str | None, list[str]
                 replay.finish(last, head_of_sqlite(path))
             finally:
                 last.dispose()
-            lost.extend(_take_over_views(path, fresh))
+            left.extend(_take_over_views(path, fresh))
             sync(fresh)
 
-        return replace_sqlite(folder, fresh, finish), lost
+        return replace_sqlite(folder, fresh, finish), left
     finally:
         remove_leftovers(folder)
 
 
 def _take_over_views(path: Path, fresh: Path) -> list[str]:
-    """Make the views that a lab made in the old database in the new one, too; returns names of those that cannot be.
+    """Make the views that a lab made in the old database in the new one, too; returns tables and views left behind.
 
-    None is taken over from a database that is too damaged.
+    None is taken over from a database that is too damaged. A table's rows follow from nothing in the journal.
     """
-    lost: list[str] = []
+    left: list[str] = []
     with contextlib.suppress(sqlite3.DatabaseError):
         if not path.exists():
-            return lost
+            return left
         with contextlib.closing(_connect(path)) as old, contextlib.closing(_connect(fresh)) as new:
-            views = old.execute("SELECT name, sql FROM sqlite_master WHERE type = 'view' ORDER BY rowid").fetchall()
-            for name, statement in views:
-                if name in VIEWS:
+            made = old.execute(
+                "SELECT name, type, sql FROM sqlite_master WHERE type IN ('table', 'view') ORDER BY rowid"
+            )
+            for name, kind, statement in made.fetchall():
+                if name in VIEWS or name in METADATA.tables or name.startswith("sqlite_"):
                     continue
-                try:
-                    new.execute(statement)
-                except sqlite3.Error:
-                    lost.append(name)
-    return lost
+                with contextlib.suppress(sqlite3.Error):
+                    if kind == "view":
+                        new.execute(statement)
+                        continue
+                left.append(f"{kind} {name}")
+    return left
 
 
 def rewrite_journal(folder: Path) -> int:

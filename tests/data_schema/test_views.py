@@ -112,9 +112,10 @@ def test_ones_own_views_are_there_after_a_rebuild(tmp_path: Path) -> None:
     at = small_book(tmp_path).folder
     with contextlib.closing(sqlite3.connect(at / "labbook.db")) as connection:
         connection.execute("CREATE VIEW mine AS SELECT run, jumps_made FROM v_run WHERE kind = 'jumps'")
+        connection.execute("CREATE TABLE shoe_sizes AS SELECT name FROM run")
         connection.commit()
     before = queried(at, "SELECT * FROM mine")
-    good(labbook("rebuild", at=at))
+    says(good(labbook("rebuild", at=at)).out, "table shoe_sizes")
     assert queried(at, "SELECT * FROM mine") == before
     good(labbook("db", "check", at=at))
 

@@ -21,7 +21,7 @@ from data_schema.errors import BookDamaged, LabbookError, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import HeldEntries, JournalFile
 from data_schema.journal_rules import checked
-from ingest.store import Store
+from ingest.store import Store, raw_path
 from labbook.book.copies.copying import (
     CopiedRaw,
     Counted,
@@ -120,7 +120,14 @@ def back_up(folder: Path, destination: Path, counted: Counted) -> Backup:
             )
         if (destination / JOURNAL).exists() and known is None:
             remarks.append("the journal in the backup was damaged and is written anew: is that disk failing?")
-        raw = copy_raw(store, Store(destination), raw_of(entries), counted)
+        wanted = raw_of(entries)
+        raw = copy_raw(store, Store(destination), wanted, counted)
+        lacking = [raw_path(one) for one in wanted if not (store.root / raw_path(one)).exists()]
+        if lacking and not raw.problems:
+            remarks.append(
+                f"the book lacks {len(lacking)} of the raw copies that are in this backup ({lacking[0]}): copy them "
+                f"from {destination} to {store.root}, then run `labbook db check`."
+            )
         remarks += bring_numbers(store.root, destination, entries)
         outside = put_scene(destination, configuration)
         if outside is not None:

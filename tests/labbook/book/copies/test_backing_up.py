@@ -95,9 +95,9 @@ def test_what_the_book_lacks_is_named_and_the_backup_before_stays(whole: SmallBo
     say(whole, "later")
     lost = min(whole.folder.glob("raw/*/*.zst"))
     lost.unlink()
-    assert (
-        backed_up(whole.folder, destination).raw.problems == ()
-    )  # the copy in the backup is whole: nothing is missing there
+    done = backed_up(whole.folder, destination)
+    assert done.raw.problems == ()  # the copy in the backup is whole: nothing is missing there
+    says(done.remarks, lost.name)
     (destination / lost.relative_to(whole.folder)).unlink()
     say(whole, "later still")
     other = tmp_path / "other"
