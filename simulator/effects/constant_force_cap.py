@@ -9,7 +9,7 @@ from simulator.parameter import Parameter
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     cap = at("force_cap")
-    return {"cap_n": inner(lambda p, lever_m: p[cap])}
+    return {"cap_n": inner(lambda p, lever_m, driven_m_s: p[cap])}
 
 
 EFFECT = Effect(
@@ -17,7 +17,10 @@ EFFECT = Effect(
     meaning="the leg's force is at most a constant",
     source="thesis 3.3",
     parameters=(Parameter("force_cap", "drive", "N", "largest force of the leg", 1.0, 1e6),),
-    excludes={"torque_cap": "the leg's force has one cap: leave out constant_force_cap or torque_cap"},
+    excludes={
+        "torque_cap": "the leg's force has one cap: leave out constant_force_cap or torque_cap",
+        "voltage_cap": "the leg's force has one cap: leave out constant_force_cap or voltage_cap",
+    },
     publishes=("capped_time_s",),
     functions=_functions,
 )

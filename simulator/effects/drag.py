@@ -7,8 +7,7 @@ from numpy.typing import NDArray
 
 from simulator.compiled import Function, inner
 from simulator.effects.effect import Effect, Energy, ParameterIndex
-from simulator.effects.shared import MOTOR_RESISTANCE, TORQUE_CONSTANT
-from simulator.parameter import Parameter
+from simulator.effects.shared import MOTOR_RESISTANCE, TORQUE_CONSTANT, VELOCITY_CONSTANT
 
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
@@ -32,11 +31,7 @@ EFFECT = Effect(
     name="drag",
     meaning="electromechanical drag of the motors",
     source="thesis Eq. 3.5",
-    parameters=(
-        TORQUE_CONSTANT,
-        MOTOR_RESISTANCE,
-        Parameter("velocity_constant", "drive", "V s/rad", "voltage a motor needs for each rad/s", 1e-3, 10.0),
-    ),
+    parameters=(TORQUE_CONSTANT, MOTOR_RESISTANCE, VELOCITY_CONSTANT),
     energies=(Energy("drag", "electromechanical drag of the motors", 0, "motors' drag", singular=True),),
     derived=("drag_factor",),
     functions=_functions,

@@ -33,6 +33,7 @@ from simulator.effects import (
     short_leg_guard,
     torque_cap,
     touchdown_impact,
+    voltage_cap,
 )
 from simulator.effects.effect import Effect, Energy, Guard, State
 
@@ -58,6 +59,7 @@ EFFECTS: dict[str, Effect] = {
         short_leg_guard,
         constant_force_cap,
         torque_cap,
+        voltage_cap,
         contact_once_risen,
         held_gains_in_flight,
         massless_leg_in_flight,

@@ -18,6 +18,9 @@ CONE = (FOOT_RADIUS, CONE_ANGLE, MU)
 STALL_TORQUE = Parameter("stall_torque", "drive", "N m", "stall torque of one of the two motors", 0.05, 500.0)
 TORQUE_CONSTANT = Parameter("torque_constant", "drive", "N m/A", "torque a motor gives for each ampere", 1e-3, 10.0)
 MOTOR_RESISTANCE = Parameter("motor_resistance", "drive", "ohm", "winding resistance of a motor", 1e-3, 100.0)
+VELOCITY_CONSTANT = Parameter(
+    "velocity_constant", "drive", "V s/rad", "voltage a motor needs for each rad/s", 1e-3, 10.0
+)
 
 ACTIVE_DAMPING = Parameter(
     "b_ad", "controller", "kg/m", "active damping for each metre a second of the foot downwards", 0.0, 1e5

@@ -9,7 +9,7 @@ from simulator.effects.shared import STALL_TORQUE
 
 def _functions(at: ParameterIndex) -> dict[str, Function]:
     torque = at("stall_torque")
-    return {"cap_n": inner(lambda p, lever_m: 2.0 * p[torque] / lever_m), "cap_bends": inner(lambda: True)}
+    return {"cap_n": inner(lambda p, lever_m, driven_m_s: 2.0 * p[torque] / lever_m), "cap_bends": inner(lambda: True)}
 
 
 EFFECT = Effect(
@@ -17,7 +17,10 @@ EFFECT = Effect(
     meaning="the leg's force is at most what both motors hold at stall, at each leg length",
     source="thesis 3.2.1",
     parameters=(STALL_TORQUE,),
-    excludes={"constant_force_cap": "the leg's force has one cap: leave out constant_force_cap or torque_cap"},
+    excludes={
+        "constant_force_cap": "the leg's force has one cap: leave out constant_force_cap or torque_cap",
+        "voltage_cap": "the leg's force has one cap: leave out torque_cap or voltage_cap",
+    },
     publishes=("capped_time_s",),
     functions=_functions,
 )

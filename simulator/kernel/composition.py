@@ -77,8 +77,10 @@ class Composition:
 
     @property
     def follows(self) -> bool:
-        """Whether a foot may be light enough to follow the ground without inertia: on a platform that has none."""
-        return self.has("travel_m") and not self.has("platform_mass_kg")
+        """Whether a foot may be light enough to follow the ground without inertia: on a platform that has none, under a
+        force that depends on its speed as is commanded.
+        """
+        return self.has("travel_m") and not self.has("platform_mass_kg") and not self.has("cap_slows")
 
     @property
     def samples_speed(self) -> bool:
@@ -102,9 +104,8 @@ class Composition:
     @property
     def straight_ends_flight(self) -> bool:
         """Whether a leg that is straight in flight ends the jump: on hard ground, and where its speed is braked."""
-        return self.on("touchdown_impact") or (
-            self.on("cost_of_whole_jump") and any(energy.singular for energy in self.costs)
-        )
+        braked = self.on("cost_of_whole_jump") and any(energy.singular for energy in self.costs)
+        return self.on("touchdown_impact") or braked or (self.has("cap_slows") and not self.has("lever_m"))
 
     @property
     def guards(self) -> int:

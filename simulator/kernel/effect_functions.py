@@ -41,9 +41,10 @@ OF_FORCE = frozenset({"body_force_n", "body_held", "hold_guard", "body_stops", "
 
 SLOTS = (OF_FORCE - {"body_force_n"}).union(
     ("compression_damping_kg_s", "extension_damping_kg_s", "active_damping_kg_m", "cap_n", "cap_bends"),
-    ("lever_m", "cost_force_n", "cost_cap_n", "resistance_n", "resistance_slope_n_m", "quadratic_drag_kg_m"),
-    ("linear_drag_kg_s", "added_mass_kg", "added_mass_slope_kg_m", "travel_m", "platform_mass_kg"),
-    ("control_period_s", "guard_length_m", "switch_compression_m", "switch_speed_tolerance_m_s", "rest_tolerance_m"),
+    ("cap_slows", "lever_m", "cost_force_n", "cost_cap_n", "resistance_n", "resistance_slope_n_m"),
+    ("quadratic_drag_kg_m", "linear_drag_kg_s", "added_mass_kg", "added_mass_slope_kg_m", "travel_m"),
+    ("platform_mass_kg", "control_period_s", "guard_length_m", "switch_compression_m"),
+    ("switch_speed_tolerance_m_s", "rest_tolerance_m"),
 )
 """The slots of the kernel, each filled by at most one effect of a scene (docs/add-an-effect.md says what they give)."""
 

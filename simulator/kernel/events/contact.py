@@ -215,8 +215,11 @@ CREEP_WINDOW_S = 1e-3
 
 @inner
 def sign_beyond(force_n: float, most_n: float) -> float:
-    """Sign of a force that is larger than its cap, 0 where it is not."""
-    return 0.0 if abs(force_n) <= most_n else 1.0 if force_n > 0.0 else -1.0
+    """Sign of a force that is larger than its cap, 0 where it is not; twice it where the cap is below 0."""
+    if abs(force_n) <= max(most_n, 0.0):
+        return 0.0
+    sign = 1.0 if force_n > 0.0 else -1.0
+    return sign if most_n >= 0.0 else 2.0 * sign
 
 
 @made_once
@@ -257,7 +260,7 @@ def make_creeps(composition: Composition) -> Function:
     has_drag, drag_kg_m = composition.optional("quadratic_drag_kg_m")
     resistance_n = composition.slots["resistance_n"]
     damped, active = composition.has("compression_damping_kg_s"), composition.has("active_damping_kg_m")
-    linear = composition.on("linear_active_damping")
+    linear, slows = composition.on("linear_active_damping"), composition.has("cap_slows")
 
     @inner
     def own_force_n(work: Row, depth_m: float, sinking_m_s: float) -> float:
@@ -273,6 +276,8 @@ def make_creeps(composition: Composition) -> Function:
 
     @inner
     def creeps(work: Row, a_b: float, yielding_n: float) -> bool:
+        if slows and work[SATURATED] != 0.0:  # then the force depends on the foot's speed
+            return False
         depth_m = -work[NOW + X_FOOT]
         give_n_m = slope(work, depth_m)
         omega = math.sqrt(give_n_m / moved_mass_kg(work, depth_m))

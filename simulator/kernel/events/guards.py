@@ -59,7 +59,14 @@ from simulator.kernel.layout import (
     X_FOOT,
     YIELDS,
 )
-from simulator.kernel.mechanics.leg import make_apply, make_command, make_foot_margins, make_forces, make_lever
+from simulator.kernel.mechanics.leg import (
+    make_apply,
+    make_command,
+    make_foot_margins,
+    make_forces,
+    make_lever,
+    make_most,
+)
 from simulator.kernel.mechanics.motion import (
     make_body_acceleration,
     make_drive,
@@ -198,7 +205,8 @@ def make_creeping_guards(composition: Composition) -> Function:
 
     @inlined
     def following_guards(work: Row, row: int, place: int, length_m: float, applied_n: float) -> None:
-        resting_n = apply(work, lever(work, length_m), command(work, length_m, work[row + V_BODY], 0.0))
+        speed_m_s = work[row + V_BODY]
+        resting_n = apply(work, lever(work, length_m), speed_m_s, command(work, length_m, speed_m_s, 0.0))
         beyond_m = -work[row + X_FOOT] - travel_m(work)
         work[place + BOTTOMS] = beyond_m
         if beyond_m < 0.0:  # where the platform ends nothing yields, and a foot does not settle but bottoms
@@ -264,6 +272,39 @@ def beyond_cap(sign: float, force_n: float, most_n: float) -> float:
     return choose(sign == 0.0, abs(force_n) - most_n, most_n - sign * force_n) - KINK * most_n
 
 
+def make_cap_guards(composition: Composition) -> Function:
+    """Compose `(work, row, place, commanded_n, most_n)`: the force goes beyond its cap, or back; where the cap falls
+    with the leg's speed, also as it comes to 0, beyond which the motors give nothing, or back.
+    """
+    if not composition.has("cap_n"):
+        return nothing
+    if not composition.has("cap_slows"):
+
+        @inlined
+        def cap_guards(work: Row, row: int, place: int, commanded_n: float, most_n: float) -> None:
+            work[place + CAP_KINK] = beyond_cap(work[SATURATED], commanded_n, most_n)
+
+        return cap_guards
+    most, lever = make_most(composition), make_lever(composition)
+
+    @inlined
+    def slowing_cap_guards(work: Row, row: int, place: int, commanded_n: float, most_n: float) -> None:
+        length_m, speed_m_s = work[row + X_BODY] - work[row + X_FOOT], work[row + V_BODY] - work[row + V_FOOT]
+        arm_m, saturated = lever(work, length_m), work[SATURATED]
+        if saturated == 0.0:  # both ways, so that it is continuous where the force changes its sign
+            pull_n, push_n = max(most(work, arm_m, speed_m_s, 1.0), 0.0), max(most(work, arm_m, speed_m_s, -1.0), 0.0)
+            beyond_n = max(commanded_n - (1.0 + KINK) * pull_n, -commanded_n - (1.0 + KINK) * push_n)
+        else:
+            wanted_n = commanded_n if saturated > 0.0 else -commanded_n
+            most_n = most(work, arm_m, speed_m_s, saturated)
+            given = abs(saturated) == 1.0
+            beyond_n = max(most_n - wanted_n, -most_n) if given else max(most_n, -wanted_n)
+            beyond_n -= KINK * abs(wanted_n)
+        work[place + CAP_KINK] = beyond_n
+
+    return slowing_cap_guards
+
+
 def make_cost_guards(composition: Composition) -> Function:
     """Compose `(work, place, length_m, applied_n)`: the force goes beyond the cap of the cost, or back."""
     if not composition.has("cost_cap_n"):
@@ -310,7 +351,7 @@ def make_hold_guards(composition: Composition) -> Function:
 @made_once
 def make_guards(composition: Composition) -> Function:
     """Compose `(t, work, row, place)`; guards that cannot fire in the mode read -1."""
-    forces, capped = make_forces(composition), composition.has("cap_n")
+    forces, cap_guards = make_forces(composition), make_cap_guards(composition)
     flight_guards, contact_guards = make_flight_guards(composition), make_contact_guards(composition)
     reach_guards, cost_guards = make_reach_guards(composition), make_cost_guards(composition)
     release_guards, hold_guards = make_release_guards(composition), make_hold_guards(composition)
@@ -330,8 +371,7 @@ def make_guards(composition: Composition) -> Function:
             flight_guards(t, work, row, place)
         else:
             contact_guards(t, work, row, place, mode, applied_n)
-        if capped:
-            work[place + CAP_KINK] = beyond_cap(work[SATURATED], commanded_n, most_n)
+        cap_guards(work, row, place, commanded_n, most_n)
         cost_guards(work, place, length_m, applied_n)
         # on grains the controller waits for the ground
         if continuous and (not granular or (mode != FLIGHT and work[ASLEEP] == 0)):

@@ -67,7 +67,6 @@ from simulator.kernel.layout import (
     RELEASE_MISSED,
     RELEASED,
     RELEASES,
-    SATURATED,
     SETTLES,
     SLIDES,
     SPEED_UNIT,
@@ -205,14 +204,11 @@ def make_bottoms(composition: Composition, settle: Function) -> Function:
 
 def make_cap_turns(composition: Composition, settle: Function) -> Function:
     """The force reaches its cap or leaves it: `(work)`."""
-    forces, follows = make_forces(composition), composition.follows
+    note, follows = make_note_saturation(composition), composition.follows
 
     @inner
     def cap_turns(work: Row) -> None:
-        if work[SATURATED] == 0.0:
-            work[SATURATED] = 1.0 if forces(work, NOW)[0] > 0.0 else -1.0
-        else:
-            work[SATURATED] = 0.0
+        note(work)
         if follows and work[MODE] == CREEPING:
             settle(work)
 

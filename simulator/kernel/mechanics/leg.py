@@ -22,6 +22,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
+from simulator.kernel.working_row import choose
 from simulator.kinematics import lever_m
 from simulator.parameter import GRAVITY_M_S2
 
@@ -73,15 +74,34 @@ def make_command(composition: Composition) -> Function:
 
 
 @made_once
-def make_apply(composition: Composition) -> Function:
-    """Force that the motors apply for a commanded one, N: `(p, lever_m, commanded_n)`."""
+def make_most(composition: Composition) -> Function:
+    """Largest size of a force of this sign, N: `(work, lever_m, leg_speed_m_s, force_n)`; below 0 the motors give none.
+
+    A force in tension drives a leg that shortens.
+    """
     if not composition.has("cap_n"):
-        return inner(lambda work, lever_m, commanded_n: commanded_n)
+        return inner(lambda work, lever_m, speed_m_s, force_n: np.inf)
     cap_n = composition.slots["cap_n"]
 
     @inner
-    def apply(work: Row, lever_m: float, commanded_n: float) -> float:
-        most = cap_n(work, lever_m)
+    def most(work: Row, lever_m: float, speed_m_s: float, force_n: float) -> float:
+        return cap_n(work, lever_m, choose(force_n > 0.0, -speed_m_s, speed_m_s))
+
+    return most
+
+
+@made_once
+def make_apply(composition: Composition) -> Function:
+    """Force that the motors apply for a commanded one, N: `(p, lever_m, leg_speed_m_s, commanded_n)`."""
+    if not composition.has("cap_n"):
+        return inner(lambda work, lever_m, speed_m_s, commanded_n: commanded_n)
+    most_n, slows = make_most(composition), composition.has("cap_slows")
+
+    @inner
+    def apply(work: Row, lever_m: float, speed_m_s: float, commanded_n: float) -> float:
+        most = most_n(work, lever_m, speed_m_s, commanded_n)
+        if slows:
+            most = max(most, 0.0)
         return min(max(commanded_n, -most), most)
 
     return apply
@@ -117,15 +137,15 @@ AT_REST = 1e-12
 def make_forces(composition: Composition) -> Function:
     """Commanded and applied force of the leg, and its cap, N: `(work, row)`."""
     lever, command, apply = make_lever(composition), make_command(composition), make_apply(composition)
-    capped, cap_n = composition.optional("cap_n")
+    most = make_most(composition)
 
     @inner
     def forces(work: Row, row: int) -> tuple[float, float, float]:
-        length_m = work[row + X_BODY] - work[row + X_FOOT]
+        length_m, speed_m_s = work[row + X_BODY] - work[row + X_FOOT], work[row + V_BODY] - work[row + V_FOOT]
         arm_m = lever(work, length_m)
-        commanded_n = command(work, length_m, work[row + V_BODY] - work[row + V_FOOT], work[row + V_FOOT])
-        most_n = cap_n(work, arm_m) if capped else np.inf
-        return commanded_n, apply(work, arm_m, commanded_n), most_n
+        commanded_n = command(work, length_m, speed_m_s, work[row + V_FOOT])
+        most_n = most(work, arm_m, speed_m_s, commanded_n)
+        return commanded_n, apply(work, arm_m, speed_m_s, commanded_n), most_n
 
     return forces
 

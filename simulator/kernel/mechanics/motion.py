@@ -39,7 +39,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
-from simulator.kernel.mechanics.leg import make_apply, make_command, make_lever
+from simulator.kernel.mechanics.leg import make_apply, make_command, make_lever, make_most
 from simulator.parameter import GRAVITY_M_S2
 
 
@@ -234,7 +234,7 @@ def make_speed(composition: Composition) -> Function:
         drag, damping = quadratic_kg_m(work, depth_m), linear_kg_s(work)
         sinking = _root(curved + drag, sloped + damping, still_n + ground_n)
         if has_cap:
-            most_n = cap_n(work, lever(work, length_m))
+            most_n = cap_n(work, lever(work, length_m), 0.0)
             force_n = still_n + (sloped + curved * sinking) * sinking
             if abs(force_n) > most_n:
                 sinking = _root(drag, damping, math.copysign(most_n, force_n) + ground_n)
@@ -258,7 +258,7 @@ def make_follow_platform(composition: Composition) -> Function:
         sinking = speed(work, x_b, v_b, x_f, 0.0)
         force_n = command(work, x_b - x_f, v_b + sinking, -sinking)
         if has_cap:
-            most_n = cap_n(work, lever(work, x_b - x_f))
+            most_n = cap_n(work, lever(work, x_b - x_f), 0.0)
             force_n = min(max(force_n, -most_n), most_n)
         a_b = accelerate(CREEPING, work, row, force_n)
         moved_m, faster_m_s = NUDGE_S * v_b, NUDGE_S * a_b
@@ -422,7 +422,7 @@ def make_rates(composition: Composition, *, creeping: bool = True) -> Function:
         length_m, speed_m_s = x_b - x_f, v_b - v_f
         lever_arm_m = lever(work, length_m)
         commanded_n = command(work, length_m, speed_m_s, v_f)
-        applied_n = apply(work, lever_arm_m, commanded_n)
+        applied_n = apply(work, lever_arm_m, speed_m_s, commanded_n)
         a_b = accelerate(mode, work, row, applied_n)
         sinking, a_f, loss_w, grain_w, reset_w = -v_f, 0.0, 0.0, 0.0, 0.0
         if forced:
@@ -485,7 +485,7 @@ def make_creep(composition: Composition) -> Function:
 def make_force_rate(composition: Composition) -> Function:
     """Rate of the applied force while the foot rests, N/s: `(work, length_m, v_b, a_b)`."""
     lever, command = make_lever(composition), make_command(composition)
-    (has_cap, cap_n), bends = composition.optional("cap_n"), composition.has("cap_bends")
+    has_cap, most, bends = composition.has("cap_n"), make_most(composition), composition.has("cap_bends")
     nudge_m = 1e-6
 
     @inner
@@ -493,11 +493,11 @@ def make_force_rate(composition: Composition) -> Function:
         nudge_s = 1e-6
         before_n = command(work, length_m, v_b, 0.0)
         if has_cap:
-            most_n = cap_n(work, lever(work, length_m))
+            most_n = most(work, lever(work, length_m), v_b, before_n)
             if abs(before_n) >= most_n:
                 if bends:
-                    ahead_n = cap_n(work, lever(work, length_m + nudge_m))
-                    behind_n = cap_n(work, lever(work, length_m - nudge_m))
+                    ahead_n = most(work, lever(work, length_m + nudge_m), v_b, before_n)
+                    behind_n = most(work, lever(work, length_m - nudge_m), v_b, before_n)
                     rate = (ahead_n - behind_n) / (2.0 * nudge_m) * v_b
                     return rate if before_n > 0.0 else -rate
                 return 0.0

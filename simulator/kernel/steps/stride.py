@@ -59,6 +59,7 @@ from simulator.kernel.limits import (
     LONGEST_FLIGHT_S,
     LONGEST_STANCE_S,
 )
+from simulator.kernel.mechanics.leg import make_lever
 from simulator.kernel.mechanics.motion import make_moved_mass, make_rates
 from simulator.kernel.steps.attempt import (
     interpolate,
@@ -96,11 +97,15 @@ def make_damping_rate(composition: Composition) -> Function:
     has_quadratic, quadratic = composition.optional("quadratic_drag_kg_m")
     has_linear, drag_kg_s = composition.optional("linear_drag_kg_s")
     product, follows = active and sampled and not linear, active and not sampled
+    slows, cap_n, lever = composition.has("cap_slows"), composition.slot("cap_n"), make_lever(composition)
     moved_mass_kg = make_moved_mass(composition)
 
     @inner
     def of_leg(work: Row, mode: float) -> float:
         damping = 0.0 * work[STIFFNESS]
+        if slows and abs(work[SATURATED]) == 1.0:
+            arm_m = lever(work, work[NOW + X_BODY] - work[NOW + X_FOOT])
+            return cap_n(work, arm_m, 0.0) - cap_n(work, arm_m, 1.0)
         if held and mode != FLIGHT and work[ASLEEP] == 0:
             return damping
         if damped:
