@@ -196,7 +196,7 @@ def has_error_bars(kernel: Kernel, table: Row) -> list[tuple[str, ...]]:
 
 CHOICES = (
     ("", "active_damping", "active_damping", "scaled_active_damping"),
-    ("", "constant_force_cap", "torque_cap"),
+    ("", "constant_force_cap", "torque_cap", "voltage_cap"),
     ("", "held_gains_in_flight", "massless_leg_in_flight"),
 )
 """Effects of which one at most is on, "" for none; of all others but those of hard ground each is on or off."""
