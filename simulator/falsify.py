@@ -89,13 +89,15 @@ class Judged:
     """What was found of grounds: their `verdict`, shape (grounds,), and the `saving`, (CE - AD) / CE, NaN where apart.
 
     `stiffness` (N/m), shape (2, grounds), is that of the extension of CE and of AD; `slope` (J/m) what height costs
-    with the controller that was changed.
+    with the controller that was changed; `stiffer` whether it does not jump with the scene's stiffness, and got more:
+    the saving jumps where that begins.
     """
 
     verdict: NDArray[np.int64]
     saving: Row
     stiffness: Row
     slope: Row
+    stiffer: Flags
 
 
 @dataclass(frozen=True, slots=True)
@@ -328,7 +330,8 @@ class _Rig:
         table[:, [self.names.index(name) for name in names]] = points
         size = len(points)
         if refused.all():
-            return Judged(np.full(size, REFUSED), np.full(size, np.nan), np.full((2, size), np.nan), np.zeros(size))
+            nothing = np.full(size, np.nan)
+            return Judged(np.full(size, REFUSED), nothing, np.stack([nothing] * 2), np.zeros(size), ~refused)
         found = self._judged(np.where(refused[:, np.newaxis], table[~refused][0], table))
         return replace(
             found,
@@ -365,7 +368,8 @@ class _Rig:
             [NO_JUMP, UNDER_SURFACE, FLAGGED, UNEQUAL, SAME, FAILS],
             SAVES,
         )
-        return Judged(verdict, np.where(verdict < NO_JUMP, saving, np.nan), stiffness, slope)
+        stiffer: Flags = np.any(stiffness > table[:, self.stiffness], axis=0)
+        return Judged(verdict, np.where(verdict < NO_JUMP, saving, np.nan), stiffness, slope, stiffer)
 
     def _reached(self, table: Row, which: NDArray[np.int64], wanted: Row, ends: Row) -> tuple[Flags, Row, Row, Block]:
         """Halve the stiffnesses, in the logarithm, between which an apex is reached.

@@ -101,7 +101,10 @@ def _draw_examples(axes: Axes, examples: Sequence[Counterexample], across: Axis,
 
 
 def _draw_lines(axes: Axes, searched: Searched, x: Row, y: Row) -> None:
-    """Draw where active damping begins to cost more, and to save much, between grounds that say something."""
+    """Draw where active damping begins to cost more, and to save much, between grounds that say something.
+
+    Where equal heights begin to ask for a stiffer extension the saving jumps, and a line breaks off.
+    """
     from matplotlib.tri import TriAnalyzer, Triangulation
 
     shares, each = np.unique(searched.shares, axis=0, return_index=True)
@@ -109,6 +112,7 @@ def _draw_lines(axes: Axes, searched: Searched, x: Row, y: Row) -> None:
         return
     triangles = Triangulation(*shares.T)
     apart = ~(searched.judged.verdict[each] < NO_JUMP)[triangles.triangles].all(axis=1)
+    apart |= np.ptp(searched.judged.stiffer[each][triangles.triangles].astype(int), axis=1) > 0
     triangles.set_mask(apart)
     if apart.all():
         return

@@ -34,7 +34,7 @@ def judged(saving: Row, apart: Row | None = None) -> Judged:
     verdict = np.where(saving < 0.0, FAILS, SAVES)
     if apart is not None:
         verdict = np.where(apart, UNEQUAL, verdict)
-    return Judged(verdict, saving, np.ones((2, len(saving))), np.zeros(len(saving)))
+    return Judged(verdict, saving, np.ones((2, len(saving))), np.zeros(len(saving)), np.zeros(len(saving), np.bool_))
 
 
 def test_a_planted_failure_is_found_in_99_of_100_seeds() -> None:
@@ -119,6 +119,16 @@ def test_conditions_of_a_ground_are_judged() -> None:
     found = judge_scenes([bed.changed({"b_ad": b_ad}) for b_ad in (185.67, 517.67)])
     assert found.verdict.tolist() == [SAVES, SAVES]
     assert 0.02 < found.saving[0] < found.saving[1] < 0.2
+    assert not found.stiffer.any()
+
+
+def test_the_saving_jumps_where_equal_height_begins_to_ask_for_a_stiffer_leg() -> None:
+    """Of two grounds that differ by half a percent active damping jumps on one alone with the scene's stiffness."""
+    bed = load_scene("bed").changed({"b_ad": 517.67, "bg_scale": 2.0})
+    found = judge_scenes([bed.changed({"kg_scale": kg_scale}) for kg_scale in (0.2841, 0.2853)])
+    assert found.stiffer.tolist() == [True, False]
+    assert found.stiffness[1, 0] > 2.0 * bed["k_extension"] == 2.0 * found.stiffness[1, 1]
+    assert found.saving == pytest.approx([0.1476, 0.0832], abs=1e-4)
 
 
 def test_refused() -> None:

@@ -1,0 +1,38 @@
+"""The boundary of where active damping saves: a line where its saving passes a level, none where it jumps over it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib.tri import TriContourSet
+
+from reports.figures.boundary import draw_boundary
+from simulator.compiled import Row
+from simulator.falsify import SAVES, Judged, Searched, question_by_words
+from simulator.sweep.design import sobol_shares
+
+QUESTION = question_by_words("bed", ["kg_scale=0.1:100", "bg_scale=0.03:10"], grounds=256)
+SHARES = sobol_shares(2, 256, 0)
+
+
+def _drawn(saving: Row, *, broken: bool) -> Row:
+    """Where a line is drawn, shape (points, 2), across a box of which the left half asks for a stiffer extension."""
+    stiffer = (SHARES[:, 0] < 0.5) & broken
+    judged = Judged(np.full(256, SAVES), saving, np.ones((2, 256)), np.zeros(256), stiffer)
+    (axes,) = draw_boundary(QUESTION, Searched(SHARES, judged, 256), (), "title").axes
+    paths = [path for lines in axes.collections if isinstance(lines, TriContourSet) for path in lines.get_paths()]
+    found: Row = np.concatenate([path.vertices for path in paths] or [np.empty((0, 2))])
+    return found
+
+
+@pytest.mark.parametrize("broken", [False, True])
+def test_a_line_is_drawn_where_the_saving_passes_a_level_and_not_along_a_break(broken: bool) -> None:
+    saving = np.where(SHARES[:, 0] < 0.5, 0.15, 0.05)
+    assert bool(len(_drawn(saving, broken=broken))) is not broken
+
+
+def test_a_line_goes_on_on_both_sides_of_a_break() -> None:
+    drawn = _drawn(0.2 * SHARES[:, 1], broken=True)
+    assert drawn[:, 0].min() < 0.2
+    assert drawn[:, 0].max() > 50.0
+    assert np.median(drawn[:, 1]) == pytest.approx((0.03 * 10.0) ** 0.5, rel=0.1)
