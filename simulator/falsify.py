@@ -185,7 +185,7 @@ def question_by_words(
     if claim not in CLAIMS:
         raise unknown_name("claim", claim, CLAIMS)
     if equal not in (HEIGHT, GAINS):
-        raise unknown_name("what is equal", equal, (HEIGHT, GAINS))
+        raise unknown_name("value of --equal", equal, (HEIGHT, GAINS))
     spaced = tuple(map(_spaced, over))
     sweep = sweep_by_words(scene, spaced, sets, effects, accuracy=accuracy, sample=grounds, seed=seed, error_bars=0.0)
     damping = damping_of(sweep.scene)
@@ -227,7 +227,7 @@ def _spaced(word: str) -> str:
 
 
 def falsify(question: Question, done: Callable[[str], object] = lambda _what: None) -> Searched:
-    """Search the box of a question; `done` is called after the sample and after each generation."""
+    """Search the box of a question; `done` is told after the sample and after each generation what comes next."""
     scene, sample = question.scene, question.sweep.design
     rig, seed = _Rig(scene, question.sweep.accuracy, question.equal), sample.seed or 0
 
@@ -252,13 +252,13 @@ def search(
 ) -> Searched:
     """Judge a sample of the unit cube, shape (grounds, axes), and go on from its hollows by differential evolution."""
     judged, shares = [judge(sample)], [sample]
-    done("sample")
+    done("going on from the worst grounds")
 
     def worth(columns: Row) -> Row:
         rows = np.atleast_2d(columns.T)
         shares.append(rows)
         judged.append(judge(rows))
-        done("search")
+        done("going on from the worst grounds")
         return _worth(judged[-1])
 
     for number, members in enumerate(_hollows(sample, _worth(judged[0]))):
@@ -385,7 +385,8 @@ class _Rig:
             enough = found[:, apex] >= wanted
             low, high = np.where(enough, low, middle), np.where(enough, middle, high)
             below, above = np.where(enough[:, np.newaxis], below, found), np.where(enough[:, np.newaxis], found, above)
-        change = above - below
+        with np.errstate(invalid="ignore"):  # where one of both has no end
+            change = above - below
         apart, rest = change[:, apex], wanted - below[:, apex]
         met = (rest >= 0.0) & (rest <= apart) & (apart <= _CLOSE_M)
         per_m = change / np.where(apart > 0.0, apart, 1.0)[:, np.newaxis]

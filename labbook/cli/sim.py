@@ -203,9 +203,9 @@ def falsify(
         seed=seed,
         accuracy=accuracy,
     )
-    with progress("searching", None) as step:
+    with progress("simulating the sample", None) as step:
         found = search(question, step)
-        step("confirming")
+        step("confirming what was found")
         examples = counterexamples(question, found)
         if plot is not None:
             write_figure(draw_boundary(question, found, examples, title(question)), plot)
@@ -414,7 +414,7 @@ def grains(
 
     check_form("--plot", plot)
     diameters_m = tuple(dict.fromkeys(diameter or DIAMETERS_M))
-    with progress("grains", 1 + 3 * seeds * len(diameters_m)) as step:
+    with progress("compiling", 1 + 3 * seeds * len(diameters_m)) as step:
         study = jumps_on_grains(scene.load(), bed_by_words(grain or ()), diameters_m, seeds, step=step)
         if plot is not None:
             write_figure(draw_grains(study), plot)

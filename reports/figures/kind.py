@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -31,13 +32,17 @@ _SIZE_PT, _LETTER_PT = 8.0, 4.8
 
 
 def check_form(option: str, path: Path | None, forms: tuple[str, ...] = FORMS) -> None:
-    """Raise `UsageError` where the file that an option names does not end in one of these, or is a folder."""
+    """Raise `UsageError` where the file that an option names does not end in one of these, or cannot be written."""
     if path is None:
         return
     if path.is_dir():
         raise UsageError(f"{option} {path} is a folder: name a file in it, such as {path / f'figure{forms[0]}'}.")
     if path.suffix.lower() not in forms:
         raise UsageError(f"{option} {path} does not say which form: end it in {', '.join(forms)}.")
+    if not path.parent.is_dir():
+        raise UsageError(f"{option} {path} is in a folder that is not there: make {path.parent} first.")
+    if not os.access(path if path.exists() else path.parent, os.W_OK):
+        raise UsageError(f"{option} {path} may not be written: name a place where you may write.")
 
 
 def draw_words(words: str, width_in: float) -> Figure:

@@ -18,7 +18,7 @@ import numpy as np
 from data_schema.errors import UsageError, unknown_name
 from data_schema.file_cache import FileCache
 from simulator.grains.contact import Material
-from simulator.grains.stepping import KINETIC, Grains, advance, grains_at
+from simulator.grains.stepping import KINETIC, NEVER, Grains, Whole, advance, grains_at
 from simulator.parameter import GRAVITY_M_S2
 
 GRAVITY = np.array([0.0, 0.0, -GRAVITY_M_S2])
@@ -113,15 +113,15 @@ class Bed:
         return (below(high) - below(low)) / ((high - low) * asked.width_m**2)
 
 
-def settled(asked: BedAsked) -> Bed:
+def settled(asked: BedAsked, stop: Whole = NEVER) -> Bed:
     """Return the bed, from the cache where it is there; half a minute to minutes of one core otherwise.
 
-    Raises `UsageError` where grains are too large for the box, or too many.
+    Raises `UsageError` where grains are too large for the box, or too many, and `CancelledError` as `advance` does.
     """
     if (data := BEDS.read(asked.name)) is not None:
         with np.load(io.BytesIO(data)) as stored:
             return Bed(asked, Grains(**{one.name: stored[one.name] for one in fields(Grains)}))
-    grains = _at_rest(asked, _levelled(asked, _at_rest(asked, _poured(asked))))
+    grains = _at_rest(asked, _levelled(asked, _at_rest(asked, _poured(asked), stop)), stop)
     stream = io.BytesIO()
     np.savez_compressed(stream, **{one.name: getattr(grains, one.name) for one in fields(Grains)})
     BEDS.write(asked.name, stream.getvalue())
@@ -167,12 +167,12 @@ def _levelled(asked: BedAsked, grains: Grains) -> Grains:
     return grains_at(grains.x[order], grains.radius_m[order], asked.density_kg_m3, GRAVITY)
 
 
-def _at_rest(asked: BedAsked, grains: Grains) -> Grains:
+def _at_rest(asked: BedAsked, grains: Grains, stop: Whole) -> Grains:
     steps = round(_STRETCH_S / asked.step_s)
     rest_j = _AT_REST * float((grains.mass_kg * grains.radius_m).sum()) * 2.0 * GRAVITY_M_S2
     for _ in range(_MOST_STRETCHES):
         grains, record = advance(
-            grains, asked.material, asked.width_m, asked.step_s, steps, gravity=GRAVITY, every=steps
+            grains, asked.material, asked.width_m, asked.step_s, steps, gravity=GRAVITY, every=steps, stop=stop
         )
         if record[-1, KINETIC] < rest_j:
             break

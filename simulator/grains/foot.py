@@ -18,7 +18,19 @@ import numpy as np
 from data_schema.errors import UsageError
 from simulator.compiled import Row
 from simulator.grains.bed import BEDS, GRAVITY, Bed, BedAsked, settled
-from simulator.grains.stepping import ELASTIC, FORCE, HEIGHT, KINETIC, LOST, WORK, FootPath, advance, compiled_steps
+from simulator.grains.stepping import (
+    ELASTIC,
+    FORCE,
+    HEIGHT,
+    KINETIC,
+    LOST,
+    NEVER,
+    WORK,
+    FootPath,
+    Whole,
+    advance,
+    compiled_steps,
+)
 from simulator.jump import simulate
 from simulator.parameter import GRAVITY_M_S2
 from simulator.scene import Scene
@@ -154,8 +166,8 @@ class GrainsStudy:
         return tuple(bed for bed in self.beds if bed.asked.diameter_m == diameter_m)
 
 
-def jump_in(bed: Bed, foot_radius_m: float, motion: FootMotion) -> GrainsJump:
-    """Let a foot make a motion in a bed, its zero where the highest grain under it stands."""
+def jump_in(bed: Bed, foot_radius_m: float, motion: FootMotion, stop: Whole = NEVER) -> GrainsJump:
+    """Let a foot make a motion in a bed, its zero where the highest grain under it stands; `stop` as in `advance`."""
     asked, grains = bed.asked, bed.grains
     under = np.hypot(*(grains.x[:, :2] - 0.5 * asked.width_m).T) < foot_radius_m
     surface_m = float((grains.x[:, 2] + grains.radius_m)[under].max())
@@ -163,7 +175,7 @@ def jump_in(bed: Bed, foot_radius_m: float, motion: FootMotion) -> GrainsJump:
     steps, every = len(foot.height_m) - 1, max(1, round(RECORD_EVERY_S / asked.step_s))
     started = time.thread_time()
     _, record = advance(
-        grains, asked.material, asked.width_m, asked.step_s, steps, gravity=GRAVITY, foot=foot, every=every
+        grains, asked.material, asked.width_m, asked.step_s, steps, gravity=GRAVITY, foot=foot, every=every, stop=stop
     )
     spent_s = time.thread_time() - started
     book_j = record[:, [KINETIC, HEIGHT, ELASTIC, LOST]].sum(axis=1) - record[:, WORK]
@@ -194,7 +206,7 @@ def jumps_on_grains(
     scene : on granular ground, with active damping; compression-extension is the same with `b_ad` of 0
     asked : what all beds have in common; the density of the grains is the scene's
     diameters_m, seeds : beds of grains of each mean diameter, and so many of each
-    step : is told when the steps are compiled, and of each bed and each jump that is done
+    step : is told, when the steps are compiled and after each bed and each jump, what goes on then
 
     Raises
     ------
@@ -212,23 +224,26 @@ def jumps_on_grains(
     for bed in wanted:
         _check_room(bed, scene["foot_radius"], max(motions.ce.max_depth_m, motions.ad.max_depth_m))
     compiled_steps()
-    step("compiled")
-    _ = BEDS.folder  # made while no thread makes files
+    step("settling beds")
+    stop, _ = np.zeros(1, np.int64), BEDS.folder  # made while no thread makes files
     started = time.process_time()
     with ThreadPoolExecutor(max_workers=cores()) as threads:
         try:
-            beds = {asked_for: threads.submit(settled, asked_for) for asked_for in wanted}
-            for _ in as_completed(beds.values()):
-                step("bed")
+            beds = {asked_for: threads.submit(settled, asked_for, stop) for asked_for in wanted}
+            for count, _ in enumerate(as_completed(beds.values()), 1):
+                step("settling beds" if count < len(beds) else "jumping")
             settling_s = time.process_time() - started
             jumps = {
-                (bed, name): threads.submit(jump_in, beds[bed].result(), scene["foot_radius"], getattr(motions, name))
+                (bed, name): threads.submit(
+                    jump_in, beds[bed].result(), scene["foot_radius"], getattr(motions, name), stop
+                )
                 for bed in wanted
                 for name in ("ce", "ad")
             }
             for _ in as_completed(jumps.values()):
-                step("jump")
-        except BaseException:  # Ctrl-C above all: what has not begun is left out
+                step("jumping")
+        except BaseException:  # Ctrl-C above all
+            stop[0] = 1
             threads.shutdown(wait=False, cancel_futures=True)
             raise
     return GrainsStudy(
@@ -260,7 +275,9 @@ def _check_scene(scene: Scene) -> None:
 
 
 def _check_room(asked: BedAsked, foot_radius_m: float, max_depth_m: float) -> None:
-    if not 0.0 < asked.diameter_m <= foot_radius_m:
+    if not asked.diameter_m > 0.0:
+        raise UsageError(f"--diameter {asked.diameter_m:g} is no size of grains: give a number above 0, in m.")
+    if asked.diameter_m > foot_radius_m:
         raise UsageError(
             f"--diameter {asked.diameter_m:g} does not fit under a foot of {foot_radius_m:g} m radius: give grains of "
             "at most that, in m."

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import functools
 import math
+from concurrent.futures import CancelledError
 from dataclasses import dataclass, fields
 
 import numba
@@ -89,6 +90,8 @@ class FootPath:
 
 
 NO_FOOT = FootPath(0.0, np.zeros(0), np.zeros(0))
+NEVER: Whole = np.zeros(1, np.int64)
+"""Nobody stops it."""
 
 
 def advance(
@@ -101,8 +104,12 @@ def advance(
     gravity: Row,
     foot: FootPath = NO_FOOT,
     every: int = 1,
+    stop: Whole = NEVER,
 ) -> tuple[Grains, Row]:
-    """Return the grains after so many steps, and the record after `every` steps each, shape (records, 7)."""
+    """Return the grains after so many steps, and the record after `every` steps each, shape (records, 7).
+
+    Raises `CancelledError` where another thread writes a number other than 0 into `stop`, shape (1,).
+    """
     radius_m = float(grains.radius_m.mean())
     given = [np.array(getattr(grains, one.name)) for one in fields(Grains)]
     record = np.zeros((steps // every, 7))
@@ -114,9 +121,12 @@ def advance(
         foot.velocity_m_s,
         steps,
         every,
+        stop,
         *given,
         record,
     )
+    if stop[0]:
+        raise CancelledError
     names = [one.name for one in fields(Grains)]
     after = dict(zip(names, given, strict=True)) | dict(zip(names[7:11], lists, strict=True))
     return Grains(**after), record
@@ -127,7 +137,7 @@ def compiled_steps() -> Function:
     """Return the compiled steps; compiled at the first call, which takes half a minute once."""
     row, table, whole = numba.float64[::1], numba.float64[:, ::1], numba.int64
     lists = (whole[::1], whole[::1], numba.boolean[::1], table)
-    types = (row, row, row, row, row, whole, whole, row, row, *(table,) * 5, *lists, table, table, table)
+    types = (row, row, row, row, row, whole, whole, whole[::1], row, row, *(table,) * 5, *lists, table, table, table)
     return cached_entry(_advance, types, "grains", ())
 
 
@@ -360,7 +370,7 @@ def by_foot(
 
 
 def _advance(  # type: ignore[no-untyped-def]
-    law, box, gravity, foot_z, foot_v, steps, every, radius, mass, x, v, w, a, b, first, other, touching, springs,
+    law, box, gravity, foot_z, foot_v, steps, every, stop, radius, mass, x, v, w, a, b, first, other, touching, springs,
     at_floor, at_foot, record,
 ):  # fmt: skip
     width, dt, foot = box
@@ -371,6 +381,8 @@ def _advance(  # type: ignore[no-untyped-def]
     has_pairs = False
     work = lost = force = floor = 0.0
     for step in range(steps):
+        if stop[0] != 0:
+            break
         moved = 0.0
         for i in range(n):
             far = 0.0

@@ -197,10 +197,14 @@ def simulate_rows(recipe: Recipe, values: Block, barred: NDArray[np.bool_] | Non
     return np.concatenate([block, sample], axis=2)
 
 
+MOST_IN_A_PART = 4096
+"""Rows that a core simulates without a look at whether it is to go on: a Ctrl-C waits for the parts under way."""
+
+
 def simulate_on_all_cores(recipe: Recipe, values: Block) -> Block:
-    """Return what `simulate_rows` does, a part of the rows a core: compiled code does not hold Python's lock."""
-    parts = np.array_split(values, cores())
-    with ThreadPoolExecutor(len(parts)) as pool:
+    """Return what `simulate_rows` does, the rows in parts: compiled code does not hold Python's lock."""
+    parts = np.array_split(values, max(cores(), -(-len(values) // MOST_IN_A_PART)))
+    with ThreadPoolExecutor(cores()) as pool:
         return np.concatenate(list(pool.map(lambda part: simulate_rows(recipe, part), parts)))
 
 

@@ -129,6 +129,12 @@ def at_shares(words: Sequence[str], effects: Collection[str], shares: Row, seed:
         low, high, rest, logarithmic = _ends(word, values, SAMPLE_FORM)
         if rest:
             raise UsageError(f"--over {word} does not say which range to sample: write {SAMPLE_FORM}.")
+        known = all_parameters().get(name)
+        if known is not None and not known.low <= low < high <= known.high:
+            raise UsageError(
+                f"--over {word} goes outside what can be simulated: give {name} from {known.low:g} to {known.high:g}"
+                f"{known.unit_text}."
+            )
         drawn = low + (high - low) * share
         if logarithmic:
             drawn = np.exp(np.log(low) + (np.log(high) - np.log(low)) * share)

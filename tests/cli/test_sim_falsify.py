@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import contextlib
+import os
+import subprocess
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
-from tests.cli.shell import good, labbook, refused
+from tests.cli.shell import LABBOOK, environment, good, labbook, refused
 from tests.helpers.wording import says
 
 BED = ("sim", "falsify", "--scene", "bed")
@@ -38,8 +41,31 @@ def test_a_box_of_three_parameters_in_which_the_claim_fails(tmp_path: Path) -> N
         assert drawn.size[0] > 2 * drawn.size[1]
 
 
+def test_a_terminal_of_80_columns_holds_what_is_told(tmp_path: Path) -> None:
+    """Sentences break between words, and grounds stand side by side under their numbers in the figure."""
+    words = (*BED, *SOFT, "--over", "b_ad=300:600", "--equal", "gains", "--grounds", "16")
+    leader, follower = os.openpty()
+    done = subprocess.run(
+        [LABBOOK, *words], cwd=tmp_path, env=environment(), stdout=follower, stderr=subprocess.PIPE, check=False
+    )
+    os.close(follower)
+    said = b""
+    with contextlib.suppress(OSError), os.fdopen(leader, "rb", 0) as terminal:  # it ends with an error
+        while more := terminal.read(4096):
+            said += more
+    lines = said.decode().splitlines()
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert len(lines) > 15
+    assert max(map(len, lines)) <= 80
+    assert ["1", "2", "3", "4", "5"] in [line.split() for line in lines]
+    assert ["confirmed", *["yes"] * 5] in [line.split() for line in lines]
+
+
 def test_what_cannot_be_asked_is_refused(tmp_path: Path) -> None:
     refused(labbook(*BED, *SOFT, "--claim", "hops", at=tmp_path), 2, "hops", "saves")
     refused(labbook(*BED, *SOFT, "--plot", "grounds.txt", at=tmp_path), 2, "--plot", ".png")
+    refused(labbook(*BED, *SOFT, "--plot", "none/grounds.png", at=tmp_path), 2, "--plot none/grounds.png", "make none")
+    refused(labbook(*BED, *SOFT, "--equal", "cost", at=tmp_path), 2, "--equal", "'cost'", "'gains', 'height'")
     refused(labbook(*BED, "--over", "kg_scale=0.3:1:5", at=tmp_path), 2, "kg_scale", "LOW:HIGH")
+    refused(labbook(*BED, "--over", "kg_scale=0.0009:1", at=tmp_path), 2, "kg_scale=0.0009:1", "0.001 to 1e+09")
     refused(labbook(*BED, *SOFT, "--effects", "-active_damping", at=tmp_path), 2, "active damping", "--effects")

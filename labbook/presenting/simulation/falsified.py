@@ -7,7 +7,7 @@ from typing import Any
 
 from data_schema.rounding import decimals_for, fixed_text
 from labbook.presenting.simulation.simulated import set_by_user_line
-from labbook.terminal import columns
+from labbook.terminal import columns, within_width
 from reports.display import count_text, list_text
 from simulator.declared import all_parameters
 from simulator.falsify import (
@@ -122,7 +122,7 @@ def as_lines(question: Question, searched: Searched, examples: Sequence[Countere
     scene, counts = question.sweep.scene, searched.counts
     unset = scene[question.damping] == 0.0 and question.damping not in question.names
     apart = [f"{VERDICTS[verdict]} {count}" for verdict, count in counts.items() if verdict >= NO_JUMP and count]
-    return [
+    said = [
         f"{scene.name}: {scene.title}",
         f"claim: active damping ({_damping(question)}{', as none was set' if unset else ''}) saves joules at "
         f"{_equal(question)}, over {', '.join(question.over)}.",
@@ -133,34 +133,44 @@ def as_lines(question: Question, searched: Searched, examples: Sequence[Countere
         f"something ({_share(searched.says, searched.sample)} of the box), and "
         f"{len(searched.shares) - searched.sample} of the search from its hollows.",
         *([f"apart: {', '.join(apart)}."] if apart else []),
-        *(_table(examples) if examples else []),
-        *set_by_user_line(scene),
     ]
+    table = _table(examples) if examples else []
+    return [*within_width(said), *table, *within_width(set_by_user_line(scene))]
 
 
 def _table(examples: Sequence[Counterexample]) -> list[str]:
+    """Set the grounds side by side, numbered as in the figure, so that a terminal holds any number of parameters."""
     confirmed = sum(one.confirmed for one in examples)
-    head = [*examples[0].ground, "CE N/m", "AD N/m", "CE J", "AD J", "AD costs more by", "apex m", "other solver", ""]
+    names = (
+        *examples[0].ground,
+        *("CE N/m", "AD N/m", "CE J", "AD J", "AD costs more J", "± J", "apex m", "other solver within J", "confirmed"),
+    )
+    cells = zip(names, *map(_cells, examples), strict=True)
     return [
         "",
-        f"grounds on which it costs more, the worst first; {confirmed} of {len(examples)} are confirmed, with error "
-        "bars and by another solver:",
+        *within_width(
+            [
+                f"grounds on which it costs more, the worst first; {confirmed} of {len(examples)} are confirmed, with "
+                "error bars and by another solver:"
+            ]
+        ),
         "",
-        *columns(head, [_row(one) for one in examples]),
+        *columns(("", *(str(number) for number in range(1, len(examples) + 1))), list(cells)),
     ]
 
 
-def _row(one: Counterexample) -> list[str]:
+def _cells(one: Counterexample) -> list[str]:
     ce, ad = one.jumps
     places = decimals_for(one.bar_j) if 0.0 < one.bar_j < 1.0 else 4
     return [
         *(f"{value:.4g}" for value in one.ground.values()),
         *(f"{value:.5g}" for value in one.stiffness),
         *(f"{jump.cost_J:.5g}" for jump in (ce, ad)),
-        f"{fixed_text(one.more_j, places)} ± {one.bar_j:.1g} J",
+        fixed_text(one.more_j, places),
+        f"{one.bar_j:.1g}",
         "-" if ad.apex_height_m is None else f"{ad.apex_height_m:.4g}",
-        "gave up" if one.solver_j is None else f"within {one.solver_j:.1g} J",
-        "confirmed" if one.confirmed else "not confirmed",
+        "gave up" if one.solver_j is None else f"{one.solver_j:.1g}",
+        "yes" if one.confirmed else "no",
     ]
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from data_schema.rounding import decimals_for, fixed_text
 from labbook.presenting.simulation.simulated import scene_data
-from labbook.terminal import columns
+from labbook.terminal import columns, within_width
 from reports.display import count_text, list_text
 from simulator.grains.bed import SPREAD
 from simulator.grains.foot import BedJumps, FootMotion, GrainsJump, GrainsStudy
@@ -19,9 +19,9 @@ from simulator.grains.foot import BedJumps, FootMotion, GrainsJump, GrainsStudy
 CONTROLLERS = ("ce", "ad")
 _MILLI = 1e3
 _QUANTITIES: dict[str, tuple[str, Callable[[GrainsJump], float]]] = {
-    "peak_compression_J": ("kinetic energy, compression (mJ)", lambda jump: jump.peak_compression_j),
-    "peak_extension_J": ("extension (mJ)", lambda jump: jump.peak_extension_j),
-    "extension_work_J": ("foot's work in extension (mJ)", lambda jump: jump.extension_work_j),
+    "peak_compression_J": ("compression mJ", lambda jump: jump.peak_compression_j),
+    "peak_extension_J": ("extension mJ", lambda jump: jump.peak_extension_j),
+    "extension_work_J": ("foot's work mJ", lambda jump: jump.extension_work_j),
 }
 
 
@@ -81,7 +81,7 @@ def as_lines(study: GrainsStudy) -> list[str]:
     """Return what people read: the beds, the table, how CE compares with AD, and what the numbers rest on."""
     scene, first = study.scene, study.beds[0].asked
     sizes = sorted({bed.asked.diameter_m for bed in study.beds})
-    head = ("grains", "foot", *(title for title, _ in _QUANTITIES.values()), "on the bulk model (mJ)")
+    head = ("grains", "foot", *(title for title, _ in _QUANTITIES.values()), "bulk model mJ")
     rows = []
     for diameter_m in sizes:
         beds = study.of_diameter(diameter_m)
@@ -100,12 +100,14 @@ def as_lines(study: GrainsStudy) -> list[str]:
         for one in sizes
         for beds in [study.of_diameter(one)]
     )
-    return [
+    before = [
         f"{scene.name}: {scene.title}",
         f"beds of {first.width_m:g} m x {first.width_m:g} m, {first.depth_m:g} m deep. {'; '.join(beds_text)}.",
         "",
-        *columns(head, rows),
-        "",
+        "the grains' largest kinetic energy in compression and in extension; the foot's work in extension, on them and "
+        "on the bulk model's ground:",
+    ]
+    after = [
         *(_compared(diameter_m, study.of_diameter(diameter_m)) for diameter_m in sizes),
         "extension: from the leg's shortest length until the foot has left. CE: b_ad of 0; AD: b_ad of "
         f"{scene['b_ad']:g} kg/m.",
@@ -119,6 +121,7 @@ def as_lines(study: GrainsStudy) -> list[str]:
         f"foot's work or better. {spent_s:.0f} s of processor time, of which {study.settling_s:.0f} s for settling, "
         f"which is kept; {statistics.median(jump.ns_a_grain_and_step for jump in jumps):.0f} ns a grain and step.",
     ]
+    return [*within_width(before), "", *columns(head, rows), "", *within_width(after)]
 
 
 def _compared(diameter_m: float, beds: Sequence[BedJumps]) -> str:

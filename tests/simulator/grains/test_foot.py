@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from concurrent.futures import CancelledError
 from dataclasses import replace
 
 import numpy as np
@@ -10,7 +11,7 @@ import pytest
 from data_schema.errors import UnknownName, UsageError
 from data_schema.file_cache import without_caches
 from reports.figures.grains import draw_grains
-from simulator.grains.bed import GRAVITY, BedAsked, bed_by_words, settled
+from simulator.grains.bed import BEDS, GRAVITY, BedAsked, bed_by_words, settled
 from simulator.grains.foot import GrainsStudy, foot_motion, jumps_on_grains
 from simulator.grains.stepping import FLOOR, KINETIC, advance
 from simulator.jump import simulate
@@ -84,6 +85,18 @@ def test_each_bed_and_each_size_is_drawn(study: GrainsStudy) -> None:
     assert [sum(len(line.get_xdata()) > 2 for line in axes.lines) for axes in energies] == [4, 4]
 
 
+def test_a_bed_that_is_stopped_is_none_and_one_that_nobody_stops_is_kept() -> None:
+    asked = replace(SMALL, seed=1_000_003, depth_m=0.08)
+    stop = np.ones(1, np.int64)
+    with pytest.raises(CancelledError):
+        settled(asked, stop)
+    assert BEDS.read(asked.name) is None
+    stop[0] = 0
+    settled(asked, stop)
+    assert BEDS.read(asked.name) is not None
+    BEDS.folder.joinpath(asked.name).unlink()
+
+
 def test_what_is_no_bed_of_grains_is_refused() -> None:
     scene = load_scene("sim1")
     with refuses(UsageError, "emulator"):
@@ -94,8 +107,11 @@ def test_what_is_no_bed_of_grains_is_refused() -> None:
         jumps_on_grains(scene, replace(SMALL, depth_m=0.08), (0.01,))
     with refuses(UsageError, "width=0.18"):
         jumps_on_grains(scene, replace(SMALL, width_m=0.1), (0.01,))
-    with refuses(UsageError, "--diameter"):
-        jumps_on_grains(scene, SMALL, (-0.01,))
+    for no_size in (-0.01, 0.0, float("nan")):
+        with refuses(UsageError, f"--diameter {no_size:g}", "above 0"):
+            jumps_on_grains(scene, SMALL, (no_size,))
+    with refuses(UsageError, "--diameter 0.05", "foot of 0.03 m radius"):
+        jumps_on_grains(scene, SMALL, (0.05,))
     with refuses(UsageError, "200000"):
         settled(replace(SMALL, diameter_m=0.001))
     with refuses(UnknownName, "friction"):
