@@ -155,7 +155,6 @@ class Day:
     packs: tuple[str, ...] = ()
     checks_made: tuple[str, ...] = ()
     checks_not_made: tuple[str, ...] = ()
-    note: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -177,12 +176,11 @@ class Provenance:
 
 @dataclass(frozen=True, slots=True)
 class Assumed:
-    """A parameter without a source: its value as text, why it was taken, and how it was varied."""
+    """A parameter without a source: its value as text, and why it was taken."""
 
     name: str
     value: str
     why: str
-    varied: str = ""
 
 
 @dataclass(frozen=True, slots=True)

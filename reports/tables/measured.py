@@ -55,7 +55,6 @@ def _days(content: ReportContent) -> Table:
     for place, condition in enumerate(content.conditions):
         for name in {run for summary in condition.summaries.values() for run, _value in summary.runs}:
             of_run.setdefault(name, []).append(place)
-    noted = any(day.note for day in content.days)
     checked = any(day.checks_made or day.checks_not_made for day in content.days)
     made = text_column("checks made", fields.CHECKS_MADE, prose=True, shown=checked)
     not_made = text_column("checks not made", fields.CHECKS_NOT_MADE, prose=True, shown=checked)
@@ -66,7 +65,6 @@ def _days(content: ReportContent) -> Table:
         (text_column("packs", fields.PACKS, prose=True), lambda day: _names_cell(day.packs)),
         (made, lambda day: _names_cell(day.checks_made)),
         (not_made, lambda day: _names_cell(day.checks_not_made)),
-        (text_column("note", fields.NOTE, prose=True, shown=noted), lambda day: words(day.note)),
     )
     return table_of("days", "What was measured and when.", content.days, columns)
 
@@ -109,7 +107,6 @@ def _assumed(content: ReportContent) -> Table:
         (text_column("parameter", fields.PARAMETER, prose=True), lambda one: words(one.name)),
         (text_column("value", fields.VALUE), lambda one: words(one.value)),
         (text_column("why", fields.WHY, prose=True), lambda one: words(one.why)),
-        (text_column("varied", fields.VARIED, prose=True), lambda one: words(one.varied or DASH)),
     )
     return table_of("assumed", "Parameters without a source.", content.assumed, columns)
 

@@ -138,7 +138,7 @@ def test_a_person_s_text_is_only_text(content):
         people=(nasty,),
         claims=(Claim(nasty, (nasty,)),),
         limitations=(nasty,),
-        days=(dataclasses.replace(content.days[0], note=nasty, conditions=(nasty,)),),
+        days=(dataclasses.replace(content.days[0], conditions=(nasty,)),),
         provenance=(Provenance(nasty, nasty, 1),),
     )
     html = quick_page(changed)
