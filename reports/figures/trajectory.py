@@ -66,6 +66,8 @@ def draw_trajectory(result: SceneResult, title: str, mode_name: Callable[[str], 
         heights.plot(time_s, body_m, color=BLUE, label="body")
         heights.plot(time_s, foot_m, color=VERMILLION, label="foot")
         heights.plot(time_s, ground_m, color=GREY, linewidth=0.8, linestyle=":", label="ground")
+        if "hydrostatic_stiffness" in scene.effects:
+            heights.axhline(0.0, color=GREY, linewidth=0.5, label="surface")
         heights.set_ylabel("Height (m)")
         push_n = scene["body_mass"] * (acceleration_m_s2 + GRAVITY_M_S2)
         force.plot(time_s, push_n, color=BLACK, label="leg's push")

@@ -18,7 +18,7 @@ from simulator.scene_file import load_scene
 @pytest.mark.parametrize(
     ("name", "modes"),
     [
-        ("sim2", {"intruding", "jammed"}),
+        ("sim2", {"intruding", "jammed", "surface"}),
         ("emulator", {"platform yields", "platform held"}),
         ("force_plate", {"stands"}),
     ],
@@ -34,6 +34,13 @@ def test_heights_and_force_over_one_time_with_every_mode_of_the_ground_named_onc
     assert sorted(names) == sorted([*modes, "body", "foot", "ground", "lift-off", "apex", "leg's push"])
     assert max(heights.get_lines()[0].get_ydata()) == pytest.approx(result.jump.apex_height_m, rel=1e-6)
     ElementTree.fromstring(svg_bytes(figure))
+
+
+def test_the_surface_of_grains_is_drawn_where_the_foot_has_left_it() -> None:
+    result = simulate(load_scene("sim2"), trajectory=True)
+    lines = {line.get_label(): line for line in draw_trajectory(result, "one jump", str).axes[0].get_lines()}
+    assert set(lines["surface"].get_ydata()) == {0.0}
+    assert min(lines["ground"].get_ydata()) == pytest.approx(-result.jump.max_depth_m)
 
 
 @pytest.mark.parametrize(
