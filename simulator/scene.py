@@ -66,18 +66,13 @@ class Scene:
     def __post_init__(self) -> None:
         object.__setattr__(self, "effects", frozenset(self.effects))
         _in_order(self.values)
-        _check_effects(self.effects)
+        check_effects(self.effects)
         values = {**_assumed_values(self.effects), **self.values}
         object.__setattr__(self, "values", {name: values[name] for name in _in_order(values)})
         for name, value in self.values.items():
             _check_value(name, value.value)
         _check_jumps(self.jumps)
-        for name, parameter in parameters_read(self.effects).items():
-            if name not in self.values:
-                needed = " and ".join(effect for effect in readers(name) if effect in self.effects) or "every scene"
-                raise UsageError(
-                    f"{name} has no value, and {needed} reads it: give {name} ({parameter.meaning}, {parameter.unit})."
-                )
+        check_given(self.effects, self.values)
         plain = {name: value.value for name, value in self.values.items()}
         for rule in RULES:
             fault = rule.fault(plain) if rule.effects <= self.effects else None
@@ -162,7 +157,8 @@ def _assumed_values(effects: Iterable[str]) -> dict[str, Value]:
     return {item.name: Value(item.assumed, why=item.why) for item in read if item.assumed is not None}
 
 
-def _check_effects(effects: Collection[str]) -> None:
+def check_effects(effects: Collection[str]) -> None:
+    """Raise `UsageError` for effects that are none, or do not go together."""
     for name in sorted(effects):
         if name not in EFFECTS:
             raise unknown_name("effect", name, EFFECTS)
@@ -180,6 +176,19 @@ def _check_effects(effects: Collection[str]) -> None:
                     f"{effect.name} needs {' or '.join(alternatives)}, which is off: switch that on too, or "
                     f"{effect.name} off."
                 )
+
+
+def check_given(effects: Collection[str], given: Collection[str]) -> None:
+    """Raise `UsageError`, with one sentence, where parameters that the effects read are not among those given."""
+    wanted = []
+    for name, one in parameters_read(effects).items():
+        if name not in given:
+            unit = "" if one.unit == "1" else f", {one.unit}"
+            read_by = ", ".join(effect for effect in readers(name) if effect in effects) or "every scene"
+            wanted.append(f"{name} in [{one.part}] ({one.meaning}{unit}; read by {read_by})")
+    if wanted:
+        what = "a parameter has" if len(wanted) == 1 else f"{len(wanted)} parameters have"
+        raise UsageError(f"{what} no value: give {', '.join(wanted)}.")
 
 
 def _check_value(name: str, number: object) -> None:

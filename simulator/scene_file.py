@@ -30,7 +30,7 @@ from data_schema.errors import InputRefused, LabbookError, UnknownName, unknown_
 from simulator.declared import all_parameters
 from simulator.effects.registry import EFFECTS
 from simulator.parameter import Part
-from simulator.scene import Scene, Value
+from simulator.scene import Scene, Value, check_effects, check_given
 
 PARTS: tuple[str, ...] = get_args(Part)
 _TOP = ("title", "description", "jumps", "effects")
@@ -39,6 +39,7 @@ _SET_BY_USER, _FITTED_TO = "set_by_user", "fitted_to"
 """Keys that only `write_scene` gives a value: a person names the source, or why there is none."""
 _ALIKE = 0.75
 """How much alike an unknown key and a known one are, of 1, where the one was most likely meant to be the other."""
+_ADDED = "An effect of your own adds parameters (docs/add-an-effect.md)."
 _KINDS = ((bool, "true or false"), (str, "text"), (list, "a list"), (dict, "a table"))
 _SUFFIX = ".toml"
 _SHIPPED = importlib.resources.files("simulator") / "scenes"
@@ -164,6 +165,8 @@ def _scene(top: Mapping[str, object], name: str) -> Scene:
         if not isinstance(table, dict):
             raise InputRefused(f"{part} is not a table: write [{part}] and its parameters below it.")
         values |= {key: _value(part, key, item) for key, item in table.items()}
+    check_effects(effects)
+    check_given(effects, values)
     return Scene(
         name=name,
         title=title,
@@ -177,7 +180,7 @@ def _scene(top: Mapping[str, object], name: str) -> Scene:
 def _value(part: str, name: str, item: object) -> Value:
     parameter = all_parameters().get(name)
     if parameter is None:
-        raise unknown_name("parameter", name, all_parameters())
+        raise unknown_name("parameter", name, all_parameters(), _ADDED)
     if parameter.part != part:
         raise InputRefused(f"{name} stands in [{part}]: move it to [{parameter.part}].")
     form = f'write {name} = {{ value = ..., source = "..." }}, or assumed = "why" where it has no source.'

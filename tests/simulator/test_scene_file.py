@@ -93,6 +93,26 @@ def test_refused_files(old: str, new: str, said: str, tmp_path: Path) -> None:
     assert is_sentence(str(refusal.value))
 
 
+def test_all_that_a_file_lacks_is_named_at_once(tmp_path: Path) -> None:
+    """Also what is assumed where an effect is switched on in another scene."""
+    lines = write_scene(load_scene("bed").changed({"gear_ratio": 6.0}, ("linear_leg",))).splitlines()
+    lacking = ("body_mass", "k_extension", "sigma", "gear_ratio")
+    file = tmp_path / "own.toml"
+    file.write_text("\n".join(line for line in lines if not line.startswith(lacking)), encoding="utf-8")
+    with refuses(InputRefused, "4 parameters", *lacking, "N/m^3", "[ground]", "linear_leg") as refusal:
+        load_scene(file)
+    assert is_sentence(str(refusal.value))
+    file.write_text("\n".join(line for line in lines if not line.startswith("gear_ratio")), encoding="utf-8")
+    with refuses(InputRefused, "gear_ratio", "linear_leg"):
+        load_scene(file)
+
+
+def test_a_parameter_of_an_effect_that_is_not_there_leads_to_how_one_is_added() -> None:
+    text = edited("[drive]\n", '[drive]\nefficiency = { value = 0.9, source = "data sheet" }\n')
+    with refuses(InputRefused, "'efficiency'", "docs/add-an-effect.md"):
+        parse_scene(text, "own")
+
+
 def test_a_value_that_was_set_is_written_as_such_and_never_with_a_source() -> None:
     scene = load_scene("bed").changed({"kg_scale": 2.0})
     text = write_scene(scene)
