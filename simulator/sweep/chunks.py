@@ -44,32 +44,38 @@ REFUSED_FLAG, NOT_MADE_FLAG = -2, -1
 
 OUTCOME_FLAGS = ((REFUSED_FLAG, REFUSED), (NOT_MADE_FLAG, NOT_MADE), *enumerate(OUTCOMES))
 _YES_OR_NO = ((NOT_MADE_FLAG, NOT_MADE), (0, "no"), (1, "yes"))
+
+
+def _yes_or_no(name: str, meaning: str, comment: str) -> Output:
+    return Output(name, "1", meaning, "i1", comment, _YES_OR_NO)
+
+
 OUTPUTS = (
     replace(KERNEL_OUTPUTS[0], flags=OUTCOME_FLAGS),
     *KERNEL_OUTPUTS[1:],
-    Output("passive_J", "J", "passive draw of the electronics from touchdown to the jump's end"),
-    Output("cost_J", "J", "cost of the jump: heat, mechanical, drag and passive draw"),
-    Output("ill_conditioned", "1", "whether the jump hangs on a decision or on rounding", "i1", _YES_OR_NO),
-    Output("under_surface", "1", "whether the body gets under the surface of the grains", "i1", _YES_OR_NO),
-    Output("open_book", "1", "whether the energy book does not close within the accuracy", "i1", _YES_OR_NO),
+    Output("passive_J", "J", "passive draw of the electronics", comment="from touchdown to the jump's end"),
+    Output("cost_J", "J", "cost of the jump", comment="heat, mechanical, drag and passive draw"),
+    _yes_or_no("ill_conditioned", "whether the jump is ill-conditioned", "it hangs on a decision or on rounding"),
+    _yes_or_no(
+        "under_surface", "whether the body gets under the surface", "of the grains, which act on the foot alone"
+    ),
+    _yes_or_no("open_book", "whether the energy book stays open", "it does not close within the accuracy"),
 )
 """In the order of a chunk's columns: those of the kernel first, then what is computed from them."""
 
 ERRORS = tuple(
     Output(
-        f"{output.name}_error",
-        output.unit,
-        f"estimated error of {output.name}, the least where ill_conditioned; NaN: none",
+        *(f"{output.name}_error", output.unit, f"error of {output.name}"),
+        comment="estimated; the least that it may be where ill_conditioned; NaN: none",
     )
     for output in OUTPUTS
     if output.kind == "f8" and output.name not in NOT_OUTPUTS
 )
 """What a sweep with error bars gives beside them: columns after those of the outputs."""
 SAMPLED_ERROR = Output(
-    "error_over_accuracy",
-    "1",
-    "largest relative error of depth, lift-off time, apex height and cost over the accuracy asked for, estimated in a "
-    "sample of the scenes; NaN in the others, infinite where the jump ends otherwise",
+    *("error_over_accuracy", "1", "error over the accuracy asked for"),
+    comment="largest relative error of depth, lift-off time, apex height and cost, estimated in a sample of the "
+    "scenes; NaN in the others, infinite where the jump ends otherwise",
 )
 """What a sweep gives whose error bars are those of a sample: a column after those of the outputs."""
 NOT_MADE_ROW = np.array([np.nan if output.kind == "f8" else float(NOT_MADE_FLAG) for output in (*OUTPUTS, *ERRORS)])

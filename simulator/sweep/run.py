@@ -375,6 +375,7 @@ def _outputs(sweep: Sweep, folder: Path) -> Iterator[xarray.Dataset]:
         for output, numbers in zip(sweep.outputs[some], np.concatenate(copied, axis=1), strict=True):
             values = numbers.astype(output.kind, copy=False).reshape(shape)
             about: dict[str, Any] = {"units": output.unit, "long_name": output.meaning}
+            about |= {"comment": output.comment} if output.comment else {}
             if output.flags:
                 about["flag_values"] = np.array([value for value, _ in output.flags], np.int8)
                 about["flag_meanings"] = " ".join(meaning for _, meaning in output.flags)

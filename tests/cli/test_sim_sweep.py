@@ -28,6 +28,10 @@ def swept(at: Path, *more: str, out: str = "sweep.nc") -> Any:
     return good(labbook("sim", "sweep", "--scene", "sim2", *more, "--out", out, "--json", at=at)).json
 
 
+def shown(at: Path, *words: str) -> str:
+    return good(labbook("sim", "sweep", *words, at=at)).out
+
+
 def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
     found = swept(tmp_path, *GRID, "--set", "gain=300", "--effects", "+leg_damping", "--accuracy", "1e-5")
     assert found.keys() == KEYS
@@ -81,6 +85,13 @@ def test_what_a_person_sees(tmp_path: Path) -> None:
     assert "set by you" not in shown
     says(shown, "51 variables", "xarray.open_dataset", "'bed.nc'")
     says(good(labbook(*words, at=tmp_path)).out, "nothing was left")
+
+
+def test_parameters_assumed_for_one_reason_are_told_of_in_one_line(tmp_path: Path) -> None:
+    words = ("--scene", "sim1", "--over", "foot_radius=0.02,0.03", "--accuracy", "1e-3", "--out", "sim1.nc")
+    says(
+        interpreted(shown, tmp_path, *words), "k_compression, k_extension, b_compression and b_extension are assumed: "
+    )
 
 
 def test_a_corner_that_cannot_be_is_told_of_and_left_out(tmp_path: Path) -> None:

@@ -5,9 +5,10 @@ from __future__ import annotations
 from typing import Any
 
 from labbook.presenting.simulation.simulated import set_by_user_line
-from reports.display import count_text, time_text
+from reports.display import count_text, list_text, time_text
 from simulator.error_bars import finer_accuracy
 from simulator.sweep.run import Finished
+from simulator.sweep.sweep import Sweep
 
 _REMARKS = {
     "under_surface": "the body gets under the surface of the grains, which act on the foot alone, so that no robot "
@@ -66,9 +67,19 @@ def as_lines(done: Finished) -> list[str]:
             if summary.flagged[flag]
         ),
         *set_by_user_line(sweep.scene),
-        *(f"{name} is assumed: {sweep.scene.values[name].why}" for name in sweep.assumed),
+        *_assumed(sweep),
         _effort(done),
         f"{done.out}: {len(sweep.outputs)} variables, for xarray.{opener}({str(done.out)!r}).",
+    ]
+
+
+def _assumed(sweep: Sweep) -> list[str]:
+    """Name the assumed parameters, those with the same reason in one line."""
+    by_reason: dict[str, list[str]] = {}
+    for name in sweep.assumed:
+        by_reason.setdefault(sweep.scene.values[name].why, []).append(name)
+    return [
+        f"{list_text(names)} {'is' if len(names) == 1 else 'are'} assumed: {why}" for why, names in by_reason.items()
     ]
 
 

@@ -50,6 +50,8 @@ def test_a_grid_as_xarray_reads_it(kind: str, tmp_path: Path) -> None:
     assert found["b_ad"].attrs == {"units": "kg/m", "long_name": sweep.design.axes[0].meaning}
     assert found["cost_J"].attrs["units"] == "J"
     assert all({"units", "long_name"} <= set(found[name].attrs) for name in (*found.data_vars, *found.coords))
+    assert max(len(found[name].attrs["long_name"]) for name in (*found.data_vars, *found.coords)) <= 60  # labels fit
+    says(found["apex_height_m"].attrs["comment"], "undisturbed surface", "NaN")
     assert {str(found[output.name].dtype) for output in OUTPUTS} == {"float64", "int32", "int8"}
 
     point = found.sel(b_ad=200.0, gain=600.0, foot_radius=0.038)
