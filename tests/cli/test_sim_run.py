@@ -66,6 +66,15 @@ def test_a_jump_under_the_grains_is_warned_of(tmp_path: Path) -> None:
     says(warning, "longest leg", "0.3 m", "0.33")
 
 
+def test_where_nothing_is_lifted_it_is_said_what_to_change(tmp_path: Path) -> None:
+    shown = good(
+        labbook("sim", "run", "--scene", "sim2", *options(["kg_scale=0.1", "k_extension=400"]), at=tmp_path)
+    ).out
+    says(shown.splitlines()[1], "no_liftoff", "k_extension", "ground")
+    assert simulated(tmp_path, "sim2", ["kg_scale=0.1", "k_extension=800"])["outcome"] == "touchdown"
+    assert simulated(tmp_path, "sim2", ["kg_scale=0.3", "k_extension=400"])["outcome"] == "touchdown"
+
+
 def test_kernels_are_compiled_beforehand(tmp_path: Path) -> None:
     assert good(labbook("sim", "warm", "sim2", "--json", at=tmp_path)).json["compile_time_s"]["sim2"] >= 0.0
     assert simulated(tmp_path, "sim2", [])["interpreted"] is False

@@ -224,7 +224,7 @@ def as_lines(result: SceneResult) -> list[str]:
     jump, scene, which = result.jump, result.scene, which_jump(result.scene, len(result.jumps))
     return [
         f"{scene.name}: {scene.title}",
-        f"{_outcome_text(jump.outcome, which)}.",
+        f"{_outcome_text(jump.outcome, which)}{_remedy(scene, jump.outcome)}.",
         *warnings(result),
         "",
         *_table(result),
@@ -242,6 +242,12 @@ def as_lines(result: SceneResult) -> list[str]:
 def _outcome_text(outcome: str, which: str = "") -> str:
     """Say how a jump ended, with the outcome's name."""
     return f"{OUTCOMES.get(outcome, outcome)} ({outcome}{which})"
+
+
+def _remedy(scene: Scene, outcome: str) -> str:
+    """Say what to change where the robot did not jump."""
+    firmer = " or firmer ground" if "hydrostatic_stiffness" in scene.effects else ""
+    return f": try a higher k_extension{firmer}" if outcome == "no_liftoff" else ""
 
 
 def which_jump(scene: Scene, number: int) -> str:
