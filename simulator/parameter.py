@@ -13,7 +13,8 @@ Part = Literal["robot", "leg", "controller", "ground", "drive", "start"]
 class Parameter:
     """A number of a scene, in SI units. `low` and `high` are the legal box, both ends included.
 
-    `assumed` is the value taken where a scene that reads it gives none, and `why` it was chosen.
+    `assumed` is the value taken where an effect that reads it is switched on in a scene that gives none, and `why`
+    it was chosen.
     """
 
     name: str
@@ -41,8 +42,8 @@ BASICS = (
     Parameter("body_mass", "robot", "kg", "mass of the body", 0.01, 100.0),
     Parameter("foot_mass", "robot", "kg", "mass of the foot", 1e-6, 20.0),
     Parameter("rest_length", "robot", "m", "length at which the leg's spring exerts nothing", 0.02, 2.0),
-    Parameter("upper_link", "robot", "m", "length l1 of the links at the motors", 0.01, 1.0),
-    Parameter("lower_link", "robot", "m", "length l2 of the links at the foot", 0.01, 2.0),
+    Parameter("upper_link", "robot", "m", "links' length l1 at the motors; linear leg: half its stroke", 0.01, 1.0),
+    Parameter("lower_link", "robot", "m", "links' length l2 at the foot; linear leg: its middle length", 0.01, 2.0),
     Parameter("k_compression", "leg", "N/m", "stiffness of the leg in compression", 1.0, 1e6),
     Parameter("k_extension", "leg", "N/m", "stiffness of the leg in extension", 1.0, 1e6),
     Parameter("initial_velocity", "start", "m/s", "velocity of body and foot at the start, down negative", -5.0, 0.0),

@@ -36,7 +36,8 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
 EFFECT = Effect(
     name="added_mass",
     meaning="grains that move with the foot while it intrudes, lost when it stops",
-    source="thesis 3.1.2; Aguilar & Goldman 2016",
+    source="m_a(z) = phi rho mu V + C z, V as of hydrostatic_stiffness, and C is added_mass_constant; thesis 3.1.2; "
+    "Aguilar & Goldman 2016",
     parameters=(*CONE, PHI, RHO, ADDED_MASS_CONSTANT),
     needs=(("hydrostatic_stiffness",),),
     energies=(Energy("grain_energy", "energy brought along by grains that join the foot", 1, "brought by the grains"),),

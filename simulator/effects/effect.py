@@ -134,8 +134,9 @@ class Effect:
     keep from event to event.
     `functions` fills slots of the kernel: `Composition.slots` by name. `body_force` says of the function `body_force_n`
     when it acts; without it such a function is refused. `energies` are integrated, and those with a sign booked;
-    `publishes`: other outputs it computes. All outputs read 0 while it is off. `guards` are events, `states` numbers
-    that it integrates; while one with states is on, no motion has a closed form.
+    `publishes`: other outputs it computes. All outputs read 0 while it is off. `lacks`: what it leaves out, though one
+    might expect it. `guards` are events, `states` numbers that it integrates; while one with states is on, no motion
+    has a closed form.
     """
 
     name: str
@@ -146,6 +147,7 @@ class Effect:
     excludes: dict[str, str] = field(default_factory=dict)
     energies: tuple[Energy, ...] = ()
     publishes: tuple[str, ...] = ()
+    lacks: str = ""
     derived: tuple[str, ...] = ()
     body_force: BodyForce | None = None
     guards: tuple[Guard, ...] = ()

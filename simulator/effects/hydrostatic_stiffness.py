@@ -55,7 +55,11 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
 EFFECT = Effect(
     name="hydrostatic_stiffness",
     meaning="granular ground: a resistance that grows with depth, and holds the foot where it stops",
-    source="thesis 3.1.2; Aguilar & Goldman 2016; Hubicki et al. 2016",
+    source="K(z) = kg_scale [k_sh V / (pi R^2) + sigma z (pi R^2 + V) / cos(cone_angle)], where R is foot_radius, V = "
+    "pi (R^2 s - q R s^2 + q^2 s^3 / 3), q = mu / tan(cone_angle) and s = min(z, R / q); thesis 3.1.2; Aguilar & "
+    "Goldman 2016; Hubicki et al. 2016",
+    lacks="a ground of finite depth or in layers, cohesion and adhesion, a power of the depth (Bekker), feet other "
+    "than a flat disk",
     parameters=(
         *CONE,
         Parameter("k_sh", "ground", "N/m", "penetration stiffness", 0.0, 1e8),

@@ -40,7 +40,8 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
 EFFECT = Effect(
     name="inertial_drag",
     meaning="drag of the grains, quadratic in the foot's speed",
-    source="thesis 3.1.2; Aguilar & Goldman 2016; Hubicki et al. 2016",
+    source="D(z) v^2 with D = bg_scale b_g c_g [phi rho mu A + C], where A = pi (R - q s)^2, R, q and s as of "
+    "hydrostatic_stiffness, and C is added_mass_constant; thesis 3.1.2; Aguilar & Goldman 2016; Hubicki et al. 2016",
     parameters=(
         *CONE,
         PHI,

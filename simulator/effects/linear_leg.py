@@ -22,8 +22,10 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
 
 EFFECT = Effect(
     name="linear_leg",
-    meaning="a leg driven straight, by a pinion through a gear; off, the five-bar of the thesis",
-    source="motors' torque = force x pinion_radius / gear_ratio",
+    meaning="a leg that two motors drive straight, by a pinion through a gear; off, the five-bar of the thesis",
+    source="torque of both motors = force x pinion_radius / gear_ratio",
+    lacks="inertia J of a motor's rotor, as a mass of 2 J (gear_ratio / pinion_radius)^2 between body and foot; "
+    "friction and efficiency of the gear",
     parameters=(
         Parameter(
             "pinion_radius",

@@ -29,8 +29,8 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
 
 EFFECT = Effect(
     name="motor_heat",
-    meaning="heat in the motors' windings",
-    source="thesis Eq. 3.5",
+    meaning="heat in the windings of both motors",
+    source="R I^2 / 2 for the current I of two motors that share the torque, thesis Eq. 3.5",
     parameters=(TORQUE_CONSTANT, MOTOR_RESISTANCE),
     energies=(Energy("heat", "heat in the motors' windings", 0, "heat in the motors"),),
     derived=("heat_factor",),

@@ -17,14 +17,14 @@ CONE = (FOOT_RADIUS, CONE_ANGLE, MU)
 
 STALL_TORQUE = Parameter("stall_torque", "drive", "N m", "stall torque of one of the two motors", 0.05, 500.0)
 TORQUE_CONSTANT = Parameter("torque_constant", "drive", "N m/A", "torque a motor gives for each ampere", 1e-3, 10.0)
-MOTOR_RESISTANCE = Parameter("motor_resistance", "drive", "ohm", "winding resistance of a motor", 1e-3, 100.0)
+MOTOR_RESISTANCE = Parameter(
+    "motor_resistance", "drive", "ohm", "winding resistance of one of the two motors", 1e-3, 100.0
+)
 VELOCITY_CONSTANT = Parameter(
     "velocity_constant", "drive", "V s/rad", "voltage a motor needs for each rad/s", 1e-3, 10.0
 )
 
-ACTIVE_DAMPING = Parameter(
-    "b_ad", "controller", "kg/m", "active damping for each metre a second of the foot downwards", 0.0, 1e5
-)
+ACTIVE_DAMPING = Parameter("b_ad", "controller", "kg/m", "active damping for each m/s of the foot downwards", 0.0, 1e5)
 
 GROUND_LOSS = Energy("ground_loss", "energy lost to the ground", -1, "lost to the ground")
 IMPACT_LOSS = Energy("impact_loss", "energy lost at impacts", -1, "lost at impacts", sudden=True)

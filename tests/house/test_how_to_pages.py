@@ -20,6 +20,7 @@ from labbook.demo.files import book_toml
 from labbook.demo.truth import CHAPTER_5
 from tests.cli.shell import Answer, good, labbook, rows
 from tests.helpers.books import SmallBook, reported_book, small_book
+from tests.helpers.kernels import python
 
 DOCS = Path(__file__).parents[2] / "docs"
 
@@ -142,6 +143,19 @@ def test_a_foot_goes_into_grains(tmp_path: Path) -> None:
         told = works([*words[:size], *words[size + 2 :], *few], tmp_path).out
         assert "one-way" in told
     assert (tmp_path / "grains.png").is_file()
+
+
+def test_a_scene_is_changed_and_a_sweep_becomes_a_table_and_a_figure(tmp_path: Path) -> None:
+    for words in commands("scenes.md"):
+        works(words[: words.index("#")] if "#" in words else words, tmp_path)
+    (script,) = re.findall(r"```python\n(.*?)```", (DOCS / "scenes.md").read_text(encoding="utf-8"), re.DOTALL)
+    python(["-W", "error", "-c", f"import os\nos.chdir({str(tmp_path)!r})\n{script}"], MPLBACKEND="agg")
+    header, *lines = (tmp_path / "sweep.csv").read_text(encoding="utf-8").splitlines()
+    assert header.split(",")[:2] == ["b_ad", "gain"]
+    assert len(lines) == 51 * 2
+    assert all("touchdown" in line for line in lines)
+    with Image.open(tmp_path / "sweep.png") as drawn:
+        assert min(drawn.size) > 400
 
 
 def test_jumps_are_reviewed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

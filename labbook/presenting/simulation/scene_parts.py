@@ -95,6 +95,7 @@ def _effect_lines(effect: Effect) -> list[str]:
     own = [item.name for item in effect.parameters]
     return [
         f"source: {effect.source}.",
+        *([f"leaves out: {effect.lacks}."] if effect.lacks else []),
         *([f"needs {_needs(effect)}."] if effect.needs else []),
         *([f"pushes the body in the modes {', '.join(force.modes)}."] if (force := effect.body_force) else []),
         *(f"is an event where {guard.expression} rises through zero: {guard.happens}." for guard in effect.guards),
@@ -111,6 +112,7 @@ def _parameter_lines(parameter: Parameter) -> list[str]:
     lines = [
         f"from {parameter.low:g} to {parameter.high:g}{unit}, in the table [{parameter.part}] of a scene's file.",
         f"read by {_read_by(parameter)}.",
+        *(f"{effect}: {EFFECTS[effect].source}." for effect in readers(parameter.name)),
     ]
     for scene in map(load_scene, shipped_scenes()):
         if parameter.name in scene.read:
@@ -118,7 +120,9 @@ def _parameter_lines(parameter: Parameter) -> list[str]:
             origin = f"assumed: {value.why}" if value.assumed else value.source
             lines.append(f"{scene.name}: {value.value:g}{unit} ({origin})")
     if parameter.assumed is not None:
-        lines.append(f"where a scene gives none: {parameter.assumed:g}{unit} (assumed: {parameter.why})")
+        lines.append(
+            f"where --effects asks for it, and a scene has none: {parameter.assumed:g}{unit} (assumed: {parameter.why})"
+        )
     return lines
 
 
@@ -126,6 +130,7 @@ def _effect_data(effect: Effect) -> dict[str, Any]:
     return {
         "meaning": effect.meaning,
         "source": effect.source,
+        "lacks": effect.lacks,
         "needs": [list(alternatives) for alternatives in effect.needs],
         "excludes": effect.excludes,
         "parameters": [parameter.name for parameter in effect.parameters],

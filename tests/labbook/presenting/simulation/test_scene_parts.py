@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import math
 import re
 from pathlib import Path
+from typing import Any
 
+import numpy as np
 import pytest
 
 from labbook.presenting.simulation.scene_parts import part_data, part_lines, parts_data, parts_markdown, parts_tables
@@ -12,7 +15,10 @@ from simulator.changes import WORDS, changed_by_words
 from simulator.declared import all_parameters, readers
 from simulator.effects.registry import EFFECTS
 from simulator.jump import simulate
+from simulator.scene import Scene
 from simulator.scene_file import load_scene, parse_scene, shipped_scenes
+from tests.helpers.kernels import interpreted
+from tests.helpers.wording import says
 
 DOCUMENT = (Path(__file__).parents[4] / "docs" / "scenes.md").read_text(encoding="utf-8")
 
@@ -57,10 +63,66 @@ def test_the_document_has_these_tables() -> None:
         assert part.strip() in DOCUMENT  # lines that are gone: paste what `labbook sim parts --markdown` prints
 
 
-def test_the_scene_of_the_document_can_be_simulated() -> None:
+@pytest.mark.parametrize(
+    ("name", "facts"),
+    [
+        ("k_sh", ("K(z)", "k_sh", "sigma", "cone_angle")),
+        ("b_g", ("D(z)", "b_g", "c_g")),
+        ("hydrostatic_stiffness", ("cohesion", "depth", "Bekker")),
+        ("linear_leg", ("inertia", "friction", "efficiency", "gear_ratio / pinion_radius")),
+        ("linear_leg", ("two motors",)),
+        ("motor_resistance", ("two motors",)),
+        ("motor_heat", ("two motors", "R I^2 / 2")),
+    ],
+)
+def test_what_a_part_computes_and_leaves_out_is_told(name: str, facts: tuple[str, ...]) -> None:
+    assert says(part_lines(name), *facts)
+
+
+def own_scene() -> Scene:
     (text,) = re.findall(r"```toml\n(.*?)```", DOCUMENT, re.DOTALL)
-    scene = parse_scene(text, "own")
+    return parse_scene(text, "own")
+
+
+def test_the_scene_of_the_document_can_be_simulated() -> None:
+    scene = own_scene()
     assert set(scene.values) == set(scene.read)  # neither more nor less than is needed
-    assert scene.effects == load_scene("force_plate").effects  # whose kernel other tests compile
-    result = simulate(scene)
-    assert [jump.outcome for jump in result.jumps] == ["touchdown", "touchdown"]
+    jump = interpreted(simulate, scene, 1e-3).jump
+    assert (jump.outcome, jump.under_surface) == ("touchdown", False)
+    assert jump.cost_J > 0.0
+
+
+def ground_at(scene: Scene, depth_m: float) -> tuple[float, float, float]:
+    """Resistance, drag and added mass of a scene's grains at a depth, as the effects compute them."""
+    place: dict[str, int] = {name: number for number, name in enumerate(scene.read)}
+    effects = [EFFECTS[name] for name in ("hydrostatic_stiffness", "inertial_drag", "added_mass")]
+    made = [effect.functions(lambda name: place.setdefault(name, len(place))) for effect in effects]
+    row = np.zeros(len(place))
+    row[: len(scene.read)] = [scene[name] for name in scene.read]
+    for functions in made:
+        functions["prepare"](row)
+    stiffness, drag, added = made
+    found = stiffness["resistance_n"], drag["quadratic_drag_kg_m"], added["added_mass_kg"]
+    return tuple(float(each(row, depth_m)) for each in found)  # type: ignore[return-value]
+
+
+@pytest.mark.parametrize("depth_m", [0.0, 0.02, 0.3])
+def test_the_formulas_of_the_document_are_those_of_the_ground(depth_m: float) -> None:
+    """They are read as they stand there: a space is a product."""
+    scene = own_scene().changed({"kg_scale": 1.3, "bg_scale": 0.7})
+    known: dict[str, Any] = {name: scene[name] for name in scene.read}
+    known |= {"z": depth_m, "R": known["foot_radius"], "C": known["added_mass_constant"]}
+    known |= {"pi": math.pi, "tan": math.tan, "cos": math.cos, "min": min}
+    for formula in re.findall(r"(?:^ {4}|, )((?:q|s|A|V|K|D|m_a) = .*?)(?=, [sV] = | {3})", DOCUMENT, re.MULTILINE):
+        name, _, said = formula.translate(str.maketrans("[]", "()")).replace("^", "**").partition(" = ")
+        known[name] = eval(re.sub(r"(?<=[\w)]) (?=[\w(])", " * ", said), {}, known)
+    assert (known["K"], known["D"], known["m_a"]) == pytest.approx(interpreted(ground_at, scene, depth_m), rel=1e-12)
+
+
+def test_the_ground_of_the_document_gives_the_pressures_of_its_plate_test() -> None:
+    scene = own_scene()
+    readings = re.findall(r"(\d+) kPa at (\d+) cm", DOCUMENT)
+    assert len(readings) == 2
+    for pressure, depth_cm in readings:
+        force_n, _, _ = interpreted(ground_at, scene, 0.01 * float(depth_cm))
+        assert force_n / (math.pi * scene["foot_radius"] ** 2) == pytest.approx(1e3 * float(pressure), rel=0.005)
