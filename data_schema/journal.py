@@ -18,12 +18,14 @@ import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
+from json.encoder import encode_basestring
 from typing import Any, Self
 
 import sqlalchemy as sa
 
 from data_schema.errors import BookDamaged, BookVersion
 from data_schema.tables.journal import journal, person
+from data_schema.tables.plain import insert as insert_row
 from data_schema.vocabulary import Action
 
 JOURNAL_SCHEMA = 3
@@ -99,17 +101,26 @@ class Entry:
         return entry
 
     @cached_property
+    def texts(self) -> dict[str, str]:
+        """The canonical texts of the fields that the line has beside the hash, by name; writing them takes longest."""
+        values = {name: getattr(self, name) for name in _FIELDS}
+        return {name: _text(value) for name, value in values.items() if value is not None or name not in _LEFT_OUT}
+
+    @cached_property
     def _halves(self) -> tuple[str, str]:
-        """The canonical texts of the fields whose names come before "hash" and after it; writing them takes longest."""
-        body = {name: getattr(self, name) for name in _FIELDS}
-        for name in ("origin", "schema"):
-            if body[name] is None:
-                del body[name]
-        before, after = ({name: body[name] for name in body if (name < "hash") is first} for first in (True, False))
-        return canonical(before)[:-1], canonical(after)[1:]
+        """The texts of the fields whose names come before "hash" and after it."""
+        texts = [f'"{name}":{text}' for name, text in self.texts.items()]
+        return "{" + ",".join(texts[:_BEFORE]), ",".join(texts[_BEFORE:]) + "}"
 
 
-_FIELDS = tuple(field.name for field in fields(Entry))
+_FIELDS = tuple(sorted(field.name for field in fields(Entry)))
+_BEFORE = sum(name < "hash" for name in _FIELDS)
+_LEFT_OUT = ("origin", "schema")
+"""Fields that a line has only where they have a value."""
+
+
+def _text(value: object) -> str:
+    return encode_basestring(value) if isinstance(value, str) else canonical(value)
 
 
 def _sha256(text: str) -> str:
@@ -173,8 +184,8 @@ def head(connection: sa.Connection) -> tuple[int, str]:
 
 def insert(connection: sa.Connection, entries: Sequence[Entry]) -> None:
     """Write entries to the table; their persons must be known by then."""
-    if entries:
-        connection.execute(_INSERT, [_row_of(entry) for entry in entries])
+    for entry in entries:
+        insert_row(connection, _INSERT, _row_of(entry))
 
 
 _PLAIN = ("seq", "following", "at_utc", "entity_kind", "entity_uid", "reason", "prev_hash", "hash")
@@ -182,10 +193,9 @@ _JSON = ("old", "new", "origin")
 
 
 def _row_of(entry: Entry) -> dict[str, Any]:
-    records = {name: getattr(entry, name) for name in _JSON}
     return {
         **{name: getattr(entry, name) for name in _PLAIN},
-        **{f"{name}_json": None if value is None else canonical(value) for name, value in records.items()},
+        **{f"{name}_json": None if getattr(entry, name) is None else entry.texts[name] for name in _JSON},
         "person_name": entry.person,
         "action": str(entry.action),
     }

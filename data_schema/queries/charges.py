@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.equipment import battery
 from data_schema.tables.files import file
+from data_schema.tables.plain import fetch
 from data_schema.tables.runs import charge, run
 from data_schema.vocabulary import ChargeState
 
@@ -167,7 +168,7 @@ def rows_about(connection: sa.Connection, run_uids: Sequence[str], names: Sequen
 
 def charges_naming(connection: sa.Connection, name: str) -> list[str]:
     """Return the uids of the charges with a name that no run had."""
-    return list(connection.execute(_NAMING, {"named": name}).scalars())
+    return [uid for (uid,) in fetch(connection, _NAMING, {"named": name})]
 
 
 # Built once: a sheet states thousands of runs, and each is asked for what waits for it.

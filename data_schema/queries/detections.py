@@ -11,9 +11,10 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.tables.base import CHUNK, columns_of, in_chunks, insert_plain
+from data_schema.tables.base import CHUNK, columns_of, in_chunks
 from data_schema.tables.files import LAST_READING, file, ingest
 from data_schema.tables.journal import person
+from data_schema.tables.plain import fetch, insert_all
 from data_schema.tables.runs import decision, run
 from data_schema.tables.signals import detection, jump, signal
 from data_schema.vocabulary import IngestStatus, ReasonCode, TargetKind, Verdict
@@ -76,10 +77,12 @@ class DecisionRow:
 def add_detection(connection: sa.Connection, found: DetectionRow, signal_key: int) -> None:
     """Store what was found in a signal, but where it is stored already; no jumps is a result too."""
     values = {**{name: getattr(found, name) for name in _OWN}, "signal": signal_key, "n_jumps": len(found.jumps)}
-    key = connection.execute(_ADD_NEW, values).scalar()
-    if key is not None and found.jumps:
-        rows = [(key, int(item.gap_touched), json.dumps(item.flags), *_of_jump(item)) for item in found.jumps]
-        insert_plain(connection, jump, ("detection", "gap_touched", "flags_json", *_OF_JUMP), rows)
+    for (key,) in fetch(connection, _ADD_NEW, values):
+        rows = [
+            (uid, key, *rest, int(gap_touched), _listed(flags))
+            for uid, *rest, gap_touched, flags in map(_plain, found.jumps)
+        ]
+        insert_all(connection, jump, _COLUMNS, rows)
 
 
 _OWN = ("uid", "key", "algorithm", "version", "parameters_json")
@@ -94,8 +97,9 @@ _ADD_NEW = (
     )
     .returning(detection.c.id)
 )
-_OF_JUMP = tuple(name for name in JumpRow.__slots__ if name not in ("flags", "gap_touched"))
-_of_jump = attrgetter(*_OF_JUMP)
+_COLUMNS = tuple(column.name for column in jump.c if column.name != "id")
+_plain = attrgetter(*JumpRow.__slots__)
+_listed = cache(json.dumps)
 
 
 def jumps_found(connection: sa.Connection, ingest_uid: str, algorithm: str | None) -> dict[str, int]:

@@ -16,6 +16,7 @@ import sqlalchemy as sa
 from data_schema.errors import InputRefused, UnknownName
 from data_schema.tables import FACTS
 from data_schema.tables.base import private_keys
+from data_schema.tables.plain import change, fetch, insert
 
 
 def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[str, Any]) -> int:
@@ -23,13 +24,10 @@ def insert_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     table = FACTS[kind]
     row = _with_keys(connection, table, values)
     try:
-        done = connection.execute(table.insert(), {"uid": uid, **row})
-    except (sa.exc.StatementError, OverflowError) as error:
+        key = insert(connection, table, {"uid": uid, **row})
+    except (sa.exc.StatementError, OverflowError, ValueError) as error:
         _pass_on_trouble(error)
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {why_refused(error, table, values)}.") from error
-    found = done.inserted_primary_key
-    assert found is not None  # noqa: S101 - every fact has a private key
-    key = int(found[0])
     if (known := connection.info.get(_KNOWN)) is not None:
         known[table.name, uid] = key
     return key
@@ -40,8 +38,8 @@ def update_fact(connection: sa.Connection, kind: str, uid: str, values: Mapping[
     table = FACTS[kind]
     row = _with_keys(connection, table, values)
     try:
-        changed = connection.execute(_update_row(kind), {"this_uid": uid, **row}).rowcount
-    except (sa.exc.StatementError, OverflowError) as error:
+        changed = change(connection, _update_row(kind), {"this_uid": uid, **row})
+    except (sa.exc.StatementError, OverflowError, ValueError) as error:
         _pass_on_trouble(error)
         raise InputRefused(f"{kind} {_shown(values)} cannot be stored: {why_refused(error, table, values)}.") from error
     if changed != 1:
@@ -54,10 +52,10 @@ def read_fact(connection: sa.Connection, kind: str, uid: str, columns: Iterable[
     names = (
         [column.name for column in table.c if column.name not in ("id", "uid")] if columns is None else list(columns)
     )
-    row = connection.execute(_select_columns(kind, tuple(names)), {"this_uid": uid}).mappings().first()
-    if row is None:
+    found = fetch(connection, _select_columns(kind, tuple(names)), {"this_uid": uid})
+    if not found:
         raise UnknownName(f"there is no {kind} with uid {uid!r}: list what there is and use a name from there.")
-    return dict(row)
+    return dict(zip(names, found[0], strict=True))
 
 
 def find_uid(connection: sa.Connection, kind: str, **natural: Any) -> str | None:
@@ -66,8 +64,8 @@ def find_uid(connection: sa.Connection, kind: str, **natural: Any) -> str | None
     row = _with_keys(connection, table, natural)
     given = {name: value for name, value in row.items() if value is not None}
     blank = tuple(name for name in row if name not in given)
-    found: str | None = connection.execute(_select_uid(kind, tuple(given), blank), given).scalar()
-    return found
+    found = fetch(connection, _select_uid(kind, tuple(given), blank), given)
+    return found[0][0] if found else None
 
 
 def fact_exists(connection: sa.Connection, kind: str, uid: str) -> bool:
@@ -120,7 +118,7 @@ def _with_keys(connection: sa.Connection, table: sa.Table, values: Mapping[str, 
     found = {name: key for name, uid in uids.items() if (key := known.get((referred[name], uid))) is not None}
     asked = {name: uids[name] for name in uids if name not in found}
     if asked:
-        keys = connection.execute(_select_keys(table.name, tuple(asked)), asked).mappings().one()
+        keys = dict(zip(asked, fetch(connection, _select_keys(table.name, tuple(asked)), asked)[0], strict=True))
         for name, key in keys.items():
             if key is None:
                 raise UnknownName(
@@ -202,7 +200,7 @@ _CALLED_BY = ("name", "key", "label", "date_local")
 """Columns by which people call a row."""
 
 
-def why_refused(error: sa.exc.StatementError | OverflowError, table: sa.Table, values: Mapping[str, Any]) -> str:
+def why_refused(error: Exception, table: sa.Table, values: Mapping[str, Any]) -> str:
     """Say which rule of `table` the `values` break and what it allows; any other message is returned as it is."""
     original = getattr(error, "orig", None) or error
     message = str(original).strip().splitlines()[0]

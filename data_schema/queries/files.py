@@ -22,6 +22,7 @@ from data_schema.reasons import Reason
 from data_schema.tables.base import columns_of
 from data_schema.tables.files import IN_USE, LAST_READING, file, finding, ingest, run_file
 from data_schema.tables.journal import config, journal, person
+from data_schema.tables.plain import change, fetch, insert
 from data_schema.tables.runs import charge, run
 from data_schema.tables.signals import channel, gap, signal
 from data_schema.vocabulary import ChargeState, FileRole, IngestStatus, Severity, Undefined
@@ -178,7 +179,7 @@ def logs_by_run(connection: sa.Connection) -> dict[str, list[Link]]:
 
 
 def _links(connection: sa.Connection, query: sa.Select[Any], uid: str) -> list[Link]:
-    return [Link(*row) for row in connection.execute(query, {"of": uid})]
+    return [Link(*row) for row in fetch(connection, query, {"of": uid})]
 
 
 # Built once: an ingest of many files asks them for each, and building one takes longer than asking it.
@@ -224,7 +225,7 @@ def signals_of_file(connection: sa.Connection, file_uid: str) -> list[str]:
 
 def unlink_file(connection: sa.Connection, file_uid: str, part: str | None = None) -> None:
     """Let a file, or a part of it, belong to no run; which one it belonged to stands in the journal."""
-    connection.execute(_UNLINK_PART if part is not None else _UNLINK, {"file_uid": file_uid, "of": part})
+    change(connection, _UNLINK_PART if part is not None else _UNLINK, {"file_uid": file_uid, "of": part})
 
 
 _OF_FILE = run_file.c.file == sa.select(file.c.id).where(file.c.uid == sa.bindparam("file_uid")).scalar_subquery()
@@ -342,7 +343,7 @@ def _loose_parts(connection: sa.Connection) -> list[InboxItem]:
 
 def files_naming(connection: sa.Connection, run_name: str) -> list[tuple[str, str]]:
     """Return the unassigned files that name a run of this name, each with its role."""
-    return [(row.uid, row.role) for row in connection.execute(_WAITING_FILES, {"named": run_name})]
+    return [(uid, role) for uid, role in fetch(connection, _WAITING_FILES, {"named": run_name})]
 
 
 # Built once: a sheet states thousands of runs, and each is asked for what waits for it.
@@ -410,8 +411,7 @@ def refused_with(connection: sa.Connection, sha256: str, reader: str, options_js
 
 def add_ingest(connection: sa.Connection, *, person_name: str, values: Mapping[str, Any]) -> int:
     """Add the row of a file's reading, under the configuration in force; returns its key."""
-    done = connection.execute(_ADD_INGEST, {"person_name": person_name, **values})
-    return _key(done)
+    return insert(connection, _ADD_INGEST, {"person_name": person_name, **values})
 
 
 _ADD_INGEST = ingest.insert().values(
@@ -423,8 +423,8 @@ _ADD_INGEST = ingest.insert().values(
 
 def add_findings(connection: sa.Connection, ingest_key: int, rows: Sequence[Mapping[str, Any]]) -> None:
     """Add what the checks found."""
-    if rows:
-        connection.execute(finding.insert(), [{"ingest": ingest_key, **row} for row in rows])
+    for row in rows:
+        insert(connection, finding, {"ingest": ingest_key, **row})
 
 
 @dataclass(frozen=True, slots=True)
@@ -472,17 +472,11 @@ def add_signal(
     gaps: Sequence[Mapping[str, Any]],
 ) -> int:
     """Add a signal of the reading that the transaction adds, with its channels and gaps; returns its key."""
-    key = _key(connection.execute(signal.insert(), values))
-    connection.execute(channel.insert(), [{"signal": key, **row} for row in channels])
-    if gaps:
-        connection.execute(gap.insert(), [{"signal": key, **row} for row in gaps])
+    key = insert(connection, signal, values)
+    for table, rows in ((channel, channels), (gap, gaps)):
+        for row in rows:
+            insert(connection, table, {"signal": key, **row})
     return key
-
-
-def _key(done: sa.CursorResult[Any]) -> int:
-    key = done.inserted_primary_key
-    assert key is not None  # noqa: S101 - these tables have a private key
-    return int(key[0])
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,6 +16,7 @@ from data_schema.queries.study import condition_levels, factors
 from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.design import condition, condition_level, day, factor, level, planned_run
 from data_schema.tables.equipment import battery, robot
+from data_schema.tables.plain import fetch
 from data_schema.tables.runs import run
 from data_schema.vocabulary import RunKind, RunState
 from data_schema.where import (
@@ -157,7 +158,8 @@ def runs_of_conditions(connection: sa.Connection, condition_uids: Sequence[str])
 
 def stated_of_run(connection: sa.Connection, run_uid: str) -> Mapping[str, Any]:
     """Return what was stated of a run that its files are held against: name, kind, jumps made, starts, local date."""
-    return dict(connection.execute(_STATED, {"uid": run_uid}).mappings().one())
+    (row,) = fetch(connection, _STATED, {"uid": run_uid})
+    return dict(zip(_STATED.selected_columns.keys(), row, strict=True))
 
 
 # Built once: an ingest of many files asks it for each, and building it takes longer than asking it.

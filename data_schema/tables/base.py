@@ -6,14 +6,15 @@ Every constraint is named, so that what it refuses can be put in words.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 from enum import StrEnum
-from functools import cache, lru_cache
+from functools import cache
 from typing import Any, TypeVar
 
 import sqlalchemy as sa
 from sqlalchemy.engine import Dialect
+
+from data_schema.tables.plain import finite
 
 Item = TypeVar("Item")
 
@@ -50,13 +51,7 @@ class Real(sa.types.TypeDecorator[float]):
         """Let only finite numbers and NULL through."""
         if value is None:
             return None
-        return _finite(float(value))
-
-
-def _finite(number: float) -> float:
-    if not math.isfinite(number):
-        raise ValueError(f"{number} cannot be stored: store NULL and a reason instead.")
-    return float(number)
+        return finite(float(value))
 
 
 def uid_column() -> sa.Column[str]:
@@ -159,26 +154,3 @@ def private_keys(connection: sa.Connection, name: sa.Column[str], names: Sequenc
 def _keys_by(name: sa.Column[str]) -> sa.Select[Any]:
     """Build the query once: an ingest of many files asks it for each."""
     return sa.select(name, name.table.c.id).where(name.in_(sa.bindparam("names", expanding=True)))
-
-
-def insert_plain(
-    connection: sa.Connection, table: sa.Table, names: Sequence[str], rows: Sequence[Sequence[str | float | None]]
-) -> None:
-    """Insert rows by the driver, the values of the columns named, a third of the time that SQLAlchemy takes.
-
-    Numbers that are not finite are refused, as by `Real`.
-    """
-    text, places = _plain_insert(table, tuple(names), connection.dialect)
-    plain = [[_finite(value) if isinstance(value, float) else value for value in row] for row in rows]
-    if places is None:
-        connection.exec_driver_sql(text, [dict(zip(names, row, strict=True)) for row in plain])
-    else:
-        connection.exec_driver_sql(text, [tuple(row[place] for place in places) for row in plain])
-
-
-@lru_cache(maxsize=16)  # of an engine's dialect: a replay makes an engine of its own
-def _plain_insert(table: sa.Table, names: tuple[str, ...], dialect: Dialect) -> tuple[str, list[int] | None]:
-    """Return the statement, and which value goes to which place; None where values are named."""
-    compiled = table.insert().compile(dialect=dialect, column_keys=list(names))
-    order = compiled.positiontup
-    return str(compiled), None if order is None else [names.index(name) for name in order]

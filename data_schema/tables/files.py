@@ -57,7 +57,7 @@ ingest = table(
     partial_index("ix_ingest_waiting", "id", "status = 'waiting'"),
 )
 
-IN_USE = ingest.c.status.in_((str(IngestStatus.IMPORTED), str(IngestStatus.WAITING)))
+IN_USE = sa.or_(ingest.c.status == str(IngestStatus.IMPORTED), ingest.c.status == str(IngestStatus.WAITING))
 """The last reading of a file that is in use; it gave nothing where it waits for a declaration."""
 
 LAST_READING = sa.or_(IN_USE, ingest.c.status == str(IngestStatus.WITHDRAWN))
