@@ -72,7 +72,6 @@ def reference(table: str, *, called: str | None = None, optional: bool = False, 
         sa.ForeignKey(f"{table}.id", ondelete="RESTRICT", onupdate="RESTRICT"),
         nullable=optional,
         unique=unique or None,
-        index=not unique,
     )
 
 
@@ -123,8 +122,14 @@ def partial_index(name: str, column: str, where: str, *, unique: bool = False) -
 
 
 def table(name: str, *parts: sa.schema.SchemaItem) -> sa.Table:
-    """Declare a table, STRICT on SQLite."""
-    return sa.Table(name, METADATA, *parts, sqlite_strict=True)
+    """Declare a table, STRICT on SQLite; of its references those are indexed with which no unique key begins."""
+    made = sa.Table(name, METADATA, *parts, sqlite_strict=True)
+    keys = [rule for rule in made.constraints if isinstance(rule, sa.PrimaryKeyConstraint | sa.UniqueConstraint)]
+    first = {next(iter(key.columns), None) for key in keys}
+    for column in made.c:
+        if column.foreign_keys and column not in first:
+            sa.Index(None, column)
+    return made
 
 
 def columns_of(row: type[Any], source: sa.Table, **others: sa.ColumnElement[Any]) -> list[sa.Label[Any]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import sqlite3
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
 from typing import Any, TypeAlias
 
@@ -17,11 +17,24 @@ from sqlalchemy.dialects import sqlite
 
 Values: TypeAlias = Mapping[str, Any]
 _SQLITE = sqlite.dialect()
+_AT_ONCE = 1000
 
 
 def fetch(connection: sa.Connection, statement: sa.Executable, values: Values) -> Sequence[Sequence[Any]]:
     """Return all rows that a statement gives for these values."""
     return _run(connection, statement, values).fetchall()
+
+
+def scan(connection: sa.Connection, query: sa.Executable) -> Iterator[Sequence[tuple[Any, ...]]]:
+    """Give all rows of a long query, a thousand at once."""
+    driver = _driver(connection)
+    if driver is None:
+        for rows in connection.execute(query, execution_options={"yield_per": _AT_ONCE}).partitions():
+            yield [tuple(row) for row in rows]
+    else:
+        cursor = _run(connection, query, {})
+        while rows := cursor.fetchmany(_AT_ONCE):
+            yield rows
 
 
 def change(connection: sa.Connection, statement: sa.Executable, values: Values) -> int:

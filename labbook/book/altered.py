@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from functools import cache
-from itertools import takewhile, zip_longest
+from itertools import chain, takewhile, zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -26,6 +26,7 @@ from data_schema.queries.files import readings, waiting_files
 from data_schema.queries.history import list_reports
 from data_schema.tables import FACTS, METADATA
 from data_schema.tables.base import TEXT
+from data_schema.tables.plain import scan
 from data_schema.vocabulary import Action
 from labbook.book.report_numbers import readable_numbers
 
@@ -53,7 +54,6 @@ _NTH = "nth"
 _NAMES = ("name", "original_name", "label", "key", "date_local", "part", "line", "number", "position")
 """Columns by which a person knows a row, the best first."""
 _MOST_SHOWN = 60
-_ROWS_AT_ONCE = 1000
 
 
 class Misfit(StrEnum):
@@ -177,7 +177,7 @@ def with_reports(
 def _altered(table: sa.Table, book: sa.Connection, fresh: sa.Connection) -> Iterator[AlteredRow]:
     """Compare the rows of a table one by one; only those out of step are kept, to be matched by their keys."""
     query = _public(table).order_by(*table.primary_key.columns)
-    here, there = (_execute(connection, query) for connection in (book, fresh))
+    here, there = (chain.from_iterable(scan(connection, query)) for connection in (book, fresh))
     key, names = _key(table), list(query.selected_columns.keys())
     left: dict[tuple[Any, ...], _Row] = {}
     right: dict[tuple[Any, ...], _Row] = {}
@@ -197,11 +197,6 @@ def _altered(table: sa.Table, book: sa.Connection, fresh: sa.Connection) -> Iter
         elif places[key_of_row] < latest:
             yield AlteredRow(table.name, Misfit.MOVED, stands, should_be)
         latest = max(latest, places.get(key_of_row, 0) if stands else 0)
-
-
-def _execute(connection: sa.Connection, query: sa.Select[Any]) -> Iterator[tuple[Any, ...]]:
-    for rows in connection.execute(query, execution_options={"yield_per": _ROWS_AT_ONCE}).partitions():
-        yield from map(tuple, rows)
 
 
 def _key(table: sa.Table) -> list[str]:
