@@ -90,7 +90,8 @@ class Entry:
                 )
             if record["seq"] != 1 and schema is not None:
                 raise ValueError("schema stands in the first entry alone")
-            entry = cls(**{**record, "action": Action(record["action"])})
+            record["action"] = _action(record["action"])
+            entry = cls(**record)
             changed = entry.hash != recorded or entry.line != text
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
             raise BookDamaged(f"a line of journal.jsonl cannot be read ({error}): {text[:80]!r}; {remedy}.") from error
@@ -113,10 +114,15 @@ class Entry:
         return "{" + ",".join(texts[:_BEFORE]), ",".join(texts[_BEFORE:]) + "}"
 
 
+_ACTIONS = {str(action): action for action in Action}
 _FIELDS = tuple(sorted(field.name for field in fields(Entry)))
 _BEFORE = sum(name < "hash" for name in _FIELDS)
 _LEFT_OUT = ("origin", "schema")
 """Fields that a line has only where they have a value."""
+
+
+def _action(text: str) -> Action:
+    return _ACTIONS.get(text) or Action(text)
 
 
 def _text(value: object) -> str:
@@ -255,4 +261,4 @@ def _entry_of(row: Any) -> Entry:
     values: dict[str, Any] = {name: getattr(row, name) for name in _PLAIN if name != "hash"}
     values |= {name: None if text is None else json.loads(text) for name, text in texts.items()}
     schema = JOURNAL_SCHEMA if row.seq == 1 else None
-    return Entry(**values, person=row.person_name, action=Action(row.action), schema=schema)
+    return Entry(**values, person=row.person_name, action=_action(row.action), schema=schema)

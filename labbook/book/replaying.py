@@ -63,6 +63,8 @@ class Replay:
     lost: frozenset[str] = frozenset()
     hashes: list[str] = field(default_factory=list)
     """Of the entries that were applied, in their order."""
+    reports: list[Entry] = field(default_factory=list)
+    """Those of them that say that a report was made."""
     without_rows: list[Entry] = field(default_factory=list)
     left_out: LeftOut = NOTHING
     verified: dict[str, str] = field(default_factory=dict)
@@ -89,7 +91,9 @@ class Replay:
                     for command in some:
                         self.without_rows += self._applied(connection, command, ahead.take)
                         self.step(f"{command[-1].seq}/{total} {command[-1].action} {command[-1].entity_kind}")
-                self.hashes += [entry.hash for command in some for entry in command]
+                for entry in itertools.chain.from_iterable(some):
+                    self.hashes.append(entry.hash)
+                    self.reports += [entry] if entry.action is Action.REPORT else []
 
     def _applied(
         self, connection: sa.Connection, command: list[Entry], prepared: Callable[[Entry], object]

@@ -121,15 +121,16 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
             replayed(store, mirror, 0, step, use_cache=not deep, lost=lost) as (engine, replay),
         ):
             yield engine, replay
-            verified.update(replay.verified)
+            replays.append(replay)
 
-    verified: dict[str, str] = {}
+    replays: list[Replay] = []
     problems: list[str] = []
     database = _attempt(
         problems, lambda: _read_database(store.root, engine_of(folder, configuration), replayed_journal, problems)
     )
     database = database or _Database([], [], None)
-    written = _attempt(problems, lambda: _read_through(mirror.entries()))  # the table is never ahead of it
+    verified = replays[0].verified if replays else {}
+    written = _attempt(problems, lambda: _read_file(mirror, replays))  # the table is never ahead of it
     left_out = NOTHING if written is None else mirror.left_out()
     waiting = 0
     if written is not None and database.journal is not None:
@@ -281,6 +282,15 @@ def _read_through(entries: Iterable[Entry]) -> _Journal:
         if entry.action is Action.REPORT:
             found.reports.append(entry)
     return found
+
+
+def _read_file(mirror: JournalFile, replays: Sequence[Replay]) -> _Journal:
+    """Read the journal's file, where the replay did not come to its end."""
+    last = mirror.last()
+    for replay in replays:
+        if last is not None and replay.reached == (last.seq, last.hash):
+            return _Journal(replay.hashes, replay.reports)
+    return _read_through(mirror.entries())
 
 
 def _compared(path: Path, written: Sequence[str], entries: Sequence[str]) -> list[str]:
