@@ -126,7 +126,9 @@ def _action(text: str) -> Action:
 
 
 def _text(value: object) -> str:
-    return encode_basestring(value) if isinstance(value, str) else canonical(value)
+    if isinstance(value, str):
+        return encode_basestring(value)
+    return "null" if value is None else str(value) if type(value) is int else canonical(value)
 
 
 def _sha256(text: str) -> str:

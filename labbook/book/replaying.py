@@ -11,6 +11,7 @@ whatever reason, is read here when its turn comes, so that an error is the same 
 from __future__ import annotations
 
 import contextlib
+import gc
 import itertools
 import multiprocessing
 import os
@@ -85,7 +86,7 @@ class Replay:
         new = checked(itertools.takewhile(lambda entry: entry.seq <= total, entries), self.mirror.remedy)
         forget_unused()
         ahead = ReadingAhead(self.store, self.use_cache, self.needs_samples, self.verified, self.lost)
-        with contextlib.closing(ahead):
+        with contextlib.closing(ahead), _nothing_collected():
             for some in _batched(journal.commands(ahead.pass_on(new))):
                 with writing(engine) as connection, remembering_keys(connection, self._keys):
                     for command in some:
@@ -128,6 +129,18 @@ class Replay:
                 f"entry {seq} of {self.mirror.path} is not entry {seq} of the database: the two belong to different "
                 "books; put the right ones together; nothing was changed."
             )
+
+
+@contextlib.contextmanager
+def _nothing_collected() -> Iterator[None]:
+    """Let Python look for no circles of objects, of which a replay leaves none: that takes a sixth of its time."""
+    was_enabled = gc.isenabled()
+    gc.disable()
+    try:
+        yield
+    finally:
+        if was_enabled:
+            gc.enable()
 
 
 def _batched(commands: Iterable[list[Entry]]) -> Iterator[list[list[Entry]]]:
