@@ -351,7 +351,7 @@ _WAITING_FILES = (
     sa.select(file.c.uid, ingest.c.role)
     .join(ingest, ingest.c.file == file.c.id)
     .where(ingest.c.stated_run == sa.bindparam("named"), IN_USE)
-    .where(file.c.id.not_in(sa.select(run_file.c.file)))
+    .where(~sa.exists().where(run_file.c.file == file.c.id))
     .order_by(file.c.id)
 )
 

@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import math
 import sqlite3
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, lru_cache
+from itertools import chain
 from typing import Any, TypeAlias
 
 import sqlalchemy as sa
@@ -60,7 +61,8 @@ def insert_all(
         connection.execute(table.insert(), [dict(zip(names, row, strict=True)) for row in rows])
     else:
         text, _order, _fixed = _compiled(_insert(table), names)
-        _translated(driver.executemany, text, [[_stored(value) for value in row] for row in rows])
+        _refuse_not_finite(chain.from_iterable(rows))
+        _translated(driver.executemany, text, rows)
 
 
 def finite(number: float) -> float:
@@ -76,7 +78,9 @@ def _run(connection: sa.Connection, statement: sa.Executable, values: Values) ->
         return connection.execute(statement, values)
     text, order, fixed = _compiled(statement, tuple(values))
     given = {**fixed, **values} if fixed else values
-    return _translated(driver.execute, text, [_stored(given[name]) for name in order])
+    ordered = [given[name] for name in order]
+    _refuse_not_finite(ordered)
+    return _translated(driver.execute, text, ordered)
 
 
 def _driver(connection: sa.Connection) -> sqlite3.Connection | None:
@@ -100,8 +104,10 @@ def _compiled(statement: sa.Executable, names: tuple[str, ...]) -> tuple[str, li
     return str(compiled), compiled.positiontup, fixed | usual
 
 
-def _stored(value: Any) -> Any:
-    return finite(value) if type(value) is float else value
+def _refuse_not_finite(values: Iterable[Any]) -> None:
+    for value in values:
+        if isinstance(value, float) and not math.isfinite(value):
+            finite(value)
 
 
 def _translated(work: Callable[..., sqlite3.Cursor], text: str, values: Sequence[Any]) -> sqlite3.Cursor:
