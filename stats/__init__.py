@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from stats.groups.multiple import holm
     from stats.groups.residuals import normal_quantiles, residuals_of_groups, rmse_over_iqr
     from stats.groups.tukey import compare_all_pairs
-    from stats.groups.variances import bartlett, brown_forsythe, levene
+    from stats.groups.variances import brown_forsythe
     from stats.lines.passive_drain import fit_passive_drain
     from stats.lines.regression import fit_linear, slope_through_origin
     from stats.lines.stiffness import fit_gain_line, fit_stiffness, force_points
@@ -54,9 +54,7 @@ _MODULE_OF = {
     "residuals_of_groups": "groups.residuals",
     "rmse_over_iqr": "groups.residuals",
     "compare_all_pairs": "groups.tukey",
-    "bartlett": "groups.variances",
     "brown_forsythe": "groups.variances",
-    "levene": "groups.variances",
     "fit_passive_drain": "lines.passive_drain",
     "fit_linear": "lines.regression",
     "slope_through_origin": "lines.regression",
@@ -74,7 +72,6 @@ _MODULE_OF = {
 __all__ = [
     "SharedError",
     "autocorrelation",
-    "bartlett",
     "brown_forsythe",
     "cohen_kappa",
     "compare_all_pairs",
@@ -90,7 +87,6 @@ __all__ = [
     "force_points",
     "holm",
     "jump_at",
-    "levene",
     "limits_of_agreement",
     "linear_contrast",
     "normal_quantiles",

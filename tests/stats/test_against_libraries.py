@@ -87,12 +87,8 @@ def test_analyses_of_variance(table: Table) -> None:
 
 @TABLES
 def test_equal_variances(table: Table) -> None:
-    for found, right in (
-        (stats.bartlett(table.groups), scipy.stats.bartlett(*table.centred)),
-        (stats.levene(table.groups), scipy.stats.levene(*table.centred, center="mean")),
-        (stats.brown_forsythe(table.groups), scipy.stats.levene(*table.centred, center="median")),
-    ):
-        assert (found.statistic, found.p) == pytest.approx((right.statistic, right.pvalue), **SAME)
+    found, right = stats.brown_forsythe(table.groups), scipy.stats.levene(*table.centred, center="median")
+    assert (found.statistic, found.p) == pytest.approx((right.statistic, right.pvalue), **SAME)
 
 
 @pytest.mark.parametrize("seed", [*(pytest.param(seed, marks=pytest.mark.soak) for seed in range(0, 60, 6)), 3, 17])
