@@ -16,12 +16,11 @@ from dataclasses import dataclass, field
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number
 from stats.compare.summary import Summary, describe
-from stats.results import Result, missing_text, with_unit
-from stats.scatter import as_interval, finite
+from stats.results import Result
+from stats.scatter import finite
 from stats.tails import satterthwaite_df, t_quantile
 
 CANCELLED = 1e-9
@@ -194,18 +193,6 @@ class SharedSummary(Result):
     """Its upper end, in the unit of the values."""
     level: float
     """Level of the interval."""
-
-    def sentence(self, name: str = "mean", unit: str = "") -> str:
-        """Return the mean in words, with the interval of both errors, what it shares with others, n."""
-        if isinstance(self.scatter.mean, Undefined):
-            return self.scatter.sentence(name, unit)
-        ends = as_interval(self.ci_low, self.ci_high)
-        mean = number_text(self.scatter.mean, error=error_of(ends))
-        return (
-            f"{name} {mean}{with_unit(unit)} ({interval_text(ends, self.level, unit)}, "
-            f"standard error shared with other means {number_text(self.shared_se, 2)}{with_unit(unit)}, "
-            f"n = {self.scatter.n}{missing_text(self.scatter.missing)})."
-        )
 
 
 def describe_shared(

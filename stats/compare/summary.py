@@ -12,11 +12,10 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
-from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_count, as_level, as_sample, complete_rows
-from stats.results import Result, missing_text, with_unit
-from stats.scatter import Group, Interval, Scale, as_interval, finite, group_of, mean_of, scale_of
+from stats.results import Result
+from stats.scatter import Group, Interval, Scale, finite, group_of, mean_of, scale_of
 from stats.tails import satterthwaite_df, t_quantile, t_two_sided
 
 _NO_SCATTER = Undefined(Reason.NO_SCATTER)
@@ -43,17 +42,6 @@ class Summary(Result):
     missing: int = 0
     """Values left out because they were NaN."""
 
-    def sentence(self, name: str = "mean", unit: str = "") -> str:
-        """Return the summary in words: mean, SD, interval, n."""
-        if isinstance(self.mean, Undefined):
-            return f"{name}: undefined, {self.mean.reason} (n = {self.n}{missing_text(self.missing)})."
-        interval = as_interval(self.ci_low, self.ci_high)
-        mean = number_text(self.mean, error=error_of(interval))
-        return (
-            f"{name} {mean}{with_unit(unit)} (SD {number_text(self.sd)}, "
-            f"{interval_text(interval, self.level)}, n = {self.n}{missing_text(self.missing)})."
-        )
-
 
 def describe(values: ArrayLike, level: float = 0.95, missing: Missing = "refuse") -> Summary:
     """Describe one sample, shape (n,), of any unit; the interval is mean -/+ t(level, n - 1) * sd / sqrt(n).
@@ -61,8 +49,8 @@ def describe(values: ArrayLike, level: float = 0.95, missing: Missing = "refuse"
     It is undefined where all values are equal: that they scatter by nothing is not what they show.
     Raises `InputRefused` for infinite or non-numeric values, and for NaN unless `missing` is "drop".
 
-    >>> describe([42.1, 39.8, 44.0, 41.2]).sentence("joules", "J")
-    'joules 41.8 J (SD 1.76, 95 % CI 39.0 to 44.6, n = 4).'
+    >>> round(describe([42.1, 39.8, 44.0, 41.2]).mean, 3)
+    41.775
     """
     sample = as_sample("the sample", values, missing)
     level = as_level("level", level)
@@ -95,12 +83,6 @@ class Autocorrelation(Result):
     """How many places apart."""
     n: int
     """Number of values."""
-
-    def sentence(self) -> str:
-        """Return the autocorrelation in words."""
-        if isinstance(self.r, Undefined):
-            return f"No autocorrelation at lag {self.lag} (n = {self.n}): {self.r.reason}."
-        return f"The autocorrelation at lag {self.lag} is {number_text(self.r)} (n = {self.n})."
 
 
 def autocorrelation(values: ArrayLike, lag: int = 1) -> Autocorrelation:

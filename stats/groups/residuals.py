@@ -16,23 +16,12 @@ from scipy import special
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
-from data_schema.rounding import level_text, number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_level, as_sample, complete_rows
-from stats.results import Result, missing_text, plural, with_unit
+from stats.results import Result
 from stats.scatter import Floats, finite, read_groups, scale_of
 
 _SD = "the residual standard deviation"
-
-
-@dataclass(frozen=True, slots=True)
-class Residual(Result):
-    """One value less what the model says of it."""
-
-    value: float
-    """In the unit of the values."""
-    fitted: float
-    """What the model says, in the same unit."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,21 +46,6 @@ class Residuals(Result):
         parts = np.split(drawn, np.cumsum(self.group_ns)[:-1])
         left = np.concatenate([part - part.mean(axis=0) for part in parts])
         return np.asarray(left / np.sqrt(np.sum(left * left, axis=0) / self.df))
-
-    def rows(self) -> tuple[Residual, ...]:
-        """Return each residual, for `to_frame`."""
-        return tuple(map(Residual, self.values, self.fitted))
-
-    def sentence(self) -> str:
-        """Return in words how much the model leaves and how far that reaches."""
-        n, left_out = len(self.values), missing_text(self.missing)
-        if not n:
-            return f"There are no residuals (n = 0{left_out})."
-        low, high = min(self.values), max(self.values)
-        what = f"reach from {number_text(low)} to {number_text(high)}" if low < high else f"are all {number_text(low)}"
-        if isinstance(self.sd, Undefined):
-            return f"The residuals {what} (n = {n}{left_out}); they have no SD, because {self.sd.reason}."
-        return f"The residuals {what}, with SD {number_text(self.sd)} (df = {self.df}, n = {n}{left_out})."
 
 
 def residuals_of_groups(
@@ -101,22 +75,6 @@ _USUAL_DRAWS, _USUAL_NUMBERS, _MOST_NUMBERS = 4000, 4_000_000, 20_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class NormalQuantile(Result):
-    """One residual beside what is expected at its place."""
-
-    expected: float
-    """Median of the standard normal values at this place in the order."""
-    observed: float
-    """The residual, in the unit of the values."""
-    low: float | Undefined
-    """Where the band begins, in that unit."""
-    middle: float | Undefined
-    """Its median."""
-    high: float | Undefined
-    """Where the band ends."""
-
-
-@dataclass(frozen=True, slots=True)
 class NormalQuantiles(Result):
     """Residuals in order beside the standard normal values that belong to their places; all of shape (n,)."""
 
@@ -136,35 +94,6 @@ class NormalQuantiles(Result):
     """How often each residual, taken by itself, lies in the band where the values are normal."""
     missing: int = 0
     """Values left out because they, or a label of theirs, were missing."""
-
-    @property
-    def outside(self) -> int | Undefined:
-        """How many residuals lie outside the band."""
-        if isinstance(self.low, Undefined):
-            return self.low
-        if isinstance(self.high, Undefined):
-            return self.high
-        ends = zip(self.observed, self.low, self.high, strict=True)
-        return sum(not low <= value <= high for value, low, high in ends)
-
-    def rows(self) -> tuple[NormalQuantile, ...]:
-        """Return each residual at its place, for `to_frame`."""
-        lines = [
-            [line] * len(self.observed) if isinstance(line, Undefined) else line
-            for line in (self.low, self.middle, self.high)
-        ]
-        return tuple(map(NormalQuantile, self.expected, self.observed, *lines))
-
-    def sentence(self) -> str:
-        """Return in words how many residuals lie outside the band, and how many of normal values would."""
-        n, outside, left_out = len(self.observed), self.outside, missing_text(self.missing)
-        if isinstance(outside, Undefined):
-            return f"There is no band for n = {plural(n, 'residual')}{left_out}, because {outside.reason}."
-        usual, comma = number_text((1.0 - self.level) * n, 2), "," if left_out else ""
-        return (
-            f"{outside} of n = {n} residuals{left_out}{comma} lie outside the {level_text(self.level)} band of each "
-            f"place; of normal values {usual} do on average."
-        )
 
 
 def normal_quantiles(residuals: Residuals, level: float = 0.95) -> NormalQuantiles:
@@ -236,17 +165,6 @@ class RmseOverIqr(Result):
     """Number of pairs."""
     missing: int = 0
     """Pairs left out because a value was NaN."""
-
-    def sentence(self, what: str = "the prediction", unit: str = "") -> str:
-        """Return the error in words, with the definition of the quartiles and n."""
-        ratio = number_text(self.ratio, 3)
-        if isinstance(self.ratio, Undefined):
-            ratio = f"undefined, because {self.ratio.reason}"
-        return (
-            f"RMSE of {what} {number_text(self.rmse)}{with_unit(unit)}, RMSE/IQR {ratio} (IQR of the measured values "
-            f"{number_text(self.iqr)}{with_unit(unit)}, quartiles as numpy's, n = {self.n}"
-            f"{missing_text(self.missing)})."
-        )
 
 
 def rmse_over_iqr(measured: ArrayLike, predicted: ArrayLike, *, missing: Missing = "refuse") -> RmseOverIqr:

@@ -46,15 +46,6 @@ class DrainEstimate(Result):
     extrapolated: bool
     """Whether the duration lies outside those of the idle runs."""
 
-    def sentence(self) -> str:
-        """Return the charge in words, with its interval and degrees of freedom."""
-        charge, interval = self.texts()
-        beyond = ", an extrapolation" if self.extrapolated else ""
-        return (
-            f"The electronics draw {charge} mAh in {number_text(self.duration_s / 60.0)} min "
-            f"({interval}, df = {self.df}{beyond})."
-        )
-
     def texts(self) -> tuple[str, str]:
         """Return the charge and its interval in words."""
         return bounded_texts(self.charge_mah, as_interval(self.ci_low, self.ci_high), self.se, self.level, "mAh")

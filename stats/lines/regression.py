@@ -19,11 +19,10 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
-from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values, complete_rows
 from stats.compare.shared_error import SharedError, joined_half_width
-from stats.results import Result, missing_text, share_text, with_unit
+from stats.results import Result
 from stats.scatter import Floats, Interval, Scale, scale_of, times_power
 from stats.tails import f_upper, t_quantile, t_two_sided
 
@@ -33,24 +32,6 @@ if TYPE_CHECKING:
 INTERCEPT = "intercept"
 EXACT = Undefined(Reason.FIT_EXACT)
 _EPS = float(np.finfo(np.float64).eps)
-
-
-@dataclass(frozen=True, slots=True)
-class Coefficient(Result):
-    """One coefficient of a least-squares fit, in the unit of the response over that of its column."""
-
-    name: str
-    """Of its column, or "intercept"."""
-    coefficient: float
-    """Its estimate, in the unit of the response over that of its column."""
-    standard_error: float | Undefined
-    """In the unit of the coefficient; 0 where the fit is exact."""
-    t: float | Undefined
-    """Coefficient over standard error."""
-    p: float | Undefined
-    """Two-sided, of the coefficient being 0."""
-    ci: Interval | Undefined
-    """Student's interval, of the fit's level."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,14 +50,6 @@ class Response(Result):
     """Degrees of freedom of the fit."""
     extrapolated: bool
     """Whether a value lies outside its column's range."""
-
-    def sentence(self, response: str = "the response", unit: str = "") -> str:
-        """Return the response in words, with its interval, degrees of freedom, and whether it is extrapolated."""
-        beyond = ", outside the range that was fitted" if self.extrapolated else ""
-        return (
-            f"{response} is {number_text(self.value, error=error_of(self.ci))}{with_unit(unit)} there "
-            f"({interval_text(self.ci, self.level, unit)}, df = {self.df}{beyond})."
-        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -131,14 +104,6 @@ class LinearFit(Result):
         """Whether nothing is left over of the response but rounding."""
         return self.residual_sd == 0.0
 
-    def rows(self) -> tuple[Coefficient, ...]:
-        """Return the coefficients, for `to_frame`."""
-        of_each = [
-            [part] * len(self.names) if isinstance(part, Undefined) else part
-            for part in (self.standard_errors, self.t, self.p, self.ci)
-        ]
-        return tuple(Coefficient(*row) for row in zip(self.names, self.coefficients, *of_each, strict=True))
-
     def spread(self, what: str) -> tuple[tuple[float, ...], float]:
         """Return standard errors and residual standard deviation of what is nothing without them.
 
@@ -181,28 +146,6 @@ class LinearFit(Result):
         half = t_quantile(level, self.df) * se
         ci = EXACT if self.exact else (value - half, value + half)
         return Response(value, se, ci, level, self.df, extrapolated)
-
-    def sentence(self, response: str = "the response", unit: str = "") -> str:
-        """Return the fit in words: each coefficient with interval, t, df and p; R squared, residual SD, n."""
-        parts = []
-        for row, interval in zip(self.rows(), self.intervals(), strict=True):
-            text = f"{row.name} {number_text(row.coefficient, error=error_of(interval))}"
-            if not isinstance(interval, Undefined):
-                test = f"{statistic_text('t', row.t, (self.df,))}, {p_text(row.p, alpha_of_level(self.level))}"
-                text = f"{text} ({interval_text(interval, self.level)}, {test})"
-            parts.append(text)
-        about = [f"R squared {share_text(self.r_squared)}"]
-        if not isinstance(self.f, Undefined):
-            test = statistic_text("F", self.f, (self.df_model, self.df))
-            about.append(f"{test}, {p_text(self.f_p, alpha_of_level(self.level))}")
-        if isinstance(self.residual_sd, Undefined):
-            about.append(f"no standard errors, because {self.residual_sd.reason}")
-        else:
-            about.append(f"residual SD {number_text(self.residual_sd)}{with_unit(unit)}")
-            if isinstance(self.ci, Undefined):
-                about.append(f"no intervals, because {self.ci.reason}")
-        n = f"n = {self.n}{missing_text(self.missing)}"
-        return f"Least squares of {response}: {'; '.join(parts)}; {', '.join(about)}, {n}."
 
 
 def quoted_list(names: Sequence[str]) -> str:

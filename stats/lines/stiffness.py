@@ -14,11 +14,10 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
-from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level, as_number, as_values, complete_rows, refuse_few
 from stats.lines.regression import LinearFit, Response, fit_linear
-from stats.results import Result, bounded_texts, missing_text, share_text, with_unit
+from stats.results import Result
 from stats.scatter import Floats
 
 MINIMUM_POINTS = 250
@@ -38,18 +37,6 @@ class ForcePoints(Result):
     """Means of neighbouring samples."""
     force_n: Floats
     """Between neighbouring samples."""
-
-    def sentence(self) -> str:
-        """Return in words how many points there are and over what displacements and velocities they reach."""
-        ranges = [
-            f"{name} {number_text(float(values.min()))} to {number_text(float(values.max()))} {unit}"
-            for name, values, unit in (
-                ("displacement", self.displacement_m, "m"),
-                ("velocity", self.velocity_m_s, "m/s"),
-                ("force", self.force_n, "N"),
-            )
-        ]
-        return f"Points between samples: {', '.join(ranges)}, n = {self.force_n.size}."
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,17 +74,6 @@ class Stiffness(Result):
     """Number of points."""
     missing: int = 0
     """Points left out because a value was NaN."""
-
-    def sentence(self, what: str = "The leg") -> str:
-        """Return stiffness and damping in words, with intervals, R squared and n."""
-        k, k_ci = bounded_texts(self.stiffness_n_m, self.stiffness_ci, self.stiffness_se, self.level, "N/m")
-        d, d_ci = bounded_texts(self.damping_kg_s, self.damping_ci, self.damping_se, self.level, "kg/s")
-        return (
-            f"{what} is a spring of {k} N/m ({k_ci}) with damping {d} kg/s "
-            f"({d_ci}): plane fit, R squared {share_text(self.r_squared)}, "
-            f"residual SD {number_text(self.residual_sd_n)} N, df = {self.df}, "
-            f"n = {self.n} points{missing_text(self.missing)}."
-        )
 
 
 def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: ArrayLike, mass_kg: float) -> ForcePoints:
@@ -232,22 +208,6 @@ class GainLine(Result):
             return self.fit.at({"gain": gain}, level)
         extrapolated = not self.gains[0] <= gain <= self.gains[1]
         return replace(self.fit.at({"offset": 1.0, "gain": gain}, level), extrapolated=extrapolated)
-
-    def sentence(self, what: str = "the coefficient", unit: str = "") -> str:
-        """Return the line in words: both coefficients with intervals, and n.
-
-        Without standard errors p, R squared and residual SD too; with them, the scatter beside them.
-        """
-        if self.fit.intercept:
-            return self.fit.sentence(what, unit)
-        slope, slope_ci = bounded_texts(self.slope, self.slope_ci, self.slope_se, self.fit.level, unit)
-        offset, offset_ci = bounded_texts(self.offset, self.offset_ci, self.offset_se, self.fit.level, unit)
-        return (
-            f"Weighted least squares of {what}: gain {slope}{with_unit(unit)} ({slope_ci}); offset "
-            f"{offset}{with_unit(unit)} ({offset_ci}); scatter SD beside the standard errors "
-            f"{number_text(self.scatter_sd)}{with_unit(unit)}, df = {self.fit.df}, n = {self.fit.n}"
-            f"{missing_text(self.fit.missing)}."
-        )
 
 
 def fit_gain_line(

@@ -103,9 +103,6 @@ def test_what_a_sentence_states_can_be_read_from_it_at_any_offset():
     found = stats.compare_two(a, b)
     means = [float(mean) for mean in re.findall(r"\(mean ([\d.]+),", found.sentence())]
     assert means[0] - means[1] == pytest.approx(found.difference, abs=0.01)
-    told = stats.describe(a).sentence()
-    mean, low, high = map(float, re.search(r"mean ([\d.]+) .* CI ([\d.]+) to ([\d.]+),", told).groups())
-    assert (mean, low, high) == pytest.approx((1000000.36, 999999.68, 1000001.04), abs=0.011)
 
 
 def test_degrees_of_freedom_read_the_same_in_every_sentence():

@@ -71,8 +71,6 @@ def test_what_does_not_exist_is_undefined_field_by_field():
     assert isinstance(one.ci_low, Undefined)
     assert isinstance(none.mean, Undefined)
     assert none.n == 0
-    assert "undefined" in none.sentence()
-    assert "CI undefined" in one.sentence()
 
     found = describe([0.1] * 7)
     assert (found.mean, found.sd, found.se) == (0.1, 0.0, 0.0)

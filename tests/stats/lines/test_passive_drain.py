@@ -63,7 +63,7 @@ def test_a_line_that_is_exact_has_no_interval():
     exact = fit_passive_drain([60.0, 120.0, 180.0], [1.0, 2.0, 3.0])
     none = Undefined(Reason.FIT_EXACT)
     assert exact.slope_ci_mah_s() == exact.intercept_ci_mah() == exact.at(90.0).ci_low == exact.at(90.0).ci_high == none
-    says(exact.at(90.0).sentence(), "1.5 mAh", "1.5 min", "95 %", "CI undefined", "df = 1")
+    assert (exact.at(90.0).charge_mah, exact.at(90.0).df) == (pytest.approx(1.5), 1)
     stepped = fit_passive_drain([60.0, 120.0, 180.0], [1.0, 2.0, 3.0], resolution_mah=1.0)
     assert stepped.at(90.0).ci_low < 0.0 < stepped.at(90.0).ci_high
 

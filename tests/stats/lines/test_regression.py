@@ -15,7 +15,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.compare.shared_error import SharedError
 from stats.lines.regression import fit_linear, slope_through_origin
-from tests.helpers.wording import refuses, says
+from tests.helpers.wording import refuses
 
 
 @pytest.mark.parametrize(
@@ -32,7 +32,6 @@ def test_of_an_exact_fit_nothing_measures_the_scatter(y: Any, columns: Any, trut
     assert fit.exact
     assert fit.ci == fit.t == fit.p == fit.f == Undefined(Reason.FIT_EXACT)
     assert set(fit.standard_errors) == {0.0}  # type: ignore[arg-type]
-    assert "no intervals" in fit.sentence()
     assert fit.at(dict.fromkeys(columns, 4.5)).ci == fit.ci
 
 
@@ -43,7 +42,6 @@ def test_an_offset_of_a_column_costs_a_slope_no_digit(offset: float) -> None:
     near, far = fit_linear(charge, {"t": seconds}), fit_linear(charge, {"t": seconds + offset})
     assert far.coefficients[1] == pytest.approx(near.coefficients[1], rel=1e-12)
     assert far.at({"t": offset + 100.0}).value == pytest.approx(near.at({"t": 100.0}).value, rel=1e-12)
-    says(near.sentence("the charge", "Ah"), "Least squares of", "t(24) = -", "p < .001", "95 % CI", "n = 26")
 
 
 @pytest.mark.parametrize("shift", [0.0, 1.0, 0.1])
@@ -61,7 +59,6 @@ def test_as_many_values_as_coefficients_have_no_standard_error() -> None:
     assert fit.df == 0
     for undefined in (fit.standard_errors, fit.ci, fit.covariance, fit.residual_sd, fit.t, fit.p, fit.f, fit.f_p):
         assert isinstance(undefined, Undefined)
-    says(fit.sentence(), "values as coefficients")
     assert isinstance(fit.at({"x": 0.5}).se, Undefined)
     constant = fit_linear([0.1] * 5, {"x": [1.0, 2.0, 3.0, 4.0, 6.0]})
     assert constant.coefficients == (0.1, 0.0)
