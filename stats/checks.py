@@ -1,7 +1,4 @@
-"""What every function here does with its input first: real numbers of any type, one dimension, nothing infinite.
-
-Of columns that belong together a row without a value in any of them is refused, or left out and counted.
-"""
+"""What every function here does with its input first: real numbers of any type, one dimension, nothing infinite."""
 
 from __future__ import annotations
 
@@ -16,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
-from stats.results import missing_text
 
 
 def require_list(name: str, values: Any) -> None:
@@ -222,87 +218,23 @@ Labels = Sequence[object] | ArrayLike
 """Names of conditions, days or runs, one for each value: words, numbers or anything with a text of its own."""
 
 
-def complete_rows(columns: Sequence[Any], missing: Missing) -> tuple[list[Any], int]:
-    """Return columns of shape (n,) without the rows that lack a value in any, and how many rows those were.
+def as_labels(name: str, labels: Labels) -> list[str]:
+    """Return the texts of labels, shape (n,), numbers that are equal by one name, as 0 and 0.0.
 
-    With `missing="refuse"`, or where lengths differ, the columns come back as they are: who takes them refuses them.
-    Types stay what they are; a missing value is NaN, NaT, None, pandas' NA or masked.
-    Raises `InputRefused` for lists of unequal lengths in place of values.
+    Raises `InputRefused` for a label that is missing or empty: it would be a condition or a day of its own.
     """
-    if missing not in MISSING:
-        raise unknown_name("way with missing values", missing, MISSING)
-    try:
-        shapes = {np.shape(column) for column in columns}
-    except ValueError as error:
-        raise InputRefused("the values are lists of unequal lengths: give one number for each value.") from error
-    if missing == "refuse" or len(shapes) != 1 or len(next(iter(shapes))) != 1:
-        return list(columns), 0
-    lacking = np.any([missing_mask(column) for column in columns], axis=0)
-    if not lacking.any():
-        return list(columns), 0
-    return [np.asarray(column)[~lacking] for column in columns], int(lacking.sum())
-
-
-def as_labels(name: str, labels: Labels, missing: Missing) -> NDArray[np.object_]:
-    """Return the texts of labels, shape (n,), whatever holds them; a label that is missing is refused unless dropped.
-
-    A label that is missing would be a condition or a day of its own: NaN, None, infinite, masked or an empty text. With
-    `missing="drop"` it comes back as None.
-    """
-    array = np.asarray(labels, dtype=object)
-    if array.ndim != 1:
+    texts = [_label_text(each) for each in np.asarray(labels, dtype=object).ravel().tolist()]
+    if "" in texts:
         raise InputRefused(
-            f"{name} has {array.ndim} dimensions where one is allowed: give a plain list of labels, one for each value."
+            f"{name} holds {texts.count('')} of {len(texts)} labels that are missing, the first at position "
+            f"{texts.index('') + 1}: leave missing values out before calling."
         )
-    lacking = missing_mask(labels if isinstance(labels, np.ndarray) else array)  # which a mask and NaT do not outlive
-    texts = np.array([None if gone else label_text(each) for each, gone in zip(array, lacking, strict=True)], object)
-    lacking = np.array([text is None or not text.strip() for text in texts], dtype=np.bool_)
-    if missing == "refuse" and lacking.any():
-        raise InputRefused(
-            f"{name} holds {int(lacking.sum())} of {array.size} labels that are missing, the first at position "
-            f'{int(np.argmax(lacking)) + 1}: leave missing values out before calling, or say missing="drop".'
-        )
-    texts[lacking] = None
     return texts
 
 
-def label_text(label: Any) -> str:
-    """Return what a label is called: numbers that are equal, as 0, 0.0 and Decimal(0), by one name; "" if infinite."""
-    if isinstance(label, str | bool | np.bool_) or not isinstance(label, Real | Decimal):
-        return str(label)
-    if not math.isfinite(label):
+def _label_text(label: Any) -> str:
+    if type(label).__name__ in NO_VALUE or label != label:
         return ""
-    return str(int(float(label))) if float(label).is_integer() else str(float(label))
-
-
-def missing_mask(values: Any) -> NDArray[np.bool_]:
-    """Return where values or labels of shape (n,) are missing."""
-    array = np.asarray(values)
-    if isinstance(values, np.ma.MaskedArray):
-        return np.asarray(np.ma.getmaskarray(values) | missing_mask(array))
-    if array.dtype.kind == "f":
-        return np.asarray(np.isnan(array))
-    if array.dtype.kind in "mM":
-        return np.asarray(np.isnat(array))
-    if array.dtype.kind == "O":
-        return np.array([_is_absent(value) for value in array.tolist()], dtype=np.bool_)
-    return np.zeros(array.shape, dtype=np.bool_)
-
-
-def _is_absent(value: object) -> bool:
-    if type(value).__name__ in NO_VALUE:
-        return True
-    return value.is_nan() if isinstance(value, Decimal) else isinstance(value, Real) and bool(value != value)
-
-
-MINIMUM_ROWS = 3
-"""Two rows fix a line and leave nothing to measure its uncertainty with."""
-
-
-def refuse_few(n: int, what: str, left_out: int) -> None:
-    """Raise `InputRefused` for fewer rows, `what` in the plural, than show how well a line is known."""
-    if n < MINIMUM_ROWS:
-        raise InputRefused(
-            f"the number of {what} is {n}{missing_text(left_out)}, and the line needs at least {MINIMUM_ROWS}, or "
-            "nothing says how well it is known: give more (`fit_linear` gives the bare line of two)."
-        )
+    if isinstance(label, Real) and float(label).is_integer():
+        return str(int(float(label)))
+    return str(label) if str(label).strip() else ""

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_number
+from stats.checks import as_level, as_number
 from stats.compare.summary import Summary, describe
 from stats.results import Result
 from stats.scatter import finite
@@ -195,18 +195,15 @@ class SharedSummary(Result):
     """Level of the interval."""
 
 
-def describe_shared(
-    values: ArrayLike, shared: SharedError, level: float = 0.95, missing: Missing = "refuse"
-) -> SharedSummary:
+def describe_shared(values: ArrayLike, shared: SharedError, level: float = 0.95) -> SharedSummary:
     """Summarise values of shape (n,) whose mean carries the error `shared`.
 
     The shared error does not shrink with more values and is no part of their scatter; where the mean itself is claimed,
-    both bound it. Raises `InputRefused` for infinite values, for NaN unless `missing` is "drop", or a level outside 0
-    to 1.
+    both bound it. Raises `InputRefused` for values that are missing or infinite, or a level outside 0 to 1.
     """
     level = as_level("level", level)
     shared = as_shared("shared", shared)
-    scatter = describe(values, level, missing)
+    scatter = describe(values, level)
     mean, se = scatter.mean, scatter.se
     if isinstance(mean, Undefined) or isinstance(se, Undefined) or not (se or shared.se):
         return SharedSummary(scatter, shared.se, scatter.ci_low, scatter.ci_high, level)

@@ -7,13 +7,12 @@ import statistics
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_count, as_level, as_sample, complete_rows
+from stats.checks import as_count, as_level, as_values
 from stats.results import Result
 from stats.scatter import Group, Interval, Scale, finite, group_of, mean_of, scale_of
 from stats.tails import satterthwaite_df, t_quantile, t_two_sided
@@ -39,38 +38,35 @@ class Summary(Result):
     """Its upper end, in the unit of the values."""
     level: float
     """Level of the interval."""
-    missing: int = 0
-    """Values left out because they were NaN."""
 
 
-def describe(values: ArrayLike, level: float = 0.95, missing: Missing = "refuse") -> Summary:
+def describe(values: ArrayLike, level: float = 0.95) -> Summary:
     """Describe one sample, shape (n,), of any unit; the interval is mean -/+ t(level, n - 1) * sd / sqrt(n).
 
     It is undefined where all values are equal: that they scatter by nothing is not what they show.
-    Raises `InputRefused` for infinite or non-numeric values, and for NaN unless `missing` is "drop".
+    Raises `InputRefused` for values that are missing, infinite or no numbers.
 
     >>> round(describe([42.1, 39.8, 44.0, 41.2]).mean, 3)
     41.775
     """
-    sample = as_sample("the sample", values, missing)
-    level = as_level("level", level)
-    n = sample.values.size
+    values, level = as_values("the sample", values), as_level("level", level)
+    n = values.size
     if n == 0:
         none = Undefined(Reason.NO_VALUE)
-        return Summary(0, none, none, none, none, none, level, sample.missing)
-    scale = scale_of(sample.values)
-    group = group_of("", scale.scaled(sample.values))
-    mean = mean_of(sample.values)
+        return Summary(0, none, none, none, none, none, level)
+    scale = scale_of(values)
+    group = group_of("", scale.scaled(values))
+    mean = mean_of(values)
     if n < 2:
         one = Undefined(Reason.SINGLE_NO_SCATTER)
-        return Summary(1, mean, one, one, one, one, level, sample.missing)
+        return Summary(1, mean, one, one, one, one, level)
     sd, se = scale.length(math.sqrt(group.variance), "the standard deviation"), math.sqrt(group.mean_variance)
     half = t_quantile(level, n - 1) * se
     low, high = (
         _NO_SCATTER if group.constant else finite(scale.place(group.mean + side * half), "an end of the interval")
         for side in (-1.0, 1.0)
     )
-    return Summary(n, mean, sd, scale.length(se, "the standard error"), low, high, level, sample.missing)
+    return Summary(n, mean, sd, scale.length(se, "the standard error"), low, high, level)
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,22 +90,15 @@ def autocorrelation(values: ArrayLike, lag: int = 1) -> Autocorrelation:
     >>> autocorrelation([1, 2, 3, 4, 5]).r
     0.4
     """
-    lag = as_count("the lag", lag)
-    _without, gaps = complete_rows([values], "drop")
-    if gaps:
-        raise InputRefused(
-            f"the series has gaps at {gaps} of {np.size(values)} places, and a lag counts places: give a stretch "
-            "without gaps."
-        )
-    series = as_sample("the series", values)
-    n = series.values.size
+    lag, series = as_count("the lag", lag), as_values("the series", values)
+    n = series.size
     if n <= lag:
         few = Undefined(Reason.TOO_SHORT_SERIES, n=n, lag=lag, needed=lag + 1)
         return Autocorrelation(few, lag, n)
-    away = scale_of(series.values).scaled(series.values)
+    away = scale_of(series).scaled(series)
     away = away - away.mean()
     squares = float(away @ away)
-    if float(series.values.min()) == float(series.values.max()):
+    if float(series.min()) == float(series.max()):
         return Autocorrelation(Undefined(Reason.SERIES_CONSTANT), lag, n)
     return Autocorrelation(float(away[: n - lag] @ away[lag:]) / squares, lag, n)
 

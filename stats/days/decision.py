@@ -625,7 +625,7 @@ def blocks_of_runs(
     found = as_values(name, values)
     n = int(found.size)
     days, levels = (
-        [""] * n if given is None else [str(each) for each in as_labels(f"{what}_{name}", given, "refuse")]
+        [""] * n if given is None else as_labels(f"{what}_{name}", given)
         for what, given in (("days", labels), ("strata", strata))
     )
     own = [SharedError()] * n if errors is None else list(errors)

@@ -50,7 +50,7 @@ def compare_positions(positions: Sequence[int], treated: Sequence[bool], days: L
     `days` labels what is compared within, such as a day and a group. Undefined where none holds both sides.
     """
     at, side = np.asarray(positions, dtype=np.int64), np.asarray(treated, dtype=np.bool_)
-    labels = np.array([str(day) for day in as_labels("days", days, "refuse")])
+    labels = np.array(as_labels("days", days))
     shared = [(at[own], side[own]) for day in dict.fromkeys(labels) for own in [labels == day]]
     shared = [(of_day, sides) for of_day, sides in shared if sides.any() and not sides.all()]
     if not shared:
@@ -144,7 +144,7 @@ def adjust_for_position(
 
 
 def _codes(labels: Labels) -> NDArray[np.int64]:
-    words = [str(each) for each in as_labels("labels", labels, "refuse")]
+    words = as_labels("labels", labels)
     places = {word: place for place, word in enumerate(dict.fromkeys(words))}
     return np.array([places[word] for word in words], dtype=np.int64)
 

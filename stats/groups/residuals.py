@@ -17,7 +17,7 @@ from scipy import special
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_groups, as_level, as_sample, complete_rows
+from stats.checks import as_groups, as_level, as_values
 from stats.results import Result
 from stats.scatter import Floats, finite, read_groups, scale_of
 
@@ -38,8 +38,6 @@ class Residuals(Result):
     """Its degrees of freedom."""
     group_ns: tuple[int, ...]
     """Sizes of the groups, in their order; shape (k,)."""
-    missing: int = 0
-    """Values left out because they were missing."""
 
     def of_noise(self, drawn: Floats) -> Floats:
         """Return what the group means leave of values drawn, shape (n, draws), over the SD of each draw."""
@@ -48,18 +46,16 @@ class Residuals(Result):
         return np.asarray(left / np.sqrt(np.sum(left * left, axis=0) / self.df))
 
 
-def residuals_of_groups(
-    groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing = "refuse"
-) -> Residuals:
+def residuals_of_groups(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike]) -> Residuals:
     """Return values less the mean of their group, group after group; samples of shape (n_i,) in one unit.
 
-    The standard deviation is pooled. Raises `InputRefused` for infinite values, and for NaN unless `missing` is "drop".
+    The standard deviation is pooled. Raises `InputRefused` for values that are missing or infinite.
     """
-    given = {name: as_sample(f"group {name!r}", values, missing) for name, values in as_groups(groups).items()}
-    read = read_groups({name: sample.values for name, sample in given.items()})
+    given = {name: as_values(f"group {name!r}", values) for name, values in as_groups(groups).items()}
+    read = read_groups(given)
     left, fitted = [], []
     for group in read.filled:
-        scaled = read.scale.scaled(given[group.name].values)
+        scaled = read.scale.scaled(given[group.name])
         left += [read.scale.length(away, "a residual") for away in (scaled - group.mean).tolist()]
         fitted += [read.scale.place(group.mean)] * group.n
     df, none = read.df_within, Undefined(Reason.NO_GROUP_OF_TWO if left else Reason.NO_VALUE)
@@ -67,7 +63,7 @@ def residuals_of_groups(
     if not all(isinstance(each, float) for each in left):
         raise InputRefused("a residual exceeds 1.8e308: change units.")
     known = tuple(each for each in left if isinstance(each, float))
-    return Residuals(known, tuple(fitted), sd, df, read.sizes, sum(sample.missing for sample in given.values()))
+    return Residuals(known, tuple(fitted), sd, df, read.sizes)
 
 
 _SEED = 2021
@@ -92,8 +88,6 @@ class NormalQuantiles(Result):
     """Residual standard deviation."""
     level: float
     """How often each residual, taken by itself, lies in the band where the values are normal."""
-    missing: int = 0
-    """Values left out because they, or a label of theirs, were missing."""
 
 
 def normal_quantiles(residuals: Residuals, level: float = 0.95) -> NormalQuantiles:
@@ -120,7 +114,6 @@ def normal_quantiles(residuals: Residuals, level: float = 0.95) -> NormalQuantil
         high=high,
         sd=residuals.sd,
         level=level,
-        missing=residuals.missing,
     )
 
 
@@ -163,26 +156,22 @@ class RmseOverIqr(Result):
     """Upper quartile of the measured values, in their unit."""
     n: int
     """Number of pairs."""
-    missing: int = 0
-    """Pairs left out because a value was NaN."""
 
 
-def rmse_over_iqr(measured: ArrayLike, predicted: ArrayLike, *, missing: Missing = "refuse") -> RmseOverIqr:
+def rmse_over_iqr(measured: ArrayLike, predicted: ArrayLike) -> RmseOverIqr:
     """Compare predictions with measurements, both of shape (n,), in one unit; quartiles are numpy's default.
 
-    Raises `InputRefused` for no values, infinite ones, NaN unless `missing` is
-    "drop" (which leaves out pairs), or lengths that differ.
+    Raises `InputRefused` for no values, missing or infinite ones, or lengths that differ.
     """
-    (measured, predicted), left_out = complete_rows([measured, predicted], missing)
-    truth, guess = as_sample("the measured values", measured), as_sample("the predicted values", predicted)
-    n = truth.values.size
-    if n != guess.values.size or not n:
+    truth, guess = as_values("the measured values", measured), as_values("the predicted values", predicted)
+    n = truth.size
+    if n != guess.size or not n:
         raise InputRefused(
-            f"there are {n} measured and {guess.values.size} predicted values: give one prediction for each "
+            f"there are {n} measured and {guess.size} predicted values: give one prediction for each "
             "measurement, and at least one."
         )
-    scale = scale_of(truth.values, guess.values)
-    measured_scaled, away = scale.scaled(truth.values), scale.scaled(guess.values) - scale.scaled(truth.values)
+    scale = scale_of(truth, guess)
+    measured_scaled, away = scale.scaled(truth), scale.scaled(guess) - scale.scaled(truth)
     rmse = math.sqrt(float(away @ away) / n)
     low, high = np.percentile(measured_scaled, (25.0, 75.0)).tolist()
     iqr = high - low
@@ -193,5 +182,4 @@ def rmse_over_iqr(measured: ArrayLike, predicted: ArrayLike, *, missing: Missing
         quartile_low=scale.place(low),
         quartile_high=scale.place(high),
         n=n,
-        missing=left_out,
     )

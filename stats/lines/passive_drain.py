@@ -18,11 +18,14 @@ from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
-from stats.checks import MINIMUM_ROWS, Missing, as_level, as_number, as_values, complete_rows
+from stats.checks import as_level, as_number, as_values
 from stats.lines.regression import EXACT, fit_linear
-from stats.results import Result, bounded_texts, missing_text, share_text
+from stats.results import Result, bounded_texts, share_text
 from stats.scatter import Floats, Interval, as_interval
 from stats.tails import t_quantile
+
+MINIMUM_RUNS = 3
+"""Two fix a line and leave nothing to measure its uncertainty with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +80,6 @@ class PassiveDrain(Result):
     """Mean duration of the idle runs, in seconds."""
     charge_mean_mah: float
     """The line goes through the means; it is evaluated from there, where intercept and slope do not cancel."""
-    missing: int = 0
-    """Runs left out because a value was NaN."""
 
     @property
     def slope_se_mah_s(self) -> float:
@@ -134,7 +135,7 @@ class PassiveDrain(Result):
         charge, interval = estimate.texts()
         text = (
             f"The electronics draw {charge} mAh in {number_text(duration_s / 60.0)} min ({interval}; "
-            f"n = {self.n} idle runs{missing_text(self.missing)}, R squared {share_text(self.r_squared)})"
+            f"n = {self.n} idle runs, R squared {share_text(self.r_squared)})"
         )
         if estimate.extrapolated:
             text += (
@@ -155,29 +156,26 @@ def rounding_sd_mah(resolution_mah: float) -> float:
 
 def why_no_line(durations_s: Sequence[float] | Floats) -> Undefined | None:
     """Return why idle runs of these durations, shape (n,), give no line with its uncertainty; None where they do."""
-    if len(durations_s) < MINIMUM_ROWS:
-        return Undefined(Reason.TOO_FEW_IDLE_RUNS, needed=MINIMUM_ROWS, n=len(durations_s))
+    if len(durations_s) < MINIMUM_RUNS:
+        return Undefined(Reason.TOO_FEW_IDLE_RUNS, needed=MINIMUM_RUNS, n=len(durations_s))
     if min(durations_s) == max(durations_s):
         return Undefined(Reason.ONE_DURATION)
     return None
 
 
-def fit_passive_drain(
-    duration_s: ArrayLike, charge_mah: ArrayLike, resolution_mah: float = 0.0, missing: Missing = "refuse"
-) -> PassiveDrain:
+def fit_passive_drain(duration_s: ArrayLike, charge_mah: ArrayLike, resolution_mah: float = 0.0) -> PassiveDrain:
     """Fit charge over duration on idle runs, both of shape (n,), by least squares.
 
     A charger that counts in steps of `resolution_mah` rounds every charge, standard deviation step / sqrt(12): runs
     that happen to lie closer to the line than that do not make the line better known.
 
-    Raises `InputRefused` for fewer than 3 runs, a single duration, infinite values, for NaN unless `missing` is "drop"
-    (which leaves out runs), lengths that differ and negative durations.
+    Raises `InputRefused` for fewer than 3 runs, a single duration, values that are missing or infinite, lengths that
+    differ and negative durations.
 
     >>> line = fit_passive_drain([60, 120, 240, 480], [8, 15, 30, 58])
     >>> round(line.at(300).charge_mah, 2)
     36.7
     """
-    (duration_s, charge_mah), left_out = complete_rows([duration_s, charge_mah], missing)
     durations, charges = as_values("the durations", duration_s), as_values("the charges", charge_mah)
     if durations.size != charges.size:
         raise InputRefused(
@@ -187,9 +185,7 @@ def fit_passive_drain(
         raise InputRefused(f"a duration is {float(durations.min()):g} s: durations are 0 or more.")
     none = why_no_line(durations)
     if none is not None:
-        raise InputRefused(
-            f"{none.reason}{missing_text(left_out)}: give more (`fit_linear` gives the bare line of two)."
-        )
+        raise InputRefused(f"{none.reason}: give more (`fit_linear` gives the bare line of two).")
     n = durations.size
     fit = fit_linear(charges, {"duration": durations})
     residual_sd_mah = max(fit.spread("the drain line")[1], rounding_sd_mah(resolution_mah))
@@ -209,5 +205,4 @@ def fit_passive_drain(
         duration_max_s=float(np.max(durations)),
         duration_mean_s=mean,
         charge_mean_mah=fit.response_mean,
-        missing=left_out,
     )

@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_number, as_values, complete_rows
+from stats.checks import as_level, as_number, as_values
 from stats.compare.shared_error import SharedError, joined_half_width
 from stats.results import Result
 from stats.scatter import Floats, Interval, Scale, scale_of, times_power
@@ -84,8 +84,6 @@ class LinearFit(Result):
     """n minus the number of coefficients."""
     n: int
     """Number of values."""
-    missing: int
-    """Rows left out because a value in them was NaN."""
     intercept: bool
     """Whether a constant was fitted."""
     covariance: tuple[tuple[float, ...], ...] | Undefined
@@ -160,22 +158,18 @@ def fit_linear(
     *,
     intercept: bool = True,
     level: float = 0.95,
-    missing: Missing = "refuse",
 ) -> LinearFit:
     """Fit y, shape (n,), as a sum of named columns (or those of a data frame), each of shape (n,), by least squares.
 
-    Raises `InputRefused`, naming the columns, for infinite values, for NaN unless `missing` is "drop" (which leaves
-    out rows), lengths that differ, fewer values than coefficients, a constant column beside an intercept, a column of
-    zeros, and columns that are collinear.
+    Raises `InputRefused`, naming the columns, for values that are missing or infinite, lengths that differ, fewer
+    values than coefficients, a constant column beside an intercept, a column of zeros, and columns that are collinear.
 
     >>> [round(value, 9) for value in fit_linear([1, 3, 5, 8], {"x": [0, 1, 2, 3]}).coefficients]
     [0.8, 2.3]
     """
     level = as_level("level", level)
-    given = _named(columns)
-    (y, *present), left_out = complete_rows([y, *given.values()], missing)
     response = as_values("y", y)
-    by_name = {name: as_values(f"the column {name!r}", values) for name, values in zip(given, present, strict=True)}
+    by_name = {name: as_values(f"the column {name!r}", values) for name, values in _named(columns).items()}
     _refuse_unfit(response, by_name, intercept)
     skip, n, k = int(intercept), response.size, len(by_name)
     y_scale, scaled_y, y_mean = _centred(response, intercept)
@@ -234,7 +228,6 @@ def fit_linear(
         df_model=k,
         df=df,
         n=n,
-        missing=left_out,
         intercept=intercept,
         means=tuple(at_means),
         response_mean=y_mean if intercept else 0.0,

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_number, as_values, complete_rows, refuse_few
+from stats.checks import as_level, as_number, as_values
 from stats.lines.regression import LinearFit, Response, fit_linear
 from stats.results import Result
 from stats.scatter import Floats
@@ -72,8 +72,6 @@ class Stiffness(Result):
     """Number of points minus 3."""
     n: int
     """Number of points."""
-    missing: int = 0
-    """Points left out because a value was NaN."""
 
 
 def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: ArrayLike, mass_kg: float) -> ForcePoints:
@@ -130,15 +128,12 @@ def fit_stiffness(
     force_n: ArrayLike,
     *,
     level: float = 0.95,
-    missing: Missing = "refuse",
 ) -> Stiffness:
     """Fit the plane force = k * displacement + d * velocity + F0 to points of shape (n,), whatever their offset.
 
-    Raises `InputRefused` for fewer than 250 points, infinite values, NaN unless `missing` is "drop" (which leaves out
-    points), and, naming the column, where displacement and velocity do not
-    fix both coefficients: one of them constant, or one a multiple of the other.
+    Raises `InputRefused` for fewer than 250 points, values that are missing or infinite, and, naming the column, where
+    displacement and velocity do not fix both coefficients: one of them constant, or one a multiple of the other.
     """
-    (displacement_m, velocity_m_s, force_n), left_out = complete_rows([displacement_m, velocity_m_s, force_n], missing)
     force = as_values("the forces", force_n)
     level = as_level("level", level)
     if force.size < MINIMUM_POINTS:
@@ -168,7 +163,6 @@ def fit_stiffness(
         residual_lag1=_lag1(residuals, exact=fit.exact),
         df=fit.df,
         n=fit.n,
-        missing=left_out,
     )
 
 
@@ -216,7 +210,6 @@ def fit_gain_line(
     *,
     standard_error: ArrayLike | None = None,
     level: float = 0.95,
-    missing: Missing = "refuse",
 ) -> GainLine:
     """Fit physical stiffness (N/m) or damping (kg/s) of several conditions over their gains, both of shape (n,).
 
@@ -224,21 +217,18 @@ def fit_gain_line(
     of their error, and where they scatter more than their errors, a variance common to all, with which their squares
     about the line are as many as its degrees of freedom (Paule and Mandel 1982). Intervals are Student's, of the
     scatter about the line (Knapp and Hartung 2003).
-    Raises `InputRefused` for fewer than 3 conditions, a single gain, lengths that differ, infinite values, for NaN
-    unless `missing` is "drop" (which leaves out conditions), and for a standard error that is not above 0.
+    Raises `InputRefused` for fewer than 3 conditions, a single gain, lengths that differ, values that are missing or
+    infinite, and for a standard error that is not above 0.
     """
-    given = [gain, coefficient] if standard_error is None else [gain, coefficient, standard_error]
-    (gain, coefficient, *errors), left_out = complete_rows(given, missing)
-    if np.shape(gain) == np.shape(coefficient):
-        refuse_few(np.size(gain), "conditions", left_out)
-    scatter_sd, fit = 0.0, fit_linear(coefficient, {"gain": gain}, level=level)
-    if errors:
-        gains, values = as_values("the gains", gain), as_values("the coefficients", coefficient)
-        error = as_values("the standard errors", errors[0])
-        if not gains.size == values.size == error.size or (error <= 0.0).any():
+    gains, values = as_values("the gains", gain), as_values("the coefficients", coefficient)
+    scatter_sd, fit = 0.0, fit_linear(values, {"gain": gains}, level=level)
+    fit.spread("the line")
+    if standard_error is not None:
+        error = as_values("the standard errors", standard_error)
+        if gains.size != error.size or (error <= 0.0).any():
             raise InputRefused(
-                f"there are {gains.size} gains, {values.size} coefficients and {error.size} standard errors: give one "
-                "of each a condition, standard errors above 0."
+                f"there are {gains.size} gains and {error.size} standard errors: give one of each a condition, errors "
+                "above 0."
             )
         scatter_sd = _scatter_sd(gains, values, error)
         weights = 1.0 / np.hypot(error, scatter_sd)
@@ -254,8 +244,8 @@ def fit_gain_line(
         offset=offset,
         offset_se=offset_se,
         offset_ci=offset_ci,
-        fit=replace(fit, missing=left_out),
-        gains=(float(np.min(gain)), float(np.max(gain))),
+        fit=fit,
+        gains=(float(gains.min()), float(gains.max())),
         scatter_sd=scatter_sd,
     )
 

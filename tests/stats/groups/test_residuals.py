@@ -73,11 +73,6 @@ def test_what_is_no_residuals_is_refused() -> None:
         normal_quantiles([1.0, 2.0, 3.0])  # type: ignore[arg-type]
 
 
-def test_what_was_left_out_is_told_beside_the_band_too():
-    residuals = residuals_of_groups({"a": [1.0, 2.0, math.nan, 5.0], "b": [1.0, 2.0]}, missing="drop")
-    assert (residuals.missing, normal_quantiles(residuals).missing) == (1, 1)
-
-
 def test_a_level_that_takes_too_many_draws_has_no_band():
     residuals = residuals_of_groups([np.arange(10_000.0)])
     assert isinstance(normal_quantiles(residuals, 1.0 - 1e-4).low, Undefined)

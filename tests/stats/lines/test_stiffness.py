@@ -138,7 +138,9 @@ def test_intervals_of_weighted_lines_cover_what_was_put_in(scatter):
     [
         (GAINS, GAINS, {"standard_error": np.zeros(5)}, "standard errors"),
         (GAINS, GAINS, {"standard_error": np.ones(4)}, "5 gains.* 4 standard errors"),
-        ([100.0, 200.0, 300.0], [1.0, 2.0, np.nan], {"missing": "drop"}, "is 2, 1 missing"),
+        ([100.0, 200.0], [1.0, 2.0], {}, "has no uncertainty"),
+        ([100.0, 200.0], [1.0, 2.0], {"standard_error": [1.0, 1.0]}, "has no uncertainty"),
+        ([100.0, 200.0, 300.0], [1.0, 2.0, np.nan], {}, "NaN"),
         ([100.0, 200.0], [1.0, 2.0, 3.0], {}, "has 2 values and y has 3"),
         ([100.0] * 3, [1.0, 2.0, 3.0], {}, "'gain' is constant"),
         ([100.0] * 3, [1.0, 2.0, 3.0], {"standard_error": [1.0, 2.0, 3.0]}, "'gain' is constant"),
