@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from data_schema.errors import InputRefused
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_count, as_level, as_values
@@ -106,13 +105,6 @@ def autocorrelation(values: ArrayLike, lag: int = 1) -> Autocorrelation:
 Names = tuple[str, str]
 AS_A_AND_B: Names = ("a", "b")
 """What two groups are called in reasons and sentences where their own names are not given."""
-
-
-def pair_of_names(names: Names) -> Names:
-    """Return the names of two groups; raises `InputRefused` where they are not two texts."""
-    if isinstance(names, str) or len(names) != 2 or not all(isinstance(name, str) for name in names):
-        raise InputRefused(f"names is {names!r}: give the names of both groups, as ('control', 'treated').")
-    return names[0], names[1]
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,12 +13,12 @@ from typing import Literal
 from numpy.typing import ArrayLike
 from scipy import special
 
-from data_schema.errors import unknown_name
+from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level, as_pair
-from stats.compare.summary import AS_A_AND_B, Names, TTest, pair_of_names, student, welch
+from stats.checks import Missing, as_level
+from stats.compare.summary import AS_A_AND_B, Names, TTest, student, welch
 from stats.groups.variances import variance_ratio
 from stats.results import Result, missing_text, with_unit
 from stats.scatter import Interval, finite, read_groups
@@ -109,8 +109,10 @@ def compare_two(
     """
     if route not in ROUTES:
         raise unknown_name("route", route, ROUTES)
-    alpha, names = as_level("alpha", alpha), pair_of_names(names)
-    read = read_groups(as_pair(names, a, b), missing)
+    if len(names) != 2 or names[0] == names[1]:
+        raise InputRefused(f"the groups are called {names!r}: give two names that differ, as ('control', 'treated').")
+    alpha = as_level("alpha", alpha)
+    read = read_groups({names[0]: a, names[1]: b}, missing)
     by_name = {group.name: group for group in read.filled}
     n_a, n_b = (by_name[name].n if name in by_name else 0 for name in names)
     means = dict(zip(read.names, read.means, strict=True))
