@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import fields, is_dataclass
 from enum import Enum
 from functools import cache
 from html import escape
-from types import UnionType
-from typing import TYPE_CHECKING, Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -25,8 +24,6 @@ from data_schema.vocabulary import Remark, Undefined
 
 if TYPE_CHECKING:
     import pandas as pd
-
-_INTERVAL = tuple[float, float]
 
 
 class Result:
@@ -63,13 +60,9 @@ class Result:
         Nested results become `<field>_<its field>`, intervals `<field>_low` and `<field>_high`. What is undefined is
         NaN there, as pandas has it, and `<field>_reason` says why.
         """
-        rows = self.rows()
-        if rows:
-            return frame_of(rows)
         import pandas as pd
 
-        (kind, *_more) = get_args(get_type_hints(type(self).rows)["return"])
-        return pd.DataFrame(columns=_columns(kind))
+        return pd.DataFrame([_flat(row.to_dict()) for row in self.rows()])
 
 
 @cache
@@ -89,11 +82,16 @@ def as_dict(result: Any) -> dict[str, Any]:
     return _with_reasons({name: getattr(result, name) for name in names_of(kind)})
 
 
-def frame_of(results: Iterable[Any]) -> pd.DataFrame:
-    """Return any frozen results as a frame, one row a result."""
-    import pandas as pd
-
-    return pd.DataFrame([_row(result) for result in results])
+def _flat(data: Mapping[str, Any]) -> dict[str, Any]:
+    row: dict[str, Any] = {}
+    for name, value in data.items():
+        if isinstance(value, Mapping):
+            row |= {f"{name}_{inner}": item for inner, item in _flat(value).items()}
+        elif name.endswith("_ci"):
+            row[f"{name}_low"], row[f"{name}_high"] = value or (math.nan, math.nan)
+        else:
+            row[name] = math.nan if f"{name}_reason" in data else value
+    return row
 
 
 def _with_reasons(items: Mapping[str, Any]) -> dict[str, Any]:
@@ -134,62 +132,6 @@ def _plain(value: Any) -> Any:
             {"value": None, "reason": item.reason} if isinstance(item, Undefined) else _plain(item) for item in value
         ]
     return value
-
-
-def _row(result: Any) -> dict[str, Any]:
-    row: dict[str, Any] = {}
-    of: Any = type(result)
-    for name, kinds in _kinds(of).items():
-        value = getattr(result, name)
-        nested = _nested(kinds)
-        if _INTERVAL in kinds:
-            low, high = (math.nan, math.nan) if isinstance(value, Undefined) else value
-            row |= {f"{name}_low": low, f"{name}_high": high}
-        elif nested is not None:
-            inside = dict.fromkeys(_columns(nested), math.nan) if isinstance(value, Undefined) else _row(value)
-            row |= {f"{name}_{inner}": item for inner, item in inside.items()}
-        elif isinstance(value, Undefined):
-            row[name] = math.nan
-        else:
-            row[name] = value if isinstance(value, float) else _plain(value)
-        if Undefined in kinds:
-            row[f"{name}_reason"] = _reason(value)
-    return row
-
-
-def _columns(kind: type) -> list[str]:
-    """Return the columns of a result's row by its annotations, so that all rows have the same ones."""
-    columns = []
-    for name, kinds in _kinds(kind).items():
-        nested = _nested(kinds)
-        if _INTERVAL in kinds:
-            columns += [f"{name}_low", f"{name}_high"]
-        elif nested is not None:
-            columns += [f"{name}_{inner}" for inner in _columns(nested)]
-        else:
-            columns.append(name)
-        columns += [f"{name}_reason"] if Undefined in kinds else []
-    return columns
-
-
-def _nested(kinds: Iterable[Any]) -> type | None:
-    """Return the class of the result that a field may hold, if it may hold one."""
-    return next(
-        (kind for kind in kinds if isinstance(kind, type) and is_dataclass(kind) and not issubclass(kind, Remark)), None
-    )
-
-
-@cache
-def _kinds(kind: Any) -> dict[str, tuple[Any, ...]]:
-    """Return what each public field and property may hold, by its annotation."""
-    annotations = get_type_hints(kind)
-    found = {}
-    for name in names_of(kind):
-        annotation = annotations.get(name)
-        if annotation is None:
-            annotation = get_type_hints(getattr(kind, name).fget)["return"]
-        found[name] = get_args(annotation) if isinstance(annotation, UnionType) else (annotation,)
-    return found
 
 
 _SHARE_DECIMALS = 3
