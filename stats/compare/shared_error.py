@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level, as_number
+from stats.checks import as_level
 from stats.compare.summary import Summary, describe
 from stats.results import Result
 from stats.scatter import finite
@@ -33,7 +33,7 @@ class SharedError:
 
     `terms` holds signed standard errors by (fit, term), in the value's unit; the terms are independent of each other.
     `df` holds the degrees of freedom of each fit, which all its terms were estimated with. Raises `InputRefused` for
-    other keys, for what is no number, and for a term of a fit without degrees of freedom.
+    what is not finite, and for a term of a fit without degrees of freedom.
     """
 
     terms: Mapping[tuple[str, str], float] = field(default_factory=dict)
@@ -41,27 +41,16 @@ class SharedError:
 
     def __post_init__(self) -> None:
         """Check the numbers."""
-        if not isinstance(self.terms, Mapping) or not isinstance(self.df, Mapping):
-            raise InputRefused(
-                f"a shared error of {self.terms!r} with {self.df!r} degrees of freedom names no fit: give standard "
-                'errors by fit and term, {("drain", "level"): 0.1}, and degrees of freedom by fit, {"drain": 5}.'
-            )
         for fit, df in self.df.items():
-            if df != math.inf and (type(df) is not float or not df > 0.0):
-                as_number(f"the degrees of freedom of {fit}", df, above=0.0)
-        for key, value in self.terms.items():
-            if not isinstance(key, tuple) or len(key) != 2:
-                raise InputRefused(
-                    f'a shared error stands under {key!r}: give each under its fit and term, as ("drain", "level").'
-                )
-            if type(value) is not float or not math.isfinite(value):  # what names it is written where it is needed
-                as_number(f"the shared error {key[0]} {key[1]}", value)
-            if key[0] not in self.df:
-                raise InputRefused(
-                    f"there are no degrees of freedom of {key[0]}: give them beside its errors, as {{{key[0]!r}: 5}}."
-                )
+            if not df > 0.0:
+                raise InputRefused(f"the degrees of freedom of {fit} are {df!r}: give a number above 0.")
+        for fit, term in self.terms:
+            if fit not in self.df:
+                raise InputRefused(f"there are no degrees of freedom of {fit} {term}: give them beside its errors.")
         if not math.isfinite(self.se):
-            raise InputRefused("the standard error of all shared terms together exceeds 1.8e308: change units.")
+            raise InputRefused(
+                f"the shared error {dict(self.terms)} has no finite standard error."
+            )
 
     @property
     def se(self) -> float:
@@ -77,30 +66,20 @@ class SharedError:
         return satterthwaite_df([(variance, self.df[fit]) for fit, variance in variances.items()])
 
     def times(self, factor: float) -> SharedError:
-        """Return the error of `factor` times the value; raises `InputRefused` for a factor that is no finite number."""
-        factor = as_number("the factor of a shared error", factor)
+        """Return the error of `factor` times the value; raises `InputRefused` for a factor that is not finite."""
         return SharedError({term: factor * value for term, value in self.terms.items()}, self.df)
 
     def minus(self, other: SharedError) -> SharedError:
         """Return the error of the difference of two values; terms that cancel but for rounding are 0.
 
-        Raises `InputRefused` for what is no `SharedError`, and for one fit with two numbers of degrees of freedom.
+        Raises `InputRefused` for one fit with two numbers of degrees of freedom.
         """
-        df = degrees_of_fits([self, as_shared("what is taken off a shared error", other)])
+        df = degrees_of_fits([self, other])
         terms = {}
         for term in dict.fromkeys([*self.terms, *other.terms]):
             one, two = self.terms.get(term, 0.0), other.terms.get(term, 0.0)
             terms[term] = 0.0 if math.isclose(one, two, rel_tol=CANCELLED) else one - two
         return SharedError(terms, df)
-
-
-def as_shared(name: str, value: object) -> SharedError:
-    """Return a shared error; raises `InputRefused`, naming what was given, for anything else."""
-    if not isinstance(value, SharedError):
-        raise InputRefused(
-            f"{name} is {value!r}: give a SharedError, as SharedError({{('drain', 'level'): 0.1}}, {{'drain': 5}})."
-        )
-    return value
 
 
 def degrees_of_fits(errors: Iterable[SharedError]) -> dict[str, float]:
@@ -119,14 +98,12 @@ def degrees_of_fits(errors: Iterable[SharedError]) -> dict[str, float]:
 def shared_of_mean(errors: Sequence[SharedError]) -> SharedError:
     """Return the error of the mean of values that carry these: the mean of each term.
 
-    Raises `InputRefused` for what is no list of `SharedError`, and for one fit with two numbers of degrees of freedom.
+    Raises `InputRefused` for one fit with two numbers of degrees of freedom.
     """
-    if isinstance(errors, SharedError) or not isinstance(errors, Sequence):
-        raise InputRefused(f"the shared errors of a mean are {errors!r}: give a list of them, one of each value.")
     if len(errors) == 1:
-        return as_shared("a shared error of a mean", errors[0])
+        return errors[0]
     terms: dict[tuple[str, str], list[float]] = {}
-    df = degrees_of_fits(as_shared("a shared error of a mean", error) for error in errors)
+    df = degrees_of_fits(errors)
     for error in errors:
         for term, value in error.terms.items():
             terms.setdefault(term, []).append(value)
@@ -202,7 +179,6 @@ def describe_shared(values: ArrayLike, shared: SharedError, level: float = 0.95)
     both bound it. Raises `InputRefused` for values that are missing or infinite, or a level outside 0 to 1.
     """
     level = as_level("level", level)
-    shared = as_shared("shared", shared)
     scatter = describe(values, level)
     mean, se = scatter.mean, scatter.se
     if isinstance(mean, Undefined) or isinstance(se, Undefined) or not (se or shared.se):
