@@ -384,8 +384,9 @@ def _refused_as_no_spring(several: Sequence[Trial]) -> Iterator[None]:
 
 
 def _measured(condition: Condition, several: Sequence[Trial], level: float) -> MeasuredGains:
-    plane = plane_of(several, level)
-    if plane.stiffness_n_m <= 0.0:
+    plane = plane_of(several)
+    _at_zero, stiffness_n_m, damping_kg_s = plane.coefficients
+    if stiffness_n_m <= 0.0:
         raise InputRefused(
             "the force does not rise with the compression: give positions that grow as it is compressed, and "
             "velocities that are their rate."
@@ -405,7 +406,7 @@ def _measured(condition: Condition, several: Sequence[Trial], level: float) -> M
         masses_left_out=left_out,
         residual_lag1=autocorrelation(np.concatenate([of_one[1] for of_one in fit.residuals])).r,
         widened=fit.widened,
-        plane=Plane(plane.stiffness_n_m, plane.damping_kg_s),
+        plane=Plane(stiffness_n_m, damping_kg_s),
         trials=tuple(several),
         fit=fit,
     )

@@ -48,9 +48,7 @@ class SharedError:
             if fit not in self.df:
                 raise InputRefused(f"there are no degrees of freedom of {fit} {term}: give them beside its errors.")
         if not math.isfinite(self.se):
-            raise InputRefused(
-                f"the shared error {dict(self.terms)} has no finite standard error."
-            )
+            raise InputRefused(f"the shared error {dict(self.terms)} has no finite standard error.")
 
     @property
     def se(self) -> float:

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 
 from data_schema.errors import InputRefused
 from data_schema.units import STANDARD_GRAVITY_M_S2
-from stats.lines.stiffness import Stiffness, fit_stiffness, force_points
+from stats.lines.regression import LinearFit
+from stats.lines.stiffness import fit_stiffness, force_points
 from stats.tails import t_quantile
 
 Floats = NDArray[np.float64]
@@ -40,8 +41,8 @@ class Oscillation:
 
     def points(self) -> tuple[Floats, Floats, Floats]:
         """Return displacement, velocity and the spring's force in N between samples, of shape (n - 1,)."""
-        found = force_points(self.time_s, self.displacement_m, self.velocity_m_s, self.mass_kg)
-        return found.displacement_m, found.velocity_m_s, found.force_n + self.mass_kg * STANDARD_GRAVITY_M_S2
+        place, velocity, force = force_points(self.time_s, self.displacement_m, self.velocity_m_s, self.mass_kg)
+        return place, velocity, force + self.mass_kg * STANDARD_GRAVITY_M_S2
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,19 +75,20 @@ class OscillationFit:
         return self.stiffness.value, self.damping.value, self.force_at_zero_n
 
 
-def plane_of(several: Sequence[Oscillation], level: float = 0.95) -> Stiffness:
+def plane_of(several: Sequence[Oscillation]) -> LinearFit:
     """Fit the thesis's plane: forces by differences of velocities, over position and velocity (4.2.6)."""
     columns = zip(*(one.points() for one in several), strict=True)
-    return fit_stiffness(*(np.concatenate(column) for column in columns), level=level)
+    return fit_stiffness(*(np.concatenate(column) for column in columns))
 
 
-def fit_oscillations(several: Sequence[Oscillation], plane: Stiffness, level: float = 0.95) -> OscillationFit:
+def fit_oscillations(several: Sequence[Oscillation], plane: LinearFit, level: float = 0.95) -> OscillationFit:
     """Fit all trajectories together, from what the plane says on.
 
     Raises `InputRefused` where the motions do not tell stiffness from damping, and errors of numpy's where they are
     none of a mass on a spring.
     """
-    found = fitted_with(several, (plane.stiffness_n_m, plane.damping_kg_s, plane.force_at_zero_n), (1.0, 1.0), level)
+    force_n, stiffness_n_m, damping_kg_s = plane.coefficients
+    found = fitted_with(several, (stiffness_n_m, damping_kg_s, force_n), (1.0, 1.0), level)
     for _ in range(_WEIGHINGS):
         weighed = found.spreads
         found = fitted_with(several, found.values, weighed, level)

@@ -24,7 +24,7 @@ from stats.checks import as_level, as_number, as_values
 from stats.compare.shared_error import SharedError, joined_half_width
 from stats.results import Result
 from stats.scatter import Floats, Interval, Scale, scale_of, times_power
-from stats.tails import f_upper, t_quantile, t_two_sided
+from stats.tails import t_quantile, t_two_sided
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -48,8 +48,6 @@ class Response(Result):
     """Level of the interval."""
     df: int
     """Degrees of freedom of the fit."""
-    extrapolated: bool
-    """Whether a value lies outside its column's range."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,14 +70,8 @@ class LinearFit(Result):
     """Two-sided, of each coefficient being 0; shape (p,)."""
     r_squared: float | Undefined
     """About the mean with an intercept, about 0 without; 0 to 1."""
-    f: float | Undefined
-    """Of all coefficients but the intercept being 0, with `df_model` and `df`."""
-    f_p: float | Undefined
-    """P(F >= f)."""
     residual_sd: float | Undefined
     """sqrt(SS_residual / df), in the unit of the response; exactly 0 for a fit that is exact but for rounding."""
-    df_model: int
-    """Number of coefficients without the intercept."""
     df: int
     """n minus the number of coefficients."""
     n: int
@@ -92,10 +84,6 @@ class LinearFit(Result):
     """Of each column, in its unit, shape (columns,); 0 without an intercept. The fit is evaluated from there."""
     response_mean: float
     """Fitted response at `means`, in its unit (0 without an intercept)."""
-    lowest: tuple[float, ...]
-    """Least value of each column, in its unit; shape (columns,)."""
-    highest: tuple[float, ...]
-    """Largest value of each column, in its unit; shape (columns,)."""
 
     @property
     def exact(self) -> bool:
@@ -132,18 +120,16 @@ class LinearFit(Result):
             raise InputRefused(f"no value was given for {quoted_list(missing)}: give one for each column.")
         level = as_level("level", level)
         place = [as_number(f"the value of {name!r}", values[name]) for name in columns]
-        ranges = zip(place, self.lowest, self.highest, strict=True)
-        extrapolated = any(not low <= value <= high for value, low, high in ranges)
         steps = np.array(place) - np.array(self.means)
         value = self.response_mean + float(steps @ np.array(self.coefficients[skip:]))
         if isinstance(self.covariance, Undefined) or isinstance(self.residual_sd, Undefined):
             none = Undefined(Reason.FIT_WITHOUT_SCATTER)
-            return Response(value, none, none, level, self.df, extrapolated)
+            return Response(value, none, none, level, self.df)
         of_slopes = math.sqrt(max(0.0, float(steps @ np.array(self.covariance) @ steps)))
         se = math.hypot(of_slopes, self.residual_sd / math.sqrt(self.n) if self.intercept else 0.0)
         half = t_quantile(level, self.df) * se
         ci = EXACT if self.exact else (value - half, value + half)
-        return Response(value, se, ci, level, self.df, extrapolated)
+        return Response(value, se, ci, level, self.df)
 
 
 def quoted_list(names: Sequence[str]) -> str:
@@ -202,7 +188,7 @@ def fit_linear(
     df = n - k - skip
     r_squared = (total - squares) / total if total > 0.0 else Undefined(Reason.ALL_Y_EQUAL)
     parts: dict[str, Any] = dict.fromkeys(
-        ("standard_errors", "ci", "t", "p", "f", "f_p", "residual_sd", "covariance"),
+        ("standard_errors", "ci", "t", "p", "residual_sd", "covariance"),
         Undefined(Reason.AS_MANY_AS_COEFFICIENTS),
     )
     if df > 0:
@@ -217,32 +203,25 @@ def fit_linear(
             errors.insert(0, math.hypot(residual_sd / math.sqrt(n), at_zero))
         parts |= {"standard_errors": tuple(errors), "residual_sd": residual_sd}
         parts["covariance"] = tuple(tuple(row) for row in covariance.tolist())
-        parts |= _tests(
-            coefficients, errors, (total - squares) / k / (squares / df) if squares else math.inf, k, df, level
-        )
+        parts |= _tests(coefficients, errors, df, level)
     return LinearFit(
         names=(INTERCEPT, *by_name) if intercept else tuple(by_name),
         coefficients=coefficients,
         level=level,
         r_squared=r_squared,
-        df_model=k,
         df=df,
         n=n,
         intercept=intercept,
         means=tuple(at_means),
         response_mean=y_mean if intercept else 0.0,
-        lowest=tuple(float(values.min()) for values in by_name.values()),
-        highest=tuple(float(values.max()) for values in by_name.values()),
         **parts,
     )
 
 
-def _tests(
-    coefficients: Sequence[float], errors: Sequence[float], f: float, df_model: int, df: int, level: float
-) -> dict[str, Any]:
+def _tests(coefficients: Sequence[float], errors: Sequence[float], df: int, level: float) -> dict[str, Any]:
     """Return intervals and tests of coefficients with these standard errors, by the names of their fields."""
-    if not all(errors) or math.isinf(f):
-        return dict.fromkeys(("ci", "t", "p", "f", "f_p"), EXACT)
+    if not all(errors):
+        return dict.fromkeys(("ci", "t", "p"), EXACT)
     quantile = t_quantile(level, df)
     both = list(zip(coefficients, errors, strict=True))
     t = tuple(value / error for value, error in both)
@@ -250,8 +229,6 @@ def _tests(
         "ci": tuple((value - quantile * error, value + quantile * error) for value, error in both),
         "t": t,
         "p": tuple(t_two_sided(one, df) for one in t),
-        "f": f,
-        "f_p": f_upper(f, df_model, df),
     }
 
 

@@ -6,17 +6,16 @@ d = 3.32 gain + 19.67 kg/s on the thesis's leg (5.1.1), with which gains become 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.optimize
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.checks import as_level, as_number, as_values
-from stats.lines.regression import LinearFit, Response, fit_linear
+from stats.checks import as_number, as_values
+from stats.lines.regression import LinearFit, fit_linear
 from stats.results import Result
 from stats.scatter import Floats
 
@@ -27,55 +26,12 @@ _TOGETHER, _FEWEST_SAMPLES = 0.9, 20
 """Correlation of displacement and integrated velocity, and samples, from which on the two are compared."""
 
 
-@dataclass(frozen=True, slots=True)
-class ForcePoints(Result):
-    """Points of one trajectory, half way between its samples; arrays of shape (n - 1,)."""
+def force_points(
+    time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: ArrayLike, mass_kg: float
+) -> tuple[Floats, Floats, Floats]:
+    """Return displacement, velocity and the spring's force along one trajectory, each of shape (n - 1,).
 
-    displacement_m: Floats
-    """Means of neighbouring samples."""
-    velocity_m_s: Floats
-    """Means of neighbouring samples."""
-    force_n: Floats
-    """Between neighbouring samples."""
-
-
-@dataclass(frozen=True, slots=True)
-class Stiffness(Result):
-    """force = stiffness * displacement + damping * velocity + force_at_zero."""
-
-    stiffness_n_m: float
-    """Force per displacement, in N/m."""
-    stiffness_se: float
-    """Standard error of the stiffness, N/m."""
-    stiffness_ci: tuple[float, float] | Undefined
-    """Student's interval of the stiffness, N/m; undefined where the fit is exact."""
-    damping_kg_s: float
-    """Force per velocity, in kg/s."""
-    damping_se: float
-    """Standard error of the damping, kg/s."""
-    damping_ci: tuple[float, float] | Undefined
-    """Student's interval of the damping, kg/s."""
-    force_at_zero_n: float
-    """In N, where displacement and velocity are 0; without gravity's share removed, minus the weight."""
-    force_at_zero_se: float
-    """Its standard error, N."""
-    level: float
-    """Level of the intervals."""
-    residual_sd_n: float
-    """Standard deviation of the points about the plane in N, with n - 3."""
-    r_squared: float | Undefined
-    """About the mean."""
-    residual_lag1: float | Undefined
-    """Correlation of neighbouring residuals r. The standard errors of `fit_stiffness` assume 0; near 1 they are too
-    small, by about sqrt((1 + r) / (1 - r))."""
-    df: int
-    """Number of points minus 3."""
-    n: int
-    """Number of points."""
-
-
-def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: ArrayLike, mass_kg: float) -> ForcePoints:
-    """Return the spring's force along one trajectory: minus the total mass times the rate of change of velocity.
+    The force is minus the total mass times the rate of change of velocity.
 
     Displacement is positive the way the spring is compressed, velocity its rate of change; all of shape (n,). The
     force belongs between two samples, and so do the displacement and velocity returned: means of neighbours.
@@ -94,11 +50,7 @@ def force_points(time_s: ArrayLike, displacement_m: ArrayLike, velocity_m_s: Arr
     if (time[1:] <= time[:-1]).any():
         raise InputRefused("time does not increase from sample to sample: give one trajectory in order of time.")
     force = -mass * np.diff(velocity) / np.diff(time)
-    return ForcePoints(
-        displacement_m=0.5 * position[1:] + 0.5 * position[:-1],
-        velocity_m_s=0.5 * velocity[1:] + 0.5 * velocity[:-1],
-        force_n=force,
-    )
+    return 0.5 * position[1:] + 0.5 * position[:-1], 0.5 * velocity[1:] + 0.5 * velocity[:-1], force
 
 
 def velocity_over_rate(time_s: Floats, displacement_m: Floats, velocity_m_s: Floats) -> float | None:
@@ -122,55 +74,20 @@ def velocity_over_rate(time_s: Floats, displacement_m: Floats, velocity_m_s: Flo
     return travelled / moved if product >= _TOGETHER * moved * travelled > 0.0 else None
 
 
-def fit_stiffness(
-    displacement_m: ArrayLike,
-    velocity_m_s: ArrayLike,
-    force_n: ArrayLike,
-    *,
-    level: float = 0.95,
-) -> Stiffness:
-    """Fit the plane force = k * displacement + d * velocity + F0 to points of shape (n,), whatever their offset.
+def fit_stiffness(displacement_m: ArrayLike, velocity_m_s: ArrayLike, force_n: ArrayLike) -> LinearFit:
+    """Fit the plane force = F0 + k * displacement + d * velocity to points of shape (n,), whatever their offset.
 
-    Raises `InputRefused` for fewer than 250 points, values that are missing or infinite, and, naming the column, where
-    displacement and velocity do not fix both coefficients: one of them constant, or one a multiple of the other.
+    Standard errors take neighbouring residuals as independent. Raises `InputRefused` for fewer than 250 points, values
+    that are missing or infinite, and, naming the column, where displacement and velocity do not fix both coefficients:
+    one of them constant, or one a multiple of the other.
     """
     force = as_values("the forces", force_n)
-    level = as_level("level", level)
     if force.size < MINIMUM_POINTS:
         raise InputRefused(
             f"there are {force.size} points and the plane needs at least {MINIMUM_POINTS} (thesis 4.2.6): put the "
             "points of more trajectories together."
         )
-    fit = fit_linear(force_n, {"displacement": displacement_m, "velocity": velocity_m_s}, level=level)
-    errors, residual_sd = fit.spread("the plane")
-    _at_zero, stiffness_ci, damping_ci = fit.intervals()
-    columns = [as_values("the points", values) for values in (displacement_m, velocity_m_s)]
-    residuals = force - fit.response_mean
-    for column, mean, slope in zip(columns, fit.means, fit.coefficients[1:], strict=True):
-        residuals = residuals - slope * (column - mean)
-    return Stiffness(
-        stiffness_n_m=fit.coefficients[1],
-        stiffness_se=errors[1],
-        stiffness_ci=stiffness_ci,
-        damping_kg_s=fit.coefficients[2],
-        damping_se=errors[2],
-        damping_ci=damping_ci,
-        force_at_zero_n=fit.coefficients[0],
-        force_at_zero_se=errors[0],
-        level=level,
-        residual_sd_n=residual_sd,
-        r_squared=fit.r_squared,
-        residual_lag1=_lag1(residuals, exact=fit.exact),
-        df=fit.df,
-        n=fit.n,
-    )
-
-
-def _lag1(residuals: Floats, *, exact: bool) -> float | Undefined:
-    squares = float(residuals @ residuals)
-    if exact or squares == 0.0:
-        return Undefined(Reason.FIT_IS_EXACT)
-    return float(residuals[1:] @ residuals[:-1]) / squares
+    return fit_linear(force, {"displacement": displacement_m, "velocity": velocity_m_s})
 
 
 @dataclass(frozen=True, slots=True)
@@ -195,13 +112,6 @@ class GainLine(Result):
     """Least and largest gain."""
     scatter_sd: float = 0.0
     """Standard deviation about the line beside the standard errors given, in N/m (or kg/s); 0 without them."""
-
-    def at(self, gain: float, level: float = 0.95) -> Response:
-        """Return the physical coefficient that a gain stands for, with the line's uncertainty there."""
-        if self.fit.intercept:
-            return self.fit.at({"gain": gain}, level)
-        extrapolated = not self.gains[0] <= gain <= self.gains[1]
-        return replace(self.fit.at({"offset": 1.0, "gain": gain}, level), extrapolated=extrapolated)
 
 
 def fit_gain_line(
