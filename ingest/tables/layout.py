@@ -190,8 +190,8 @@ def _refuse_parted_decimals(split: Split, declared: Declarations, findings: Find
     """Refuse columns without names that may be the two parts of decimals, `0,021`: the right one of as many digits in
     every row, with zeros in front.
     """
-    declared_sign = declared.delimiter is not None or declared.decimal_sign is not None
-    if declared_sign or split.delimiter != b"," or parts_names(split):
+    signs = (declared.delimiter, declared.decimal_sign)
+    if (any(signs) and signs != (",", ",")) or split.delimiter != b"," or parts_names(split):
         return False
     for left, right in pairwise(range(split.width)):
         parts = [row.cells[right] for row in split.rows]
@@ -200,10 +200,8 @@ def _refuse_parted_decimals(split: Split, declared: Declarations, findings: Find
         if whole and digits and any(part.startswith(b"0") for part in parts):
             row = split.rows[0]
             number = b",".join(row.cells[left : right + 1]).decode("latin-1")
-            message = (
-                f"{number!r} may be one number with a decimal comma, or two: say `--decimal ,` for one, "
-                "`--delimiter ,` for two."
-            )
+            way = "export with semicolons" if any(signs) else "say `--decimal ,` for one, `--delimiter ,` for two"
+            message = f"{number!r} may be one number with a decimal comma, or two: {way}."
             findings.add(FILE, "decimal_comma_unquoted", message, lines=[row.line.number], value=number)
             return True
     return False
@@ -545,12 +543,6 @@ def report_no_header(split: Split, findings: FindingCollector) -> None:
     counted = f"The header names {names} columns and the rows have {numbers} cells: a comma stands between cells and "
     if any(b"." in cell and is_number(cell, comma=False) for row in split.rows for cell in row.cells):
         rule, advice = "thousands_separator", "between thousands; export without thousands separators."
-    elif numbers == 2 * names:
-        rule = "decimal_comma_unquoted"
-        advice = "in each number; say so with `--decimal , --delimiter ,`, or export with semicolons between cells."
     else:
-        rule, advice = (
-            "decimal_comma_unquoted",
-            "in some numbers, and which cannot be told; export with semicolons between cells.",
-        )
+        rule, advice = "decimal_comma_unquoted", "in numbers; export with semicolons between cells."
     findings.add(FILE, rule, counted + advice, lines=[header.line.number])

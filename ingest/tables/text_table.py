@@ -1,9 +1,6 @@
-"""The table in a delimited text, whose cells may bear units, `5 ms;300.12 mm`, or part at their own decimal commas.
+"""The table in a delimited text, whose cells may bear units, `5 ms;300.12 mm`.
 
-Such texts are made plain before their layout is looked for. Rows in which a comma is both the decimal sign and what
-stands between cells, `0,005,300,12` for 0.005 and 300.12, are read only where both are declared and a header has half
-as many cells, for without one they may as well be whole numbers; and only those in which every column has a whole and a
-decimal part.
+Such texts are made plain before their layout is looked for.
 """
 
 from __future__ import annotations
@@ -11,7 +8,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from ingest.channels.names import is_unit, normal_unit, refuse_two_units
@@ -22,7 +19,7 @@ from ingest.spool import LARGE_BYTES, mapped
 from ingest.tables.layout import Layout, check_above, find_layout
 from ingest.tables.rows import read_rows
 from ingest.tables.table import Block, Table, Wanted, read_preamble
-from ingest.text.cells import BETWEEN_CELLS, COMMENT_STARTS, EXPONENT, is_missing, split_cells
+from ingest.text.cells import BETWEEN_CELLS, COMMENT_STARTS, EXPONENT, is_missing
 from ingest.text.source import Line, TextSource, refuse_long_line
 
 
@@ -35,11 +32,6 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
         declared = dataclasses.replace(declared, header_row=None, units_row=None, first_row=None)
     if refuse_long_line(source, findings):
         return None
-    pairs = with_pairs_joined(source, declared, findings)
-    if "decimal_comma_unquoted" in findings:
-        return None
-    if pairs is not None:
-        source, declared = pairs, dataclasses.replace(declared, delimiter=BETWEEN)
     source, cell_units = without_cell_units(source, declared, findings)
     if "cell_units_too_large" in findings:
         return None
@@ -53,8 +45,7 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
 
     preamble = read_preamble((*source.comments, *layout.preamble), declared.date_format)
     units = _units(layout, cell_units, declared, findings)
-    shape = layout.shape if pairs is None else dataclasses.replace(layout.shape, delimiter=",")
-    return Table(layout.names, units, layout.kinds, preamble, rows, text=shape)
+    return Table(layout.names, units, layout.kinds, preamble, rows, text=layout.shape)
 
 
 def _units(
@@ -77,16 +68,14 @@ _UNIT_BEGINS = re.compile(_UNIT_BEGIN)
 _CELL = re.compile(rb"(" + _BLANK + _NUMBER + rb")(" + _BLANK + rb"(" + _UNIT_BEGIN + rb"[^\s\d;,|\"]*))?" + _BLANK)
 _JUDGED = 60
 _FEWEST_ROWS = 3
-_BLOCK_BYTES = 1 << 20
 
 
 @dataclass(frozen=True, slots=True)
 class _Columns:
-    """What stands between cells, the units by column from 0 and as written, the columns of numbers, the first row."""
+    """What stands between cells, the units by column from 0, the columns of numbers, the first row."""
 
     sign: bytes
     units: Mapping[int, str]
-    spelled: Mapping[int, Collection[bytes]]
     numeric: Sequence[int]
     first: Line
 
@@ -125,47 +114,15 @@ def without_cell_units(
 
 
 def _blanked(source: TextSource, columns: _Columns, findings: FindingCollector) -> bytes:
-    """Return the data with blanks for the units in its rows, made in blocks of whole lines."""
-    data, start, line = source.data, columns.first.start, columns.first.number - 1
-    usual = _usual_row(columns)
-    done = [data[:start]]
-
-    def blanked(found: re.Match[bytes]) -> bytes:
-        nonlocal line
-        line += 1
-        if found.lastindex is None:
-            return _other_row(source, found[0], columns, line, findings)
-        parts = found.groups()
-        return b"".join([part if at % 2 == 0 else b" " * len(part) for at, part in enumerate(parts)])
-
-    while start < len(data):
-        stop = data.find(b"\n", start + _BLOCK_BYTES) + 1 or len(data)
-        done.append(usual.sub(blanked, data[start:stop]))
-        start = stop
-    return b"".join(done)
+    """Return the data with blanks for the units in its rows."""
+    start = columns.first.start
+    lines = enumerate(source.data[start:].split(b"\n"), start=columns.first.number)
+    return source.data[:start] + b"\n".join(_row(source, line, columns, number, findings) for number, line in lines)
 
 
-def _usual_row(columns: _Columns) -> re.Pattern[bytes]:
-    """Return what matches a line: with groups, in turn text and unit, where every unit is written as in the first rows.
-
-    Of any other line there is no group.
-    """
-    sign = re.escape(columns.sign)
-    blank = rb"(?: |\xc2?\xa0)*"
-    pattern = b"("
-    for position in range(max(columns.units) + 1):
-        between = sign if position else b""
-        if position not in columns.units:
-            pattern += between + rb"[^\n" + sign + rb"]*"
-            continue
-        unit = b"|".join(map(re.escape, columns.spelled[position]))
-        pattern += between + blank + _NUMBER + rb")(" + blank + rb"(?:" + unit + rb"))(" + blank
-    return re.compile(pattern + rb"(?:" + sign + rb"[^\n]*)?\r?(?:\n|\Z))|[^\n]+\n?|\n")
-
-
-def _other_row(source: TextSource, content: bytes, columns: _Columns, line: int, findings: FindingCollector) -> bytes:
+def _row(source: TextSource, content: bytes, columns: _Columns, line: int, findings: FindingCollector) -> bytes:
     """Return a line with blanks for its units where it is a data row; one of another unit, or of none, is reported."""
-    bare = content.rstrip(b"\r\n")
+    bare = content.rstrip(b"\r")
     cells = columns.row(bare)
     if cells is None:
         return content
@@ -192,8 +149,7 @@ def _columns(source: TextSource, declared: Declarations) -> _Columns | None:
     if not units:
         return None
     numeric = [at for at in positions if 2 * sum(_CELL.fullmatch(row[at]) is not None for row in rows) > len(rows)]
-    spelled = {at: {_written(row[at]) for row in rows if _unit(row[at]) == units[at]} for at in units}
-    columns = _Columns(sign, units, spelled, numeric, lines[0])
+    columns = _Columns(sign, units, numeric, lines[0])
     return dataclasses.replace(columns, first=_first_row(lines, columns, declared))
 
 
@@ -226,14 +182,9 @@ def _usual(rows: Sequence[Sequence[bytes]], position: int) -> str | None:
 
 def _unit(cell: bytes) -> str | None:
     """Return the unit behind the number in a cell, None where there is no number or no unit that is known."""
-    text = _written(cell).decode("utf-8", errors="replace")
-    return normal_unit(text) if text and is_unit(text) else None
-
-
-def _written(cell: bytes) -> bytes:
-    """Return what stands behind the number in a cell, empty where nothing does."""
     match = _CELL.fullmatch(cell)
-    return (match[3] or b"") if match else b""
+    text = (match[3] or b"").decode("utf-8", errors="replace") if match else ""
+    return normal_unit(text) if text and is_unit(text) else None
 
 
 def _plain(source: TextSource, cell: bytes, unit: str, position: int, line: int, findings: FindingCollector) -> bytes:
@@ -250,65 +201,3 @@ def _plain(source: TextSource, cell: bytes, unit: str, position: int, line: int,
     )
     findings.add(FILE, "cell_units_differ", message, lines=[line], column=f"column {position + 1}", value=shown)
     return cell
-
-
-BETWEEN = ";"
-"""What stands between cells afterwards."""
-
-_PAIR = rb"[ \t]*[+-]?\d*,\d+[ \t]*"
-_ANY_ROW = re.compile(_PAIR + rb"(?:," + _PAIR + rb")*,?[ \t]*")
-
-
-def with_pairs_joined(source: TextSource, declared: Declarations, findings: FindingCollector) -> TextSource | None:
-    """Return the text with `BETWEEN` between its cells, of the same length; None where its rows are otherwise.
-
-    A line that is neither the header nor a row of pairs stays as it is, and has too few cells then. Rows whose columns
-    are named by number, and by no header, refuse the file.
-    """
-    if declared.decimal_sign != "," or declared.delimiter != ",":
-        return None
-    lines = [line for line in source.head_lines() if line.content.strip()]
-    first = next((index for index, line in enumerate(lines) if _ANY_ROW.fullmatch(line.content)), None)
-    if first is None:
-        return None
-    columns = len(_cells(lines[first])) // 2
-    header = _pairs_header(lines[:first], declared)
-    named = 0 if header is None else len(_cells(header))
-    by_number = any(name.isdigit() for name in {**declared.profile_columns, **declared.columns})
-    if header is None or named != columns or (by_number and not declared.header_row):
-        if by_number and named != 2 * columns:
-            _refuse_unnamed(lines[first], columns, findings)
-        return None
-    row = re.compile(rb"(?m)^" + b",".join([_PAIR] * columns) + rb",?[ \t]*(?=\r?$)")
-    data = source.data[source.start :]
-    start = header.start - source.start
-    end = start + len(header.content)
-    data = data[:start] + data[start:end].replace(b",", BETWEEN.encode()) + data[end:]
-    return dataclasses.replace(source, data=source.data[: source.start] + row.sub(_row_of_pairs, data))
-
-
-def _pairs_header(above: Sequence[Line], declared: Declarations) -> Line | None:
-    """Return the line that names the columns: the one declared, else the last above the rows."""
-    if declared.header_row is None:
-        return above[-1] if above else None
-    return next((line for line in above if line.number == declared.header_row), None)
-
-
-def _refuse_unnamed(row: Line, columns: int, findings: FindingCollector) -> None:
-    message = (
-        f"No header says whether the rows are {2 * columns} whole numbers or {columns} with a decimal comma: declare "
-        "the names' line as `header_row` in a profile, or leave `--decimal ,` out where no number has decimals."
-    )
-    findings.add(FILE, "decimal_comma_unquoted", message, lines=[row.number])
-
-
-def _cells(line: Line) -> list[bytes]:
-    """Return the cells of a line, without what a last comma leaves behind it."""
-    cells = split_cells(line.content, b",") or []
-    return cells[:-1] if cells[-1:] == [b""] else cells
-
-
-def _row_of_pairs(row: re.Match[bytes]) -> bytes:
-    cells = row[0].split(b",")
-    pairs = [b",".join(cells[at : at + 2]) for at in range(0, len(cells), 2)]
-    return BETWEEN.encode().join(pairs)

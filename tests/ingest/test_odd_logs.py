@@ -16,7 +16,6 @@ import pytest
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
 from ingest.spool import map_and_hash
-from ingest.tables import text_table
 from tests.helpers.wording import says
 from tests.ingest.reading import channel, finding, refusal, rules
 from tests.ingest.synthetic_workbooks import workbook
@@ -42,26 +41,27 @@ COMMAS = [f"{t},{h}".replace(".", ",") for t, h in zip(TIMES, MM, strict=True)]
 
 @pytest.mark.parametrize("end", ["", ","])
 @pytest.mark.parametrize("title", [[], ["# string pot, 2024-03-04", ""]])
-def test_a_comma_that_is_both_is_read_in_pairs_when_both_are_declared(title: list[str], end: str) -> None:
+def test_a_comma_that_is_both_is_never_guessed_at(title: list[str], end: str) -> None:
     lines = [*title, f"time [s],body_height [mm]{end}", *(row + end for row in COMMAS)]
     said = refusal(read(lines))
     assert said.rule == "decimal_comma_unquoted"
-    says(said.message, "--delimiter ,", "--decimal ,")
+    says(said.message, "semicolons")
     assert refusal(read(lines, decimal_sign=",")).rule == "decimal_comma_unquoted"
-    check_heights(read(lines, decimal_sign=",", delimiter=","))
+    assert refusal(read(lines, decimal_sign=",", delimiter=",")).rule == "decimal_comma_unquoted"
 
 
 BY_PLACE = {"1": ColumnDeclaration("time", "ms"), "2": ColumnDeclaration("body_height", "mm")}
 WHOLE = [f"{5 * k},{round(1000 * h)},12,1" for k, h in enumerate(HEIGHTS)]
 
 
-@pytest.mark.parametrize("rows", [COMMAS, WHOLE], ids=["pairs", "whole numbers"])
 @pytest.mark.parametrize("above", [[], ["String pot of Monday"], ["Rig A, Monday"]])
-def test_commas_without_names_may_be_pairs_or_whole_numbers(rows: list[str], above: list[str]) -> None:
+def test_commas_without_names_are_never_read_in_pairs(above: list[str]) -> None:
     """A height of 300 mm beside a column of 12 was 0.0121 m."""
     for header_row in (0, None):
-        result = read([*above, *rows], decimal_sign=",", delimiter=",", columns=BY_PLACE, header_row=header_row)
-        assert refusal(result).rule == "decimal_comma_unquoted"
+        both = Declarations(decimal_sign=",", delimiter=",", columns=BY_PLACE, header_row=header_row)
+        pairs, whole = (read_file("\n".join([*above, *rows, ""]).encode(), both) for rows in (COMMAS, WHOLE))
+        assert pairs.refused
+        assert channel(whole, "body_height").values == pytest.approx(np.round(HEIGHTS, 3), abs=1e-12)
 
 
 def test_a_title_of_half_as_many_cells_is_no_header_of_pairs() -> None:
@@ -69,21 +69,6 @@ def test_a_title_of_half_as_many_cells_is_no_header_of_pairs() -> None:
     result = read(lines, decimal_sign=",", delimiter=",")
     assert not result.refused
     assert result.parts[0].channels[0].values == pytest.approx(np.round(HEIGHTS, 3), abs=1e-12)
-
-
-def test_a_header_row_that_is_declared_names_the_pairs() -> None:
-    lines = ["time [s],body_height [mm]", "# taken on Monday", *COMMAS]
-    check_heights(read(lines, decimal_sign=",", delimiter=",", header_row=1))
-
-
-def test_a_row_that_is_no_row_of_pairs_is_never_guessed_at() -> None:
-    rows = [*COMMAS[:60], "0,300,312", *COMMAS[60:]]
-    result = read(["time [s],body_height [mm]", *rows], decimal_sign=",", delimiter=",")
-    assert (result.rows_kept, result.rows_rejected) == (120, 1)
-    whole = [f"{5 * k},{h}".replace(".", ",") for k, h in enumerate(MM)]
-    said = refusal(read(["time [ms],body_height [mm]", *whole], decimal_sign=",", delimiter=","))
-    assert said.rule == "decimal_comma_unquoted"
-    assert "semicolon" in said.message
 
 
 def test_quoted_decimal_commas_between_commas_need_no_pairs() -> None:
@@ -148,8 +133,7 @@ def test_lines_that_are_no_rows_need_no_units(above: list[str], below: list[str]
     check_heights(read([*above, *with_units(), *below], header_row=header))
 
 
-def test_lines_are_counted_across_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(text_table, "_BLOCK_BYTES", 100)
+def test_lines_are_counted_over_blank_ones() -> None:
     rows = with_units()
     check_heights(read(["time;body_height", *rows]))
     rows[70:71] = ["", "350 ms;31.1 cm"]
