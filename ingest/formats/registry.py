@@ -247,86 +247,77 @@ _LARGEST_VERSION = 10**6
 
 
 def check_format(found: Format) -> None:
-    """Raise `TypeError` or `ValueError` unless a format can be registered."""
-    if not isinstance(found.name, str) or not _NAME.fullmatch(found.name):
-        raise ValueError(f"its name {found.name!r} is not made of letters, digits and _")
-    if not isinstance(found.version, int) or not 1 <= found.version <= _LARGEST_VERSION:
-        raise ValueError(f"its version {found.version} is not from 1 to {_LARGEST_VERSION}")
-    if not isinstance(found.score, int) or not 1 <= found.score <= SIGNATURE:
-        raise ValueError(f"its score {found.score} is not from 1 to {SIGNATURE}, of a signature")
-    if any(not clue or clue != clue.lower() or b"\0" in clue for clue in found.clues):
-        raise ValueError("its clues are not in lower case, or empty, or hold a zero byte")
-    for name in ("recognise", "read"):
-        if not callable(getattr(found, name)):
-            raise TypeError(f"its {name} is no function")
+    """Raise `ValueError` unless a format can be registered."""
+    is_name = isinstance(found.name, str) and _NAME.fullmatch(found.name)
+    _require(is_name, f"its name {found.name!r} is not made of letters, digits and _")
+    is_version = isinstance(found.version, int) and 1 <= found.version <= _LARGEST_VERSION
+    _require(is_version, f"its version {found.version} is not from 1 to {_LARGEST_VERSION}")
+    is_score = isinstance(found.score, int) and 1 <= found.score <= SIGNATURE
+    _require(is_score, f"its score {found.score} is not from 1 to {SIGNATURE}, of a signature")
+    are_clues = all(clue and clue == clue.lower() and b"\0" not in clue for clue in found.clues)
+    _require(are_clues, "its clues are not in lower case, or empty, or hold a zero byte")
+    _require(callable(found.recognise) and callable(found.read), "its recognise or read is no function")
 
 
 def check_reading(found: Reading, findings: FindingCollector) -> None:
-    """Raise `TypeError` or `ValueError` unless a reading can be stored, or its findings refuse the file."""
-    if not isinstance(found, Reading) or not all(isinstance(part, SignalPart) for part in found.parts):
-        raise TypeError(f"it gave {type(found).__name__}, not a Reading with parts of signals")
-    if not 0 <= found.rows_rejected <= found.rows_read:
-        raise ValueError(f"{found.rows_rejected} of {found.rows_read} rows are rejected")
+    """Raise `ValueError` unless a reading can be stored, or its findings refuse the file."""
+    are_parts = isinstance(found, Reading) and all(isinstance(part, SignalPart) for part in found.parts)
+    _require(are_parts, f"it gave {type(found).__name__}, not a Reading with parts of signals")
+    rejected, read = found.rows_rejected, found.rows_read
+    _require(0 <= rejected <= read, f"{rejected} of {read} rows are rejected")
     if findings.refuse:
         return
-    if not found.parts and not found.charges:
-        raise ValueError("it gave neither samples nor recharges, and no finding that refuses the file")
-    if not isinstance(found.role, FileRole):
-        raise TypeError(f"the reading's role {found.role!r} is none")
-    _check_different([part.part for part in found.parts], "parts")
+    _require(found.parts or found.charges, "it gave no samples, no recharges, and no finding that refuses the file")
+    _require(isinstance(found.role, FileRole), f"the reading's role {found.role!r} is none")
+    _require_different([part.part for part in found.parts], "parts")
     for part in found.parts:
         _check_part(part)
     for place, charge in enumerate(found.charges, start=1):
-        if charge.row_number != place:
-            raise ValueError(f"recharge {place} has row_number {charge.row_number}: they count from 1, in order")
-        _check_charge(charge)
+        _check_charge(place, charge)
 
 
-def _check_charge(charge: ChargeRow) -> None:
-    where = f"recharge {charge.row_number}"
-    if charge.resolution_mah <= 0:
-        raise ValueError(f"resolution_mah of {where} is {charge.resolution_mah:g}, not above 0")
-    if charge.duration_s == 0:
-        raise ValueError(f"duration_s of {where} is 0: say None where it is not known")
+def _require(condition: object, what: str) -> None:
+    if not condition:
+        raise ValueError(what)
+
+
+def _require_different(names: Sequence[object], what: str) -> None:
+    are_different = len(set(names)) == len(names) and all(isinstance(name, str) and name for name in names)
+    _require(are_different, f"the names of the {what} are not all different, or one is empty")
+
+
+def _require_instant(instant: str | None) -> None:
+    is_instant = instant is None or (datetime.fromisoformat(instant).tzinfo is not None and instant.endswith("Z"))
+    _require(is_instant, f"{instant!r} is no instant of ISO-8601 with Z")
+
+
+def _check_charge(place: int, charge: ChargeRow) -> None:
+    where = f"recharge {place}"
+    _require(charge.row_number == place, f"{where} has row_number {charge.row_number}: they count from 1, in order")
+    _require(charge.resolution_mah > 0, f"resolution_mah of {where} is not above 0")
     amounts = {"charge": charge.charge_mah, "duration": charge.duration_s, "end_voltage": charge.end_voltage_v}
     for role, value in amounts.items():
         amount = AMOUNTS[role]
-        if value is not None and not amount.low <= value <= amount.high:
-            limits = f"from {amount.low:g} to {amount.high:g}"
-            raise ValueError(f"{role} of {where} is {value:g} {amount.unit}, not {limits}")
-    _check_instant(charge.ended_utc)
+        limits = f"from {amount.low:g} to {amount.high:g} {amount.unit}, or None"
+        _require(value is None or amount.low <= value <= amount.high, f"{role} of {where} is {value}, not {limits}")
+    _require_instant(charge.ended_utc)
 
 
 def _check_part(part: SignalPart) -> None:
     where = f"part {part.part!r}"
-    arrays = [part.time_s, *(channel.values for channel in part.channels)]
-    if not all(isinstance(array, np.ndarray) and array.dtype == np.float64 and array.ndim == 1 for array in arrays):
-        raise TypeError(f"{where} holds other than arrays of float64 in one dimension")
-    if not part.time_s.size:
-        raise ValueError(f"{where} has no sample")
-    if not np.isfinite(part.time_s).all() or (np.diff(part.time_s) <= 0).any():
-        raise ValueError(f"the times of {where} do not increase")
-    if part.rate_hz is not None and not part.rate_hz > 0:
-        raise ValueError(f"the rate of {where} is {part.rate_hz}")
-    _check_instant(part.start_utc)
-    _check_different([channel.name for channel in part.channels], f"channels of {where}")
+    for array in (part.time_s, *(channel.values for channel in part.channels)):
+        is_array = isinstance(array, np.ndarray) and array.dtype == np.float64 and array.shape == part.time_s.shape
+        _require(is_array and array.ndim == 1, f"{where} holds other than an array of a float64 for each time")
+    _require(part.time_s.size, f"{where} has no sample")
+    rises = np.isfinite(part.time_s).all() and (np.diff(part.time_s) > 0).all()
+    _require(rises, f"the times of {where} do not increase")
+    _require(part.rate_hz is None or part.rate_hz > 0, f"the rate of {where} is {part.rate_hz}")
+    _require_instant(part.start_utc)
+    _require_different([channel.name for channel in part.channels], f"channels of {where}")
     for channel in part.channels:
-        if channel.values.shape != part.time_s.shape or np.isinf(channel.values).any():
-            raise ValueError(f"channel {channel.name!r} of {where} is not one finite number or NaN for each time")
-        if channel.sign not in (-1, 1):
-            raise ValueError(f"the sign of channel {channel.name!r} is {channel.sign}")
-    if any(gap.length_s <= 0 for gap in part.gaps):
-        raise ValueError(f"a gap of {where} has no length")
-
-
-def _check_instant(instant: str | None) -> None:
-    if instant is not None and (datetime.fromisoformat(instant).tzinfo is None or not instant.endswith("Z")):
-        raise ValueError(f"{instant!r} is no instant of ISO-8601 with Z")
-
-
-def _check_different(names: Sequence[object], what: str) -> None:
-    if len(set(names)) < len(names) or not all(isinstance(name, str) and name for name in names):
-        raise ValueError(f"the names of the {what} are not all different, or one is empty")
+        _require(not np.isinf(channel.values).any(), f"channel {channel.name!r} of {where} has an infinite value")
+        _require(channel.sign in (-1, 1), f"the sign of channel {channel.name!r} is {channel.sign}")
+    _require(all(gap.length_s > 0 for gap in part.gaps), f"a gap of {where} has no length")
 
 
 @dataclass(frozen=True, slots=True)
