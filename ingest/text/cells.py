@@ -7,15 +7,13 @@ from __future__ import annotations
 
 import csv
 import dataclasses
-import functools
-import operator
 import re
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ingest.findings import FILE, NOTE, FindingCollector
+from ingest.findings import NOTE, FindingCollector
 from ingest.text.source import SEPARATORS, Line, TextSource
 
 EXPONENT = rb"(?:[eE][+-]?\d+|[dD][+-]\d+)?"
@@ -203,39 +201,6 @@ def with_clock_points(source: TextSource, findings: FindingCollector) -> TextSou
     findings.add(NOTE, "clock_decimal_comma", message)
     data = source.data[: source.start] + _CLOCK_COMMA.sub(b".", source.data[source.start :])
     return dataclasses.replace(source, data=data)
-
-
-_SENTENCE = re.compile(rb"(?m)\$([^$*\r\n]*)\*([0-9A-Fa-f]{2})(?=[ \t]*\r?$)")
-
-
-def without_checksums(source: TextSource, findings: FindingCollector) -> TextSource:
-    """Return a text of the same length with blanks for `$` and checksum of sentences as of NMEA 0183, `$POT,5*52`.
-
-    One that is wrong stays, so that its row is left out; a text in which most are is refused.
-    """
-    lines = [line.content for line in source.head_lines() if line.content.strip()]
-    found = [match for match in map(_SENTENCE.search, lines) if match]
-    if 2 * len(found) <= len(lines):
-        return source
-    if 2 * sum(map(_sum_fits, found)) <= len(found):
-        message = (
-            f"Lines end in checksums, *{found[0][2].decode()}, that are not those of NMEA 0183: the lines are damaged, "
-            "or the sums are of another kind; export without them."
-        )
-        findings.add(FILE, "checksums_wrong", message)
-        return source
-    findings.add(NOTE, "checksums", "Lines end in checksums of NMEA 0183: rows whose sum is wrong are left out.")
-
-    def blanked(match: re.Match[bytes]) -> bytes:
-        return b" " + match[1] + b"   " if _sum_fits(match) else match[0]
-
-    data = source.data[: source.start] + _SENTENCE.sub(blanked, source.data[source.start :])
-    return dataclasses.replace(source, data=data)
-
-
-def _sum_fits(sentence: re.Match[bytes]) -> bool:
-    """Whether the two hexadecimal digits behind the star are the bytes between `$` and it, joined by exclusive or."""
-    return functools.reduce(operator.xor, sentence[1], 0) == int(sentence[2], 16)
 
 
 _IN_QUOTES = re.compile(rb'(?m)^[ \t]*"((?:[^"\r\n]|"")*)"[ \t]*(?=\r?$)')

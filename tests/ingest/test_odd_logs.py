@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import functools
 import io
 import math
-import operator
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -224,27 +222,6 @@ def test_a_missing_rate_names_the_columns_of_dates_and_clock_times_that_are_ther
     read_as_said = read(dated(), columns=columns, time_zone="UTC")
     check_heights(read_as_said)
     assert read_as_said.parts[0].start_utc == "2024-03-04T12:00:00.000000Z"
-
-
-def summed(sentence: str) -> str:
-    return f"${sentence}*{functools.reduce(operator.xor, sentence.encode()):02X}"
-
-
-@pytest.mark.parametrize("before", ["", "14:02:11 > "])
-def test_checksums_behind_the_last_number_are_compared(before: str) -> None:
-    """No line was a row of numbers."""
-    rows = [f"PPOT,{5 * k},{height}" for k, height in enumerate(MM)]
-    by_place = {"2": ColumnDeclaration("time", "ms"), "3": ColumnDeclaration("body_height", "mm")}
-    lines = [before + summed(row) for row in rows]
-    check_heights(read(lines, columns=by_place))
-    by_word = {"2": ColumnDeclaration("time", "ms"), "PPOT": ColumnDeclaration("body_height", "mm")}
-    if not before:
-        check_heights(read(lines, columns=by_word, trials="1"))
-    damaged = [*lines[:40], lines[40].replace(",", ",1", 1), *lines[41:]]
-    result = read(damaged, columns=by_place)
-    assert (result.rows_kept, result.rows_rejected) == (len(lines) - 1, 1)
-    wrong = [f"${row}*5A" for row in rows]
-    assert refusal(read(wrong, columns=by_place)).rule == "checksums_wrong"
 
 
 def test_a_row_of_units_may_be_shorter_than_that_of_names() -> None:
