@@ -258,7 +258,7 @@ def _start(
     zone = sources.declared.time_zone
     if clocks is not None:
         iso = clocks.iso[row]
-        return None if iso is None else clock.to_utc(iso, zone, findings, clocks.fold(row)), clocks.texts[row]
+        return None if iso is None else clock.to_utc(iso, zone, findings), clocks.texts[row]
     stamp = sources.block.numbers[time.position][row].item()
     if time.fraction_position is not None:
         per_second = round(TICKS_PER_SECOND[time.unit or "ns"])

