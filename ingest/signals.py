@@ -39,7 +39,7 @@ from ingest.channels.names import (
     parse_header,
     squash,
 )
-from ingest.declared import declared_columns, flag_names, note_absent, positions_of, with_profile_for_names, without
+from ingest.declared import declared_columns, note_absent, positions_of, with_profile_for_names, without
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.instruments import Instrument, instrument_named
 from ingest.model import BoolArray, ChannelData, ColumnUse, Declarations, FloatArray, Gap, Reading, SignalPart, TableUse
@@ -66,12 +66,10 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         instrument = _declared_instrument(declared.instrument, instrument)
     plan = plan_columns(table, declared, findings, instrument.convention)
     trial_column = trial_position(declared.trials, table, findings)
-    asks_for_time = _asks_for_time(plan.time, declared, table)
-    clocks = [at for at, kind in enumerate(table.kinds) if kind is CellKind.CLOCK] if asks_for_time else []
     signed = any(column.channel in SIGNED_BY_DIRECTION for column in plan.columns)
     mixed = declared.trials is None and plan.time is not None
     texts = [at for at, kind in enumerate(table.kinds) if (signed or mixed) and kind is CellKind.TEXT]
-    block = table.read_rows(_wanted(plan, trial_column, clocks, texts))
+    block = table.read_rows(_wanted(plan, trial_column, texts))
     words = {table.names[at]: block.clocks[at] for at in texts if at in block.clocks}
     if mixed and plan.time is not None:
         refuse_series(block, plan.time.position, words, findings)
@@ -96,12 +94,7 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     columns = check_plates(columns, stored, loads, usable, findings)
     check_robot(columns, stored, loads, usable, declared, findings)
     findings.tables.append(table_use(table, plan, columns, declared, instrument, trial_column))
-    given = [position for position in clocks if position in block.clocks]  # not every table of a maker keeps them
-    flags = flag_names(table.names)
-    cells = {flags[position]: block.clocks[position] for position in given}
-    sources = TimeSources(
-        block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz, cells, table.text is not None
-    )
+    sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz)
     parts: list[SignalPart] = []
     n_usable = 0
     for trial, rows in trials(block, trial_column, findings):
@@ -123,13 +116,6 @@ def _calibrated(plan: Plan, block: Block, table: Table, declared: Declarations, 
     return dataclasses.replace(plan, columns=tuple(with_calibration(column, day, findings) for column in plan.columns))
 
 
-def _asks_for_time(time: TimePlan | None, declared: Declarations, table: Table) -> bool:
-    """Whether time or its unit has to be asked for, so that columns of dates and clock times are evidence."""
-    if time is None:
-        return declared.rate_hz is None and table.preamble.rate_hz is None
-    return time.kind is not CellKind.CLOCK and time.unit is None
-
-
 def _declared_instrument(name: str, own: Instrument) -> Instrument:
     """Return a declared instrument; a part that has a name keeps it, a file whose layout shows its maker the units."""
     declared = instrument_named(name)
@@ -143,7 +129,7 @@ def _role(columns: Sequence[ColumnPlan]) -> FileRole:
     return FileRole.FORCE if "force_z" in channels and "body_height" not in channels else FileRole.LOG
 
 
-def _wanted(plan: Plan, trial_column: int | None, clocks: Sequence[int], texts: Sequence[int]) -> list[Wanted]:
+def _wanted(plan: Plan, trial_column: int | None, texts: Sequence[int]) -> list[Wanted]:
     # Only time stamps need all digits of a long integer; a channel is stored as float64 anyway.
     wanted = [
         Wanted(column.position, column.source_name, CellKind.NUMBER, is_cop(column.channel)) for column in plan.columns
@@ -157,7 +143,6 @@ def _wanted(plan: Plan, trial_column: int | None, clocks: Sequence[int], texts: 
     if trial_column is not None and all(column.position != trial_column for column in wanted):
         wanted.append(Wanted(trial_column, "trial", CellKind.CLOCK))
     known = {column.position for column in wanted}
-    wanted += [Wanted(position, "clock", CellKind.CLOCK) for position in clocks if position not in known]
     wanted += [Wanted(position, "words", CellKind.TEXT) for position in texts if position not in known]
     return sorted(wanted, key=lambda column: column.position)
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from datetime import datetime
 from zoneinfo import ZoneInfo
 
@@ -19,7 +19,7 @@ from ingest.model import BoolArray, Declarations, FloatArray, IntArray
 from ingest.spool import by_blocks, take
 from ingest.tables.table import Block, CellKind, Preamble
 from ingest.timebase import clock
-from ingest.timebase.clock import ClockColumn, read_clocks, split_clocks
+from ingest.timebase.clock import ClockColumn, read_clocks
 from ingest.timebase.order import Order, put_in_order, unwrap, unwrap_counter
 from ingest.timebase.stamps import (
     GAP_RULES,
@@ -71,11 +71,7 @@ class Recordings:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class TimeSources:
-    """All that bears on the time of one table: its rows, plan and values, declarations, preamble, fixed rate.
-
-    `clocks` has the cells of its columns of dates and clock times, by what flags call these, where no time column says
-    all; `is_text`: it is a table in text, as a sheet that is kept by hand.
-    """
+    """All that bears on the time of one table: its rows, plan and values, declarations, preamble, fixed rate."""
 
     block: Block
     plan: Plan
@@ -83,8 +79,6 @@ class TimeSources:
     declared: Declarations
     preamble: Preamble
     fixed_rate_hz: float | None
-    clocks: Mapping[str, Sequence[bytes]] = field(default_factory=dict)
-    is_text: bool = False
 
 
 def recordings(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
@@ -152,7 +146,7 @@ def _ask_for_unit(sources: TimeSources, time: TimePlan, ticks: FloatArray, findi
 
     `ticks` has shape (n_usable_rows,).
     """
-    flag = _unit_flag(time, _units_by_reference(sources, ticks))
+    flag = _unit_flag(time, _units_by_rate(sources, ticks))
     rate = sources.declared.rate_hz
     flag += "" if rate is None else f", or count samples by the rate, {count_by_rate_flags(time.flag, f'{rate:g}')}"
     if time.unit is not None:
@@ -173,22 +167,10 @@ def _samples_per_tick(ticks: FloatArray) -> float | None:
     return 1 / usual_step(steps) if steps.size else None
 
 
-def _units_by_reference(sources: TimeSources, ticks: FloatArray) -> list[str]:
-    """Return the units in which stamps have the rate declared or in the header, or else go on as the calendar does;
-    none where nothing is there to compare with.
-    """
+def _units_by_rate(sources: TimeSources, ticks: FloatArray) -> list[str]:
+    """Return the units in which stamps have the rate declared or in the header; none where neither is."""
     rate, per_tick = sources.declared.rate_hz or sources.preamble.rate_hz, _samples_per_tick(ticks)
-    if rate and per_tick:
-        return _units_near(rate / per_tick)
-    spans = [span for name in split_clocks(sources.clocks)[0] if (span := _span_s(sources, name)) is not None]
-    return _units_near(float(np.ptp(ticks)) / spans[0]) if spans and ticks.size else []
-
-
-def _span_s(sources: TimeSources, column: str) -> float | None:
-    """Return the seconds from first to last of clock texts; None where these are not fine enough to tell units."""
-    seconds = read_clocks(sources.clocks[column], None, column, sources.declared, FindingCollector()).seconds
-    found = np.unique(seconds[np.isfinite(seconds)])
-    return float(found[-1] - found[0]) if len(found) > 1 / RATE_REFUSED else None
+    return _units_near(rate / per_tick) if rate and per_tick else []
 
 
 def _units_near(per_second: float) -> list[str]:
@@ -356,40 +338,16 @@ def _rate_advice(time: TimePlan, rate_hz: float, reference_hz: float) -> str:
     return f"if the time stamps are right, say `--rate {rate_hz:.6g}`, else {cure}"
 
 
-def _clock_advice(sources: TimeSources) -> str:
-    """Return how to name the columns of dates and clock times that are there though no column is the time."""
-    times, dates = split_clocks(sources.clocks)
-    if not times:
-        return ""
-    named = "".join(f' --column "{date}=date"' for date in dates[:1])
-    return f'the clock times in column {times[0]!r} with `--column "{times[0]}=time"{named}`, or '
-
-
-def _sheet_advice(sources: TimeSources) -> str:
-    """Return how to read a table that may be one of recharges, one a row: it has a column of charges."""
-    charges = [column for column in sources.plan.columns if column.source_unit in ("mAh", "Ah")]
-    if not charges or not sources.is_text:
-        return ""
-    flag = argument(f"{charges[0].flag}=charge")
-    return (
-        "The file looks like a sheet of recharges: if it is, say which column names the run (or the pack), `--column "
-        f'"NAME=run" --column {flag}`, or, where none does, `--format charger_sheet --column {flag}`. '
-    )
-
-
 def _from_given_rate(sources: TimeSources, usable: BoolArray, findings: FindingCollector) -> Recordings:
     if findings.count("several_time_columns") or findings.count("time_unreadable"):
         return Recordings(usable, ())  # asked about already
     rate = _given_rate(sources, findings)
     if rate is None:
-        sheet = _sheet_advice(sources)
-        the = "Else the" if sheet else "The"
         findings.add(
             FILE,
             "rate_missing",
-            f"{sheet}{the} file has neither a time column nor a sampling rate: say `--rate HZ` (samples a second), "
-            f'or name {_clock_advice(sources)}its time column with `--column "NAME=time"`, or do either in a '
-            "[profiles.NAME] table of labbook.toml.",
+            "The file has neither a time column nor a sampling rate: say `--rate HZ` (samples a second), or name its "
+            'time column with `--column "NAME=time"`, or do either in a [profiles.NAME] table of labbook.toml.',
         )
         return Recordings(usable, ())
     rows = np.flatnonzero(usable)

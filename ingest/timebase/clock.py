@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, date, datetime, timedelta
 from fractions import Fraction
@@ -179,17 +179,6 @@ def _read_texts(
     if nothing_declared and all(_PLAIN.fullmatch(cell.strip()) for cell in cells[:1]):
         return ClockColumn(clock_seconds(cells, findings), texts, texts)
     return _interpreted(texts, column, declared, findings)
-
-
-def split_clocks(columns: Mapping[str, Sequence[bytes]]) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the columns that hold clock times, with or without a date, and of those that hold dates."""
-    firsts = {
-        name: parse_stamp(cells[0].decode("ascii", errors="replace").strip()) if len(cells) else None
-        for name, cells in columns.items()
-    }
-    stamps = {name: stamp for name, stamp in firsts.items() if stamp is not None}
-    times = tuple(name for name, stamp in stamps.items() if stamp.clock is not None)
-    return times, tuple(name for name, stamp in stamps.items() if stamp.clock is None)
 
 
 def _without_unclear(dates: Sequence[bytes], findings: FindingCollector) -> Sequence[bytes] | None:

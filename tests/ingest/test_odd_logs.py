@@ -213,11 +213,11 @@ def dated() -> list[str]:
     return ["Tag;Uhr;body_height [m]", *(f"2024-03-04;12:00:{k * 0.005:06.3f};{h:.5f}" for k, h in enumerate(HEIGHTS))]
 
 
-def test_a_missing_rate_names_the_columns_of_dates_and_clock_times_that_are_there() -> None:
+def test_columns_of_dates_and_clock_times_are_the_time_once_they_are_named() -> None:
     result = read(dated())
     said = refusal(result)
     assert said.rule == "rate_missing"
-    says(said.message, '--column "Uhr=time"', '--column "Tag=date"')
+    says(said.message, '--column "NAME=time"')
     columns = {"Uhr": ColumnDeclaration("time"), "Tag": ColumnDeclaration("date")}
     read_as_said = read(dated(), columns=columns, time_zone="UTC")
     check_heights(read_as_said)

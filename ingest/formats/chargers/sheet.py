@@ -590,17 +590,17 @@ def find_sheet_header(source: TextSource, declared: Declarations) -> SheetHeader
     return None
 
 
-def advice_on_sheet(source: TextSource, declared: Declarations, *, charges: bool) -> str | None:
+def advice_on_sheet(source: TextSource, declared: Declarations) -> str | None:
     """Return advice on a header that is nearly one of a sheet; None where there is none such.
 
-    It names a run or a pack, and energies for charges; or, where `charges` are looked for, these in unknown words.
+    It names charges, and all else in unknown words; or a run or a pack, and energies for charges.
     """
     for found in _headers(source, declared):
         for header in found if len(found) == 1 and not _is_sheet(found[0], declared) else ():
             named = {at: unit[1] for at, text in enumerate(header.names) if (unit := _IN_UNIT.search(text)) is not None}
             charged = [at for at, unit in named.items() if unit in AMOUNTS["charge"].factors]
             others = [at for at, text in enumerate(header.names) if text and at not in charged]
-            if charges and charged and others:
+            if charged and others:
                 run = header.columns["run"].position if "run" in header.columns else others[0]
                 flags = f'--column "{header.flags[run]}=run" '
                 flags += f'--column "{header.flags[charged[0]]}=charge:{named[charged[0]]}"'

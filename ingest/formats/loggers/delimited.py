@@ -34,12 +34,14 @@ def _recognise(head: Head) -> str | None:
 def _read(head: Head, findings: FindingCollector) -> Reading:
     own = FindingCollector()
     reading = _read_tables(head.text, head.declared, own, _LOG)
-    textual, untimed = own.count("no_data_rows"), own.count("rate_missing")
-    advice = advice_on_sheet(head.text, head.declared, charges=not untimed) if textual or untimed else None
+    unread = own.count("no_data_rows") or own.count("rate_missing")
+    advice = advice_on_sheet(head.text, head.declared) if unread else None
     if advice is None:
         findings.take_over(own)
         return reading
-    findings.add(FILE, "charge_column_missing", f"The file looks like a sheet of recharges: {advice}")
+    findings.add(
+        FILE, "charge_column_missing", f"The file looks like a sheet of recharges, or a log without time: {advice}"
+    )
     return Reading()
 
 

@@ -257,7 +257,7 @@ def test_a_sheet_of_energies_asks_for_charges_and_not_for_a_rate(heading: str, r
 ASKED: dict[str, tuple[str, list[str], dict[str, ColumnDeclaration], str, list[object]]] = {
     "no runs": (
         "name,mAh,minutes\nr001,112,10\nr002,105,10\n",
-        ['--column "NAME=run"'],
+        ['--column "name=run" --column "mAh=charge:mAh"'],
         {"name": ColumnDeclaration("run")},
         *("stated_run", ["r001", "r002"]),
     ),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from datetime import datetime, timedelta
 
 import numpy as np
 import pytest
@@ -131,14 +130,6 @@ def test_a_unit_is_named_for_no_rate_that_it_would_give(first: int, step: float)
     says(said.message, "s, ms, us, ns, filetime, min, h, d")
     unknown = refusal(read("t [fortnight],height [m]", rows))
     assert (unknown.rule, named(unknown.message)) == ("time_unit_unknown", "UNIT")
-
-
-@pytest.mark.parametrize(("per_second", "unit"), [(1, "s"), (1000, "ms"), (10_000_000, "filetime"), (7, "UNIT")])
-def test_a_calendar_clock_beside_the_stamps_decides_their_unit(per_second: int, unit: str) -> None:
-    start = datetime.fromisoformat("2024-03-04 12:00")
-    rows = [f"{2 * k * per_second};{start + timedelta(seconds=2 * k)};{20 + k % 5}" for k in range(60)]
-    said = refusal(read("t;logged at;temperature_internal [degC]", rows))
-    assert named(said.message) == unit
 
 
 SECONDS = pytest.mark.parametrize("header", ["time [s],height [m]", "time_s,height [m]", "time,height\ns,m"])
