@@ -13,7 +13,6 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from hashlib import sha256
-from typing import Literal
 
 import numpy as np
 
@@ -214,17 +213,13 @@ def _note_flat_tops(channel: ChannelData, findings: FindingCollector) -> None:
     values = channel.values
     for edge in (np.fmax.reduce(values), np.fmin.reduce(values)):
         at_edge = values == edge
-        longest = _longest_run(at_edge)
+        first, stop = _runs(at_edge)
+        longest = int((stop - first).max(initial=0))
         if longest >= 5 and edge != 0 and len(np.unique(values[:: 1 + len(values) // 2000])) > 100:
             message = (
                 f"{longest} samples in a row are exactly {edge:g}, the extreme of the channel: clipped at full scale?"
             )
             findings.add(NOTE, "channel_clipped", message, column=channel.source_name, count=int(at_edge.sum()))
-
-
-def _longest_run(mask: BoolArray) -> int:
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
-    return int((edges[1::2] - edges[::2]).max()) if edges.size else 0
 
 
 def held_rows(time_s: FloatArray, channels: Sequence[ChannelData]) -> tuple[Gap, ...]:
@@ -240,8 +235,7 @@ def held_rows(time_s: FloatArray, channels: Sequence[ChannelData]) -> tuple[Gap,
     if not witnesses or min(np.count_nonzero(repeat) for _, repeat in witnesses) > 0.1 * len(time_s):
         return ()
     held = np.logical_and.reduce([repeat for _, repeat in witnesses])
-    edges = np.flatnonzero(np.diff(np.concatenate([[False], held, [False]]).astype(np.int8)))
-    first, stop = edges[::2], edges[1::2]
+    first, stop = _runs(held)
     long = stop - first >= _FEWEST_HELD_ROWS
     first, stop = first[long], stop[long]
     if not first.size:
@@ -269,39 +263,25 @@ def _repeat_rates(values: FloatArray, repeat: BoolArray, first: IntArray, length
     turns, a coarse sensor repeats more often than on the way.
     """
     reach = 1.5 * _step(values)
-    below, below_repeats = _counts(values, repeat, values[first] - reach, "right")
-    upto, upto_repeats = _counts(values, repeat, values[first] + reach, "left")
+    order = np.argsort(values[:-1])
+    ordered, repeated = values[:-1][order], np.concatenate([[0], np.cumsum(repeat[order])])
+    below = np.searchsorted(ordered, values[first] - reach, "right")
+    upto = np.searchsorted(ordered, values[first] + reach, "left")
     overall = np.count_nonzero(repeat) / len(repeat)
-    rows, repeats = upto - below - length, upto_repeats - below_repeats - length
+    rows, repeats = upto - below - length, repeated[upto] - repeated[below] - length
     return np.asarray(np.maximum(overall, (repeats + overall) / (rows + 1.0)), dtype=np.float64)
 
 
 def _step(values: FloatArray) -> float:
     """Return the usual distance of neighbouring values, 0 where there is but one."""
-    ordered = values[np.isfinite(values)]
-    release(values)
-    ordered.sort()
-    steps = np.diff(ordered)
-    steps = steps[steps > 0]
-    return float(np.median(steps, overwrite_input=True)) if steps.size else 0.0
+    steps = np.diff(np.unique(values[np.isfinite(values)]))
+    return float(np.median(steps)) if steps.size else 0.0
 
 
-def _counts(
-    values: FloatArray, repeat: BoolArray, bounds: FloatArray, side: Literal["left", "right"]
-) -> tuple[IntArray, IntArray]:
-    """Return for each bound how many of the values but the last lie below it, and how many of these repeat.
-
-    Shape (n_bounds,). A value equal to a bound counts with `side` "left" only.
-    """
-    order = np.argsort(bounds)
-    counts = np.zeros((2, len(bounds) + 1), dtype=np.int64)
-    for rows in row_blocks(values[:-1]):
-        places = np.searchsorted(bounds[order], values[:-1][rows], side=side)
-        for found, some in zip(counts, (places, places[repeat[rows]]), strict=True):
-            found += np.bincount(some, minlength=len(found))
-    sums = np.empty((2, len(bounds)), dtype=np.int64)
-    sums[:, order] = np.cumsum(counts, axis=1)[:, :-1]
-    return sums[0], sums[1]
+def _runs(mask: BoolArray) -> tuple[IntArray, IntArray]:
+    """Return where the runs of true values begin, and where they have ended."""
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], mask, [False]]).astype(np.int8)))
+    return edges[::2], edges[1::2]
 
 
 def _repeats(values: FloatArray) -> BoolArray:
