@@ -185,7 +185,8 @@ def _has_infinity(values: np.ndarray) -> bool:
         return not np.isfinite(values.sum()) and bool(np.isinf(values).any())
 
 
-_SHAPE = re.compile(rb"[+-]?(\d*)(?:[.,](\d*))?(?:[eEdD][+-]?(\d+))?")
+def _end_digits(cell: bytes) -> int:
+    return len(cell) - len(cell.rstrip(b"0123456789"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -242,7 +243,7 @@ def _cell_above(data: bytes, layout: Layout, start: int) -> bytes | None:
 
 
 def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
-    """Whether cells are missing, or the last number may miss digits: it has fewer than some seen above it.
+    """Whether cells are missing, or the last one may miss digits: it, or what ends it, is shorter than some above it.
 
     A number that repeats the one above it is whole. One row less of a log is no loss, 79 for 799 is a wrong value.
     """
@@ -251,28 +252,10 @@ def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
         return True
     if layout.trailing:
         return len(cells) == layout.width  # every whole row ends in a delimiter
-    if layout.complete:
+    if layout.complete or cells[-1] == cell_above:
         return False
-    last = _SHAPE.fullmatch(cells[-1])
-    above = [shape for shape in map(_SHAPE.fullmatch, layout.last_cells) if shape and shape[0]]
-    if not layout.last_cells:
-        return True  # nothing to compare with
-    if last is None:
-        return False  # no number: the reader of rows judges it
-    if not last[0]:
-        return all(layout.last_cells)
-    decimals = [len(shape[2]) for shape in above if shape[2] is not None]
-    exponents = [len(shape[3]) for shape in above if shape[3] is not None]
-    if len(exponents) == len(above) and exponents:
-        return last[3] is None or len(last[3]) < min(exponents)
-    if cells[-1] == cell_above:
-        return False
-    if decimals:
-        # Numbers of one precision have fewer decimals the longer they are.
-        fewer_digits = len(last[1] + (last[2] or b"")) < max(len(shape[1] + (shape[2] or b"")) for shape in above)
-        one_format = len(decimals) == len(above) and min(decimals) == max(decimals)
-        return len(last[2] or b"") < max(decimals) or (fewer_digits and not one_format)
-    return bool(above) and len(last[1]) < max(len(shape[1]) for shape in above)
+    above = layout.last_cells
+    return not above or len(cells[-1]) < max(map(len, above)) or _end_digits(cells[-1]) < max(map(_end_digits, above))
 
 
 class _Rows:
