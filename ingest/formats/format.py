@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from ingest.declared import composed, with_profile
 from ingest.findings import NOTE, FindingCollector
 from ingest.model import Declarations, ReadFile, Reading
-from ingest.text.cells import with_clock_points, without_line_quotes
+from ingest.text.cells import with_clock_points
 from ingest.text.source import DEFAULT_PAGE, HEAD_BYTES, TextSource, as_declared, is_text, is_wide, open_text
 
 HEAD_LINES = 60
@@ -60,9 +60,7 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector, read_
     page = declared.encoding or DEFAULT_PAGE
     if not is_wide(page) and not is_text(data):
         return Head(data, with_profile(declared, None, findings), None, (), _beginning(data, ()), read_file)
-    source = open_text(data, page, findings, declared.limits.longest_line_bytes)
-    for plain in (without_line_quotes, with_clock_points):
-        source = plain(source, findings)
+    source = with_clock_points(open_text(data, page, findings, declared.limits.longest_line_bytes), findings)
     declared = with_profile(declared, source, findings)
     source = as_declared(source, declared, findings)
     if source.encoding != "utf-8":

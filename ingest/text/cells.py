@@ -203,47 +203,6 @@ def with_clock_points(source: TextSource, findings: FindingCollector) -> TextSou
     return dataclasses.replace(source, data=data)
 
 
-_IN_QUOTES = re.compile(rb'(?m)^[ \t]*"((?:[^"\r\n]|"")*)"[ \t]*(?=\r?$)')
-
-
-def without_line_quotes(source: TextSource, findings: FindingCollector) -> TextSource:
-    """Return a text with the lines unwrapped that stand wholly in quotes, as programs write that take a line for a
-    cell: `"time (s),h (mm)"`.
-
-    Such a line, which is no single number, holds as many delimiters as the line below it, wrapped or not.
-    """
-    lines = [line.content for line in source.head_lines() if line.content.strip()]
-    wrapped = [_IN_QUOTES.fullmatch(line) for line in lines]
-    plain = [line if found is None else _inside(found) for line, found in zip(lines, wrapped, strict=True)]
-    for sign in BETWEEN_CELLS:
-        width = next(
-            (
-                line.count(sign)
-                for found, line, below in zip(wrapped, plain, plain[1:], strict=False)
-                if found and 0 < line.count(sign) == below.count(sign) and not _is_one_number(line)
-            ),
-            0,
-        )
-        if width:
-            break
-    else:
-        return source
-    findings.add(NOTE, "lines_in_quotes", "Whole lines stand in quotes, as if each were one cell: read without them.")
-
-    def unwrapped(found: re.Match[bytes]) -> bytes:
-        return _inside(found) if found[1].count(sign) == width else found[0]
-
-    return dataclasses.replace(source, data=_IN_QUOTES.sub(unwrapped, source.data[source.start :]), start=0)
-
-
-def _inside(found: re.Match[bytes]) -> bytes:
-    return found[1].replace(b'""', b'"')
-
-
-def _is_one_number(line: bytes) -> bool:
-    return is_number(line.strip(), comma=True) or is_grouped(line.strip())
-
-
 # A name begins with a letter, so that a row of numbers or clock times, cut anywhere, is none.
 _NUMBER = re.compile(rb"[+-]?(?:\d+[.,]?\d*|\.\d+)" + EXPONENT + rb"(?:\s*[A-Za-z%/*^0-9]{1,8})?")
 _DEBUG_LINE = re.compile(rb"\s*([A-Za-z_][\w ./\[\]()-]{0,60}?)\s*[:=]\s*(\S.*?)\s*")
