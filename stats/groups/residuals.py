@@ -98,8 +98,6 @@ def normal_quantiles(residuals: Residuals, level: float = 0.95) -> NormalQuantil
     deviation scales them: a band from those betas at 90 % holds 99 % of them (n = 25, one group). So the band is that
     of normal values put through the same model, drawn from a fixed seed.
     """
-    if not isinstance(residuals, Residuals):
-        raise InputRefused(f"residuals are {residuals!r}: give those of `residuals_of_groups`.")
     level = as_level("level", level)
     n = len(residuals.values)
     place = np.arange(1.0, n + 1.0)
@@ -150,10 +148,6 @@ class RmseOverIqr(Result):
     """Root of the mean squared difference, predicted minus measured, in the unit of the values."""
     iqr: float | Undefined
     """Upper minus lower quartile of the measured values, in their unit."""
-    quartile_low: float
-    """Lower quartile of the measured values, in their unit."""
-    quartile_high: float
-    """Upper quartile of the measured values, in their unit."""
     n: int
     """Number of pairs."""
 
@@ -179,7 +173,5 @@ def rmse_over_iqr(measured: ArrayLike, predicted: ArrayLike) -> RmseOverIqr:
         ratio=finite(rmse / iqr, "the ratio") if iqr > 0.0 else Undefined(Reason.NO_QUARTILE_RANGE),
         rmse=scale.length(rmse, "the root mean square error"),
         iqr=scale.length(iqr, "the interquartile range"),
-        quartile_low=scale.place(low),
-        quartile_high=scale.place(high),
         n=n,
     )

@@ -96,9 +96,7 @@ def test_a_power_below_1_is_never_told_as_100_percent():
     says(said, "for a difference", "4.27", "0.325", "0.0167")  # in the digits that the scatter needs
 
 
-def test_plans_that_are_none_are_refused():
-    with refuses(InputRefused, "0.9", "return a power"):
-        sample_size(lambda n: 0.9)
+def test_a_search_among_no_plans_is_refused():
     with refuses(InputRefused, "0", "give a whole", "2"):
         sample_size(lambda n: power_t(0.5, 1.0, n, n), largest=0)
 
