@@ -404,7 +404,7 @@ def _measured(condition: Condition, several: Sequence[Trial], level: float) -> M
         damping_kg_s=fit.damping,
         masses=masses,
         masses_left_out=left_out,
-        residual_lag1=autocorrelation(np.concatenate([of_one[1] for of_one in fit.residuals])).r,
+        residual_lag1=autocorrelation(np.concatenate([of_one[1] for of_one in fit.residuals])),
         widened=fit.widened,
         plane=Plane(stiffness_n_m, damping_kg_s),
         trials=tuple(several),

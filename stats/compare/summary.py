@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.checks import as_count, as_level, as_values
+from stats.checks import as_level, as_values
 from stats.results import Result
 from stats.scatter import Group, Interval, Scale, finite, group_of, mean_of, scale_of
 from stats.tails import satterthwaite_df, t_quantile, t_two_sided
@@ -68,38 +68,23 @@ def describe(values: ArrayLike, level: float = 0.95) -> Summary:
     return Summary(n, mean, sd, scale.length(se, "the standard error"), low, high, level)
 
 
-@dataclass(frozen=True, slots=True)
-class Autocorrelation(Result):
-    """How alike values are that lie so many places apart."""
+def autocorrelation(values: ArrayLike) -> float | Undefined:
+    """Return how alike neighbours of a series, shape (n,), are: -1 to 1, NIST's definition.
 
-    r: float | Undefined
-    """Sum of products of deviations from the one mean, over the sum of their squares (NIST's definition); -1 to 1."""
-    lag: int
-    """How many places apart."""
-    n: int
-    """Number of values."""
+    It is the sum of products of their deviations from the one mean, over the sum of the squares. Raises `InputRefused`
+    for values that are missing or infinite: a lag counts places.
 
-
-def autocorrelation(values: ArrayLike, lag: int = 1) -> Autocorrelation:
-    """Return the autocorrelation of a series, shape (n,), at a lag in samples.
-
-    A value that is missing would be a gap in the series: NaN is refused, as infinite values are, and a lag that is no
-    whole number of at least 0 (`InputRefused`).
-
-    >>> autocorrelation([1, 2, 3, 4, 5]).r
+    >>> autocorrelation([1, 2, 3, 4, 5])
     0.4
     """
-    lag, series = as_count("the lag", lag), as_values("the series", values)
-    n = series.size
-    if n <= lag:
-        few = Undefined(Reason.TOO_SHORT_SERIES, n=n, lag=lag, needed=lag + 1)
-        return Autocorrelation(few, lag, n)
+    series = as_values("the series", values)
+    if series.size < 2:
+        return Undefined(Reason.TOO_SHORT_SERIES, n=series.size, lag=1, needed=2)
+    if float(series.min()) == float(series.max()):
+        return Undefined(Reason.SERIES_CONSTANT)
     away = scale_of(series).scaled(series)
     away = away - away.mean()
-    squares = float(away @ away)
-    if float(series.min()) == float(series.max()):
-        return Autocorrelation(Undefined(Reason.SERIES_CONSTANT), lag, n)
-    return Autocorrelation(float(away[: n - lag] @ away[lag:]) / squares, lag, n)
+    return float(away[:-1] @ away[1:]) / float(away @ away)
 
 
 Names = tuple[str, str]

@@ -234,11 +234,9 @@ def _tests(coefficients: Sequence[float], errors: Sequence[float], df: int, leve
 
 def _named(columns: Any) -> dict[str, Any]:
     """Return columns by their names; raises `InputRefused` where they have none."""
-    if hasattr(columns, "columns"):  # a data frame
-        return {str(name): columns[name] for name in columns.columns}
-    if not isinstance(columns, Mapping):
+    if not hasattr(columns, "keys"):
         raise InputRefused('the columns have no names: give them by name, {"temperature": [...]}, or as a data frame.')
-    return dict(columns)
+    return {str(name): columns[name] for name in columns}
 
 
 def _refuse_unfit(y: Floats, columns: Mapping[str, Floats], intercept: bool) -> None:

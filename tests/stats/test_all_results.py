@@ -32,7 +32,6 @@ SHARED = stats.SharedError({("idle", "level"): 0.3}, {"idle": 5.0})
 
 DEFINED: dict[str, Callable[[], Any]] = {
     "describe": lambda: stats.describe(A),
-    "autocorrelation": lambda: stats.autocorrelation(A),
     "compare_two": lambda: stats.compare_two(A, B),
     "brown_forsythe": lambda: stats.brown_forsythe({"a": A, "b": B}),
     "one_way_anova": lambda: stats.one_way_anova({"a": A, "b": B, "c": C}),
@@ -60,7 +59,6 @@ DEFINED: dict[str, Callable[[], Any]] = {
 }
 UNDEFINED: dict[str, Callable[[], Any]] = {
     "describe": lambda: stats.describe([]),
-    "autocorrelation": lambda: stats.autocorrelation(FLAT),
     "compare_two": lambda: stats.compare_two(FLAT, FLAT),
     "brown_forsythe": lambda: stats.brown_forsythe({"a": FLAT, "b": FLAT}),
     "one_way_anova": lambda: stats.one_way_anova({"a": FLAT, "b": FLAT}),
@@ -95,6 +93,11 @@ def functions() -> Iterator[tuple[str, type]]:
             for kind in get_args(returned) or (returned,):
                 if inspect.isclass(kind) and issubclass(kind, Result):
                     yield name, kind
+
+
+def test_a_series_without_scatter_has_no_autocorrelation() -> None:
+    assert stats.autocorrelation(FLAT) == Undefined(Reason.SERIES_CONSTANT)
+    assert isinstance(stats.autocorrelation([1.0]), Undefined)
 
 
 def test_every_function_that_returns_a_result_is_tried_here():

@@ -25,7 +25,7 @@ STATISTICS: dict[str, Callable[[Groups], Sequence[Any]]] = {
     "Welch's ANOVA": lambda g: [getattr(stats.welch_anova(g), name) for name in ("f", "p", "df_within")],
     "variances": lambda g: [stats.brown_forsythe(g).p],
     "pairs": lambda g: [pair.p for pair in stats.compare_all_pairs(g).pairs],
-    "autocorrelation": lambda g: [stats.autocorrelation(g[2]).r],
+    "autocorrelation": lambda g: [stats.autocorrelation(g[2])],
     "line": lambda g: [stats.fit_linear(g[2], {"x": np.arange(5.0)}).p[1]],
 }
 
