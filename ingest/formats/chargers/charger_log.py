@@ -427,14 +427,13 @@ def direction_by_voltage(
     """
     working = voltage_v[active]
     tenth = max(1, len(working) // 10)
-    if len(working) < 2:
-        message = f"{where} neither charges nor discharges: kept as a signal, no recharge is counted."
+    first, last = (float(np.median(part)) if part.size else 0.0 for part in (working[:tenth], working[-tenth:]))
+    if len(working) < 2 or abs(last - first) < LEAST_RISE * abs(first):
+        message = (
+            f"{where} has no direction, and its voltage under current does not show one ({first:.4g} to {last:.4g} V): "
+            "kept as a signal, no recharge is counted."
+        )
         findings.add(NOTE, "no_recharge", message)
-        return None
-    first, last = float(np.median(working[:tenth])), float(np.median(working[-tenth:]))
-    if abs(last - first) < LEAST_RISE * abs(first):
-        message = f"The voltage of {where} goes from {first:.4g} to {last:.4g} V and the file says no direction: "
-        findings.add(NOTE, "no_recharge", message + "kept as a signal, no recharge is counted.")
         return None
     mode = ChargeMode.CHARGE if last > first else ChargeMode.DISCHARGE
     message = f"The file says no direction; the voltage goes from {first:.4g} to {last:.4g} V: read as a {mode}."
