@@ -237,7 +237,7 @@ def _filled(flags: str, finding: Finding, before: ReadFile, choice: str | None) 
                 return None
             name = free[0]
         column = next((column for column, flag in zip(columns, names, strict=True) if flag == name), None)
-        unit = _unit_in_cells(name, before) if column is None else column.unit or parse_header(column.name).unit
+        unit = None if column is None else column.unit or parse_header(column.name).unit
         held = channel or (column and column.holds) or ""
         kind = channel_kind(held)
         unit = None if "--override-units" in words else unit
@@ -263,13 +263,6 @@ def _may_be(column: ColumnUse, channel: str) -> bool:
 
 def _channel_in(unit: str | None) -> str:
     return next((name for name, channel in CHANNELS.items() if channel.unit == unit), "own.quantity")
-
-
-def _unit_in_cells(place: str, result: ReadFile) -> str | None:
-    """Return the unit in the cells of a column without a name, as the note on these says it."""
-    notes = (finding.message for finding in result.findings if finding.rule == "units_in_cells")
-    found = next((re.search(rf"'(\S+)' in column {place}\b", note) for note in notes), None)
-    return found[1] if found else None
 
 
 class AdviceTaken:
