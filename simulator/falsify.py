@@ -86,15 +86,18 @@ class Question:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Judged:
-    """What was found of grounds: their `verdict`, shape (grounds,), and the `saving`, (CE - AD) / CE, NaN where apart.
+    """What was found of grounds: their `verdict`, shape (grounds,), and what is saved, CE - AD, NaN where apart.
 
-    `stiffness` (N/m), shape (2, grounds), is that of the extension of CE and of AD; `slope` (J/m) what height costs
-    with the controller that was changed; `stiffer` whether it does not jump with the scene's stiffness, and got more:
-    the saving jumps where that begins.
+    `saved_j` is that in joules, `saving` the share of CE's cost, NaN also where this is not positive; `not_positive`
+    where a cost is not, of grounds that say something. `stiffness` (N/m), shape (2, grounds), is that of the extension
+    of CE and of AD; `slope` (J/m) what height costs with the controller that was changed; `stiffer` whether it does not
+    jump with the scene's stiffness, and got more: the saving jumps where that begins.
     """
 
     verdict: NDArray[np.int64]
+    saved_j: Row
     saving: Row
+    not_positive: Flags
     stiffness: Row
     slope: Row
     stiffer: Flags
@@ -117,8 +120,9 @@ class Counterexample:
 
     @property
     def saving(self) -> float:
-        """The share that active damping saves, below 0."""
-        return -self.more_j / self.jumps[_CE].cost_J
+        """The share that active damping saves, below 0; NaN where the other cost is not positive."""
+        cost_j = self.jumps[_CE].cost_J
+        return -self.more_j / cost_j if cost_j > 0.0 else math.nan
 
     @property
     def confirmed(self) -> bool:
@@ -154,6 +158,11 @@ class Searched:
         return {verdict: int((self.judged.verdict[: self.sample] == verdict).sum()) for verdict in VERDICTS}
 
     @property
+    def not_positive(self) -> int:
+        """On how many grounds of the sample that say something a cost is not positive."""
+        return int(self.judged.not_positive[: self.sample].sum())
+
+    @property
     def says(self) -> int:
         """How many grounds of the sample say something of the claim."""
         return int((self.judged.verdict[: self.sample] < NO_JUMP).sum())
@@ -163,7 +172,7 @@ class Searched:
         """The places of all grounds on which the claim fails, each once, the worst first."""
         found = np.flatnonzero(self.judged.verdict == FAILS)
         found = found[np.sort(np.unique(self.shares[found], axis=0, return_index=True)[1])]
-        return found[np.argsort(self.judged.saving[found], kind="stable")]
+        return found[np.argsort(_worth(self.judged)[found], kind="stable")]
 
 
 def question_by_words(
@@ -268,8 +277,11 @@ def search(
 
 
 def _worth(judged: Judged) -> Row:
-    """Return what is made small: the saving, 0 where that is no difference, and much where a ground is apart."""
-    found: Row = np.where(judged.verdict == SAME, 0.0, np.where(judged.verdict < NO_JUMP, judged.saving, 2.0))
+    """Return what is made small: the saving, or the joules where that is none, 0 where that is no difference, and much
+    where a ground is apart.
+    """
+    saved = np.where(np.isnan(judged.saving), judged.saved_j, judged.saving)
+    found: Row = np.where(judged.verdict == SAME, 0.0, np.where(judged.verdict < NO_JUMP, saved, 2.0))
     return found
 
 
@@ -330,13 +342,16 @@ class _Rig:
         table[:, [self.names.index(name) for name in names]] = points
         size = len(points)
         if refused.all():
-            nothing = np.full(size, np.nan)
-            return Judged(np.full(size, REFUSED), nothing, np.stack([nothing] * 2), np.zeros(size), ~refused)
+            nothing, none = np.full(size, np.nan), ~refused
+            none_j = np.zeros(size)
+            return Judged(np.full(size, REFUSED), nothing, nothing, none, np.stack([nothing] * 2), none_j, none)
         found = self._judged(np.where(refused[:, np.newaxis], table[~refused][0], table))
         return replace(
             found,
             verdict=np.where(refused, REFUSED, found.verdict),
+            saved_j=np.where(refused, np.nan, found.saved_j),
             saving=np.where(refused, np.nan, found.saving),
+            not_positive=found.not_positive & ~refused,
         )
 
     def _judged(self, table: Row) -> Judged:
@@ -362,14 +377,17 @@ class _Rig:
         under, ill, open_book = (
             (jumps[:, :, PLACE[flag]] > 0.0).any(axis=0) for flag in ("under_surface", "ill_conditioned", "open_book")
         )
-        saving = 1.0 - cost[_AD] / cost[_CE]
+        saved_j = cost[_CE] - cost[_AD]
+        saving = 1.0 - np.divide(cost[_AD], cost[_CE], out=np.full(size, np.nan), where=cost[_CE] > 0.0)
         verdict = np.select(
-            [no_jump, under, ill | open_book, unequal, np.abs(saving) < SAME_WITHIN, saving < 0.0],
+            [no_jump, under, ill | open_book, unequal, np.abs(saved_j) <= SAME_WITHIN * np.abs(cost[_CE]), saved_j < 0],
             [NO_JUMP, UNDER_SURFACE, FLAGGED, UNEQUAL, SAME, FAILS],
             SAVES,
         )
         stiffer: Flags = np.any(stiffness > table[:, self.stiffness], axis=0)
-        return Judged(verdict, np.where(verdict < NO_JUMP, saving, np.nan), stiffness, slope, stiffer)
+        says, not_positive = verdict < NO_JUMP, (cost <= 0.0).any(axis=0)
+        saved_j, saving = (np.where(says, values, np.nan) for values in (saved_j, saving))
+        return Judged(verdict, saved_j, saving, says & not_positive, stiffness, slope, stiffer)
 
     def _reached(self, table: Row, which: NDArray[np.int64], wanted: Row, ends: Row) -> tuple[Flags, Row, Row, Block]:
         """Halve the stiffnesses, in the logarithm, between which an apex is reached.

@@ -51,7 +51,7 @@ def draw_boundary(question: Question, searched: Searched, examples: Sequence[Cou
         for axes, (x, y) in zip(panels, pairs, strict=True):
             across_axis, up_axis = own[x], own[y] if x != y else None
             _draw_grounds(axes, searched, across_axis, up_axis)
-            _draw_examples(axes, examples, across_axis, up_axis)
+            _draw_examples(axes, examples, _in_joules(searched), across_axis, up_axis)
             if len(own) == 2 and up_axis is not None:
                 _draw_lines(axes, searched, across_axis.coordinates, up_axis.coordinates)
             _scale(axes, question.over[x], None if up_axis is None else question.over[y])
@@ -65,8 +65,9 @@ def draw_boundary(question: Question, searched: Searched, examples: Sequence[Cou
 
 def _draw_grounds(axes: Axes, searched: Searched, across: Axis, up: Axis | None) -> None:
     """Draw the sample, and what fails of the search; grounds that are apart have no saving, and lie at 0."""
-    verdict = searched.judged.verdict
-    heights = np.nan_to_num(100.0 * searched.judged.saving) if up is None else up.coordinates
+    verdict, joules = searched.judged.verdict, _in_joules(searched)
+    saving = searched.judged.saved_j if joules else 100.0 * searched.judged.saving
+    heights = np.nan_to_num(saving) if up is None else up.coordinates
     strokes = iter(_STROKES)
     for which, words in VERDICTS.items():
         at = verdict == which
@@ -86,15 +87,21 @@ def _draw_grounds(axes: Axes, searched: Searched, across: Axis, up: Axis | None)
                 zorder=3,
             )
     axes.set_xlabel(_label(across))
-    axes.set_ylabel("saving (%)" if up is None else _label(up))
+    axes.set_ylabel(f"saving ({'J' if joules else '%'})" if up is None else _label(up))
     if up is None:
         axes.axhline(0.0, color=BLACK, linewidth=0.8)
 
 
-def _draw_examples(axes: Axes, examples: Sequence[Counterexample], across: Axis, up: Axis | None) -> None:
+def _in_joules(searched: Searched) -> bool:
+    """Whether savings are drawn as joules, since some have no share of a cost."""
+    return bool(np.isnan(searched.judged.saving[searched.judged.verdict < NO_JUMP]).any())
+
+
+def _draw_examples(axes: Axes, examples: Sequence[Counterexample], joules: bool, across: Axis, up: Axis | None) -> None:
     """Ring the grounds that were simulated again, with their numbers in the table."""
     for number, one in enumerate(examples, 1):
-        at = (one.ground[across.name], 100.0 * one.saving if up is None else one.ground[up.name])
+        saving = -one.more_j if joules else 100.0 * one.saving
+        at = (one.ground[across.name], saving if up is None else one.ground[up.name])
         colour, words = (BLACK, "confirmed") if one.confirmed else (GREY, "not confirmed")
         axes.scatter(*at, s=42, facecolors="none", edgecolors=colour, linewidths=0.9, label=words, zorder=5)
         axes.annotate(str(number), at, xytext=(5, 4), textcoords="offset points", fontsize=6, zorder=5)
@@ -103,7 +110,8 @@ def _draw_examples(axes: Axes, examples: Sequence[Counterexample], across: Axis,
 def _draw_lines(axes: Axes, searched: Searched, x: Row, y: Row) -> None:
     """Draw where active damping begins to cost more, and to save much, between grounds that say something.
 
-    Where equal heights begin to ask for a stiffer extension the saving jumps, and a line breaks off.
+    Where equal heights begin to ask for a stiffer extension the saving jumps, and a line breaks off; there is none
+    where a saving is no share of a cost.
     """
     from matplotlib.tri import TriAnalyzer, Triangulation
 
@@ -111,7 +119,7 @@ def _draw_lines(axes: Axes, searched: Searched, x: Row, y: Row) -> None:
     if len(each) < 4:
         return
     triangles = Triangulation(*shares.T)
-    apart = ~(searched.judged.verdict[each] < NO_JUMP)[triangles.triangles].all(axis=1)
+    apart = np.isnan(searched.judged.saving[each])[triangles.triangles].any(axis=1)
     apart |= np.ptp(searched.judged.stiffer[each][triangles.triangles].astype(int), axis=1) > 0
     triangles.set_mask(apart)
     if apart.all():

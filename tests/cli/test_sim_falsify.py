@@ -61,6 +61,16 @@ def test_a_terminal_of_80_columns_holds_what_is_told(tmp_path: Path) -> None:
     assert ["confirmed", *["yes"] * 5] in [line.split() for line in lines]
 
 
+def test_a_box_in_which_braking_gives_back_more_than_a_jump_takes(tmp_path: Path) -> None:
+    words = (*BED, "--set", "motor_resistance=0.001", "--set", "initial_height=0.35", "--over", "kg_scale=0.5:5")
+    told = good(labbook(*words, "--grounds", "16", "--plot", "joules.png", at=tmp_path)).out
+    (sentence,) = (line for line in told.splitlines() if "not positive" in line)
+    found = good(labbook(*words, "--grounds", "16", "--json", at=tmp_path)).json
+    says(sentence, str(found["cost_not_positive"]), "joules")
+    assert found["verdicts"]["active damping saves"] > 4
+    assert found["failing"] == found["verdicts"]["active damping costs more"] == 0
+
+
 def test_what_cannot_be_asked_is_refused(tmp_path: Path) -> None:
     refused(labbook(*BED, *SOFT, "--claim", "hops", at=tmp_path), 2, "hops", "saves")
     refused(labbook(*BED, *SOFT, "--plot", "grounds.txt", at=tmp_path), 2, "--plot", ".png")

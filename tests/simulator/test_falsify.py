@@ -34,7 +34,8 @@ def judged(saving: Row, apart: Row | None = None) -> Judged:
     verdict = np.where(saving < 0.0, FAILS, SAVES)
     if apart is not None:
         verdict = np.where(apart, UNEQUAL, verdict)
-    return Judged(verdict, saving, np.ones((2, len(saving))), np.zeros(len(saving)), np.zeros(len(saving), np.bool_))
+    nowhere = np.zeros(len(saving), np.bool_)
+    return Judged(verdict, saving, saving, nowhere, np.ones((2, len(saving))), np.zeros(len(saving)), nowhere)
 
 
 def test_a_planted_failure_is_found_in_99_of_100_seeds() -> None:
@@ -112,6 +113,29 @@ def test_a_counterexample_is_confirmed_with_error_bars_and_by_another_solver() -
     (one,) = examples
     assert one.more_j > 0.1 > 100.0 * (one.bar_j + (one.solver_j or 1.0))
     assert one.jumps[1].apex_height_m > one.jumps[0].apex_height_m  # type: ignore[operator]
+
+
+def test_where_a_cost_is_not_positive_joules_are_compared() -> None:
+    """Motors without resistance, dropped from high up: what braking gives back is more than the jump takes."""
+    sets = ["motor_resistance=0.001", "initial_height=0.35", "b_ad=517.67"]
+    question = question_by_words("bed", ["kg_scale=0.5:5", "bg_scale=0.3:3"], sets, grounds=16)
+    found = falsify(question)
+    says = np.flatnonzero(found.judged.verdict[:16] < NO_JUMP)
+    rows = question.sweep.design.rows(0, 16)
+    for place in says[:4]:
+        cost_j = []
+        for controller, b_ad in enumerate((0.0, 517.67)):
+            ground = dict(zip(question.names, rows[place].tolist(), strict=True))
+            values = {**ground, "b_ad": b_ad, "k_extension": found.judged.stiffness[controller, place]}
+            cost_j.append(simulate(question.scene.changed(values), 1e-6).jump.cost_J)
+        ce_j, ad_j = cost_j
+        assert found.judged.verdict[place] == (SAVES if ad_j < ce_j else FAILS)
+        assert found.judged.saved_j[place] == pytest.approx(ce_j - ad_j, abs=1e-2)
+        assert found.judged.not_positive[place] == (min(cost_j) <= 0.0)
+        assert np.isnan(found.judged.saving[place]) == (ce_j <= 0.0)
+    free = np.isnan(found.judged.saving[says])
+    assert 2 < free.sum() < len(says) == found.not_positive
+    assert not len(found.failing)
 
 
 def test_conditions_of_a_ground_are_judged() -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
+
 from data_schema.rounding import decimals_for, fixed_text
 from labbook.presenting.simulation.simulated import set_by_user_line
 from labbook.terminal import columns, within_width
@@ -30,7 +32,11 @@ from simulator.falsify import (
 
 
 def sentences(question: Question, searched: Searched) -> list[str]:
-    """Say where the controller helps, where it does not, and how sure that is."""
+    """Say where the controller helps, where it does not, how sure that is, and where joules are no price."""
+    return [*_answer(question, searched), *_not_positive(searched)]
+
+
+def _answer(question: Question, searched: Searched) -> list[str]:
     counts, says = searched.counts, searched.says
     if not says:
         return ["No ground of the sample says anything of the claim."]
@@ -50,21 +56,32 @@ def sentences(question: Question, searched: Searched) -> list[str]:
     return [found, _region_sentence(question, region)]
 
 
+def _not_positive(searched: Searched) -> list[str]:
+    count = searched.not_positive
+    if not count:
+        return []
+    return [
+        f"On {count} of the {count_text(searched.says, 'ground')} that say something a cost is not positive: braking "
+        "gives back more than the jump takes. There joules are compared, and there is no share of them."
+    ]
+
+
 def ground_sentence(judged: Judged, conditions: int) -> str:
     """Say on which side of the boundary a ground lies: the first `conditions` as they are, the others as varied."""
     verdict, saving = judged.verdict[:conditions], 100.0 * judged.saving[:conditions]
+    shares = saving[~np.isnan(saving)]
     told = verdict < NO_JUMP
     if not told.any():
         return "Simulated on this ground, nothing can be said of joules at equal height: no two jumps reach one."
     fails, of = int((verdict == FAILS).sum()), int(told.sum())
     side = "saves" if not fails else "costs more" if fails == of else f"costs more in {fails}"
-    least, most = float(saving[told].min()), float(saving[told].max())
+    joules = f" ({shares.min():.2g} to {shares.max():.2g} % of the joules)" if shares.size else ""
     varied = judged.verdict[conditions:]
     failing, among = int((varied == FAILS).sum()), int((varied < NO_JUMP).sum())
     beside = f"; with its assumed parameters varied it costs more in {failing} of {among}" if among else ""
     return (
-        f"Simulated on this ground, active damping {side} at equal height, of {count_text(of, 'condition')} "
-        f"({least:.2g} to {most:.2g} % of the joules){beside}."
+        f"Simulated on this ground, active damping {side} at equal height, of {count_text(of, 'condition')}"
+        f"{joules}{beside}."
     )
 
 
@@ -189,6 +206,7 @@ def as_data(question: Question, searched: Searched, examples: Sequence[Counterex
         "share_failing": counts[FAILS] / searched.says if searched.says else None,
         "share_failing_95": list(interval(counts[FAILS], searched.says)),
         "failing": len(searched.failing),
+        "cost_not_positive": searched.not_positive,
         "region": None
         if region is None
         else {

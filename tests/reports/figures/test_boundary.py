@@ -18,7 +18,8 @@ SHARES = sobol_shares(2, 256, 0)
 def _drawn(saving: Row, *, broken: bool) -> Row:
     """Where a line is drawn, shape (points, 2), across a box of which the left half asks for a stiffer extension."""
     stiffer = (SHARES[:, 0] < 0.5) & broken
-    judged = Judged(np.full(256, SAVES), saving, np.ones((2, 256)), np.zeros(256), stiffer)
+    nowhere = np.zeros(256, np.bool_)
+    judged = Judged(np.full(256, SAVES), saving, saving, nowhere, np.ones((2, 256)), np.zeros(256), stiffer)
     (axes,) = draw_boundary(QUESTION, Searched(SHARES, judged, 256), (), "title").axes
     paths = [path for lines in axes.collections if isinstance(lines, TriContourSet) for path in lines.get_paths()]
     found: Row = np.concatenate([path.vertices for path in paths] or [np.empty((0, 2))])
