@@ -280,7 +280,6 @@ class _Walk:
     stop_after: int
     evaluations: int = 0
     segments: int = 0
-    to_tick: bool = False
     landed: bool = False
 
     def jump(self) -> Row:
@@ -324,17 +323,19 @@ class _Walk:
             return int(system.follow(due, work, row, float(self.stop_after)))
         timer_s, must_land = system.timer(work), system.must_land(work)
         end_s = min(LONGEST_FLIGHT_S if work[MODE] == FLIGHT else LONGEST_STANCE_S, timer_s)
-        stops = must_land or self.to_tick
+        stops = must_land or (WISH in guards and self._wishes())
         if stops:
             end_s = min(end_s, float(work[TICK] / work[system.composition.position["control_rate"]]))
-        self.to_tick = False
         found = self._integrate(end_s, tuple(guard for guard in guards if guard != WISH or not stops))
-        if found == WISH:
-            self.to_tick = True
         event = TIMED if found is None and work[TIME] == timer_s else UNEVENTFUL if found is None else found
         if event >= GUARDS:
             event = UNEVENTFUL
         return int(system.follow(event, work, row, float(self.stop_after)))
+
+    def _wishes(self) -> bool:
+        """Tell whether the controller would change its phase already, and will at the next tick."""
+        work, size = self.work, self.system.composition.state_size
+        return bool(self.system.watch(work[TIME], work, work[NOW : NOW + size].copy())[WISH] > 0.0)
 
     def _pass_ticks(self) -> None:
         """Pass over the ticks that lie behind: the controller would have changed nothing there."""

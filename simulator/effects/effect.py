@@ -75,12 +75,16 @@ class Guard:
     the guard has been negative. The instant is located to a share of a metre or a metre a second, so that a guard is
     best of that size. `expression` and `happens` say in the automaton's table what rises through zero, and what the
     event does.
+
+    One `of_force` is where a cost has a kink: its function is `NAME_guard(p, lever_m, leg_speed_m_s, force_n)` of the
+    force that the cost counts, and a step ends where it passes zero either way. Nothing else happens there.
     """
 
     name: str
     expression: str
     happens: str
     modes: tuple[Mode, ...]
+    of_force: bool = False
 
     def __post_init__(self) -> None:
         """Refuse modes that are none."""

@@ -18,7 +18,10 @@ Functions = dict[str, Function]
 
 @dataclass(frozen=True, slots=True)
 class EffectGuard:
-    """An effect's guard: its place among the guards, and `(work, row)` for its value and for what happens there."""
+    """An effect's guard: its place among the guards, and `(work, row)` for its value and for what happens there.
+
+    The value of one of a force is `(work, lever_m, leg_speed_m_s, force_n)`.
+    """
 
     guard: Guard
     place: int
@@ -41,7 +44,7 @@ OF_FORCE = frozenset({"body_force_n", "body_held", "hold_guard", "body_stops", "
 
 SLOTS = (OF_FORCE - {"body_force_n"}).union(
     ("compression_damping_kg_s", "extension_damping_kg_s", "active_damping_kg_m", "cap_n", "cap_bends"),
-    ("cap_slows", "lever_m", "cost_force_n", "cost_cap_n", "resistance_n", "resistance_slope_n_m"),
+    ("cap_slows", "lever_m", "cost_force_n", "cost_cap_n", "mechanical_w", "resistance_n", "resistance_slope_n_m"),
     ("quadratic_drag_kg_m", "linear_drag_kg_s", "added_mass_kg", "added_mass_slope_kg_m", "travel_m"),
     ("platform_mass_kg", "control_period_s", "guard_length_m", "switch_compression_m"),
     ("switch_speed_tolerance_m_s", "rest_tolerance_m"),
@@ -163,6 +166,9 @@ def _force_of(effect: Effect, functions: Functions, values: Function | None) -> 
 
 def _guard_of(effect: Effect, guard: Guard, functions: Functions, values: Function | None) -> EffectGuard:
     """Take out the functions of one of an effect's guards."""
+    if guard.of_force:
+        of_force = _taken(effect, functions, f"{guard.name}_guard", 4)
+        return EffectGuard(guard, OF_EFFECTS + EFFECT_GUARDS.index(guard), of_force, None)
     count = 5 if values is None else 6
     value = _of_motion(_taken(effect, functions, f"{guard.name}_guard", count), values)
     happens = _taken(effect, functions, f"{guard.name}_happens", count, optional=True)

@@ -112,8 +112,8 @@ CONDITIONS = 4
 """How many conditions such a rule has at most."""
 ARMED = HOLDS + CONDITIONS
 """Place of the first number that says whether the event of an effect has not happened since its guard was negative."""
-PERSISTENT = ARMED + len(EFFECT_GUARDS)
-"""Number of values that stay between events."""
+PERSISTENT = ARMED + len(EFFECT_GUARDS) + (ARMED + len(EFFECT_GUARDS)) % 2
+"""Number of values that stay between events, even, as registers hold several."""
 
 (
     STOPS,

@@ -33,6 +33,8 @@ from data_schema.disk import exclusive_lock, sync, sync_all, write_json
 from data_schema.errors import BookBusy, LabbookError, UsageError
 from data_schema.libraries import optional
 from simulator.effects.registry import EFFECTS
+from simulator.jump import small_cost
+from simulator.kernel.layout import OUTCOMES
 from simulator.scene_file import write_scene
 from simulator.sweep.chunks import (
     FLAGS,
@@ -62,6 +64,7 @@ IDENTITY = "sweep"
 PLAN, LOCK = "sweep.json", "lock"
 _MOST_NUMBERS = 2**20
 """Numbers of the outputs that are in memory at once: 8 MB."""
+_CAME_DOWN = OUTCOMES.index("touchdown")
 _ZARR_BLOCK = 65_536
 """Most numbers in a block of a Zarr folder along its first dimension."""
 
@@ -70,10 +73,15 @@ _ZARR_BLOCK = 65_536
 class Summary:
     """How many jumps had each outcome, and how many each flag; of how many a sample has error bars, and how many of
     these do not keep the accuracy.
+
+    `small_costs` are ill-conditioned since their cost is a small difference; that of `not_positive` is none, though
+    the robot came down again.
     """
 
     outcomes: Mapping[str, int]
     flagged: Mapping[str, int]
+    small_costs: int = 0
+    not_positive: int = 0
     sampled: int = 0
     outside: int = 0
 
@@ -322,8 +330,14 @@ def _summary_of(out: Path) -> Summary:
         counts = {outcome: int((ends == flag).sum()) for flag, outcome in OUTCOME_FLAGS}
         flagged = {flag: int((dataset[flag] == 1).sum()) for flag in FLAGS}
         errors = dataset[SAMPLED_ERROR.name].to_numpy().ravel() if SAMPLED_ERROR.name in dataset else np.zeros(0)
+        cost_j, at_play_j, ill = (
+            dataset[name].to_numpy() for name in ("cost_J", "energy_at_play_J", "ill_conditioned")
+        )
+    small, free = small_cost(cost_j, at_play_j) & (ill == 1), (cost_j <= 0.0) & (ends == _CAME_DOWN)
     found = {outcome: count for outcome, count in counts.items() if count}
-    return Summary(found, flagged, int((~np.isnan(errors)).sum()), int((errors > 1.0).sum()))
+    return Summary(
+        found, flagged, int(small.sum()), int(free.sum()), int((~np.isnan(errors)).sum()), int((errors > 1.0).sum())
+    )
 
 
 def _dataset(sweep: Sweep, identity: Identity) -> xarray.Dataset:

@@ -19,7 +19,7 @@ KEYS = {
     *("out", "scene", "dims", "jumps", "accuracy", "sampling", "outcomes", "ill_conditioned", "assumed"),
     *("set_by_user", "refused", "under_surface", "open_book", "error_bars", "sampled", "sampled_outside"),
     *("variables", "chunks", "chunks_before", "compile_time_s", "compute_time_s", "write_time_s", "jump_time_us"),
-    "in_lanes",
+    *("in_lanes", "small_cost", "cost_not_positive"),
 }
 GRID = ("--over", "b_ad=0:300:4", "--over", "foot_radius=0.02,0.03,0.038")
 
@@ -50,6 +50,22 @@ def test_a_grid_holds_what_single_runs_give(tmp_path: Path) -> None:
             there = dataset.sel(b_ad=b_ad, foot_radius=radius)
             for name in ("cost_J", "apex_height_m", "liftoff_time_s", "max_depth_m", "energy_residual_J", "steps"):
                 assert there[name].item() == one[name], name
+
+
+def test_jumps_whose_cost_is_small_or_not_positive_are_told_with_the_reason(tmp_path: Path) -> None:
+    """Motors of little resistance: what braking gives back is as much as the jump takes."""
+    words = ("sim", "sweep", "--scene", "bed", "--set", "motor_resistance=0.001", "--over", "gain=200:340:8")
+    told = good(labbook(*words, "--out", "free.nc", at=tmp_path)).out
+    found = good(labbook(*words, "--out", "free.nc", "--json", at=tmp_path)).json
+    assert found["jumps"] == 8
+    assert 0 < found["small_cost"] <= found["ill_conditioned"] < 8
+    assert 0 < found["cost_not_positive"] < 8
+    (line,) = (line for line in told.splitlines() if "ill-conditioned" in line)
+    says(line, f"ill-conditioned: {found['ill_conditioned']}", f"{found['small_cost']} of them", "small difference")
+    (warning,) = (line for line in told.splitlines() if line.startswith("warning: "))
+    says(warning, str(found["cost_not_positive"]), "not positive", "+no_regeneration")
+    with xarray.open_dataset(tmp_path / "free.nc") as dataset:
+        assert int((dataset["cost_J"] <= 0.0).sum()) == found["cost_not_positive"]
 
 
 def test_with_error_bars_a_scene_has_what_a_single_run_shows(tmp_path: Path) -> None:

@@ -62,7 +62,8 @@ def _not_positive(searched: Searched) -> list[str]:
         return []
     return [
         f"On {count} of the {count_text(searched.says, 'ground')} that say something a cost is not positive: braking "
-        "gives back more than the jump takes. There joules are compared, and there is no share of them."
+        "gives back more than the jump takes. There joules are compared, and there is no share of them; for a "
+        "drive that gives nothing back add --effects +no_regeneration."
     ]
 
 

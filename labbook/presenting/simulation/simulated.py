@@ -41,7 +41,8 @@ def mode_name(scene: Scene, mode: str) -> str:
 
 def warnings(result: SceneResult) -> list[str]:
     """Return the warnings about a scene's last jump, which stand before its numbers."""
-    return [f"warning: {said}" for said in (*_under_surface(result), *_ill_conditioned(result), *_open_book(result))]
+    said = (*_under_surface(result), *_ill_conditioned(result), *_open_book(result), *_not_positive(result))
+    return [f"warning: {sentence}" for sentence in said]
 
 
 def _under_surface(result: SceneResult) -> list[str]:
@@ -120,6 +121,18 @@ def _open_book(result: SceneResult) -> list[str]:
     return [
         f"the energy book of this jump does not close within the accuracy. It is off by {share:.1e} of what it turns "
         f"over, where {result.accuracy:g} was asked for, and so may be the other numbers."
+    ]
+
+
+def _not_positive(result: SceneResult) -> list[str]:
+    """Say that braking gives back more than the jump takes."""
+    jump = result.jump
+    if jump.cost_J > 0.0 or jump.outcome not in _WHOLE or "no_regeneration" in result.scene.effects:
+        return []
+    return [
+        f"the cost of this jump is not positive ({jump.cost_J:.3g} J). Its mechanical part is the net work of the leg: "
+        "what the leg takes up as it brakes is given back in full. For a drive that gives nothing back add "
+        "--effects +no_regeneration."
     ]
 
 

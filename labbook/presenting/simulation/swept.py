@@ -7,7 +7,7 @@ from typing import Any
 from labbook.presenting.simulation.simulated import set_by_user_line
 from reports.display import count_text, list_text, time_text
 from simulator.error_bars import finer_accuracy
-from simulator.sweep.run import Finished
+from simulator.sweep.run import Finished, Summary
 from simulator.sweep.sweep import Sweep
 
 _REMARKS = {
@@ -38,6 +38,8 @@ def as_data(done: Finished) -> dict[str, Any]:
         "outcomes": done.summary.outcomes,
         "refused": {"scenes": int(sweep.refused.sum()), "why": sweep.why_refused or None},
         **done.summary.flagged,
+        "small_cost": done.summary.small_costs,
+        "cost_not_positive": done.summary.not_positive,
         "assumed": {name: scene.values[name].why for name in sweep.assumed},
         "set_by_user": {name: scene[name] for name in scene.set_by_user},
         "chunks": len(sweep.chunks),
@@ -59,13 +61,14 @@ def as_lines(done: Finished) -> list[str]:
         f"{sweep.scene.name}: {count_text(summary.jumps, 'jump')} over {dims}, {sweep.design.description}.",
         *([f"note: {sweep.why_refused}"] if sweep.why_refused else []),
         f"outcomes: {', '.join(f'{name} {count}' for name, count in summary.outcomes.items())}; ill-conditioned: "
-        f"{summary.flagged['ill_conditioned']}.",
+        f"{summary.flagged['ill_conditioned']}{_small_costs(summary)}.",
         *_error_bars(done),
         *(
             f"warning: in {count_text(summary.flagged[flag], 'jump')} {remark} ({flag} in the file)."
             for flag, remark in _REMARKS.items()
             if summary.flagged[flag]
         ),
+        *_not_positive(done),
         *set_by_user_line(sweep.scene),
         *_assumed(sweep),
         _effort(done),
@@ -80,6 +83,22 @@ def _assumed(sweep: Sweep) -> list[str]:
         by_reason.setdefault(sweep.scene.values[name].why, []).append(name)
     return [
         f"{list_text(names)} {'is' if len(names) == 1 else 'are'} assumed: {why}" for why, names in by_reason.items()
+    ]
+
+
+def _small_costs(summary: Summary) -> str:
+    """Say how many jumps are ill-conditioned for their cost."""
+    count = summary.small_costs
+    return f" ({count} of them as the cost is a small difference of larger energies)" if count else ""
+
+
+def _not_positive(done: Finished) -> list[str]:
+    """Say in how many jumps braking gives back more than they take."""
+    if not done.summary.not_positive:
+        return []
+    return [
+        f"warning: in {count_text(done.summary.not_positive, 'jump')} the cost is not positive: braking gives back "
+        "more than the jump takes. For a drive that gives nothing back add --effects +no_regeneration."
     ]
 
 

@@ -62,6 +62,7 @@ from simulator.kernel.layout import (
 from simulator.kernel.mechanics.leg import (
     make_apply,
     make_command,
+    make_cost_force,
     make_foot_margins,
     make_forces,
     make_lever,
@@ -83,17 +84,36 @@ def _in_modes(one: EffectGuard) -> tuple[bool, ...]:
 
 
 def make_effect_guards(composition: Composition) -> Function:
-    """Compose `(mode, work, row, place)`: the guards that effects declare, each in its modes."""
-    return in_turn(map(_filled, composition.effect_guards))
+    """Compose `(mode, work, row, place, commanded_n, applied_n)`: guards that effects declare, each in its modes."""
+    filled = (
+        _filled_of_force(composition, one) if one.guard.of_force else _filled(one) for one in composition.effect_guards
+    )
+    return in_turn(filled)
 
 
 def _filled(one: EffectGuard) -> Function:
     value, guard, acts = one.value, one.place, _in_modes(one)
 
     @inlined
-    def filled(mode: float, work: Row, row: int, place: int) -> None:
+    def filled(mode: float, work: Row, row: int, place: int, commanded_n: float, applied_n: float) -> None:
         if acts[int(mode)]:
             work[place + guard] = value(work, row)
+
+    return filled
+
+
+def _filled_of_force(composition: Composition, one: EffectGuard) -> Function:
+    """Compose the guard of a force: below zero on the side where the step starts (`_with_side`)."""
+    value, guard, other_side, acts = one.value, one.place, ARMED + one.place - OF_EFFECTS, _in_modes(one)
+    lever, cost_force = make_lever(composition), make_cost_force(composition)
+
+    @inlined
+    def filled(mode: float, work: Row, row: int, place: int, commanded_n: float, applied_n: float) -> None:
+        if acts[int(mode)]:
+            lever_m = lever(work, work[row + X_BODY] - work[row + X_FOOT])
+            cost_n = cost_force(work, lever_m, commanded_n, applied_n)
+            size = value(work, lever_m, work[row + V_BODY] - work[row + V_FOOT], cost_n)
+            work[place + guard] = choose(work[other_side] == 1.0, -size, size)
 
     return filled
 
@@ -106,8 +126,24 @@ def make_due(composition: Composition) -> Function:
     """
     due = inner(lambda work: -1)
     for one in composition.effect_guards:
-        if one.happens is not None:
+        if one.guard.of_force:
+            due = _with_side(due, one)
+        elif one.happens is not None:
             due = _with_due(due, one)
+    return due
+
+
+def _with_side(before: Function, one: EffectGuard) -> Function:
+    """Take the side on which a guard of a force starts: it is below zero there."""
+    guard, other_side = one.place, ARMED + one.place - OF_EFFECTS
+
+    @inner
+    def due(work: Row) -> int:
+        if work[GUARDS_BEFORE + guard] > 0.0:
+            work[GUARDS_BEFORE + guard] = -work[GUARDS_BEFORE + guard]
+            work[other_side] = 1 - work[other_side]
+        return before(work)
+
     return due
 
 
@@ -382,6 +418,6 @@ def make_guards(composition: Composition) -> Function:
                 work[place + SWITCHES] = 1.0
         release_guards(work, place, length_m)
         hold_guards(mode, work, row, place, applied_n)
-        effect_guards(mode, work, row, place)
+        effect_guards(mode, work, row, place, commanded_n, applied_n)
 
     return guards

@@ -108,6 +108,14 @@ def make_apply(composition: Composition) -> Function:
 
 
 @made_once
+def make_cost_force(composition: Composition) -> Function:
+    """Force that the cost counts, N: `(work, lever_m, commanded_n, applied_n)`."""
+    if not composition.has("cost_force_n"):
+        return inner(lambda work, lever_m, commanded_n, applied_n: applied_n)
+    return composition.slots["cost_force_n"]
+
+
+@made_once
 def make_set_gains(composition: Composition) -> Function:
     """Set the gains of a phase: `(work, extending, foot_speed_m_s)`; active damping acts in extension only."""
     k_compression, k_extension = composition.position["k_compression"], composition.position["k_extension"]

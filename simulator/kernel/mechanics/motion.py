@@ -39,7 +39,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
-from simulator.kernel.mechanics.leg import make_apply, make_command, make_lever, make_most
+from simulator.kernel.mechanics.leg import make_apply, make_command, make_cost_force, make_lever, make_most
 from simulator.parameter import GRAVITY_M_S2
 
 
@@ -311,7 +311,7 @@ def make_try_to_follow(composition: Composition) -> Function:
 
 def make_powers(composition: Composition) -> Function:
     """Rates of the drive's integrals: `(mode, work, stage, lever_m, leg_speed_m_s, commanded_n, applied_n)`."""
-    choose, chosen = composition.optional("cost_force_n")
+    cost_force, (other, mechanical_w) = make_cost_force(composition), composition.optional("mechanical_w")
     cost_powers = in_turn(_cost_power(composition, energy) for energy in composition.costs)
 
     @inner
@@ -324,9 +324,9 @@ def make_powers(composition: Composition) -> Function:
         commanded_n: float,
         applied_n: float,
     ) -> None:
-        cost_n = chosen(work, lever_m, commanded_n, applied_n) if choose else applied_n
+        cost_n = cost_force(work, lever_m, commanded_n, applied_n)
         work[stage + LEG_WORK] = -applied_n * speed_m_s
-        work[stage + MECHANICAL] = -cost_n * speed_m_s
+        work[stage + MECHANICAL] = mechanical_w(work, lever_m, speed_m_s, cost_n) if other else -cost_n * speed_m_s
         cost_powers(mode, work, stage, lever_m, speed_m_s, cost_n)
 
     return powers

@@ -93,6 +93,12 @@ def test_a_body_under_the_surface() -> None:
     says(warned(replace(sunk, max_depth_m=0.57)), "0.57 m", "longest leg", "0.3 m")
 
 
+def test_a_cost_that_is_not_positive() -> None:
+    says(warned(replace(JUMP, cost_J=-7.61)), "not positive", "-7.61 J", "net work", "+no_regeneration")
+    stopped = replace(JUMP, outcome="no_liftoff", cost_J=-7.61)
+    assert warnings(result(stopped)) == []  # what was braked so far
+
+
 def test_a_book_that_stays_open() -> None:
     unclosed = replace(JUMP, energy_residual_J=-2e-5, energy_at_play_J=4.0, open_book=True)
     says(warned(unclosed), "not close within", "5.0e-06", "1e-06")
