@@ -34,12 +34,13 @@ from simulator.sweep.sweep import Flags, Sweep, refused_rows, sweep_by_words
 CLAIMS = ("saves",)
 HEIGHT, GAINS = "height", "gains"
 """What is equal where joules are compared: apex heights, or all gains but active damping."""
-SAVES, SAME, FAILS, NO_JUMP, UNEQUAL, UNDER_SURFACE, FLAGGED, REFUSED = range(8)
+SAVES, SAME, FAILS, NO_JUMP, NEVER_ROSE, UNEQUAL, UNDER_SURFACE, FLAGGED, REFUSED = range(9)
 VERDICTS = {
     SAVES: "active damping saves",
     SAME: "no difference",
     FAILS: "active damping costs more",
     NO_JUMP: "a controller does not jump",
+    NEVER_ROSE: "a lifted foot never rises above its print",
     UNEQUAL: "no equal height",
     UNDER_SURFACE: "the body gets under the surface",
     FLAGGED: "ill-conditioned, or an open energy book",
@@ -330,11 +331,13 @@ class _Rig:
         self.stiffness, self.damping = self.names.index("k_extension"), self.names.index(damping_of(scene))
 
     def jumps(self, table: Row, stiffness: Row, controller: NDArray[np.int64]) -> Block:
-        """Return the last jump of each row, shape (rows, outputs)."""
+        """Return the last jump of each row, shape (rows, outputs), without an apex where the lifted foot never rose."""
         rows = table.copy()
         rows[:, self.stiffness] = stiffness
         rows[controller == _CE, self.damping] = 0.0
-        return simulate_on_all_cores(self.recipe, rows)[:, -1]
+        found = simulate_on_all_cores(self.recipe, rows)[:, -1]
+        found[found[:, PLACE["never_rose"]] > 0.0, PLACE["apex_height_m"]] = np.nan
+        return found
 
     def judge(self, names: Sequence[str], points: Row, refused: Flags) -> Judged:
         """Judge grounds that differ in named parameters, shape (grounds, names)."""
@@ -359,6 +362,7 @@ class _Rig:
         stiffness = np.tile(table[:, self.stiffness], (2, 1))
         jumps = np.stack([self.jumps(table, stiffness[_CE], np.full(size, which)) for which in (_CE, _AD)])
         apex, slope = jumps[:, :, PLACE["apex_height_m"]].copy(), np.zeros(size)
+        never_rose = jumps[:, :, PLACE["never_rose"]] > 0.0
         height = np.where(np.isfinite(apex), apex, -np.inf)
         no_jump = np.isneginf(height.max(axis=0) if self.equal == HEIGHT else height.min(axis=0))
         unequal = ~no_jump if self.equal == HEIGHT else np.zeros(size, np.bool_)
@@ -380,8 +384,16 @@ class _Rig:
         saved_j = cost[_CE] - cost[_AD]
         saving = 1.0 - np.divide(cost[_AD], cost[_CE], out=np.full(size, np.nan), where=cost[_CE] > 0.0)
         verdict = np.select(
-            [no_jump, under, ill | open_book, unequal, np.abs(saved_j) <= SAME_WITHIN * np.abs(cost[_CE]), saved_j < 0],
-            [NO_JUMP, UNDER_SURFACE, FLAGGED, UNEQUAL, SAME, FAILS],
+            [
+                no_jump & never_rose.any(axis=0),
+                no_jump,
+                under,
+                ill | open_book,
+                unequal,
+                np.abs(saved_j) <= SAME_WITHIN * np.abs(cost[_CE]),
+                saved_j < 0,
+            ],
+            [NEVER_ROSE, NO_JUMP, UNDER_SURFACE, FLAGGED, UNEQUAL, SAME, FAILS],
             SAVES,
         )
         stiffer: Flags = np.any(stiffness > table[:, self.stiffness], axis=0)

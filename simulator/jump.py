@@ -188,6 +188,8 @@ def derived(found: Mapping[str, Any], effects: Collection[str], passive_w: Any, 
         | small_cost(cost_j, found["energy_at_play_J"]),
         "under_surface": np.less(found["min_body_height_m"], 0.0) & ("hydrostatic_stiffness" in effects),
         "open_book": open_book(found["energy_residual_J"], found["energy_at_play_J"], accuracy),
+        "never_rose": np.greater(found["unresisted_sink_m"], 0.0)
+        & np.equal(found["apex_time_s"], found["next_touchdown_time_s"]),
     }
 
 

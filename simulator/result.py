@@ -52,7 +52,8 @@ class JumpResult:
 
     `repeats` counts how often the scene was simulated again with finer steps, because errors grew or the energy book
     did not close within the accuracy; where it never closed, `open_book` is true. `under_surface`: the body gets below
-    the surface of the grains, which act on the foot alone.
+    the surface of the grains, which act on the foot alone. `never_rose`: the lifted foot never rose above its print,
+    and the touchdown is where the body falls: no jump.
     """
 
     outcome: str
@@ -100,6 +101,7 @@ class JumpResult:
     ill_conditioned: bool = False
     under_surface: bool = False
     open_book: bool = False
+    never_rose: bool = False
     other_branch: JumpResult | None = None
     errors: Mapping[str, float] | None = None
     coarser: JumpResult | None = None

@@ -31,7 +31,7 @@ _MOST_PANELS = 6
 _PANEL_IN = 2.9
 _LOOKS = {SAVES: (BLUE, ".", 6.0), SAME: (SKY, ".", 3.0), FAILS: (VERMILLION, "D", 9.0)}
 """Colour, mark and size of grounds that say something; the others are grey strokes."""
-_STROKES = "x+_|1"
+_STROKES = "x+_|12"
 _MUCH = 0.1
 """A saving whose line is drawn, too."""
 _FLAT = 0.05

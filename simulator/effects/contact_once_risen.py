@@ -10,7 +10,8 @@ from simulator.effects.effect import Effect
 
 EFFECT = Effect(
     name="contact_once_risen",
-    meaning="a lifted foot sinks unresisted until it has risen above its print; off, the ground goes on holding it",
+    meaning="to reproduce published numbers alone: a lifted foot sinks unresisted until it has risen above its print; "
+    "off, the ground goes on holding it",
     source="the numbers published with the simulations of ch. 3 rest on it",
     needs=(("hydrostatic_stiffness",),),
 )

@@ -39,6 +39,8 @@ NOT_MADE = "not_made"
 """Outcome of the jumps of a scene after its last: the robot did not come down again."""
 REFUSED = "refused"
 """Outcome of all jumps of a scene that cannot be simulated, since its values do not fit together."""
+NEVER_ROSE = "never_rose"
+"""Flag of a touchdown that is no jump."""
 REFUSED_FLAG, NOT_MADE_FLAG = -2, -1
 
 
@@ -60,6 +62,7 @@ OUTPUTS = (
         "under_surface", "whether the body gets under the surface", "of the grains, which act on the foot alone"
     ),
     _yes_or_no("open_book", "whether the energy book stays open", "it does not close within the accuracy"),
+    _yes_or_no("never_rose", "whether the lifted foot never rose above its print", "it is no jump then"),
 )
 """In the order of a chunk's columns: those of the kernel first, then what is computed from them."""
 
@@ -276,5 +279,5 @@ def _outputs(recipe: Recipe, found: Block, counts: NDArray[np.int64], passive_w:
     return block
 
 
-FLAGS = ("ill_conditioned", "under_surface", "open_book")
+FLAGS = ("ill_conditioned", "under_surface", "open_book", NEVER_ROSE)
 """What may be remarked of a jump: a sweep counts the jumps."""

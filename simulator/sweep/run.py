@@ -38,6 +38,7 @@ from simulator.kernel.layout import OUTCOMES
 from simulator.scene_file import write_scene
 from simulator.sweep.chunks import (
     FLAGS,
+    NEVER_ROSE,
     NOT_MADE,
     NOT_MADE_ROW,
     OUTCOME_FLAGS,
@@ -71,8 +72,8 @@ _ZARR_BLOCK = 65_536
 
 @dataclass(frozen=True, slots=True)
 class Summary:
-    """How many jumps had each outcome, and how many each flag; of how many a sample has error bars, and how many of
-    these do not keep the accuracy.
+    """How many jumps had each outcome, where `NEVER_ROSE` is one of its own, and how many each flag; of how many a
+    sample has error bars, and how many of these do not keep the accuracy.
 
     `small_costs` are ill-conditioned since their cost is a small difference; that of `not_positive` is none, though
     the robot came down again.
@@ -327,13 +328,15 @@ def _summary_of(out: Path) -> Summary:
     """Count the jumps of a sweep that is done."""
     with _opened(out) as dataset:
         ends = dataset["outcome"].to_numpy()
-        counts = {outcome: int((ends == flag).sum()) for flag, outcome in OUTCOME_FLAGS}
+        rose = dataset[NEVER_ROSE].to_numpy() != 1
+        counts = {outcome: int(((ends == flag) & rose).sum()) for flag, outcome in OUTCOME_FLAGS}
+        counts[NEVER_ROSE] = int((~rose).sum())
         flagged = {flag: int((dataset[flag] == 1).sum()) for flag in FLAGS}
         errors = dataset[SAMPLED_ERROR.name].to_numpy().ravel() if SAMPLED_ERROR.name in dataset else np.zeros(0)
         cost_j, at_play_j, ill = (
             dataset[name].to_numpy() for name in ("cost_J", "energy_at_play_J", "ill_conditioned")
         )
-    small, free = small_cost(cost_j, at_play_j) & (ill == 1), (cost_j <= 0.0) & (ends == _CAME_DOWN)
+    small, free = small_cost(cost_j, at_play_j) & (ill == 1), (cost_j <= 0.0) & (ends == _CAME_DOWN) & rose
     found = {outcome: count for outcome, count in counts.items() if count}
     return Summary(
         found, flagged, int(small.sum()), int(free.sum()), int((~np.isnan(errors)).sum()), int((errors > 1.0).sum())

@@ -19,7 +19,7 @@ KEYS = {
     *("out", "scene", "dims", "jumps", "accuracy", "sampling", "outcomes", "ill_conditioned", "assumed"),
     *("set_by_user", "refused", "under_surface", "open_book", "error_bars", "sampled", "sampled_outside"),
     *("variables", "chunks", "chunks_before", "compile_time_s", "compute_time_s", "write_time_s", "jump_time_us"),
-    *("in_lanes", "small_cost", "cost_not_positive"),
+    *("in_lanes", "small_cost", "cost_not_positive", "never_rose"),
 }
 GRID = ("--over", "b_ad=0:300:4", "--over", "foot_radius=0.02,0.03,0.038")
 
@@ -66,6 +66,22 @@ def test_jumps_whose_cost_is_small_or_not_positive_are_told_with_the_reason(tmp_
     says(warning, str(found["cost_not_positive"]), "not positive", "+no_regeneration")
     with xarray.open_dataset(tmp_path / "free.nc") as dataset:
         assert int((dataset["cost_J"] <= 0.0).sum()) == found["cost_not_positive"]
+
+
+def test_a_touchdown_of_a_foot_that_never_rose_is_counted_apart(tmp_path: Path) -> None:
+    """Strong active damping: the gains of flight press the lifted foot down until the body falls."""
+    scene = ("--scene", "bed", "--accuracy", "1e-5")
+    words = ("sim", "sweep", *scene, "--over", "b_ad=500:5000:10", "--out", "sweep.nc", "--json")
+    found = good(labbook(*words, at=tmp_path)).json
+    outcomes = found["outcomes"]
+    assert 0 < outcomes["never_rose"] == found["never_rose"] < 10 == sum(outcomes.values())
+    with xarray.open_dataset(tmp_path / "sweep.nc") as dataset:
+        no_jump = dataset["never_rose"] == 1
+        assert (dataset["apex_time_s"] == dataset["next_touchdown_time_s"])[no_jump].all()
+        assert (dataset["unresisted_sink_m"] > 0.0)[no_jump].all()
+        b_ad = float(dataset["b_ad"][no_jump][0])
+    told = good(labbook("sim", "run", *scene, "--set", f"b_ad={b_ad}", at=tmp_path)).out
+    says(told.splitlines()[1], "did not jump", "never rose above its print", "touchdown")
 
 
 def test_with_error_bars_a_scene_has_what_a_single_run_shows(tmp_path: Path) -> None:

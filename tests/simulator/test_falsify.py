@@ -10,6 +10,7 @@ from simulator.compiled import Row
 from simulator.falsify import (
     FAILS,
     GAINS,
+    NEVER_ROSE,
     NO_JUMP,
     SAVES,
     UNEQUAL,
@@ -136,6 +137,23 @@ def test_where_a_cost_is_not_positive_joules_are_compared() -> None:
     free = np.isnan(found.judged.saving[says])
     assert 2 < free.sum() < len(says) == found.not_positive
     assert not len(found.failing)
+
+
+def test_a_foot_that_never_rises_is_no_jump_and_says_nothing() -> None:
+    """Strong active damping: on softer grounds the gains of flight press the lifted foot down until the body falls."""
+    question = question_by_words("bed", ["kg_scale=0.5:50"], ["b_ad=3000"], equal=GAINS, grounds=16)
+    found = falsify(question)
+    scales = question.sweep.design.axes[0].coordinates
+    never = np.flatnonzero(found.judged.verdict[:16] == NEVER_ROSE)
+    assert 2 < len(never) == found.counts[NEVER_ROSE] < 14
+    assert np.isnan(found.judged.saved_j[never]).all()
+    for place in never[:2]:
+        jump = simulate(question.scene.changed({"kg_scale": scales[place]}), 1e-6).jump
+        assert jump.never_rose
+        assert jump.outcome == "touchdown"
+    by_height = falsify(question_by_words("bed", ["kg_scale=0.5:50"], ["b_ad=3000"], grounds=16))
+    told = by_height.judged.verdict[never] < NO_JUMP  # with a stiffer extension it may jump
+    assert (by_height.judged.stiffness[1, never[told]] > question.scene["k_extension"]).all()
 
 
 def test_conditions_of_a_ground_are_judged() -> None:

@@ -150,6 +150,9 @@ OUTCOMES = {
 }
 """Sentences of the outcomes."""
 
+_NEVER_ROSE = "the robot did not jump: the lifted foot never rose above its print, until the body fell"
+"""Sentence of a touchdown that is none."""
+
 _WHOLE = ("liftoff", "apex", "touchdown")
 """Outcomes of jumps whose cost is whole."""
 
@@ -237,7 +240,8 @@ def as_lines(result: SceneResult) -> list[str]:
     jump, scene, which = result.jump, result.scene, which_jump(result.scene, len(result.jumps))
     return [
         f"{scene.name}: {scene.title}",
-        f"{_outcome_text(jump.outcome, which)}{_remedy(scene, jump.outcome)}.",
+        f"{_NEVER_ROSE if jump.never_rose else OUTCOMES.get(jump.outcome, jump.outcome)} ({jump.outcome}{which})"
+        f"{_remedy(scene, jump.outcome)}.",
         *warnings(result),
         "",
         *_table(result),
@@ -250,11 +254,6 @@ def as_lines(result: SceneResult) -> list[str]:
         "book turns over.",
         _effort(result),
     ]
-
-
-def _outcome_text(outcome: str, which: str = "") -> str:
-    """Say how a jump ended, with the outcome's name."""
-    return f"{OUTCOMES.get(outcome, outcome)} ({outcome}{which})"
 
 
 def _remedy(scene: Scene, outcome: str) -> str:
@@ -270,7 +269,7 @@ def which_jump(scene: Scene, number: int) -> str:
 
 def title_text(scene: Scene, which: str, outcome: str) -> str:
     """Return what heads a figure: the scene, which of its jumps is shown, and how that ended where it ended early."""
-    ended = "" if outcome in _WHOLE else f"; {_outcome_text(outcome)}"
+    ended = "" if outcome in _WHOLE else f"; {OUTCOMES.get(outcome, outcome)} ({outcome})"
     return f"{scene.name}{which}: {scene.title}{ended}"
 
 
@@ -371,8 +370,6 @@ def _notes(result: SceneResult) -> list[str]:
             f"note: in flight the leg would be {jump.max_leg_length_m:.4g} m long, more than its links reach "
             f"({reach_m:.4g} m)."
         )
-    if jump.unresisted_sink_m and jump.apex_time_s is not None and jump.apex_time_s == jump.next_touchdown_time_s:
-        notes.append("note: the lifted foot never rose above its print; the jump ends where the body falls.")
     counted = {name: sum(item.counters.get(name, 0) for item in result.jumps) for name in jump.counters}
     if any(counted.values()):
         notes.append(

@@ -7,12 +7,14 @@ from typing import Any
 from labbook.presenting.simulation.simulated import set_by_user_line
 from reports.display import count_text, list_text, time_text
 from simulator.error_bars import finer_accuracy
+from simulator.sweep.chunks import NEVER_ROSE
 from simulator.sweep.run import Finished, Summary
 from simulator.sweep.sweep import Sweep
 
 _REMARKS = {
     "under_surface": "the body gets under the surface of the grains, which act on the foot alone, so that no robot "
     "jumps like this",
+    NEVER_ROSE: "the lifted foot never rose above its print, and the body fell: no jump, whatever its apex and cost",
     "open_book": "the energy book does not close within the accuracy, and the numbers may be off by more than was "
     "asked for",
 }
