@@ -65,6 +65,7 @@ class JumpResult:
     liftoff_body_velocity_m_s: float | None
     liftoff_foot_velocity_m_s: float | None
     apex_height_m: float | None
+    apex_foot_height_m: float | None
     apex_time_s: float | None
     next_touchdown_time_s: float | None
     next_touchdown_body_velocity_m_s: float | None

@@ -55,8 +55,8 @@ def run(
     """Simulate a scene and show its jump: times, heights, joules, how sure they are and what they rest on.
 
     Each number has an estimated error: the difference to a simulation a hundred times finer, whose values are shown.
-    Of a scene with many jumps the last one is shown, and drawn. --json gives every change of the contact mode by the
-    kernel's names and, beside them, by those of the ground, as in the plot.
+    Of a scene with many jumps each has a line, and the last one is shown in full, and drawn. --json gives every change
+    of the contact mode by the kernel's names and, beside them, by those of the ground, as in the plot.
 
     Example: labbook sim run --scene sim2 --set b_ad=100 --effects +drag --accuracy 1e-8 --plot jump.png
     """

@@ -29,7 +29,7 @@ def _functions(at: ParameterIndex) -> dict[str, Function]:
 
 EFFECT = Effect(
     name="drag",
-    meaning="electromechanical drag of the motors",
+    meaning="electromechanical drag of the motors, as if they were short-circuited: not for geared motors",
     source="thesis Eq. 3.5",
     parameters=(TORQUE_CONSTANT, MOTOR_RESISTANCE, VELOCITY_CONSTANT),
     energies=(Energy("drag", "electromechanical drag of the motors", 0, "motors' drag", singular=True),),

@@ -121,12 +121,13 @@ def make_note_cost(composition: Composition, span: str) -> Function:
 def make_note_liftoff(composition: Composition) -> Function:
     """Write the state at lift-off; a later lift-off before the apex overwrites it: `(work, row)`."""
     note_cost = make_note_cost(composition, "stance")
-    time, height, body, foot, apex = (
+    time, height, body, foot, apex, apex_foot = (
         COLUMN["liftoff_time_s"],
         COLUMN["liftoff_body_height_m"],
         COLUMN["liftoff_body_velocity_m_s"],
         COLUMN["liftoff_foot_velocity_m_s"],
         COLUMN["apex_height_m"],
+        COLUMN["apex_foot_height_m"],
     )
 
     @inner
@@ -137,7 +138,7 @@ def make_note_liftoff(composition: Composition) -> Function:
             work[NOW + V_BODY],
             work[NOW + V_FOOT],
         )
-        row[apex] = np.nan
+        row[apex] = row[apex_foot] = np.nan
         note_cost(work, row)
 
     return note_liftoff

@@ -53,6 +53,7 @@ KERNEL_OUTPUTS = (
     _perhaps("liftoff_body_velocity_m_s", "m/s", "velocity of the body at lift-off"),
     _perhaps("liftoff_foot_velocity_m_s", "m/s", "velocity of the foot at lift-off"),
     _perhaps("apex_height_m", "m", "height of the body at the apex", _ABOVE),
+    _perhaps("apex_foot_height_m", "m", "height of the foot at the apex", _ABOVE),
     _perhaps("apex_time_s", "s", "time of the apex since touchdown"),
     _perhaps("next_touchdown_time_s", "s", "time of the next touchdown since touchdown"),
     _perhaps("next_touchdown_body_velocity_m_s", "m/s", "velocity of the body at the next touchdown"),

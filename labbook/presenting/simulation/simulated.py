@@ -166,6 +166,7 @@ ROWS = (
     ("deepest foot", "max_depth_m", "m below the surface"),
     ("lifted foot sank", "unresisted_sink_m", "m below its print, unresisted"),
     ("apex of the body", "apex_height_m", "m above the surface"),
+    ("foot at the apex", "apex_foot_height_m", "m above the surface"),
     ("lowest body", "min_body_height_m", "m above the surface"),
     ("body height at lift-off", "liftoff_body_height_m", "m above the surface"),
     ("body velocity at lift-off", "liftoff_body_velocity_m_s", "m/s"),
@@ -185,6 +186,10 @@ ROWS = (
 
 _ROUNDING, _MOST_DIGITS = 1e-13, 12
 """An error of at most this share of a number is rounding; so many digits are shown of it."""
+_MUCH_DRAG = 5.0
+"""Drag of the motors, over the energy that a jump turns over, from which on it is remarked."""
+_MOST_SHOWN, _SHOWN_AT_AN_END = 20, 5
+"""So many jumps have a line each; of more, those at both ends."""
 _ALWAYS = ("liftoff_time_s", "max_depth_m", "apex_height_m", "cost_J")
 
 
@@ -348,7 +353,26 @@ def _all_jumps(result: SceneResult) -> list[str]:
     edges, unclosed = (sum(getattr(jump, flag) for jump in result.jumps) for flag in ("ill_conditioned", "open_book"))
     flagged = f", {edges} of them ill-conditioned" if edges else ""
     flagged += f", {unclosed} with an energy book that does not close" if unclosed else ""
-    return ["", f"{_jumps_text(result)}{flagged}: {total:.6g} J{heights}."]
+    return ["", f"{_jumps_text(result)}{flagged}: {total:.6g} J{heights}.", *_each_jump(result)]
+
+
+def _each_jump(result: SceneResult) -> list[str]:
+    """Set each jump in a line: apex, cost, and how it ended where that is not by a touchdown."""
+    made, digits = len(result.jumps), _digits(result.accuracy)
+    rows = [
+        [str(number), _number(jump.apex_height_m, digits), _number(jump.cost_J, digits), _ended(jump)]
+        for number, jump in enumerate(result.jumps, 1)
+    ]
+    if made > _MOST_SHOWN:
+        gap = ["...", "", "", f"{made - 2 * _SHOWN_AT_AN_END} more: --json"]
+        rows = [*rows[:_SHOWN_AT_AN_END], gap, *rows[-_SHOWN_AT_AN_END:]]
+    return columns(["jump", "apex m", "cost J", ""], rows)
+
+
+def _ended(jump: JumpResult) -> str:
+    marks = [jump.outcome] if jump.outcome != "touchdown" else []
+    marks += [name for name in ("never_rose", "ill_conditioned", "under_surface", "open_book") if getattr(jump, name)]
+    return ", ".join(mark.replace("_", " ") for mark in marks)
 
 
 def _jumps_text(result: SceneResult) -> str:
@@ -364,11 +388,16 @@ def _in_all_jumps(result: SceneResult) -> str:
 def _notes(result: SceneResult) -> list[str]:
     jump, scene = result.jump, result.scene
     reach_m = scene["upper_link"] + scene["lower_link"]
-    notes = []
+    notes = _drag_note(result)
     if jump.max_leg_length_m > reach_m and jump.outcome != "leg_straight":
         notes.append(
             f"note: in flight the leg would be {jump.max_leg_length_m:.4g} m long, more than its links reach "
             f"({reach_m:.4g} m)."
+        )
+    if jump.apex_foot_height_m is not None and jump.apex_foot_height_m < 0.0 and not jump.never_rose:
+        notes.append(
+            f"note: at the apex the foot is {-jump.apex_foot_height_m:.3g} m below the surface: it does not clear it, "
+            "and the robot jumps within its own hole."
         )
     counted = {name: sum(item.counters.get(name, 0) for item in result.jumps) for name in jump.counters}
     if any(counted.values()):
@@ -378,6 +407,19 @@ def _notes(result: SceneResult) -> list[str]:
             + f"{_in_all_jumps(result)}."
         )
     return notes
+
+
+def _drag_note(result: SceneResult) -> list[str]:
+    """Say that motors' drag is out of proportion, as that of geared motors is."""
+    drag_j = getattr(result.jump, f"{cost_span(result.scene.effects)}_drag_J")
+    at_play_j = result.jump.energy_at_play_J
+    if drag_j <= _MUCH_DRAG * at_play_j:
+        return []
+    return [
+        f"note: the motors' drag takes {drag_j:.3g} J, {drag_j / at_play_j:.2g} times all that the energy book turns "
+        "over. It is the loss of motors that are short-circuited as they turn, and grows with the square of a gear's "
+        "ratio: for motors that are driven leave it out, --effects -drag."
+    ]
 
 
 def set_by_user_line(scene: Scene) -> list[str]:

@@ -158,7 +158,7 @@ def make_unsettles(composition: Composition, settle: Function, lift_off: Functio
 
 def make_falls(composition: Composition) -> Function:
     """The body turns and falls: `(work, row, stop_after)`. On the ground it then never leaves it."""
-    apex_height, apex_time = COLUMN["apex_height_m"], COLUMN["apex_time_s"]
+    apex_height, apex_time, apex_foot = COLUMN["apex_height_m"], COLUMN["apex_time_s"], COLUMN["apex_foot_height_m"]
     granular = composition.on("hydrostatic_stiffness")
 
     @inner
@@ -170,6 +170,7 @@ def make_falls(composition: Composition) -> Function:
             note_near(work[NOW + X_FOOT] - met_m, work[LENGTH_UNIT], work)
         if np.isnan(row[apex_height]) and work[AIRBORNE] == 1:
             row[apex_height], row[apex_time] = work[NOW + X_BODY], work[TIME]
+            row[apex_foot] = work[NOW + X_FOOT]
             if stop_after == STOP_AFTER_APEX:
                 return APEX
         if work[CLEARED] < ABOVE_PRINT:  # the body falls and the foot never rose: it is still on the ground

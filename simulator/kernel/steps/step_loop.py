@@ -156,6 +156,7 @@ def make_touch_down(meet_ground: Function, settle: Function) -> Function:
     """Compose `(work, row)`: a foot on the ground ends the jump only if it was in the air and the body falls."""
     time, speed = COLUMN["next_touchdown_time_s"], COLUMN["next_touchdown_body_velocity_m_s"]
     apex_height, apex_time, rising = COLUMN["apex_height_m"], COLUMN["apex_time_s"], COLUMN["liftoff_body_velocity_m_s"]
+    apex_foot = COLUMN["apex_foot_height_m"]
 
     @inner
     def touch_down(work: Row, row: Row) -> int:
@@ -167,6 +168,7 @@ def make_touch_down(meet_ground: Function, settle: Function) -> Function:
         row[time], row[speed] = work[TIME], work[NOW + V_BODY]
         if np.isnan(row[apex_height]) and row[rising] > 0.0:  # it turned within what the landing is allowed
             row[apex_height], row[apex_time] = work[NOW + X_BODY], work[TIME]
+            row[apex_foot] = work[NOW + X_FOOT]
         return TOUCHDOWN
 
     return touch_down

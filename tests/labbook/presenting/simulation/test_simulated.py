@@ -24,6 +24,7 @@ JUMP = JumpResult(
         "outcome": "apex",
         "liftoff_time_s": 0.3137413071234,
         "cost_J": 30.53116304,
+        "apex_foot_height_m": None,
         "next_touchdown_time_s": None,
         "next_touchdown_body_velocity_m_s": None,
         "energy_at_play_J": 1.0,
@@ -97,6 +98,37 @@ def test_a_cost_that_is_not_positive() -> None:
     says(warned(replace(JUMP, cost_J=-7.61)), "not positive", "-7.61 J", "net work", "+no_regeneration")
     stopped = replace(JUMP, outcome="no_liftoff", cost_J=-7.61)
     assert warnings(result(stopped)) == []  # what was braked so far
+
+
+def test_a_foot_that_does_not_clear_the_surface_is_told_of() -> None:
+    hole = replace(JUMP, outcome="touchdown", apex_foot_height_m=-0.281)
+    lines = as_lines(result(hole))
+    says(lines, "foot at the apex", "-0.281", "above the surface")
+    says(lines, "note", "0.281 m below the surface", "does not clear")
+    clear = as_lines(result(replace(hole, apex_foot_height_m=0.02)))
+    says(clear, "foot at the apex", "0.02")
+    assert not any(line.startswith("note: ") for line in clear)
+
+
+def test_drag_of_geared_motors_is_told_of() -> None:
+    dragged = replace(JUMP, stance_drag_J=1804.0, jump_drag_J=1804.0, energy_at_play_J=20.3)
+    says(as_lines(result(dragged)), "note", "1.8e+03 J", "89 times", "--effects -drag")
+    assert not any("-drag" in line for line in as_lines(result(replace(dragged, energy_at_play_J=1000.0))))
+
+
+def test_each_of_several_jumps_has_a_line() -> None:
+    jumps = [replace(JUMP, outcome="touchdown", apex_height_m=0.3 + 0.01 * number) for number in range(1, 31)]
+    jumps[2] = replace(jumps[2], never_rose=True)
+    few = as_lines(result(*jumps[:5], scene="emulator"))
+    at = few.index(next(line for line in few if line.split()[:3] == ["jump", "apex", "m"]))
+    assert [line.split()[:3] for line in few[at + 1 : at + 6]] == [
+        [str(number), f"{0.3 + 0.01 * number:g}", "30.53116"] for number in range(1, 6)
+    ]
+    says(few[at + 3], "never rose")
+    many = as_lines(result(*jumps, scene="emulator"))
+    says(many, "20 more", "--json")
+    assert any(line.split()[:2] == ["30", "0.6"] for line in many)
+    assert not any(line.split()[:2] == ["15", "0.45"] for line in many)
 
 
 def test_a_book_that_stays_open() -> None:
