@@ -97,6 +97,7 @@ def test_highest_and_lowest_point_and_lift_off_are_the_result_s(result: SceneRes
         there = np.flatnonzero(own & at_apex)
         assert there.size >= 2
         assert np.abs(motion["body_velocity"].values[there]).max() < 1e-7
+        assert motion["foot_height"].values[there] == pytest.approx(jump.apex_foot_height_m, rel=1e-12)
         lowest_m = motion["body_height"].values[own].min()  # samples are 0.5 ms apart: at most v^2 / 2a above the turn
         assert lowest_m - 5e-6 < jump.min_body_height_m <= lowest_m
         lifted = np.flatnonzero(after)[0]
