@@ -48,7 +48,7 @@ PASSES = 2
 BOOK = ("leg_work_J", *(energy.column for energy in BOOKED))
 AT_LIFT_OFF = tuple(name for name in COLUMNS if name.startswith("liftoff_"))
 AT_TOUCHDOWN = tuple(name for name in COLUMNS if name.startswith("next_touchdown_"))
-AT_APEX = ("apex_height_m", "apex_time_s")
+AT_APEX = ("apex_height_m", "apex_foot_height_m", "apex_time_s")
 ALWAYS = tuple(
     name for name in COLUMNS if name not in (*AT_LIFT_OFF, *AT_TOUCHDOWN, *AT_APEX, "outcome", "decision_margin")
 )
