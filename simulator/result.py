@@ -36,11 +36,11 @@ class JumpResult:
     `decision_margin` is the distance of the closest decision of the sampled controller, in units of the local error, or
     of the closest event that was nearly missed or nearly met (lift-off, touchdown, a leg that folds or is straight, a
     switch without a clock) or came nearly after another (the foot meets the grains, the body turns, the emulator's
-    platform begins to yield, its shortest hold ends; `decision_tick` is None for both). Below 10 the jump is
-    `ill_conditioned`, and `other_branch` is the jump with the other decision at a tick. It is also `ill_conditioned`
-    where sampled damping, or contact of a slow foot, amplifies errors (`error_growth`) until rounding alone takes half
-    of the accuracy; where a controller without a clock chatters (a margin of 0); and where the cost is a small
-    difference of what is turned over.
+    platform begins to yield, its shortest hold ends; `decision_tick` is None for both); None where none was within 10.
+    With one the jump is `ill_conditioned`, and `other_branch` is it with the other decision at a tick. It is also
+    `ill_conditioned` where sampled damping, or contact of a slow foot, amplifies errors (`error_growth`) until rounding
+    alone takes half of the accuracy; where a controller without a clock chatters (a margin of 0); and where the cost is
+    a small difference of what is turned over.
 
     `unresisted_sink_m` is how far a lifted foot sank below its print without meeting the ground (effect
     `contact_once_risen`); `cancelled_liftoff` among the counters how often the gains of flight took a lift-off back

@@ -67,11 +67,12 @@ HOLD, RELEASE, RESET, ENGAGE = range(4)
     ALLOWED,
     DECIDED,
     UNRESISTED,
-) = range(30)
+    SPARE,
+) = range(31)
 """Numbers that stay between events: gains, the lowest point of the foot, timers,
 sudden losses (J), extremes, the smallest decision margin, the clock since touchdown (s), the step to try next, what
-error is allowed, one more than the tick at which a step was cut because of a decision, and how far a lifted foot has
-sunk below its print."""
+error is allowed, one more than the tick at which a step was cut because of a decision, how far a lifted foot has sunk
+below its print, and how far a decision is at least, in local errors beyond those that are noted."""
 
 (
     MODE,
@@ -101,7 +102,7 @@ sunk below its print."""
     STEPS_ALLOWED,
     SWITCHED,
     HOLDS,
-) = range(30, 57)
+) = range(31, 58)
 """Whole numbers that stay between events: modes, phases, what the next step must know, counts, whether the platform
 moves on without the foot, whether a flying leg is longer than its links, the sign of the force at the cap of the cost,
 whether the controller sleeps until the foot has risen and met the ground again, lift-offs that were cancelled, the

@@ -20,7 +20,8 @@ DECISION_SHARE = 0.1
 """Error of the state that a decision at a tick is measured in, as a part of the local error allowed: the errors of the
 outputs are of this size (docs/accuracy.md)."""
 NEAR_PEAK = 10.0
-"""Largest distance of a guard's peak from zero that is noted as a margin, in units of the same error."""
+"""Largest distance of a decision, or of a guard's peak from zero, that is noted as a margin, in units of the same
+error."""
 EVENT_SHARE = 0.01
 """Part of the local error allowed to the landing on an event."""
 SLOW_M_S = 0.1

@@ -69,7 +69,7 @@ KERNEL_OUTPUTS = (
     Output("energy_at_play_J", "J", "energy that the book turns over"),
     Output(
         *("decision_margin", "1", "distance of the closest decision"),
-        comment="in local errors; infinite where none was close",
+        comment="in local errors; infinite where none was within 10",
     ),
     _count("decision_tick", "tick of the closest decision", "-1 where there was none"),
     Output("error_growth", "1", "growth of errors", comment="by sampled damping, or by contact of a slow foot"),

@@ -22,7 +22,7 @@ from benchmarks.reference_simulator.result import ReferenceResult
 from benchmarks.reference_simulator.storage import stored
 from simulator.compiled import Function, Row
 from simulator.jump import MOST_STEPS_A_JUMP, limits_for
-from simulator.kernel.limits import JUMPS_WANTED, MOST_STEPS
+from simulator.kernel.limits import FLIP_TICK, JUMPS_WANTED, MOST_STEPS
 from simulator.kernel.rows import COLUMNS
 from simulator.result import JumpResult
 from simulator.scene import Scene
@@ -87,14 +87,16 @@ def batch_rows(
     jumps: int = 1,
     most_steps: int = MOST_STEPS_A_JUMP,
     step_s: float = 0.0,
+    flip_tick: float = -1.0,
 ) -> tuple[Row, NDArray[np.int64]]:
     """Every column of every jump that a kernel's entry gives for a table of parameters, and how many jumps there are.
 
-    `step_s` is the length of all steps; at 0 they are as long as the accuracy allows.
+    `step_s` is the length of all steps; at 0 they are as long as the accuracy allows. `flip_tick` is the number of a
+    tick whose decision is turned round.
     """
     rows, counts = np.full((len(table), jumps, len(COLUMNS)), np.nan), np.zeros(len(table), np.int64)
     limits, none = limits_for(accuracy, fixed_step_s=step_s), np.zeros((0, 4))
-    limits[JUMPS_WANTED], limits[MOST_STEPS] = jumps, most_steps
+    limits[JUMPS_WANTED], limits[MOST_STEPS], limits[FLIP_TICK] = jumps, most_steps, flip_tick
     batch(table, limits, rows, counts, none, none)
     return rows, counts
 

@@ -58,6 +58,7 @@ from simulator.kernel.layout import (
     X_BODY,
     X_FOOT,
 )
+from simulator.kernel.limits import NEAR_PEAK
 from simulator.kernel.mechanics.leg import make_set_gains
 from simulator.kernel.mechanics.motion import make_moved_mass
 from simulator.kernel.working_row import choose, lanes_in
@@ -255,7 +256,7 @@ def make_tick(composition: Composition, wants_switch: Function, switch: Function
     def tick(work: Row, flip: bool) -> bool:
         grow(((work[ACTIVE_DAMPING] != 0.0) | holds_force) & (work[MODE] == INTRUDING), work)
         wish = wants_switch(work, work[PHASE], NOW, work[LENGTH_UNIT], work[SPEED_UNIT])
-        if abs(wish) < work[MARGIN] and work[TICK] > 0:  # the state at touchdown carries no error of this jump
+        if abs(wish) < min(work[MARGIN], NEAR_PEAK) and work[TICK] > 0:  # at touchdown the state has no error yet
             work[MARGIN], work[MARGIN_TICK] = abs(wish), work[TICK]
         changed = work[TICK] + 1.0 == work[DECIDED] or (wish > 0.0) != flip
         if changed:

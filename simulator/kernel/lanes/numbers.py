@@ -22,7 +22,7 @@ from numba.core.typeconv.castgraph import Conversion
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import intrinsic
 
-from simulator.kernel.working_row import choose, lanes_in
+from simulator.kernel.working_row import choose, guess_per_fifth_root, lanes_in, per_fifth_root_guess
 
 _infer: Any = infer_global
 _lower: Any = lower_builtin
@@ -128,8 +128,9 @@ for _name, _operation in (
 _of_lanes(operator.ne, 2, lambda builder, a, b: builder.fcmp_unordered("!=", a, b), Which)
 _of_lanes(operator.neg, 1, lambda builder, a: builder.fneg(a))
 _of_lanes(abs, 1, _call("fabs"))
-for _function in (math.sqrt, math.exp, math.log, math.sin, math.cos):
+for _function in (math.sqrt, math.exp, math.log, math.sin, math.cos, math.floor):
     _of_lanes(_function, 1, _call(_function.__name__))
+_of_lanes(per_fifth_root_guess, 1, guess_per_fifth_root)
 for _most, _pick in ((max, _larger), (min, _smaller)):
     _of_lanes(_most, 2, _pick)
     _of_lanes(_most, 3, lambda builder, a, b, c, _pick=_pick: _pick(builder, _pick(builder, a, b), c))
@@ -176,23 +177,6 @@ def _lanes_in(builder: Any, which: Any) -> Any:
 
 
 _define(lanes_in, Which, 1, _lanes_in, lambda _width: types.int64)
-
-
-@_intrinsic  # type: ignore[untyped-decorator]
-def numbers_of(typing_context: Any, row: Any) -> Any:
-    """Return the address of a row's numbers: that of a lane at a place is at place times width, plus the lane."""
-    address: Any = _pointer_to(types.float64)
-
-    def generate(context: Any, builder: Any, sign: Any, arguments: Any) -> Any:
-        return builder.bitcast(arguments[0], context.get_value_type(address))
-
-    return _sign(address, row), generate
-
-
-@_intrinsic  # type: ignore[untyped-decorator]
-def width_of(typing_context: Any, row: Any) -> Any:
-    """Return how many lanes a row has."""
-    return _sign(types.int64, row), lambda context, builder, sign, arguments: ir.IntType(64)(row.dtype.width)
 
 
 def make_lanes_of(width: int) -> Any:

@@ -14,7 +14,6 @@ from simulator.kernel.composition import Composition
 from simulator.kernel.control.controller import make_growth, make_wants_switch
 from simulator.kernel.events.first_event import may_peak
 from simulator.kernel.events.guards import beyond_cap
-from simulator.kernel.lanes.numbers import numbers_of, width_of
 from simulator.kernel.layout import (
     ACTIVE_DAMPING,
     BETWEEN,
@@ -44,6 +43,7 @@ from simulator.kernel.layout import (
     QUARTER,
     SAMPLED_SPEED,
     SATURATED,
+    SPARE,
     SPEED_UNIT,
     STALE,
     STEP,
@@ -62,7 +62,7 @@ from simulator.kernel.layout import (
     X_FOOT,
     places,
 )
-from simulator.kernel.limits import FINEST_TOLERANCE, LONGEST_FLIGHT_S, LONGEST_STANCE_S
+from simulator.kernel.limits import FINEST_TOLERANCE, LONGEST_FLIGHT_S, LONGEST_STANCE_S, NEAR_PEAK
 from simulator.kernel.mechanics.leg import make_forces
 from simulator.kernel.mechanics.motion import make_rates
 from simulator.kernel.steps.attempt import (
@@ -79,7 +79,10 @@ from simulator.kernel.steps.stride import (
     MANY_STEPS,
     SHORTEST_S,
     STRETCH,
+    approach,
+    make_first_tick,
     make_longest_step,
+    make_spare,
     note_extremes,
     step_share,
     stops_unseen,
@@ -120,7 +123,7 @@ def make_tick(composition: Composition, wants_switch: Function) -> Function:
                 leaves |= sampled & (sign != work[SATURATED])
             work[SAMPLED_SPEED] = choose(leaves, before, work[SAMPLED_SPEED])
             grow(sampled & ~leaves, work)
-        near = due & ~leaves & (abs(wanted) < work[MARGIN]) & (number > 0.0)
+        near = due & ~leaves & (abs(wanted) < min(work[MARGIN], NEAR_PEAK)) & (number > 0.0)
         work[MARGIN], work[MARGIN_TICK] = (
             choose(near, abs(wanted), work[MARGIN]),
             choose(near, number, work[MARGIN_TICK]),
@@ -133,26 +136,38 @@ def make_tick(composition: Composition, wants_switch: Function) -> Function:
 
 
 def make_ticks_within(composition: Composition, wants_switch: Function) -> Function:
-    """Compose `(h, until, considered, work)`: look at the ticks inside a step, with their margins.
+    """Compose `(h, until, considered, work)`: look at the ticks inside a step at which a decision may be near.
 
     Returns in which lanes the phase changes at one; in the others the ticks are passed.
     """
     rate, interpolate = composition.position["control_rate"], make_interpolate(composition)
+    spare, first_tick = make_spare(composition), make_first_tick(composition)
 
     @inner
-    def ticks_within(h: Lanes, until: Lanes, considered: Lanes, work: Row) -> tuple[Lanes, Lanes, Lanes, Lanes]:
+    def ticks_within(h: Lanes, until: Lanes, considered: Lanes, work: Row) -> tuple[Lanes, Lanes, Lanes, Lanes, Lanes]:
         number, margin, margin_tick, leaves = work[TICK], work[MARGIN], work[MARGIN_TICK], considered & ~considered
+        left = work[SPARE]
+        inside = considered & (number / work[rate] < until)
+        if lanes_in(inside) == 0:
+            return leaves, number, margin, margin_tick, 0.0 * h
+        nearer = approach(h, work)
+        if lanes_in(inside & (left < nearer)) != 0:
+            wanted = wants_switch(work, work[PHASE], NOW, work[LENGTH_UNIT], work[SPEED_UNIT])
+            left = choose(left < nearer, spare(wanted, work, NOW), left)
+        number = choose(inside & (left >= nearer), max(number, first_tick(until, work)), number)
+        after = choose(inside, max(left - nearer, 0.0), 0.0)
         while True:
             tick_s = number / work[rate]
             inside = considered & ~leaves & (tick_s < until)
             if lanes_in(inside) == 0:
-                return leaves, number, margin, margin_tick
+                return leaves, number, margin, margin_tick, after
             interpolate(h, (tick_s - work[TIME]) / h, work, BETWEEN)
             wanted = wants_switch(work, work[PHASE], BETWEEN, work[LENGTH_UNIT], work[SPEED_UNIT])
             leaves |= inside & (wanted > 0.0)
-            near = inside & (abs(wanted) < margin)
+            near = inside & (abs(wanted) < min(margin, NEAR_PEAK))
             margin, margin_tick = choose(near, abs(wanted), margin), choose(near, number, margin_tick)
-            number = choose(inside, number + 1.0, number)
+            far_s = tick_s + spare(wanted, work, BETWEEN) / nearer * h
+            number = choose(inside, max(number + 1.0, first_tick(min(until, far_s), work)), number)
 
     return ticks_within
 
@@ -164,8 +179,6 @@ PROMPT = {INTRUDING: (0, 1, 2, 5), FLIGHT: (0, 1, 2, 3, 5)}
 """Those that are never positive while the mode lasts."""
 AT_START, AT_QUARTER, AT_HALF, AT_THREE_QUARTERS, AT_END = places(PERSISTENT, PERSISTENT + 5 * GUARDS, GUARDS)
 """Places of the guards' values at the start of a step, inside it and at its end."""
-FREE = PERSISTENT + 5 * GUARDS
-"""First place that guards leave free."""
 
 
 def make_guards(composition: Composition, mode: int) -> Function:
@@ -265,12 +278,6 @@ def make_events(composition: Composition, mode: int, guards: Function, *, exact:
     return events
 
 
-SMALL_ERROR, LARGE_ERROR = 1.88e-4, 1.9e3
-"""Errors of a step, in units of what is allowed, up to which the next one is five times as long, from which a fifth."""
-FACTOR, EACH_ERROR = places(FREE, FREE + 2, 1)
-"""Places of what is computed lane by lane: the length of the next step in units of this one, and this one's error."""
-
-
 def make_norm(composition: Composition, mode: int) -> Function:
     """Compose `(h, omega, work)`: the largest error of a step relative to what is allowed, as in the scalar kernel."""
     per_lift, motion_error = composition.position["inverse_lift_energy"], make_motion_error(composition)
@@ -291,24 +298,6 @@ def make_norm(composition: Composition, mode: int) -> Function:
         return choose(fits, worst, LARGEST)
 
     return norm
-
-
-@inner
-def next_steps(h: Lanes, error: Lanes, which: Lanes, work: Row) -> Lanes:
-    """Steps to take after those with these errors, s, in the lanes of a mask, as the scalar kernel chooses them.
-
-    Only where the step neither grows nor shrinks by the most that it may is a power taken, lane by lane.
-    """
-    factor = choose(error <= SMALL_ERROR, 5.0, 0.2)
-    powers = lanes_in(which & (error > SMALL_ERROR) & (error < LARGE_ERROR))
-    if powers != 0:
-        work[FACTOR], work[EACH_ERROR] = factor, error
-        one = numbers_of(work)
-        for lane in range(width_of(work)):
-            if powers >> lane & 1:
-                one[FACTOR * width_of(work) + lane] = next_step(1.0, one[EACH_ERROR * width_of(work) + lane])
-        factor = work[FACTOR]
-    return h * factor
 
 
 def make_step(composition: Composition, mode: int) -> Function:
@@ -340,6 +329,7 @@ def make_step(composition: Composition, mode: int) -> Function:
             leaves = tick(active, work)
         t = work[TIME]
         leaves |= active & ((work[STEPS] >= work[STEPS_ALLOWED]) | (t >= last_s))
+        work[SPARE] = choose(work[STALE] == 1.0, 0.0, work[SPARE])
         rates_of(mode, t, work, NOW, K1)
         guards(work, NOW, AT_START)
         for guard in prompt:
@@ -364,16 +354,16 @@ def make_step(composition: Composition, mode: int) -> Function:
         taken = active & ~leaves & accepted
         after_s = choose(to_end, end_s, t + h)
         leaves |= events(h, omega, taken, work)
-        number, margin, margin_tick = work[TICK], work[MARGIN], work[MARGIN_TICK]
+        number, margin, margin_tick, left = work[TICK], work[MARGIN], work[MARGIN_TICK], work[SPARE]
         if intruding:
-            switches, number, margin, margin_tick = ticks_within(h, after_s, taken & ~leaves, work)
+            switches, number, margin, margin_tick, left = ticks_within(h, after_s, taken & ~leaves, work)
             leaves |= switches
         tried = active & ~leaves
         taken = tried & accepted
         work[STEPS] = choose(tried, work[STEPS] + 1.0, work[STEPS])
         counted = work[EVALUATIONS] + evaluations + choose(work[STALE] == 1.0, 1.0, 0.0)
         work[EVALUATIONS] = choose(tried, counted, work[EVALUATIONS])
-        proposal_s = next_steps(h, error, tried, work)
+        proposal_s = next_step(h, error)
         retried = ~accepted | ~to_end | (proposal_s < work[STEP])
         work[STEP] = choose(tried & retried, proposal_s, work[STEP])
         work[STALE] = choose(tried, choose(taken & to_end, 1.0, 0.0), work[STALE])
@@ -385,7 +375,7 @@ def make_step(composition: Composition, mode: int) -> Function:
         work[CAPPED] = choose(taken & (work[SATURATED] != 0.0), work[CAPPED] + h, work[CAPPED])
         if intruding:
             work[DEPTH] = choose(taken, max(work[DEPTH], -work[NOW + X_FOOT]), work[DEPTH])
-            work[TICK] = choose(taken, number, work[TICK])
+            work[TICK], work[SPARE] = choose(taken, number, work[TICK]), choose(taken, left, work[SPARE])
             work[MARGIN], work[MARGIN_TICK] = (
                 choose(taken, margin, work[MARGIN]),
                 choose(taken, margin_tick, work[MARGIN_TICK]),

@@ -16,6 +16,8 @@ from simulator.kernel.layout import (
     ALLOWED,
     ASLEEP,
     BETWEEN,
+    COMPRESSION,
+    CREEPING,
     DAMPING,
     DECIDED,
     EVALUATIONS,
@@ -32,9 +34,11 @@ from simulator.kernel.layout import (
     MODE,
     NOW,
     PHASE,
+    QUINTICS,
     SAMPLED_SPEED,
     SATURATED,
     SHORTEST,
+    SPARE,
     SPEED_UNIT,
     STALE,
     STEP,
@@ -58,6 +62,7 @@ from simulator.kernel.limits import (
     FLIP_TICK,
     LONGEST_FLIGHT_S,
     LONGEST_STANCE_S,
+    NEAR_PEAK,
 )
 from simulator.kernel.mechanics.leg import make_lever
 from simulator.kernel.mechanics.motion import make_moved_mass, make_rates
@@ -78,14 +83,17 @@ FRESH_SHARE = 0.2
 """First step after the ground yields or the foot leaves it, in units of the foot's time scale: shorter than an
 intrusion that ends at once."""
 QUIET_SHARE, LONGEST_QUIET_STEP_S = 0.1, 0.02
+SPARED = 2.0
+"""Distance that decisions keep to be passed unseen, in units of the largest that is noted: rounding is far less."""
 STABLE_SHARE = 2.7
 """Longest step in units of the fastest damping: the method is stable to 3.3."""
 INTRUDING_SHARE, SMOOTH_SHARE = 1.5, 0.7
 """Longest steps of a foot in the ground and otherwise, in the same units: no guard rises and falls unseen inside
 one.
 """
-LEG_TURNS, BODY_TURNS = 30, 20
-"""Times a step is halved to find where leg or body turns; heights there err by the square of what is left."""
+TURNS, TURNED = 30, 1e-8
+"""Most steps of Newton's to where leg or body turns, and the share of a step to which that is found; heights there err
+by the square of it."""
 
 
 def make_damping_rate(composition: Composition) -> Function:
@@ -176,17 +184,77 @@ def step_share(work: Row, mode: float) -> float:
     return choose(work[FRESH] == 1.0, FRESH_SHARE, INTRUDING_SHARE if mode == INTRUDING else SMOOTH_SHARE)
 
 
+@inlined
+def _pace(at: int, work: Row) -> tuple[float, float]:
+    """The most that a height changes by in a step's time, anywhere within the step, and its speed, times the step."""
+    c2, c3, c4, c5 = abs(work[at + 2]), abs(work[at + 3]), abs(work[at + 4]), abs(work[at + 5])
+    height = abs(work[at + 1]) + 2.0 * c2 + 3.0 * c3 + 4.0 * c4 + 5.0 * c5
+    return height, 2.0 * c2 + 6.0 * c3 + 12.0 * c4 + 20.0 * c5
+
+
+@inlined
+def approach(h: float, work: Row) -> float:
+    """The most by which a decision comes nearer within a step, in local errors, at an even pace.
+
+    The rule takes the least and the largest of heights and speeds in their units, so that it changes no faster than
+    these do: by the sizes of the dense output's coefficients.
+    """
+    (body_m, faster_body), (foot_m, faster_foot) = _pace(QUINTICS, work), _pace(QUINTICS + 6, work)
+    return max((body_m + foot_m) / work[LENGTH_UNIT], (faster_body + faster_foot) / (h * work[SPEED_UNIT]), 1.0)
+
+
+def make_spare(composition: Composition) -> Function:
+    """Compose `(wish, work, row)`: how far the next decision is beyond what is noted at a state, in local errors."""
+    latched = composition.on("latched_switching")
+
+    @inlined
+    def spare(wish: float, work: Row, row: int) -> float:
+        distance = -wish
+        if not latched:  # extension ends too where the foot comes out of the ground, which its wish does not foretell
+            depth = -work[row + X_FOOT] / work[LENGTH_UNIT]
+            distance = choose(work[PHASE] == COMPRESSION, distance, min(distance, depth))
+        return max(distance - SPARED * NEAR_PEAK, 0.0)
+
+    return spare
+
+
+def make_first_tick(composition: Composition) -> Function:
+    """Compose `(time_s, work)`: the number of the first tick that is not before this."""
+    rate = composition.position.get("control_rate", -1)
+
+    @inlined
+    def first_tick(time_s: float, work: Row) -> float:
+        number = math.floor(time_s * work[rate]) + 0.0
+        return choose(number / work[rate] < time_s, number + 1.0, number)
+
+    return first_tick
+
+
 def make_deciding_tick(composition: Composition, wants_switch: Function) -> Function:
     """Find the first tick inside a step at which the phase changes: `(h, until, work, flip_tick)`.
 
-    Returns its time, or infinity; ticks passed without a change count as decided, with their margins.
+    Returns its time, or infinity; ticks passed without a change count as decided, with their margins. Those before
+    which no decision can come near are not looked at.
     """
     rate = composition.position.get("control_rate", -1)
     decays_fast, move = make_held_foot_motion(composition)
+    spare, first_tick = make_spare(composition), make_first_tick(composition)
 
     @inner
     def deciding_tick(h: float, until: float, work: Row, flip_tick: float) -> float:
-        fast = decays_fast(h, work)
+        left = work[SPARE]
+        work[SPARE] = 0.0
+        if not work[TICK] / work[rate] < until:
+            return np.inf
+        fast, nearer = decays_fast(h, work), np.inf
+        if not (fast or flip_tick >= 0.0 or work[MODE] == CREEPING):
+            nearer = approach(h, work)
+            if left < nearer:
+                wish = wants_switch(work, work[PHASE], NOW, work[LENGTH_UNIT], work[SPEED_UNIT])
+                left = spare(wish, work, NOW)
+            if left >= nearer:
+                work[TICK], work[SPARE] = max(work[TICK], first_tick(until, work)), left - nearer
+                return np.inf
         while work[TICK] / work[rate] < until:
             tick_s = work[TICK] / work[rate]
             if fast:
@@ -196,26 +264,43 @@ def make_deciding_tick(composition: Composition, wants_switch: Function) -> Func
             wish = wants_switch(work, work[PHASE], BETWEEN, work[LENGTH_UNIT], work[SPEED_UNIT])
             if (wish > 0.0) != (work[TICK] == flip_tick) and tick_s > work[TIME]:
                 return tick_s
-            if abs(wish) < work[MARGIN]:
+            if abs(wish) < min(work[MARGIN], NEAR_PEAK):
                 work[MARGIN], work[MARGIN_TICK] = abs(wish), work[TICK]
-            work[TICK] += 1
+            far_s = tick_s + spare(wish, work, BETWEEN) / nearer * h
+            work[TICK] = max(work[TICK] + 1.0, first_tick(min(until, far_s), work))
         return np.inf
 
     return deciding_tick
 
 
 @inlined
-def turn(h: float, before: float, foot: float, rounds: int, work: Row) -> None:
-    """Put the motion into `BETWEEN` where a speed that has changed its sign within the step is 0, by halving the step.
+def _speed(share: float, at: int, work: Row) -> tuple[float, float]:
+    """A height's speed at a share of the step, times the step, and its rate of change over shares."""
+    c2, c3, c4, c5 = 2.0 * work[at + 2], 3.0 * work[at + 3], 4.0 * work[at + 4], 5.0 * work[at + 5]
+    speed = work[at + 1] + share * (c2 + share * (c3 + share * (c4 + share * c5)))
+    return speed, c2 + share * (2.0 * c3 + share * (3.0 * c4 + share * 4.0 * c5))
+
+
+@inlined
+def turn(h: float, which: bool, before: float, after: float, foot: float, work: Row) -> None:
+    """Put the motion into `BETWEEN` where a speed that changes its sign within the step is 0, by Newton's steps between
+    ends that close in.
 
     It is that of the body, or of the leg's length where the foot's speed counts too: `foot` is 0 or 1.
     """
-    low, high = 0.0 * h, 0.0 * h + 1.0
-    for _ in range(rounds):
-        share = 0.5 * (low + high)
-        interpolate(h, share, work, BETWEEN)
-        earlier = before * (work[BETWEEN + V_BODY] - foot * work[BETWEEN + V_FOOT]) > 0.0
+    low, high, share = 0.0 * h, 0.0 * h + 1.0, before / (before - after)
+    for _ in range(TURNS):
+        (of_body, body_rate), (of_foot, foot_rate) = _speed(share, QUINTICS, work), _speed(share, QUINTICS + 6, work)
+        speed = of_body - foot * of_foot
+        earlier = before * speed > 0.0
         low, high = choose(earlier, share, low), choose(earlier, high, share)
+        closer = share - speed / (body_rate - foot * foot_rate)
+        closer = choose((low <= closer) & (closer <= high), closer, 0.5 * (low + high))
+        closer = choose(which, closer, share)  # a lane that is there waits for its neighbours
+        which, share = which & (abs(closer - share) > TURNED), closer
+        if lanes_in(which) == 0:
+            break
+    interpolate(h, share, work, BETWEEN)
 
 
 @inner
@@ -229,12 +314,12 @@ def note_extremes(h: float, which: bool, work: Row) -> None:
     before, after = work[NOW + V_BODY], work[TRIAL + V_BODY]
     turns = which & (before < 0.0) & (after >= 0.0)
     if lanes_in(turns) != 0:
-        turn(h, before, 0.0, BODY_TURNS, work)
+        turn(h, turns, before, after, 0.0, work)
         work[LOWEST] = choose(turns, min(work[LOWEST], work[BETWEEN + X_BODY]), work[LOWEST])
     before, after = before - work[NOW + V_FOOT], after - work[TRIAL + V_FOOT]
     turns = which & (before * after < 0.0)
     if lanes_in(turns) != 0:
-        turn(h, before, 1.0, LEG_TURNS, work)
+        turn(h, turns, before, after, 1.0, work)
         length_m = work[BETWEEN + X_BODY] - work[BETWEEN + X_FOOT]
         shortest, longest = (
             choose(turns, min(shortest, length_m), shortest),
@@ -380,7 +465,7 @@ def make_stride(composition: Composition, wants_switch: Function) -> Function:
         if work[STALE] == 1:
             rates_of(mode, t, work, NOW, K1)
             work[EVALUATIONS] += 1
-            work[STALE] = 0
+            work[STALE], work[SPARE] = 0, 0.0
         omega = frequency(work, mode, max(-work[NOW + X_FOOT], 0.0), work[STIFFNESS])
         stopping = mode == INTRUDING and stops_unseen(omega, work)
         if stopping and not stops_evenly(omega, work):

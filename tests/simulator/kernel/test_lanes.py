@@ -48,6 +48,20 @@ def test_scenes_from_the_whole_box_have_the_bits_of_the_scalar_kernel(accuracy: 
     assert (rows[:, 0, COLUMN["repeats"]] > 0).any()
 
 
+@pytest.mark.parametrize("name", ["sim2", "bed", pytest.param("sim1", marks=pytest.mark.soak)])
+def test_ticks_that_are_passed_unseen_would_have_changed_nothing(name: str) -> None:
+    """A kernel that is to turn a decision round looks at every tick; the one named here never comes."""
+    scene, never = load_scene(name), 1e9
+    table, batch = table_of(scene, 300, 9), kernel_for(scene.effects).batch
+    noted = 0
+    for accuracy in (1e-2, 1e-4, 1e-8):
+        rows, _ = batch_rows(batch, table, accuracy, 1, FEW_STEPS)
+        seen, _ = batch_rows(batch, table, accuracy, 1, FEW_STEPS, flip_tick=never)
+        assert np.array_equal(rows, seen, equal_nan=True)
+        noted += int(np.isfinite(rows[:, 0, COLUMN["decision_margin"]]).sum())
+    assert noted > 0
+
+
 @pytest.mark.soak
 @pytest.mark.parametrize("accuracy", [1e-4, 1e-6])
 def test_a_hundred_thousand_scenes_have_the_bits_of_the_scalar_kernel(accuracy: float) -> None:
