@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, replace
+from typing import Any
 
 from data_schema.errors import UsageError, unknown_name
 from simulator.declared import GROUNDS, all_parameters, parameters_read, readers
@@ -75,7 +76,7 @@ class Scene:
         check_given(self.effects, self.values)
         plain = {name: value.value for name, value in self.values.items()}
         for rule in RULES:
-            fault = rule.fault(plain) if rule.effects <= self.effects else None
+            fault = rule.fault(plain) if rule.effects <= self.effects and not rule.met(plain) else None
             if fault is not None:
                 raise UsageError(fault)
 
@@ -224,34 +225,39 @@ def _check_read(name: str, effects: Collection[str]) -> None:
 DEEPEST_M = 1.0
 """Depth down to which a granular ground must carry the grains that it adds to the foot."""
 
-Values = Mapping[str, float]
+Values = Mapping[str, Any]
+"""Numbers by name, or arrays of them."""
 
 
 @dataclass(frozen=True, slots=True)
 class Rule:
     """A rule for scenes in which all of `effects` are on, on the parameters that it `reads`.
 
-    `fault` gives the sentence, None where the rule is met.
+    Where `met` holds, of numbers or element by element of arrays, it is; elsewhere `fault` gives the sentence, or None
+    where it is met after all.
     """
 
     effects: frozenset[str]
     reads: frozenset[str]
+    met: Callable[[Values], Any]
     fault: Callable[[Values], str | None]
 
 
-def _links(p: Values) -> str | None:
-    if p["upper_link"] < p["lower_link"]:
-        return None
+def _links(p: Values) -> str:
     return (
         f"upper_link = {p['upper_link']:g} m is not shorter than lower_link = {p['lower_link']:g} m, and such a leg "
         "cannot fold: give a shorter upper_link or a longer lower_link."
     )
 
 
-def _rest_length(p: Values) -> str | None:
+def _within_reach(p: Values) -> Any:
     shortest, longest = p["lower_link"] - p["upper_link"], p["lower_link"] + p["upper_link"]
-    if shortest * (1.0 + 1e-9) < p["rest_length"] < longest * (1.0 - 1e-9):  # 0.1 + 0.2 is a little more than 0.3
-        return None
+    # 0.1 + 0.2 is a little more than 0.3
+    return (shortest * (1.0 + 1e-9) < p["rest_length"]) & (p["rest_length"] < longest * (1.0 - 1e-9))
+
+
+def _rest_length(p: Values) -> str:
+    shortest, longest = p["lower_link"] - p["upper_link"], p["lower_link"] + p["upper_link"]
     return (
         f"rest_length = {p['rest_length']:g} m is out of the leg's reach, which is between {shortest:g} m (folded) and "
         f"{longest:g} m (straight): give a length inside, or other links."
@@ -285,17 +291,22 @@ def least_bearing_ratio(p: Values) -> float:
     return min(*ratios, deepest / carried)
 
 
-def _bearing_factors(p: Values) -> tuple[float, float, float]:
+def _bearing_factors(p: Values) -> tuple[Any, Any, Any]:
     """Return what multiplies V and z (area + V) in K, and V in m_a."""
+    import numpy as np
+
     penetration = p["kg_scale"] * p["k_sh"] / (math.pi * p["foot_radius"] ** 2)
-    return penetration, p["kg_scale"] * p["sigma"] / math.cos(p["cone_angle"]), p["phi"] * p["rho"] * p["mu"]
+    return penetration, p["kg_scale"] * p["sigma"] / np.cos(p["cone_angle"]), p["phi"] * p["rho"] * p["mu"]
+
+
+def _bears_each(p: Values) -> Any:
+    """Whether each term of K carries its own of m_a, at any depth."""
+    penetration, stress, recruited = _bearing_factors(p)
+    area = math.pi * p["foot_radius"] ** 2
+    return (penetration >= GRAVITY_M_S2 * recruited) & (stress * area >= GRAVITY_M_S2 * p["added_mass_constant"])
 
 
 def _bearing(p: Values) -> str | None:
-    penetration, stress, recruited = _bearing_factors(p)
-    area = math.pi * p["foot_radius"] ** 2
-    if penetration >= GRAVITY_M_S2 * recruited and stress * area >= GRAVITY_M_S2 * p["added_mass_constant"]:
-        return None  # each term of K carries its own of m_a, at any depth
     ratio = least_bearing_ratio(p)
     if ratio >= 1.0:
         return None
@@ -305,18 +316,14 @@ def _bearing(p: Values) -> str | None:
     )
 
 
-def _release(p: Values) -> str | None:
-    if p["release_tolerance"] >= p["rest_tolerance"]:
-        return None
+def _release(p: Values) -> str:
     return (
         f"release_tolerance = {p['release_tolerance']:g} m is less than rest_tolerance = {p['rest_tolerance']:g} m, so "
         "the leg turns soft before the platform sees it stiff and is never released: give at least rest_tolerance."
     )
 
 
-def _switching(p: Values) -> str | None:
-    if p["rest_tolerance"] < p["switch_compression"]:
-        return None
+def _switching(p: Values) -> str:
     return (
         f"rest_tolerance = {p['rest_tolerance']:g} m is not less than switch_compression = "
         f"{p['switch_compression']:g} m, so the leg would turn stiff and soft without end: give a smaller "
@@ -324,20 +331,20 @@ def _switching(p: Values) -> str | None:
     )
 
 
-def _guard(p: Values) -> str | None:
+def _guard(p: Values) -> str:
     longest = p["rest_length"] - p["rest_tolerance"]
-    if p["guard_length"] < longest:
-        return None
     return (
         f"guard_length = {p['guard_length']:g} m is not less than rest_length - rest_tolerance = {longest:g} m, so the "
         "leg would turn stiff and soft without end: give a shorter guard_length."
     )
 
 
-def _guard_acts(p: Values) -> str | None:
-    folded = p["lower_link"] - p["upper_link"] + HARD_GROUND_INSETS_M[0]
-    if p["guard_length"] > folded:
-        return None
+def _folded_m(p: Values) -> Any:
+    return p["lower_link"] - p["upper_link"] + HARD_GROUND_INSETS_M[0]
+
+
+def _guard_acts(p: Values) -> str:
+    folded = _folded_m(p)
     return (
         f"guard_length = {p['guard_length']:g} m never acts, since on this ground the leg counts as folded at "
         f"{folded:g} m: give a longer guard_length, or leave out short_leg_guard."
@@ -347,16 +354,36 @@ def _guard_acts(p: Values) -> str | None:
 _GROUND = "foot_radius mu cone_angle kg_scale k_sh sigma phi rho added_mass_constant"
 
 
-def _rule(effects: str, reads: str, fault: Callable[[Values], str | None]) -> Rule:
-    return Rule(frozenset(effects.split()), frozenset(reads.split()), fault)
+def _rule(effects: str, reads: str, met: Callable[[Values], Any], fault: Callable[[Values], str | None]) -> Rule:
+    return Rule(frozenset(effects.split()), frozenset(reads.split()), met, fault)
 
 
 RULES = (
-    _rule("", "upper_link lower_link", _links),
-    _rule("", "upper_link lower_link rest_length", _rest_length),
-    _rule("hydrostatic_stiffness added_mass", _GROUND, _bearing),
-    _rule("latched_switching", "rest_tolerance switch_compression", _switching),
-    _rule("latched_switching short_leg_guard", "rest_length rest_tolerance guard_length", _guard),
-    _rule("touchdown_impact short_leg_guard", "upper_link lower_link guard_length", _guard_acts),
-    _rule("emulated_ground latched_switching", "release_tolerance rest_tolerance", _release),
+    _rule("", "upper_link lower_link", lambda p: p["upper_link"] < p["lower_link"], _links),
+    _rule("", "upper_link lower_link rest_length", _within_reach, _rest_length),
+    _rule("hydrostatic_stiffness added_mass", _GROUND, _bears_each, _bearing),
+    _rule(
+        "latched_switching",
+        "rest_tolerance switch_compression",
+        lambda p: p["rest_tolerance"] < p["switch_compression"],
+        _switching,
+    ),
+    _rule(
+        "latched_switching short_leg_guard",
+        "rest_length rest_tolerance guard_length",
+        lambda p: p["guard_length"] < p["rest_length"] - p["rest_tolerance"],
+        _guard,
+    ),
+    _rule(
+        "touchdown_impact short_leg_guard",
+        "upper_link lower_link guard_length",
+        lambda p: p["guard_length"] > _folded_m(p),
+        _guard_acts,
+    ),
+    _rule(
+        "emulated_ground latched_switching",
+        "release_tolerance rest_tolerance",
+        lambda p: p["release_tolerance"] >= p["rest_tolerance"],
+        _release,
+    ),
 )

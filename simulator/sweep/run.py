@@ -63,8 +63,8 @@ if TYPE_CHECKING:
 IDENTITY = "sweep"
 """Attribute of the file with what identifies the sweep, as JSON."""
 PLAN, LOCK = "sweep.json", "lock"
-_MOST_NUMBERS = 2**20
-"""Numbers of the outputs that are in memory at once: 8 MB."""
+_MOST_NUMBERS = 2**23
+"""Numbers of the outputs that are in memory at once, 64 MB: for each further time every chunk is opened again."""
 _CAME_DOWN = OUTCOMES.index("touchdown")
 _ZARR_BLOCK = 65_536
 """Most numbers in a block of a Zarr folder along its first dimension."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -184,23 +184,20 @@ def refused_rows(scene: Scene, design: Design) -> tuple[Flags, str]:
         if not axes or not rule.effects <= scene.effects:
             continue
         part = Design(axes, design.seed)
-        breaks = np.zeros(part.row_count, np.bool_)
-        for place, point in enumerate(_points(part)):
-            fault = rule.fault({**plain, **point})
-            if fault is not None:
-                breaks[place] = True
-                first = first or f"{', '.join(f'{name} = {number:g}' for name, number in point.items())}: {fault}"
+        breaks, names = np.zeros(part.row_count, np.bool_), [axis.parameter for axis in axes]
+        for start in range(0, part.row_count, _BLOCK):
+            rows = part.rows(start, min(start + _BLOCK, part.row_count))
+            met = rule.met({**plain, **dict(zip(names, rows.T, strict=True))})
+            for place in np.flatnonzero(np.logical_not(met)):
+                point = dict(zip(names, rows[place].tolist(), strict=True))
+                fault = rule.fault({**plain, **point})
+                if fault is not None:
+                    breaks[start + place] = True
+                    first = first or f"{', '.join(f'{name} = {number:g}' for name, number in point.items())}: {fault}"
         if design.seed is None:
             breaks = breaks.reshape([len(axis.values) if axis in axes else 1 for axis in design.axes])
         refused |= breaks
     return refused.ravel(), first
-
-
-def _points(design: Design) -> Iterator[dict[str, float]]:
-    names = [axis.parameter for axis in design.axes]
-    for start in range(0, design.row_count, _BLOCK):
-        rows = design.rows(start, min(start + _BLOCK, design.row_count))
-        yield from (dict(zip(names, row, strict=True)) for row in rows.tolist())
 
 
 Identity = Mapping[str, str | float]
