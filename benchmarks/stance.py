@@ -58,8 +58,9 @@ def measure(say: Callable[[str], None]) -> Section:
         "forces, finds the same events, and starts anew where the sampled controller changes gains. Of each method's "
         f"settings the coarsest is taken that keeps an error of {GOAL:g} together with all finer ones; Euler's step is "
         "the thesis's. A ratio counts only if labbook's error is within the goal, and smaller than Euler's. The "
-        "compiled peer is a program in numba for this robot alone (`benchmarks/compiled_peer.py`): Dormand and Prince's "
-        "method with dense output, which locates its events by itself; without energy book, margins or other effects.",
+        "compiled peer is a program in numba for this robot alone (`benchmarks/compiled_peer.py`): Dormand and "
+        "Prince's method with dense output, which locates its events by itself; without energy book, margins or other "
+        "effects.",
         (
             _budget(f"a stance to {GOAL:g} relative error (min)", LABBOOK_US, "µs", mine * 1e6, ours.error <= GOAL),
             _budget(f"explicit Euler at {THESIS_STEP_S:g} s over labbook (min)", OF_EULER, "×", thesis / mine, fair),
