@@ -77,7 +77,7 @@ def measure(say: Callable[[str], None]) -> Section:
                 fair,
             ),
             Budget(
-                f"labbook over the compiled peer, errors of {FURTHER_GOALS[0]:g} to {FURTHER_GOALS[-1]:g} (processor time)",
+                f"labbook over the compiled peer, {FURTHER_GOALS[0]:g} to {FURTHER_GOALS[-1]:g} (processor time)",
                 OF_COMPILED,
                 "×",
                 max(ratios),
