@@ -288,7 +288,7 @@ def least_bearing_ratio(p: Values) -> float:
     volume = complete * float(w(complete))
     deepest = penetration * volume + stress * DEEPEST_M * (area + volume)
     carried = GRAVITY_M_S2 * (recruited * volume + p["added_mass_constant"] * DEEPEST_M)
-    return min(*ratios, deepest / carried)
+    return min(*ratios, float(deepest / carried))
 
 
 def _bearing_factors(p: Values) -> tuple[Any, Any, Any]:
