@@ -71,6 +71,11 @@ def as_shown(number: Number) -> Number:
     )
 
 
+def unit_slug(unit: str) -> str:
+    """Write a unit so that it can end a field's name: "kg/s" -> "kg_s"."""
+    return {"%": "percent"}.get(unit) or re.sub(r"[^a-z0-9]+", "_", unit.lower()).strip("_")
+
+
 _POWER = re.compile(r"(\d)e([+-]?\d+)")
 _MINUS = re.compile(r"(?<![\w.)+-])-(?=\.?\d)")
 

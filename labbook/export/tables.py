@@ -21,7 +21,7 @@ from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.conditions import number_of
 from labbook.analysis.outcomes.detection import jumps_found
 from labbook.export.selection import Selection
-from reports.fields import unit_slug
+from reports.display import unit_slug
 from reports.numbers import Number, Value
 
 if TYPE_CHECKING:

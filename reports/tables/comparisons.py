@@ -8,87 +8,68 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import replace
-from typing import Generic, NamedTuple, TypeVar
+from typing import TypeVar
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from reports import fields
 from reports.claims import bounds_text
 from reports.content import Anova, Comparison, Decision, Equivalence, ReportContent, ThesisRoute
 from reports.display import DASH, SAVINGS, common_places, level_text
 from reports.naming import level_of, levels_name, swept_factor, swept_words
 from reports.numbers import Number, SignificanceTest, t_test
 from reports.tables.table import (
-    PROVENANCE,
     Cell,
     Column,
     Columns,
-    Row,
     Table,
     TableKind,
-    count,
-    in_unit,
-    interval_cell,
-    interval_column,
-    number_cell,
+    column,
+    counts,
+    ids,
+    interval,
+    number,
     p_cell,
-    provenance_cell,
-    statistic_cells,
-    statistic_columns,
+    statistic,
     table_of,
     tables_of_outcomes,
-    text_column,
-    words,
+    text,
 )
 
-COMPARISON = text_column("comparison", fields.COMPARISON)
-EXPLORATORY = text_column("exploratory", fields.EXPLORATORY, shown=False)
-"""Why a comparison is exploratory; the page says so in the heading of its block and in the caption."""
+N_OF_SIDES = "n_control n_treatment"
 T = TypeVar("T")
 
 
-class ComparisonRow(NamedTuple, Generic[T]):
-    """A comparison, and what of it a table shows."""
-
-    comparison: Comparison
-    shown: T
-
-
-def table_of_comparisons(
+def _table(
     name: str,
     caption: str,
     content: ReportContent,
-    found: Sequence[ComparisonRow[T]],
-    columns: Columns[ComparisonRow[T]],
-    why: Callable[[ComparisonRow[T]], str] = lambda row: row.comparison.exploratory,
+    found: Sequence[tuple[Comparison, T]],
+    columns: Columns[tuple[Comparison, T]],
+    why: Callable[[tuple[Comparison, T]], str] = lambda row: row[0].exploratory,
 ) -> Table:
     """Make a table with a row a comparison, in the block of its family, under its label.
 
     A family with several levels a group has a block a group; one with a single row a group is one block. `why` says
     why a comparison is exploratory.
     """
-    names = [levels_name(content, each.comparison.group) or "all runs" for each in found]
-    counts = Counter((each.comparison.family, name) for each, name in zip(found, names, strict=True))
-    several = {family for (family, _), number in counts.items() if number > 1}
-    table = table_of(name, caption, found, columns)
-    rows = []
-    for each, group, row in zip(found, names, table.rows, strict=True):
-        comparison = each.comparison
-        family, level = comparison.family, level_of(content, comparison)
-        if family in several:
-            text, block = level, ": ".join(filter(None, (family, group)))
-        else:
-            text = group if level.lower() in family.lower() else f"{group}, {level}"
-            block = family
-        block = f"{block} (exploratory)" if why(each) else block
-        first = Cell(text, (family, group, comparison.level))
-        rows.append(Row((first, *row.cells), block=block))
-    return replace(table, columns=(COMPARISON, *table.columns), rows=tuple(rows))
 
+    def group(one: Comparison) -> str:
+        return levels_name(content, one.group) or "all runs"
 
-def difference_columns(numbers: Sequence[Number], unit: str) -> tuple[Column, Column]:
-    """Make the columns of differences in a stored unit and of their intervals."""
-    return in_unit("difference", fields.DIFFERENCE, unit), interval_column(numbers, unit)
+    rows_of = Counter((one.family, group(one)) for one, _shown in found)
+    several = {family for (family, _group), rows in rows_of.items() if rows > 1}
+
+    def label(row: tuple[Comparison, T]) -> Cell:
+        one, own, level = row[0], group(row[0]), level_of(content, row[0])
+        beside = own if level.lower() in one.family.lower() else f"{own}, {level}"
+        return Cell(level if one.family in several else beside, (one.family, own, one.level))
+
+    def block(row: tuple[Comparison, T]) -> str:
+        one = row[0]
+        heading = f"{one.family}: {group(one)}" if one.family in several else one.family
+        return f"{heading} (exploratory)" if why(row) else heading
+
+    return table_of(name, caption, found, (text("comparison", "family group level", label), *columns), block=block)
 
 
 def reasons_note(given: Iterable[str]) -> str:
@@ -107,43 +88,40 @@ _DECIDED = (
 
 
 def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
-    comparisons = [comparison for comparison in content.comparisons if comparison.quantity is quantity]
-    decisions = [comparison.decision for comparison in comparisons]
+    found = [(one, one.decision) for one in content.comparisons if one.quantity is quantity]
+    decisions = [one for _comparison, one in found]
     differences, savings = [one.difference for one in decisions], [one.savings for one in decisions]
-    with_savings = any(saved is not None for saved in savings)
-    caption = f"Every comparison of {quantity}. {_DECIDED}"
+    saves, places, savings_places = any(savings), common_places(differences), common_places(savings, 1)
     adjusted = next((one.adjusted for one in decisions if one.adjusted is not None), None)
-    if adjusted is not None:
-        caption += f" Holm: p adjusted over the {adjusted.n} tests of the family."
-    caption += one_sided_note(decisions)
-    places, savings_places = common_places(differences), common_places(savings, 1)
-    columns: Columns[ComparisonRow[Decision]] = (
-        (Column("days", fields.DAYS), lambda row: count(len(row.shown.days))),
-        (Column("n", fields.N_OF_SIDES), lambda row: count(row.shown.n_control, row.shown.n_treatment)),
-        (
-            difference_columns(differences, quantity.unit),
-            lambda row: (number_cell(row.shown.difference, places), interval_cell(row.shown.difference, places)),
+    columns: Columns[tuple[Comparison, Decision]] = (
+        counts("days", "days", lambda row: len(row[1].days)),
+        counts("n", N_OF_SIDES, lambda row: (row[1].n_control, row[1].n_treatment)),
+        number("difference", "difference_{unit}", quantity.unit, lambda row: row[1].difference, places),
+        interval(differences, quantity.unit, lambda row: row[1].difference, places),
+        statistic("t", "t", lambda row: row[1].test_of_difference),
+        column(
+            "Holm",
+            "holm_p holm_tests holm_provenance",
+            lambda row: _adjusted_cell(row[1].adjusted),
+            shown=adjusted is not None,
         ),
-        (statistic_columns("t", "t"), lambda row: statistic_cells(row.shown.test_of_difference)),
-        (
-            Column("Holm", fields.HOLM, shown=adjusted is not None),
-            lambda row: _adjusted_cell(row.shown.adjusted),
+        number(SAVINGS, "savings_percent", "%", lambda row: row[1].savings, savings_places, shown=saves),
+        interval(
+            savings,
+            "%",
+            lambda row: row[1].savings,
+            savings_places,
+            names="savings_ci_low_percent savings_ci_high_percent savings_ci_level",
+            shown=saves,
         ),
-        (
-            Column(SAVINGS, fields.SAVINGS, "%", shown=with_savings),
-            lambda row: number_cell(row.shown.savings, savings_places),
-        ),
-        (
-            interval_column(savings, "%", of="savings_", shown=with_savings),
-            lambda row: interval_cell(row.shown.savings, savings_places),
-        ),
-        (text_column("unit", fields.UNIT, shown=False), lambda row: words(row.shown.unit)),
-        (PROVENANCE, lambda row: provenance_cell(row.shown.headline.provenance)),
-        (EXPLORATORY, lambda row: words(row.comparison.exploratory)),
+        text("unit", "unit", lambda row: row[1].unit, shown=False),
+        ids(lambda row: row[1].headline.provenance),
+        text("exploratory", "exploratory", lambda row: row[0].exploratory, shown=False),
     )
-    caption += reasons_note(comparison.exploratory for comparison in comparisons)
-    found = [ComparisonRow(comparison, comparison.decision) for comparison in comparisons]
-    return table_of_comparisons(name, caption, content, found, columns)
+    holm = "" if adjusted is None else f" Holm: p adjusted over the {adjusted.n} tests of the family."
+    reasons = reasons_note(one.exploratory for one, _decision in found)
+    caption = f"Every comparison of {quantity}. {_DECIDED}{holm}{one_sided_note(decisions)}{reasons}"
+    return _table(name, caption, content, found, columns)
 
 
 def one_sided_note(leads: Sequence[Decision]) -> str:
@@ -166,52 +144,37 @@ _VERDICTS = {True: "shown", False: "not shown", None: DASH}
 
 
 def _equivalence(content: ReportContent) -> Table:
-    found = [
-        ComparisonRow(each, tested) for each in content.comparisons if (tested := each.decision.equivalence) is not None
-    ]
+    found = [(one, tested) for one in content.comparisons if (tested := one.decision.equivalence) is not None]
     if not found:
-        return Table("equivalence", "Apex heights are not tested for equivalence.", (COMPARISON,), ())
+        head = Column("comparison", ("family", "group", "level"), numeric=False)
+        return Table("equivalence", "Apex heights are not tested for equivalence.", (head,), ())
     estimates = [item.estimate for _, item in found]
-    unit = estimates[0].unit
-    places = common_places(estimates)
-
-    def one_sided(side: str) -> tuple[Column, ...]:
-        of_side = statistic_columns(f"t, {side}", "t_low" if side == "lower" else "t_high")
-        return tuple(replace(column, shown=False) for column in of_side)
-
-    columns: Columns[ComparisonRow[Equivalence]] = (
-        (
-            Column("n", fields.N_OF_SIDES),
-            lambda row: count(row.comparison.decision.n_control, row.comparison.decision.n_treatment),
+    unit, places = estimates[0].unit, common_places(estimates)
+    columns: Columns[tuple[Comparison, Equivalence]] = (
+        counts("n", N_OF_SIDES, lambda row: (row[0].decision.n_control, row[0].decision.n_treatment)),
+        number("difference", "difference_{unit}", unit, lambda row: row[1].estimate, places),
+        interval(estimates, unit, lambda row: row[1].estimate, places),
+        statistic("t, lower", "t_low", lambda row: t_test("lower bound", row[1].t_low, row[1].p_low), shown=False),
+        statistic("t, upper", "t_high", lambda row: t_test("upper bound", row[1].t_high, row[1].p_high), shown=False),
+        column("p", "tost_p", lambda row: p_cell(row[1].p.value)),
+        text("equivalence", "equivalent", lambda row: _verdict(row[1])),
+        column(
+            "bounds",
+            "bound_low_{unit} bound_high_{unit}",
+            lambda row: Cell(bounds_text(row[1]), (row[1].low, row[1].high)),
+            unit=unit,
+            shown=False,
         ),
-        (
-            difference_columns(estimates, unit),
-            lambda row: (number_cell(row.shown.estimate, places), interval_cell(row.shown.estimate, places)),
-        ),
-        (
-            one_sided("lower"),
-            lambda row: statistic_cells(t_test("lower bound", row.shown.t_low, row.shown.p_low)),
-        ),
-        (
-            one_sided("upper"),
-            lambda row: statistic_cells(t_test("upper bound", row.shown.t_high, row.shown.p_high)),
-        ),
-        (Column("p", fields.TOST_P), lambda row: p_cell(row.shown.p.value)),
-        (text_column("equivalence", fields.EQUIVALENT), lambda row: _verdict(row.shown)),
-        (
-            Column("bounds", fields.named(fields.BOUNDS, unit=unit), shown=False),
-            lambda row: Cell(bounds_text(row.shown), (row.shown.low, row.shown.high)),
-        ),
-        (PROVENANCE, lambda row: provenance_cell(row.shown.estimate.provenance)),
-        (EXPLORATORY, lambda row: words(row.shown.exploratory)),
+        ids(lambda row: row[1].estimate.provenance),
+        text("exploratory", "exploratory", lambda row: row[1].exploratory, shown=False),
     )
     of_mean = " of the control's mean" if unit == "%" else ""
     caption = (
-        f"Apex heights against the bounds {bounds_text(found[0].shown)}{of_mean}: two one-sided tests by the days that "
+        f"Apex heights against the bounds {bounds_text(found[0][1])}{of_mean}: two one-sided tests by the days that "
         f"hold both (TOST), p the larger of both. Equivalence is shown where both reject, that is where the "
         f"{level_text(estimates[0])} lies within the bounds.{reasons_note(item.exploratory for _, item in found)}"
     )
-    return table_of_comparisons("equivalence", caption, content, found, columns, lambda row: row.shown.exploratory)
+    return _table("equivalence", caption, content, found, columns, lambda row: row[1].exploratory)
 
 
 def _verdict(item: Equivalence) -> Cell:
@@ -228,26 +191,24 @@ def _f_test(route: ThesisRoute) -> SignificanceTest:
 
 
 def _routes(
-    name: str, caption: str, content: ReportContent, found: list[ComparisonRow[ThesisRoute]], unit: str
+    name: str, caption: str, content: ReportContent, found: list[tuple[Comparison, ThesisRoute]], unit: str
 ) -> Table:
     differences = [route.difference for _comparison, route in found]
     places = common_places(differences)
-    columns: Columns[ComparisonRow[ThesisRoute]] = (
-        (Column("n", fields.N_OF_SIDES), lambda row: count(row.shown.n_control, row.shown.n_treatment)),
-        (statistic_columns("F", "f", 2), lambda row: statistic_cells(_f_test(row.shown), 2)),
-        (text_column("chosen", fields.CHOSEN_TEST), lambda row: words(row.shown.test)),
-        (statistic_columns("t", "t"), lambda row: statistic_cells(t_test(row.shown.test, row.shown.t, row.shown.p))),
-        (
-            difference_columns(differences, unit),
-            lambda row: (number_cell(row.shown.difference, places), interval_cell(row.shown.difference, places)),
-        ),
-        (PROVENANCE, lambda row: provenance_cell(row.shown.difference.provenance)),
+    columns: Columns[tuple[Comparison, ThesisRoute]] = (
+        counts("n", N_OF_SIDES, lambda row: (row[1].n_control, row[1].n_treatment)),
+        statistic("F", "f", lambda row: _f_test(row[1]), 2),
+        text("chosen", "test", lambda row: row[1].test),
+        statistic("t", "t", lambda row: t_test(row[1].test, row[1].t, row[1].p)),
+        number("difference", "difference_{unit}", unit, lambda row: row[1].difference, places),
+        interval(differences, unit, lambda row: row[1].difference, places),
+        ids(lambda row: row[1].difference.provenance),
     )
-    return table_of_comparisons(name, caption, content, found, columns)
+    return _table(name, caption, content, found, columns)
 
 
 def _over_runs(content: ReportContent, quantity: Outcome, name: str) -> Table:
-    found = [ComparisonRow(each, each.over_runs) for each in content.comparisons if each.quantity is quantity]
+    found = [(each, each.over_runs) for each in content.comparisons if each.quantity is quantity]
     caption = (
         f"The thesis's route (5.2.1) to {quantity}, over all runs whatever their days: the F-test for equal variances "
         "chooses Student's or Welch's t."
@@ -256,7 +217,7 @@ def _over_runs(content: ReportContent, quantity: Outcome, name: str) -> Table:
 
 
 def _over_jumps(content: ReportContent) -> Table:
-    found = [ComparisonRow(each, each.over_jumps) for each in content.comparisons if each.over_jumps is not None]
+    found = [(each, each.over_jumps) for each in content.comparisons if each.over_jumps is not None]
     caption = (
         "The thesis's route to apex heights over single jumps. Jumps of one run share its bed, pack and day: the true "
         "p is larger."
@@ -266,13 +227,10 @@ def _over_jumps(content: ReportContent) -> Table:
 
 def _anovas(content: ReportContent) -> Table:
     columns: Columns[Anova] = (
-        (
-            text_column("group", fields.GROUP),
-            lambda anova: words(levels_name(content, anova.group) or anova.label),
-        ),
-        (Column("n", fields.N_RUNS), lambda anova: count(anova.n)),
-        (statistic_columns("F", "f", 2), lambda anova: statistic_cells(anova.test, 2)),
-        (PROVENANCE, lambda anova: provenance_cell(anova.p.provenance)),
+        text("group", "group", lambda anova: levels_name(content, anova.group) or anova.label),
+        counts("n", "n_runs", lambda anova: anova.n),
+        statistic("F", "f", lambda anova: anova.test, 2),
+        ids(lambda anova: anova.p.provenance),
     )
     swept = swept_words(swept_factor(content)).coefficient
     caption = f"One-way analysis of variance over the levels of the {swept} in each group, control left out."

@@ -3,53 +3,51 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Callable
+from typing import TypeVar
 
 from data_schema.outcomes import Outcome
-from reports import fields
 from reports.content import Condition, ConditionSummary, Factor, ReportContent
-from reports.display import DASH, common_places, given_text, sentence_start, shown_unit
+from reports.display import DASH, common_places, given_text, sentence_start, shown_unit, unit_slug
 from reports.naming import formula_text, group_name, is_number, level_value, swept_factor, swept_words
 from reports.tables.table import (
-    PROVENANCE,
     Cell,
     Column,
+    ColumnOf,
     Columns,
     Table,
-    count,
-    in_unit,
-    interval_cell,
-    interval_column,
-    number_cell,
-    provenance_cell,
+    column,
+    counts,
+    ids,
+    interval,
+    number,
     table_of,
     tables_of_outcomes,
-    text_column,
+    text,
     value_cell,
-    words,
 )
 
+T = TypeVar("T")
 
-def factor_columns(content: ReportContent) -> tuple[Column, ...]:
-    """Return two columns a factor: the level and its physical value.
+
+def factor_columns(content: ReportContent, of: Callable[[T], Condition]) -> ColumnOf[T]:
+    """Make two columns a factor: the level and its physical value; the control's value reads "CE" or "control".
 
     The swept factor's are shown, since the others head the groups; all where none is swept.
     """
-    return tuple(column for factor in content.factors for column in _columns(content, factor))
+    columns = tuple(one for factor in content.factors for one in _columns(content, factor))
+    return columns, lambda item: factor_cells(content, of(item))
 
 
 def _columns(content: ReportContent, factor: Factor) -> tuple[Column, Column]:
-    physical = fields.PHYSICAL if factor.unit else fields.PHYSICAL_WITHOUT_UNIT
-    title = factor.symbol if factor.symbol and _has_gain(content, factor) else factor.title
+    levels = [level for condition in content.conditions if (level := condition.level(factor.name)) is not None]
+    has_gain = any(level.gain is not None for level in levels)
+    numeric = all(level.gain is not None or is_number(level) for level in levels)
+    title = factor.symbol if factor.symbol and has_gain else sentence_start(factor.title)
     shown = factor.swept or swept_factor(content) is None
-    value = Column(
-        sentence_start(title) if title == factor.title else title,
-        fields.named(physical, of=factor.name, unit=factor.unit),
-        factor.unit,
-        numeric=_is_numeric(content, factor),
-        shown=shown,
-    )
-    gain = Column("gain", fields.named(fields.LEVEL, of=factor.name), shown=shown and _has_gain(content, factor))
-    return value, gain
+    name = f"{factor.name}_{unit_slug(factor.unit) if factor.unit else 'value'}"
+    value = Column(title, (name,), factor.unit, numeric, shown)
+    return value, Column("gain", (factor.name,), shown=shown and has_gain)
 
 
 def block_of(content: ReportContent, condition: Condition) -> str:
@@ -64,19 +62,8 @@ def by_group(content: ReportContent) -> list[tuple[str, Condition]]:
     return sorted(found, key=lambda item: places[item[0]])
 
 
-def _is_numeric(content: ReportContent, factor: Factor) -> bool:
-    """Whether a factor's levels are read as numbers: gains, or numbers themselves."""
-    levels = (condition.level(factor.name) for condition in content.conditions)
-    return all(level.gain is not None or is_number(level) for level in levels if level is not None)
-
-
-def _has_gain(content: ReportContent, factor: Factor) -> bool:
-    levels = (condition.level(factor.name) for condition in content.conditions)
-    return any(level is not None and level.gain is not None for level in levels)
-
-
 def factor_cells(content: ReportContent, condition: Condition) -> tuple[Cell, ...]:
-    """Return the cells that belong to `factor_columns`; the control's value reads "CE" or "control"."""
+    """Return the cells that belong to `factor_columns`."""
     cells: list[Cell] = []
     for factor in content.factors:
         level = condition.level(factor.name)
@@ -112,27 +99,28 @@ def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
     means = [summary.mean for _, _, summary in found]
     places = common_places(means)
     unit, factor = quantity.unit, shown_unit(quantity.unit)[1]
-    several = len(content.robots) > 1
     columns: Columns[tuple[str, Condition, ConditionSummary]] = (
-        (factor_columns(content), lambda row: factor_cells(content, row[1])),
-        (Column("n", fields.N_RUNS), lambda row: count(row[2].mean.n)),
-        (
-            Column("jumps", fields.N_JUMPS, shown=any(_jumps(content, quantity, row[2]) for row in found)),
-            lambda row: count(_jumps(content, quantity, row[2])),
+        factor_columns(content, lambda row: row[1]),
+        counts("n", "n_runs", lambda row: row[2].mean.n),
+        counts(
+            "jumps",
+            "n_jumps",
+            lambda row: _jumps(content, quantity, row[2]),
+            shown=any(_jumps(content, quantity, row[2]) for row in found),
         ),
-        (
-            text_column("robots", fields.ROBOTS, shown=several),
-            lambda row: words(_robots(content, row[2])),
-        ),
-        (in_unit("mean", fields.MEAN, unit), lambda row: number_cell(row[2].mean, places)),
-        (in_unit("SD", fields.SD, unit), lambda row: number_cell(row[2].sd, places)),
-        (in_unit("SE", fields.SE, unit), lambda row: value_cell(row[2].mean.se, places, factor)),
-        (
-            in_unit("shared SE", fields.SHARED_SE, unit, shown=False),
+        text("robots", "robots", lambda row: _robots(content, row[2]), shown=len(content.robots) > 1),
+        number("mean", "mean_{unit}", unit, lambda row: row[2].mean, places),
+        number("SD", "sd_{unit}", unit, lambda row: row[2].sd, places),
+        column("SE", "se_{unit}", lambda row: value_cell(row[2].mean.se, places, factor), unit=unit),
+        column(
+            "shared SE",
+            "shared_se_{unit}",
             lambda row: value_cell(row[2].mean.shared_se, places, factor),
+            unit=unit,
+            shown=False,
         ),
-        (interval_column(means, unit), lambda row: interval_cell(row[2].mean, places)),
-        (PROVENANCE, lambda row: provenance_cell(row[2].mean.provenance)),
+        interval(means, unit, lambda row: row[2].mean, places),
+        ids(lambda row: row[2].mean.provenance),
     )
     shared = any((mean.shared_se or 0.0) != 0.0 for mean in means)
     about = f"{quantity.heading} by condition; n counts runs."

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import replace
 
 from data_schema.vocabulary import ContrastKind, Undefined
-from reports import fields
 from reports.content import Claim, MeansContrast, ReportContent
 from reports.display import (
     MINUS,
@@ -23,24 +22,22 @@ from reports.display import (
     with_unit,
 )
 from reports.naming import level_names, swept_factor, title_of
-from reports.tables.comparisons import EXPLORATORY, reasons_note
+from reports.tables.comparisons import reasons_note
 from reports.tables.table import (
-    PROVENANCE,
+    PLAIN_INTERVAL,
     Cell,
-    Column,
     Columns,
     Table,
     TableKind,
-    count,
+    column,
+    counts,
+    ids,
     interval_cell,
     number_cell,
     p_cell,
-    provenance_cell,
-    statistic_cells,
-    statistic_columns,
+    statistic,
     table_of,
-    value_cell,
-    words,
+    text,
 )
 
 
@@ -83,24 +80,20 @@ def _make(content: ReportContent) -> Table:
     by_days = any(one.days for one in found)
     level = next((level_text(one.estimate) for one in found), "CI")
     columns: Columns[MeansContrast] = (
-        (
-            Column("contrast", fields.CONTRAST, numeric=False),
-            lambda one: Cell(
-                contrast_name(content, one),
-                (str(one.kind), one.quantity.key, one.factor, " ".join(one.levels), one.side, one.per, one.at),
-            ),
+        text("contrast", "kind outcome factor levels side per at", lambda one: _name_cell(content, one)),
+        counts("days", "days", lambda one: len(one.days), shown=by_days),
+        counts("n", "n", lambda one: one.estimate.n),
+        column("estimate", "estimate unit", lambda one: _estimate(one, places[_unit(one)])),
+        column(level, PLAIN_INTERVAL, lambda one: interval_cell(one.estimate, places[_unit(one)])),
+        statistic("t", "t", lambda one: one.test),
+        column(
+            "Holm",
+            "holm_p",
+            lambda one: p_cell(None if one.adjusted is None else one.adjusted.value),
+            shown=adjusted is not None,
         ),
-        (Column("days", fields.DAYS, shown=by_days), lambda one: count(len(one.days))),
-        (Column("n", fields.N), lambda one: count(one.estimate.n)),
-        (Column("estimate", fields.ESTIMATE), lambda one: _estimate(one, places[_unit(one)])),
-        (Column(level, fields.named(fields.INTERVAL)), lambda one: interval_cell(one.estimate, places[_unit(one)])),
-        (statistic_columns("t", "t"), lambda one: statistic_cells(one.test)),
-        (
-            Column("Holm", fields.HOLM_P, shown=adjusted is not None),
-            lambda one: value_cell(None) if one.adjusted is None else p_cell(one.adjusted.value),
-        ),
-        (PROVENANCE, lambda one: provenance_cell(one.estimate.provenance)),
-        (EXPLORATORY, lambda one: words(one.exploratory)),
+        ids(lambda one: one.estimate.provenance),
+        text("exploratory", "exploratory", lambda one: one.exploratory, shown=False),
     )
     holm = "" if adjusted is None else f" Holm: p adjusted over the {adjusted.n} contrasts."
     how = "over all runs"
@@ -113,6 +106,11 @@ def _make(content: ReportContent) -> Table:
     legend = "n: runs that enter. Points are percentage points of savings."
     caption = f"Contrasts of condition means {how}. {legend}{holm}{exploratory}"
     return table_of("contrasts", caption, found, columns)
+
+
+def _name_cell(content: ReportContent, one: MeansContrast) -> Cell:
+    values = (str(one.kind), one.quantity.key, one.factor, " ".join(one.levels), one.side, one.per, one.at)
+    return Cell(contrast_name(content, one), values)
 
 
 def _estimate(one: MeansContrast, places: int) -> Cell:

@@ -12,22 +12,21 @@ from dataclasses import dataclass, replace
 from html import escape
 
 from data_schema.outcomes import Outcome
-from reports import fields
-from reports.content import ReportContent, Run, joule_deviations
+from reports.content import Condition, ReportContent, Run, joule_deviations
 from reports.display import DASH, decimal_text, general_text, shown_unit
 from reports.figures.series import series_of
-from reports.tables.conditions import by_group, factor_cells, factor_columns
-from reports.tables.table import Cell, Column, Columns, Table, TableKind, in_unit, table_of, text_column, words
+from reports.tables.conditions import by_group, factor_columns
+from reports.tables.table import Cell, ColumnOf, Columns, Table, TableKind, column, table_of, text
 
 
 @dataclass(frozen=True, slots=True)
 class _Run:
-    """An analysed run with the cells of its condition and its value by outcome; `deviation_j` is from its mean."""
+    """An analysed run with its condition and its value by outcome; `deviation_j` is from its mean."""
 
     name: str
     about: Run
     block: str
-    factors: tuple[Cell, ...]
+    condition: Condition
     values: Mapping[Outcome, float]
     deviation_j: float | None
 
@@ -40,9 +39,9 @@ def _each(content: ReportContent) -> list[_Run]:
         for outcome, summary in condition.summaries.items():
             for name, value in summary.runs:
                 values.setdefault(name, {})[outcome] = value
-        factors, deviations = factor_cells(content, condition), joule_deviations(condition)
+        deviations = joule_deviations(condition)
         found += [
-            _Run(name, content.runs[name], block, factors, of_run, deviations.get(name))
+            _Run(name, content.runs[name], block, condition, of_run, deviations.get(name))
             for name, of_run in values.items()
         ]
     return found
@@ -55,25 +54,13 @@ def each_run(content: ReportContent) -> Table:
     for run in runs:
         heights.setdefault(run.block, []).extend(run.about.heights_m.values())
     spans = {block: (min(found), max(found)) for block, found in heights.items() if found}
-    outcomes = tuple(
-        in_unit(one.heading, fields.OUTCOME, one.unit, of=f"{one.key}_{one.unit}") for one in content.outcomes
-    )
     columns: Columns[_Run] = (
-        (text_column("run", fields.RUN), lambda run: words(run.name)),
-        (text_column("day", fields.DAY), lambda run: words(days.get(run.name, DASH))),
-        (
-            Column("in the day", fields.IN_DAY, shown=False),
-            lambda run: Cell(
-                "",
-                (None,) * 3 if run.deviation_j is None else (run.about.position, run.about.pack, run.deviation_j),
-            ),
-        ),
-        (factor_columns(content), lambda run: run.factors),
-        (
-            outcomes,
-            lambda run: tuple(_value(run.values.get(one), one, shown=bool(anchors)) for one in content.outcomes),
-        ),
-        (text_column("jumps", fields.JUMPS), lambda run: _jumps(run, spans.get(run.block, (0.0, 0.0)))),
+        text("run", "run", lambda run: run.name),
+        text("day", "day", lambda run: days.get(run.name, DASH)),
+        column("in the day", "position pack deviation_j", _in_day, shown=False),
+        factor_columns(content, lambda run: run.condition),
+        *(_outcome_column(one, shown=bool(anchors)) for one in content.outcomes),
+        text("jumps", "jumps_analysed lowest_m highest_m", lambda run: _jumps(run, spans.get(run.block, (0.0, 0.0)))),
     )
     caption = (
         "Each run and its analysed jumps in turn, drawn from the lowest to the highest apex of its group. Unfolded: "
@@ -84,11 +71,21 @@ def each_run(content: ReportContent) -> Table:
     return replace(table, rows=rows)
 
 
-def _value(value: float | None, outcome: Outcome, *, shown: bool) -> Cell:
-    """Return a run's value; of more runs than a page shows (`run_anchors`) as it stands in CSV alone."""
-    if value is None:
-        return Cell(DASH, (None,))
-    return Cell(general_text(value * shown_unit(outcome.unit)[1]) if shown else "", (value,))
+def _in_day(run: _Run) -> Cell:
+    about = run.about
+    return Cell("", (None,) * 3 if run.deviation_j is None else (about.position, about.pack, run.deviation_j))
+
+
+def _outcome_column(outcome: Outcome, *, shown: bool) -> ColumnOf[_Run]:
+    """Make the column of an outcome; of more runs than a page shows (`run_anchors`) CSV alone has the values."""
+
+    def cell(run: _Run) -> Cell:
+        value = run.values.get(outcome)
+        if value is None:
+            return Cell(DASH, (None,))
+        return Cell(general_text(value * shown_unit(outcome.unit)[1]) if shown else "", (value,))
+
+    return column(outcome.heading, f"{outcome.key}_{outcome.unit}", cell, unit=outcome.unit)
 
 
 def _jumps(run: _Run, span: tuple[float, float]) -> Cell:

@@ -30,10 +30,9 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, Decision, OverallEquivalence, OverallSavings, ReportContent
 from reports.display import NO_BREAK, as_shown, interval_text, p_text, places_of, value_text, with_unit
-from reports.fields import PROVENANCE, MacroWords
 from reports.naming import swept_factor
 from reports.numbers import Number, Value
-from reports.tables.table import Cell, Column, Raw, Row, Table
+from reports.tables.table import PROVENANCE, Cell, Column, Raw, Row, Table
 
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\n")
 
@@ -238,7 +237,7 @@ def latex_bytes(table: Table) -> bytes:
 
     Letters that pdfLaTeX has no glyph for (a pack called "包") are left as they are, for XeLaTeX and LuaLaTeX.
     """
-    columns = [column for column in table.heads if column.fields != PROVENANCE or table.name == "provenance"]
+    columns = [column for column in table.heads if column.fields != (PROVENANCE,) or table.name == "provenance"]
     layout = layout_of(table, columns)
     spec = "@{}" + "".join(_type(column, layout) for column in columns) + "@{}"
     long = layout.lines > PAGE_LINES
@@ -384,34 +383,34 @@ def macro_name(*words: str) -> str:
 def _counts(content: ReportContent) -> Iterator[Macro]:
     flow = content.flow
     if flow.runs_planned is not None:
-        yield Macro(macro_name(MacroWords.RUNS_PLANNED), str(flow.runs_planned))
+        yield Macro(macro_name("runs planned"), str(flow.runs_planned))
     counts = {"done": flow.runs_done, "void": flow.runs_void, "idle": flow.runs_idle}
     for name, count in counts.items():
-        yield Macro(macro_name(MacroWords.RUNS, name), str(count))
+        yield Macro(macro_name("runs", name), str(count))
     for outcome in content.outcomes:
-        yield Macro(macro_name(MacroWords.RUNS_WITH, outcome.key), str(flow.runs_with[outcome]))
+        yield Macro(macro_name("runs with", outcome.key), str(flow.runs_with[outcome]))
     if flow.runs_with.get(Outcome.APEX):  # jumps are counted of the runs that have apex heights
-        yield Macro(macro_name(MacroWords.JUMPS_MADE), str(flow.jumps_made))
-        yield Macro(macro_name(MacroWords.JUMPS_ANALYSED), str(flow.jumps_analysed))
-    yield Macro(macro_name(MacroWords.DAYS_MEASURED), str(len(content.days)))
+        yield Macro(macro_name("jumps made"), str(flow.jumps_made))
+        yield Macro(macro_name("jumps analysed"), str(flow.jumps_analysed))
+    yield Macro(macro_name("days measured"), str(len(content.days)))
 
 
 def _over_groups(content: ReportContent) -> Iterator[Macro]:
     for overall in content.overall:
-        name = (MacroWords.OVERALL_SAVING, "" if overall.quantity is Outcome.JOULES else overall.quantity.key)
+        name = ("overall saving", "" if overall.quantity is Outcome.JOULES else overall.quantity.key)
         yield from _number(name, overall.savings, overall.test.p)
         yield from _scope(name, overall, overall.savings)
-        yield from _value((*name, MacroWords.SPREAD), overall.spread, overall.savings)
+        yield from _value((*name, "spread"), overall.spread, overall.savings)
     if content.overall_equivalence is not None:
         tested = content.overall_equivalence
-        heights = (MacroWords.OVERALL_APEX_EQUIVALENCE,)
+        heights = ("overall apex equivalence",)
         yield from _number(heights, tested.estimate, tested.p.value)
         yield from _scope(heights, tested, tested.estimate)
 
 
 def _scope(name: Iterable[str], scope: OverallSavings | OverallEquivalence, number: Number) -> Iterator[Macro]:
-    yield Macro(macro_name(*name, MacroWords.GROUPS), str(len(scope.groups)), number.provenance)
-    yield Macro(macro_name(*name, MacroWords.DAYS), str(len(scope.days)), number.provenance)
+    yield Macro(macro_name(*name, "groups"), str(len(scope.groups)), number.provenance)
+    yield Macro(macro_name(*name, "days"), str(len(scope.days)), number.provenance)
 
 
 def _by_group(content: ReportContent) -> Iterator[Macro]:
@@ -420,18 +419,18 @@ def _by_group(content: ReportContent) -> Iterator[Macro]:
         name = (comparison.quantity.key, *group, *_level(content, comparison))
         lead = comparison.decision
         if lead.savings is not None:
-            yield from _number((*name, MacroWords.SAVING), lead.savings, lead.test.p)
-        yield from _number((*name, MacroWords.DIFFERENCE), lead.difference, lead.test.p)
+            yield from _number((*name, "saving"), lead.savings, lead.test.p)
+        yield from _number((*name, "difference"), lead.difference, lead.test.p)
         yield from _runs(name, lead)
         if (tested := lead.equivalence) is not None:
-            yield from _number((*name, MacroWords.EQUIVALENCE), tested.estimate, tested.p.value)
+            yield from _number((*name, "equivalence"), tested.estimate, tested.p.value)
 
 
 def _contrasts(content: ReportContent) -> Iterator[Macro]:
     for one in (each for each in content.contrasts if not each.exploratory):
         words = (str(one.kind), one.quantity.key, one.factor, *one.levels, one.side)
-        at = () if one.at is None else (MacroWords.AT, f"{one.at:g}")
-        yield from _number((MacroWords.CONTRAST, *filter(None, words), *at), one.estimate, one.test.p)
+        at = () if one.at is None else ("at", f"{one.at:g}")
+        yield from _number(("contrast", *filter(None, words), *at), one.estimate, one.test.p)
 
 
 def _planned_levels(content: ReportContent) -> list[Comparison]:
@@ -446,23 +445,23 @@ def _level(content: ReportContent, comparison: Comparison) -> list[str]:
 
 def _runs(name: tuple[str, ...], lead: Decision) -> Iterator[Macro]:
     identity = lead.difference.provenance
-    yield Macro(macro_name(*name, MacroWords.RUNS_CONTROL), str(lead.n_control), identity)
-    yield Macro(macro_name(*name, MacroWords.RUNS_TREATMENT), str(lead.n_treatment), identity)
-    yield Macro(macro_name(*name, MacroWords.DAYS), str(len(lead.days)), identity)
+    yield Macro(macro_name(*name, "runs control"), str(lead.n_control), identity)
+    yield Macro(macro_name(*name, "runs treatment"), str(lead.n_treatment), identity)
+    yield Macro(macro_name(*name, "days"), str(len(lead.days)), identity)
     if lead.adjusted is not None:
-        yield Macro(macro_name(*name, MacroWords.HOLM), p_text(lead.adjusted.value), lead.adjusted.provenance)
+        yield Macro(macro_name(*name, "p Holm"), p_text(lead.adjusted.value), lead.adjusted.provenance)
 
 
 def _number(name: Iterable[str], number: Number, p: Value) -> Iterator[Macro]:
     """Give a number, the ends of its interval, the interval in one, and p."""
     shown, places = as_shown(number), places_of(number)
     yield from _value(name, number, number)
-    for end, value in ((MacroWords.LOW, shown.ci_low), (MacroWords.HIGH, shown.ci_high)):
+    for end, value in (("low", shown.ci_low), ("high", shown.ci_high)):
         if value is not None:
             yield Macro(macro_name(*name, end), _with_unit(value, places, shown.unit), number.provenance)
     if interval := interval_text(number):
-        yield Macro(macro_name(*name, MacroWords.INTERVAL), interval, number.provenance)
-    yield Macro(macro_name(*name, MacroWords.P), p_text(p), number.provenance)
+        yield Macro(macro_name(*name, "interval"), interval, number.provenance)
+    yield Macro(macro_name(*name, "p"), p_text(p), number.provenance)
 
 
 def _value(name: Iterable[str], number: Number, digits_of: Number) -> Iterator[Macro]:

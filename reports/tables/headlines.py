@@ -2,55 +2,74 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from typing import NamedTuple
 
 from data_schema.outcomes import Outcome
-from reports import fields
 from reports.content import Comparison, Decision, OverallSavings, ReportContent
-from reports.display import DASH, SAVINGS, common_places
+from reports.display import SAVINGS, common_places
 from reports.naming import control_name, levels_name, treated_levels, treatment_name
-from reports.numbers import Number
-from reports.tables.comparisons import one_sided_note
+from reports.numbers import Number, Value
+from reports.tables.comparisons import N_OF_SIDES, one_sided_note
 from reports.tables.table import (
-    PROVENANCE,
-    Cell,
-    Column,
-    Row,
+    Columns,
     Table,
     TableKind,
-    count,
-    in_unit,
-    interval_cell,
-    interval_column,
-    number_cell,
+    column,
+    counts,
+    ids,
+    interval,
+    number,
     p_cell,
-    provenance_cell,
-    text_column,
-    words,
+    table_of,
+    text,
 )
+
+
+class _Headline(NamedTuple):
+    """A row: a group, or all together (`strong`), with its runs of control and treatment."""
+
+    name: str
+    days: int
+    runs: tuple[int, int]
+    savings: Number | None
+    savings_p: Value | None
+    apex: Decision | None
+    provenance: str
+    strong: bool = False
 
 
 def headlines(content: ReportContent) -> Table:
     """Make the table of the groups: all levels of the treatment together against the control."""
     found = groups(content)
-    saved: list[Number | None] = [None if joules is None else joules.decision.savings for joules, _ in found.values()]
-    heights: list[Number | None] = [None if apex is None else apex.decision.difference for _, apex in found.values()]
     comparisons = [each for pair in found.values() for each in pair if each is not None]
-    alone = not any(saved)  # the page has what fits a narrow one, the file both outcomes
-    columns = (
-        text_column("group", fields.GROUP),
-        Column("days", fields.DAYS),
-        Column("n", fields.N_OF_SIDES),
-        *_columns(SAVINGS, fields.SAVINGS, saved, "%", of="savings", shown=not alone),
-        *_columns("apex", fields.APEX_DIFFERENCE, heights, "m", of="apex", shown=alone),
-        Column("apex n", fields.APEX_COUNTS, shown=False),
-        PROVENANCE,
+    of_groups = [_of_group(name, *pair) for name, pair in found.items()]
+    saved, heights = [row.savings for row in of_groups], [_change(row) for row in of_groups]
+    saves = any(saved)  # the page has what fits a narrow one, the file both outcomes
+    places, height_places = common_places(saved, 1), common_places(heights)
+    columns: Columns[_Headline] = (
+        text("group", "group", lambda row: row.name),
+        counts("days", "days", lambda row: row.days),
+        counts("n", N_OF_SIDES, lambda row: row.runs),
+        number(SAVINGS, "savings_percent", "%", lambda row: row.savings, places, shown=saves),
+        interval(
+            saved,
+            "%",
+            lambda row: row.savings,
+            places,
+            names="savings_ci_low_percent savings_ci_high_percent savings_ci_level",
+            shown=saves,
+        ),
+        column("p", "savings_p", lambda row: p_cell(row.savings_p), shown=saves),
+        number("apex", "apex_difference_m", "m", _change, height_places, shown=not saves),
+        interval(
+            heights, "m", _change, height_places, names="apex_ci_low_m apex_ci_high_m apex_ci_level", shown=not saves
+        ),
+        column("p", "apex_p", lambda row: p_cell(None if row.apex is None else _p(row.apex)), shown=not saves),
+        counts("apex n", "apex_days apex_n_control apex_n_treatment", _apex_counts, shown=False),
+        ids(lambda row: row.provenance),
     )
-    places = common_places(saved, 1), common_places(heights)
-    rows = [_row(group, pair, places) for group, pair in found.items()]
-    rows += _all_groups(content, places[0])
     test = f"by the days that hold both ({content.section('Methods')})"
-    what = "Apex height" if alone else "Energy"
+    what = "Energy" if saves else "Apex height"
     control, treatment = control_name(content), treatment_name(content, {})
     levels = ", all levels" if len(treated_levels(content, {})) > 1 else ""
     beside_plan = content.planned and all(each.exploratory for each in comparisons)
@@ -63,18 +82,8 @@ def headlines(content: ReportContent) -> Table:
         f"{', all where there is none' if nowhere else ''}.{' All rows are exploratory.' if beside_plan else ''}"
     )
     caption += one_sided_note([each.decision for each in comparisons])
-    return Table("headlines", caption, columns, tuple(rows))
-
-
-def _columns(
-    title: str, names: fields.Fields, numbers: Sequence[Number | None], unit: str, *, of: str, shown: bool
-) -> tuple[Column, Column, Column]:
-    """Make the columns of an effect in a stored unit, its interval and its p."""
-    return (
-        in_unit(title, names, unit, shown=shown),
-        interval_column(numbers, unit, of=f"{of}_", shown=shown),
-        Column("p", fields.named(fields.P_OF_TEST, of=of), shown=shown),
-    )
+    rows = [*of_groups, *_all_groups(content)]
+    return table_of("headlines", caption, rows, columns, strong=lambda row: row.strong)
 
 
 def groups(content: ReportContent) -> dict[str, tuple[Comparison | None, Comparison | None]]:
@@ -91,59 +100,43 @@ def groups(content: ReportContent) -> dict[str, tuple[Comparison | None, Compari
     }
 
 
-_NONE = Cell("", (None, None, None))
-
-
-def _row(group: str, pair: tuple[Comparison | None, Comparison | None], places: tuple[int, int]) -> Row:
-    joules, apex = pair
-    lead = next(each.decision for each in pair if each is not None)
-    return Row(
-        (
-            words(group),
-            count(len(lead.days)),
-            count(lead.n_control, lead.n_treatment),
-            *_effect(joules, None if joules is None else joules.decision.savings, places[0]),
-            *_effect(apex, None if apex is None else apex.decision.difference, places[1]),
-            _NONE if apex is None else _counts(apex.decision),
-            provenance_cell(lead.headline.provenance),
-        )
+def _of_group(name: str, joules: Comparison | None, apex: Comparison | None) -> _Headline:
+    energy, height = (None if each is None else each.decision for each in (joules, apex))
+    lead = energy or height
+    assert lead is not None  # noqa: S101 - a group has one of both
+    return _Headline(
+        name,
+        len(lead.days),
+        (lead.n_control, lead.n_treatment),
+        None if energy is None else energy.savings,
+        None if energy is None else _p(energy),
+        height,
+        lead.headline.provenance,
     )
 
 
-def _counts(decision: Decision) -> Cell:
-    return Cell("", (len(decision.days), decision.n_control, decision.n_treatment))
+def _p(decision: Decision) -> Value:
+    return decision.test.p if decision.adjusted is None else decision.adjusted.value
 
 
-def _effect(comparison: Comparison | None, number: Number | None, places: int) -> tuple[Cell, Cell, Cell]:
-    """Make the cells of an effect, its interval and its p."""
-    if comparison is None:
-        return Cell(DASH, (None,)), Cell(DASH, (None, None, None)), Cell(DASH, (None,))
-    lead = comparison.decision
-    interval, p = interval_cell(number, places), p_cell(lead.test.p if lead.adjusted is None else lead.adjusted.value)
-    return (
-        number_cell(number, places),
-        interval,
-        p,
-    )
+def _change(row: _Headline) -> Number | None:
+    return None if row.apex is None else row.apex.difference
 
 
-def _all_groups(content: ReportContent, places: int) -> list[Row]:
-    none = Cell("", (None,))
+def _apex_counts(row: _Headline) -> tuple[int | None, ...]:
+    return (None,) * 3 if row.apex is None else (len(row.apex.days), row.apex.n_control, row.apex.n_treatment)
+
+
+def _all_groups(content: ReportContent) -> list[_Headline]:
     return [
-        Row(
-            (
-                words(f"mean of {len(overall.groups)} groups"),
-                count(len(overall.days)),
-                _runs_of_groups(content, overall),
-                number_cell(overall.savings, places),
-                interval_cell(overall.savings, places),
-                p_cell(overall.test.p),
-                none,
-                _NONE,
-                none,
-                _NONE,
-                provenance_cell(overall.savings.provenance),
-            ),
+        _Headline(
+            f"mean of {len(overall.groups)} groups",
+            len(overall.days),
+            _runs_of_groups(content, overall),
+            overall.savings,
+            overall.test.p,
+            None,
+            overall.savings.provenance,
             strong=True,
         )
         for overall in content.overall
@@ -151,12 +144,12 @@ def _all_groups(content: ReportContent, places: int) -> list[Row]:
     ]
 
 
-def _runs_of_groups(content: ReportContent, overall: OverallSavings) -> Cell:
+def _runs_of_groups(content: ReportContent, overall: OverallSavings) -> tuple[int, int]:
     """Count the runs of both sides over the groups, which have none in common; of days, groups share some."""
     leads = [
         each.decision for each in content.pooled if each.quantity is overall.quantity and each.group in overall.groups
     ]
-    return count(sum(lead.n_control for lead in leads), sum(lead.n_treatment for lead in leads))
+    return sum(lead.n_control for lead in leads), sum(lead.n_treatment for lead in leads)
 
 
 HEADLINES = TableKind("headlines", headlines)

@@ -4,29 +4,24 @@ from __future__ import annotations
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports import fields
 from reports.content import Hypothesis, HypothesisPart, ReportContent
 from reports.display import DASH, common_places, given_text, with_unit
 from reports.naming import control_name, levels_name, treatment_name
 from reports.tables.table import (
-    PROVENANCE,
     Cell,
-    Column,
     Columns,
     Table,
     TableKind,
-    in_unit,
+    column,
+    ids,
+    interval,
     interval_cell,
-    interval_column,
-    number_cell,
-    provenance_cell,
+    number,
     table_of,
-    text_column,
+    text,
     value_cell,
-    words,
 )
 
-_NAME = Column("name", fields.NAME, shown=False)
 _NOTHING = "runs are missing of what it compares"
 
 
@@ -66,25 +61,21 @@ def _sides(content: ReportContent, part: HypothesisPart) -> tuple[str, str]:
     return levels_name(content, {name: part.of[name] for name in part.against}), levels_name(content, part.against)
 
 
+def _claim(one: Hypothesis) -> Cell:
+    return Cell(f"{one.text} ({one.source})" if one.source else one.text, (one.text, one.source))
+
+
+def _simulated_verdict(one: Hypothesis) -> Cell:
+    return Cell(one.simulated_verdict if one.parts else DASH, (str(one.simulated_verdict),))
+
+
 def _make(content: ReportContent) -> Table:
     columns: Columns[Hypothesis] = (
-        (_NAME, lambda one: Cell("", (one.name,))),
-        (
-            text_column("hypothesis", fields.CLAIM_AND_SOURCE, prose=True),
-            lambda one: Cell(f"{one.text} ({one.source})" if one.source else one.text, (one.text, one.source)),
-        ),
-        (
-            text_column("measured", fields.VERDICT),
-            lambda one: Cell(str(one.verdict), (str(one.verdict),), note=_why_undecided(content, one)),
-        ),
-        (
-            text_column("simulated", fields.SIMULATED_VERDICT),
-            lambda one: Cell(str(one.simulated_verdict) if one.parts else DASH, (str(one.simulated_verdict),)),
-        ),
-        (
-            text_column("published", fields.PUBLISHED, prose=True),
-            lambda one: Cell(one.published or DASH, (one.published,)),
-        ),
+        column("name", "name", lambda one: Cell("", (one.name,)), shown=False),
+        text("hypothesis", "claim source", _claim, prose=True),
+        text("measured", "verdict", lambda one: Cell(one.verdict, (str(one.verdict),), _why_undecided(content, one))),
+        text("simulated", "simulated_verdict", _simulated_verdict),
+        text("published", "published", lambda one: Cell(one.published or DASH, (one.published,)), prose=True),
     )
     return table_of("hypotheses", "Hypotheses of the study", content.hypotheses, columns)
 
@@ -94,19 +85,16 @@ def _in_full(content: ReportContent) -> Table:
     places = common_places([part.measured for _, part in parts])
     with_interval = [part.measured for _, part in parts if part.no_interval is None]
     columns: Columns[tuple[Hypothesis, HypothesisPart]] = (
-        (_NAME, lambda row: Cell("", (row[0].name,))),
-        (text_column("compared", fields.COMPARED), lambda row: _compared(content, row[1])),
-        (
-            text_column("true if", fields.TRUE_BETWEEN),
-            lambda row: Cell(_bounds_text(row[1]), (row[1].low, row[1].high)),
-        ),
-        (in_unit("measured", fields.MEASURED, "%"), lambda row: number_cell(row[1].measured, places)),
-        (interval_column(with_interval, "%"), lambda row: _interval(content, row[1], places)),
-        (text_column("verdict", fields.VERDICT), lambda row: words(str(row[1].verdict))),
-        (in_unit("simulated", fields.SIMULATED, "%"), lambda row: number_cell(row[1].simulated, places)),
-        (in_unit("std. error", fields.SIMULATED_SE, "%"), lambda row: _simulated_error(row[1], places)),
-        (text_column("verdict", fields.SIMULATED_VERDICT), lambda row: words(str(row[1].simulated_verdict))),
-        (PROVENANCE, lambda row: provenance_cell(row[1].measured.provenance)),
+        column("name", "name", lambda row: Cell("", (row[0].name,)), shown=False),
+        text("compared", "of against", lambda row: _compared(content, row[1])),
+        text("true if", "low_percent high_percent", lambda row: Cell(_bounds_text(row[1]), (row[1].low, row[1].high))),
+        number("measured", "measured_percent", "%", lambda row: row[1].measured, places),
+        (interval(with_interval, "%", lambda _row: None, None)[0], lambda row: _interval(content, row[1], places)),
+        text("verdict", "verdict", lambda row: str(row[1].verdict)),
+        number("simulated", "simulated_percent", "%", lambda row: row[1].simulated, places),
+        column("std. error", "simulated_se_percent", lambda row: _simulated_error(row[1], places), unit="%"),
+        text("verdict", "simulated_verdict", lambda row: str(row[1].simulated_verdict)),
+        ids(lambda row: row[1].measured.provenance),
     )
     caption = (
         "Hypotheses, comparison by comparison: change of a mean in percent, or difference of savings in percentage "

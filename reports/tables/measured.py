@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from data_schema.outcomes import Outcome
 from data_schema.rounding import decimals_for
 from data_schema.vocabulary import Undefined
-from reports import fields
 from reports.content import (
     IN_ALL,
     MAH_MIN,
@@ -30,23 +29,21 @@ from reports.display import DASH, EQUALS, common_places, general_text, places_of
 from reports.naming import group_name, headline_name, level_value, levels_name, swept_factor, swept_words
 from reports.numbers import Number, Value
 from reports.tables.table import (
-    PROVENANCE,
+    PLAIN_INTERVAL,
     Cell,
-    Column,
     Columns,
-    Row,
     Table,
     TableKind,
-    count,
-    in_unit,
+    column,
+    counts,
+    ids,
+    interval,
     interval_cell,
-    interval_column,
+    number,
     number_cell,
-    provenance_cell,
     table_of,
-    text_column,
+    text,
     value_cell,
-    words,
 )
 
 
@@ -56,15 +53,19 @@ def _days(content: ReportContent) -> Table:
         for name in {run for summary in condition.summaries.values() for run, _value in summary.runs}:
             of_run.setdefault(name, []).append(place)
     checked = any(day.checks_made or day.checks_not_made for day in content.days)
-    made = text_column("checks made", fields.CHECKS_MADE, prose=True, shown=checked)
-    not_made = text_column("checks not made", fields.CHECKS_NOT_MADE, prose=True, shown=checked)
     columns: Columns[Day] = (
-        (text_column("day", fields.DAY), lambda day: words(day.date)),
-        (Column("runs", fields.RUNS_OF_DAY), lambda day: Cell(str(len(day.runs)), (len(day.runs), " ".join(day.runs)))),
-        (text_column("conditions", fields.CONDITIONS, prose=True), lambda day: _conditions_cell(content, day, of_run)),
-        (text_column("packs", fields.PACKS, prose=True), lambda day: _names_cell(day.packs)),
-        (made, lambda day: _names_cell(day.checks_made)),
-        (not_made, lambda day: _names_cell(day.checks_not_made)),
+        text("day", "day", lambda day: day.date),
+        column("runs", "n_runs runs", lambda day: Cell(str(len(day.runs)), (len(day.runs), " ".join(day.runs)))),
+        text("conditions", "conditions", lambda day: _conditions_cell(content, day, of_run), prose=True),
+        text("packs", "packs", lambda day: _names_cell(day.packs), prose=True),
+        text("checks made", "checks_made", lambda day: _names_cell(day.checks_made), prose=True, shown=checked),
+        text(
+            "checks not made",
+            "checks_not_made",
+            lambda day: _names_cell(day.checks_not_made),
+            prose=True,
+            shown=checked,
+        ),
     )
     return table_of("days", "What was measured and when.", content.days, columns)
 
@@ -104,18 +105,18 @@ def _levels_text(swept: Factor | None, conditions: list[Condition]) -> str:
 
 def _assumed(content: ReportContent) -> Table:
     columns: Columns[Assumed] = (
-        (text_column("parameter", fields.PARAMETER, prose=True), lambda one: words(one.name)),
-        (text_column("value", fields.VALUE), lambda one: words(one.value)),
-        (text_column("why", fields.WHY, prose=True), lambda one: words(one.why)),
+        text("parameter", "parameter", lambda one: one.name, prose=True),
+        text("value", "value", lambda one: one.value),
+        text("why", "why", lambda one: one.why, prose=True),
     )
     return table_of("assumed", "Parameters without a source.", content.assumed, columns)
 
 
 def _provenance(content: ReportContent) -> Table:
     columns: Columns[Provenance] = (
-        (text_column("id", fields.ID), lambda source: provenance_cell(source.id)),
-        (text_column("number", fields.WHAT, prose=True), lambda source: words(source.what)),
-        (Column("inputs", fields.N_INPUTS), lambda source: count(source.inputs)),
+        ids(lambda source: source.id, name="id"),
+        text("number", "what", lambda source: source.what, prose=True),
+        counts("inputs", "n_inputs", lambda source: source.inputs),
     )
     caption = "Where each number came from; `labbook why ID` follows it down to the files."
     return table_of("provenance", caption, content.provenance, columns)
@@ -140,26 +141,18 @@ def _budget(content: ReportContent) -> Table:
     one_run, mean = ({}, {}) if budget is None else (budget.one_run, budget.mean)
     sources = {} if budget is None else {source.name: source for source in budget.terms}
     columns: Columns[str] = (
-        (text_column("component", fields.COMPONENT, prose=True), words),
-        (Column("one run", fields.UNCERTAINTY, "J a jump"), lambda name: _budget_cell(one_run[name].value)),
-        (
-            Column("mean of the runs", fields.UNCERTAINTY_OF_MEAN, "J a jump"),
-            lambda name: _budget_cell(mean[name].value),
+        text("component", "component", str, prose=True),
+        column("one run", "uncertainty_j", lambda name: _budget_cell(one_run[name].value), unit="J a jump"),
+        column(
+            "mean of the runs", "uncertainty_of_mean_j", lambda name: _budget_cell(mean[name].value), unit="J a jump"
         ),
-        (
-            text_column("shared by" if several else "shared by all runs", fields.SHARED),
-            lambda name: (
-                words(_shared_text(sources[name], several_robots=several)) if name in sources else Cell("", (None,))
-            ),
+        text(
+            "shared by" if several else "shared by all runs",
+            "shared",
+            lambda name: _shared_text(sources[name], several_robots=several) if name in sources else Cell("", (None,)),
         ),
-        (
-            text_column("note", fields.NOTE, prose=True),
-            lambda name: words(_source_note(sources[name]) if name in sources else ""),
-        ),
-        (
-            replace(PROVENANCE, shown=any(each.provenance for each in one_run.values())),
-            lambda name: provenance_cell(one_run[name].provenance),
-        ),
+        text("note", "note", lambda name: _source_note(sources[name]) if name in sources else "", prose=True),
+        ids(lambda name: one_run[name].provenance, shown=any(each.provenance for each in one_run.values())),
     )
     caption = (
         "Uncertainty of the joules a jump of a single run, and in the mean over a condition's runs, by source, one "
@@ -185,61 +178,51 @@ def _budget_cell(value: Value | None) -> Cell:
 
 def _drain(content: ReportContent) -> Table:
     fits = [drain.result for drain in content.drains]
-    columns = (
-        text_column("quantity", fields.QUANTITY),
-        Column("value", fields.VALUE),
-        Column(
+    with_se = any(fit.slope.se is not None for fit in fits)
+    columns: Columns[tuple[str, str, Number]] = (
+        text("quantity", "quantity", lambda row: row[1]),
+        column("value", "value", lambda row: number_cell(row[2], _drain_places(row[2]))),
+        column(
             "SE",
-            fields.PLAIN_SE,
-            shown=any(fit.at_run.se is not None or fit.slope.se is not None for fit in fits),
+            "se",
+            lambda row: value_cell(row[2].se, places_of(row[2])),
+            shown=with_se,
         ),
-        interval_column(fit.at_run for fit in fits),
-        text_column("unit", fields.UNIT),
-        PROVENANCE,
+        interval((fit.at_run for fit in fits), "", _with_interval, None, names=PLAIN_INTERVAL),
+        text("unit", "unit", lambda row: row[2].unit.removeprefix("1")),
+        ids(lambda row: row[2].provenance),
     )
-    rows = tuple(row for drain in content.drains for row in _drain_rows(drain, drain.robot if len(fits) > 1 else ""))
+    rows = [
+        (drain.robot if len(fits) > 1 else "", name, number)
+        for drain in content.drains
+        for name, number in {
+            "slope": drain.result.slope,
+            "intercept": drain.result.intercept,
+            f"at {general_text(drain.run_duration_min)} min": drain.result.at_run,
+            "R²": drain.result.r_squared,
+        }.items()
+    ]
     caption = "Passive drain: straight line through the idle runs." if fits else "Passive drain: not fitted."
-    return Table("passive_drain", caption, columns, rows)
+    return table_of("passive_drain", caption, rows, columns, block=lambda row: row[0])
 
 
-def _drain_rows(drain: Drain, block: str) -> list[Row]:
-    fit, at = drain.result, f"at {general_text(drain.run_duration_min)} min"
-    named = {"slope": fit.slope, "intercept": fit.intercept, at: fit.at_run}
-    rows = [Row(_named_cells(name, number), block=block) for name, number in named.items()]
-    cells = (
-        words("R²"),
-        value_cell(fit.r_squared.value, _r_squared_places(fit.r_squared.value)),
-        Cell("", (None,)),
-        Cell("", (None, None, None)),
-        words(""),
-        provenance_cell(fit.r_squared.provenance),
-    )
-    return [*rows, Row(cells, block=block)]
+def _with_interval(row: tuple[str, str, Number]) -> Number | None:
+    return None if row[2].ci_low is None else row[2]
 
 
-def _r_squared_places(r_squared: Value) -> int:
-    """Return the decimals that tell R² from 1."""
-    return 2 if isinstance(r_squared, Undefined) else decimals_for(1.0 - r_squared)
-
-
-def _named_cells(name: str, number: Number) -> tuple[Cell, ...]:
-    places = places_of(number)
-    return (
-        words(name),
-        number_cell(number, places),
-        value_cell(number.se, places),
-        interval_cell(number, places),
-        words(number.unit),
-        provenance_cell(number.provenance),
-    )
+def _drain_places(number: Number) -> int | None:
+    """Return the decimals of a number of a line, of R² those that tell it from 1."""
+    if number.unit != "1":
+        return places_of(number)
+    return 2 if isinstance(number.value, Undefined) else decimals_for(1.0 - number.value)
 
 
 def _idle_runs(content: ReportContent) -> Table:
     fits = content.drains
     columns: Columns[tuple[Drain, IdleRun]] = (
-        (text_column("run", fields.RUN), lambda row: words(row[1].run)),
-        (Column("duration", fields.DURATION, "min"), lambda row: value_cell(row[1].duration_s / MAH_MIN)),
-        (Column("charge", fields.CHARGE, "mAh"), lambda row: value_cell(row[1].charge_mah)),
+        text("run", "run", lambda row: row[1].run),
+        column("duration", "duration_min", lambda row: value_cell(row[1].duration_s / MAH_MIN), unit="min"),
+        column("charge", "charge_mah", lambda row: value_cell(row[1].charge_mah), unit="mAh"),
     )
     points = [(fit, run) for fit in fits for run in fit.idle]
     caption = "Idle runs that the passive drain is fitted to."
@@ -250,13 +233,12 @@ def _packs(content: ReportContent) -> Table:
     means = [found.deviation for found in content.packs.values()]
     places = common_places(means)
     unit = means[0].unit if means else ""
-    traced = any(mean.provenance for mean in means)
     columns: Columns[tuple[str, PackDeviation]] = (
-        (text_column("pack", fields.PACK), lambda row: words(row[0])),
-        (Column("n", fields.N_RUNS), lambda row: count(row[1].deviation.n)),
-        (in_unit("mean", fields.PLAIN_MEAN, unit), lambda row: number_cell(row[1].deviation, places)),
-        (interval_column(means, unit, named_unit=False), lambda row: interval_cell(row[1].deviation, places)),
-        (replace(PROVENANCE, shown=traced), lambda row: provenance_cell(row[1].deviation.provenance)),
+        text("pack", "pack", lambda row: row[0]),
+        counts("n", "n_runs", lambda row: row[1].deviation.n),
+        number("mean", "mean", unit, lambda row: row[1].deviation, places),
+        interval(means, unit, lambda row: row[1].deviation, places, names=PLAIN_INTERVAL),
+        ids(lambda row: row[1].deviation.provenance, shown=any(mean.provenance for mean in means)),
     )
     return table_of(
         "packs",
@@ -267,14 +249,16 @@ def _packs(content: ReportContent) -> Table:
 
 
 def _sensitivity(content: ReportContent) -> Table:
-    # CSV has the stored unit beside the stored value, the page the unit shown.
+    def places(row: tuple[Comparison, str, Number]) -> int:
+        return common_places([row[0].decision.headline])
+
     columns: Columns[tuple[Comparison, str, Number]] = (
-        (text_column("computed", fields.VARIANT), lambda row: words(row[1])),
-        (Column("n", fields.N), lambda row: count(row[2].n)),
-        (Column("value", fields.VALUE), lambda row: number_cell(row[2], common_places([row[0].decision.headline]))),
-        (interval_column(()), lambda row: interval_cell(row[2], common_places([row[0].decision.headline]))),
-        (text_column("unit", fields.UNIT), lambda row: Cell(shown_unit(row[2].unit)[0], (row[2].unit,))),
-        (PROVENANCE, lambda row: provenance_cell(row[2].provenance)),
+        text("computed", "variant", lambda row: row[1]),
+        counts("n", "n", lambda row: row[2].n),
+        column("value", "value", lambda row: number_cell(row[2], places(row))),
+        column("CI", PLAIN_INTERVAL, lambda row: interval_cell(row[2], places(row))),
+        text("unit", "unit", lambda row: Cell(shown_unit(row[2].unit)[0], (row[2].unit,))),
+        ids(lambda row: row[2].provenance),
     )
     rows = [
         (one, label, number)
@@ -348,10 +332,10 @@ def _reasons(excluded: Mapping[str, int]) -> list[str]:
 
 def _flow(content: ReportContent) -> Table:
     columns: Columns[tuple[Outcome, Step]] = (
-        (text_column("analysis", fields.ANALYSIS), lambda row: words(str(row[0]))),
-        (text_column("step", fields.STEP), lambda row: words(row[1].name)),
-        (Column("count", fields.COUNT), lambda row: count(row[1].count)),
-        (text_column("left out before it", fields.LEFT_OUT, prose=True), lambda row: words("; ".join(row[1].leaving))),
+        text("analysis", "analysis", lambda row: str(row[0])),
+        text("step", "step", lambda row: row[1].name),
+        counts("count", "count", lambda row: row[1].count),
+        text("left out before it", "left_out", lambda row: "; ".join(row[1].leaving), prose=True),
     )
     steps = [(quantity, step) for quantity, steps in flow_lines(content.flow).items() for step in steps]
     return table_of("flow", "Runs and jumps, from what was planned to what was analysed.", steps, columns)

@@ -6,12 +6,11 @@ agreement, how far predictions lie from what was measured, over conditions; and 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
-from reports import fields
 from reports.content import (
     POOLED,
     AssumedInput,
@@ -43,21 +42,21 @@ from reports.display import (
 from reports.naming import level_name, levels_name, swept_factor, swept_words
 from reports.numbers import Number
 from reports.tables.table import (
-    PROVENANCE,
     Cell,
-    Column,
+    ColumnOf,
     Columns,
     Table,
     TableKind,
-    count,
-    in_unit,
+    column,
+    counts,
+    ids,
+    interval,
     interval_cell,
-    interval_column,
+    number,
     number_cell,
     p_cell,
-    provenance_cell,
     table_of,
-    text_column,
+    text,
     value_cell,
     words,
 )
@@ -141,35 +140,41 @@ def _published(found: PublishedResult | None) -> Cell:
 
 def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Table:
     items = content.predictions.of(quantity)
-    traced = text_column("published (thesis)", fields.PUBLISHED_RESULT)
-    measured = [item.measured for item in items]
+    unit, measured = quantity.unit, [item.measured for item in items]
     places = common_places(measured)
     finer = max(places, common_places([item.check.predicted for item in items], places))
+    published: ColumnOf[Prediction] = text(
+        "published (thesis)",
+        "published published_unit published_in",
+        lambda item: _published(item.published),
+    )
     columns: Columns[Prediction] = (
-        (
-            text_column("condition", fields.CONDITION),
+        text(
+            "condition",
+            "group level",
             lambda item: Cell(level_text_of(content, item), (levels_name(content, item.group), item.level)),
         ),
-        (Column("n", fields.N_RUNS), lambda item: count(item.n)),
-        (in_unit("measured", fields.MEASURED, quantity.unit), lambda item: number_cell(item.measured, places)),
-        (interval_column(measured, quantity.unit), lambda item: interval_cell(item.measured, places)),
-        (in_unit("predicted", fields.PREDICTED, quantity.unit), lambda item: _predicted(item, finer)),
-        (in_unit("std. error", fields.PREDICTED_SE, quantity.unit), lambda item: _error(item.check.predicted, finer)),
-        (
-            in_unit("numerical error", fields.NUMERICAL_ERROR, quantity.unit, shown=False),
+        counts("n", "n_runs", lambda item: item.n),
+        number("measured", "measured_{unit}", unit, lambda item: item.measured, places),
+        interval(measured, unit, lambda item: item.measured, places),
+        column("predicted", "predicted_{unit}", lambda item: _predicted(item, finer), unit=unit),
+        column("std. error", "predicted_se_{unit}", lambda item: _error(item.check.predicted, finer), unit=unit),
+        column(
+            "numerical error",
+            "numerical_error_{unit}",
             lambda item: Cell("", (item.check.numerical_error,)),
+            unit=unit,
+            shown=False,
         ),
-        (
-            in_unit("difference", fields.DIFFERENCE, quantity.unit),
-            lambda item: number_cell(item.check.difference, places),
-        ),
-        (Column("ratio", fields.ERROR_RATIO), lambda item: value_cell(item.check.error_ratio.value, 2)),
-        (
-            text_column("agree", fields.AGREES),
+        number("difference", "difference_{unit}", unit, lambda item: item.check.difference, places),
+        number("ratio", "error_ratio", "", lambda item: item.check.error_ratio, 2),
+        text(
+            "agree",
+            "agrees",
             lambda item: _UNSURE if item.unsure and item.agrees is None else _VERDICTS[item.agrees],
         ),
-        *(((traced, lambda item: _published(item.published)),) if any(item.published for item in items) else ()),
-        (PROVENANCE, lambda item: provenance_cell(item.check.predicted.provenance)),
+        *([published] if any(item.published for item in items) else []),
+        ids(lambda item: item.check.predicted.provenance),
     )
     return table_of(
         name,
@@ -183,16 +188,17 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
 
 def _assumed(content: ReportContent) -> Table:
     quantities = [of for of in PredictedQuantity if of in _ALWAYS or content.predictions.of(of)]
-    changed = tuple(in_unit(of.short, fields.CHANGE, of.unit, of=of.name.lower()) for of in quantities)
     columns: Columns[AssumedInput] = (
-        (text_column("input", fields.INPUT), lambda one: words(one.name)),
-        (text_column("value", fields.VALUE_AND_UNIT), lambda one: _value_and_unit(one.parameter)),
-        (text_column("why", fields.WHY, prose=True), lambda one: words(one.parameter.why)),
-        (
-            Column("varied by", fields.VARIED_BY, "%"),
+        text("input", "input", lambda one: one.name),
+        text("value", "value unit", lambda one: _value_and_unit(one.parameter)),
+        text("why", "why", lambda one: one.parameter.why, prose=True),
+        column(
+            "varied by",
+            "varied_by",
             lambda one: Cell(given_text(100.0 * one.parameter.varied_by), (one.parameter.varied_by,)),
+            unit="%",
         ),
-        (changed, lambda one: tuple(_change(one, of) for of in quantities)),
+        *map(_change, quantities),
     )
     caption = (
         "Inputs of the simulation without a source, and the most that raising or lowering each by its part changes in "
@@ -205,9 +211,14 @@ def _value_and_unit(one: AssumedParameter) -> Cell:
     return Cell(with_unit(given_text(one.value), one.unit), (one.value, one.unit))
 
 
-def _change(one: AssumedInput, quantity: PredictedQuantity) -> Cell:
+def _change(quantity: PredictedQuantity) -> ColumnOf[AssumedInput]:
     factor = shown_unit(quantity.unit)[1]
-    return value_cell(one.changes.get(quantity), 2 if factor == 1.0 else 1, factor)
+    return column(
+        quantity.short,
+        f"{quantity.name.lower()}_{{unit}}",
+        lambda one: value_cell(one.changes.get(quantity), 2 if factor == 1.0 else 1, factor),
+        unit=quantity.unit,
+    )
 
 
 def _table_kind(quantity: PredictedQuantity) -> TableKind:
@@ -317,33 +328,24 @@ def _where(content: ReportContent, groups: Sequence[JudgedGroup], chosen: Sequen
 
 def _bias_table(content: ReportContent) -> Table:
     columns: Columns[tuple[Judged, JudgedGroup]] = (
-        (text_column("quantity", fields.QUANTITY), lambda row: words(str(row[0].quantity))),
-        (text_column("group", fields.GROUP), lambda row: words(levels_name(content, row[1].group) or "all runs")),
-        (Column("days", fields.DAYS), lambda row: count(row[1].days)),
-        (Column("runs", fields.N, shown=False), lambda row: count(row[1].bias.n)),
-        (Column("measured", fields.PLAIN_MEASURED, shown=False), lambda row: Cell("", (row[1].measured.value,))),
-        (Column("predicted", fields.PLAIN_PREDICTED, shown=False), lambda row: Cell("", (row[1].predicted.value,))),
-        (Column("bias", fields.BIAS), lambda row: _bias(row[1].bias, _places_of_biases(row[0]))),
-        (
-            Column(_CI, fields.BIAS_INTERVAL),
-            lambda row: Cell(
-                interval_text(row[1].bias, _places_of_biases(row[0])), (row[1].bias.ci_low, row[1].bias.ci_high)
-            ),
+        text("quantity", "quantity", lambda row: str(row[0].quantity)),
+        text("group", "group", lambda row: levels_name(content, row[1].group) or "all runs"),
+        counts("days", "days", lambda row: row[1].days),
+        counts("runs", "n", lambda row: row[1].bias.n, shown=False),
+        number("measured", "measured", "", lambda row: row[1].measured, None, shown=False),
+        number("predicted", "predicted", "", lambda row: row[1].predicted, None, shown=False),
+        column("bias", "bias unit", lambda row: _bias(row[1].bias, _places_of_biases(row[0]))),
+        column(_CI, "ci_low ci_high", lambda row: _ends(row[1].bias, _places_of_biases(row[0]))),
+        column(
+            "by measurement alone",
+            "ci_low_measured ci_high_measured",
+            lambda row: _ends(row[1].of_measured),
+            shown=False,
         ),
-        (
-            Column("by measurement alone", fields.INTERVAL_OF_MEASURED, shown=False),
-            lambda row: Cell("", (row[1].of_measured.ci_low, row[1].of_measured.ci_high)),
-        ),
-        (Column("p", fields.P), lambda row: p_cell(row[1].p.value)),
-        (
-            text_column("verdict", fields.VERDICT, prose=True),
-            lambda row: words(_group_verdict(row[1], _places_of_biases(row[0]))),
-        ),
-        (
-            Column("joint test", fields.JOINT_TEST, shown=False),
-            lambda row: _joint(row[0]),
-        ),
-        (PROVENANCE, lambda row: provenance_cell(row[1].bias.provenance)),
+        column("p", "p", lambda row: p_cell(row[1].p.value)),
+        text("verdict", "verdict", lambda row: _group_verdict(row[1], _places_of_biases(row[0])), prose=True),
+        column("joint test", "joint_p kendall_tau joint_id kendall_tau_id", lambda row: _joint(row[0]), shown=False),
+        ids(lambda row: row[1].bias.provenance),
     )
     caption = (
         "Predicted less measured by day; intervals hold both errors. Joint p: Bonferroni's; "
@@ -356,6 +358,10 @@ def _bias_table(content: ReportContent) -> Table:
 def _bias(bias: Number, places: int) -> Cell:
     shown = as_shown(bias)
     return Cell(with_unit(value_text(shown.value, places), shown.unit), (bias.value, bias.unit))
+
+
+def _ends(number: Number, places: int | None = None) -> Cell:
+    return Cell(interval_text(number, places), (number.ci_low, number.ci_high))
 
 
 def _joint(one: Judged) -> Cell:
@@ -378,13 +384,13 @@ PREDICTION_BIAS = TableKind("prediction_bias", _bias_table)
 
 def _limits_of_agreement(content: ReportContent) -> Table:
     columns: Columns[tuple[Judged, Limits]] = (
-        (text_column("quantity", fields.QUANTITY), lambda row: words(str(row[0].quantity))),
-        (text_column("unit", fields.UNIT), lambda row: words(shown_unit(row[1].mean_difference.unit)[0])),
-        (Column("conditions", fields.N), lambda row: count(row[1].mean_difference.n)),
-        (_limit_columns("mean", of="mean"), lambda row: _limit_cells(row[1], row[1].mean_difference)),
-        (_limit_columns("lower limit", of="low"), lambda row: _limit_cells(row[1], row[1].lower_limit)),
-        (_limit_columns("upper limit", of="high"), lambda row: _limit_cells(row[1], row[1].upper_limit)),
-        (PROVENANCE, lambda row: provenance_cell(row[1].mean_difference.provenance)),
+        text("quantity", "quantity", lambda row: str(row[0].quantity)),
+        text("unit", "unit", lambda row: shown_unit(row[1].mean_difference.unit)[0]),
+        counts("conditions", "n", lambda row: row[1].mean_difference.n),
+        *_limit_columns("mean", "mean", lambda limits: limits.mean_difference),
+        *_limit_columns("lower limit", "low", lambda limits: limits.lower_limit),
+        *_limit_columns("upper limit", "high", lambda limits: limits.upper_limit),
+        ids(lambda row: row[1].mean_difference.provenance),
     )
     caption = (
         "Predicted less measured over conditions (Bland and Altman): mean difference, and the limits between which "
@@ -394,14 +400,20 @@ def _limits_of_agreement(content: ReportContent) -> Table:
     return table_of("limits_of_agreement", caption, found, columns)
 
 
-def _limit_columns(title: str, *, of: str) -> tuple[Column, Column]:
-    interval = Column(_CI, fields.named(fields.INTERVAL, of=f"{of}_"))
-    return Column(title, fields.named(fields.LIMIT, of=of)), interval
+def _limit_columns(
+    title: str, name: str, of: Callable[[Limits], Number]
+) -> tuple[ColumnOf[tuple[Judged, Limits]], ...]:
+    def places(limits: Limits) -> int:
+        return common_places((limits.mean_difference, limits.lower_limit, limits.upper_limit))
 
-
-def _limit_cells(limits: Limits, number: Number) -> tuple[Cell, Cell]:
-    places = common_places((limits.mean_difference, limits.lower_limit, limits.upper_limit))
-    return number_cell(number, places), interval_cell(number, places)
+    return (
+        column(title, name, lambda row: number_cell(of(row[1]), places(row[1]))),
+        column(
+            _CI,
+            f"{name}_ci_low {name}_ci_high {name}_ci_level",
+            lambda row: interval_cell(of(row[1]), places(row[1])),
+        ),
+    )
 
 
 LIMITS_OF_AGREEMENT = TableKind("limits_of_agreement", _limits_of_agreement)

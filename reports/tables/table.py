@@ -10,24 +10,35 @@ from typing import TypeAlias, TypeVar
 from data_schema.notebook import table_html
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from reports import fields
 from reports.content import ReportContent
-from reports.display import DASH, decimal_text, degrees_text, interval_text, level_text, p_text, shown_unit, value_text
+from reports.display import (
+    DASH,
+    decimal_text,
+    degrees_text,
+    interval_text,
+    level_text,
+    p_text,
+    shown_unit,
+    unit_slug,
+    value_text,
+)
 from reports.numbers import Number, SignificanceTest, Value
 
 Raw = str | int | float | Undefined | None
 """One field of CSV: unrounded, in the stored unit."""
+PROVENANCE = "provenance"
+"""The field that says where a row's numbers came from."""
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column: `title` and `unit` head it on the page, `fields` are its names in CSV and JSON (`reports.fields`).
+    """A column: `title` and `unit` head it on the page, `fields` are its names in CSV and JSON.
 
     A column that is not `shown` is in CSV only; one of `prose` may break its lines on the page.
     """
 
     title: str
-    fields: fields.Fields
+    fields: tuple[str, ...]
     unit: str = ""
     numeric: bool = True
     shown: bool = True
@@ -143,8 +154,9 @@ class TableKind:
 
 
 T = TypeVar("T")
-Columns: TypeAlias = Sequence[tuple[Column | tuple[Column, ...], Callable[[T], Cell | tuple[Cell, ...]]]]
-"""Columns, each with what makes its cell of an item; several that belong together with what makes theirs."""
+ColumnOf: TypeAlias = tuple[Column | tuple[Column, ...], Callable[[T], Cell | tuple[Cell, ...]]]
+"""A column with what makes its cell of an item, or several that belong together with what makes theirs."""
+Columns: TypeAlias = Sequence[ColumnOf[T]]
 
 
 def table_of(
@@ -175,24 +187,106 @@ def tables_of_outcomes(name: str, make: Callable[[ReportContent, Outcome, str], 
     return tuple(map(of, Outcome))
 
 
-def text_column(title: str, names: fields.Fields, *, prose: bool = False, shown: bool = True) -> Column:
-    """Make a column of words."""
-    return Column(title, names, numeric=False, prose=prose, shown=shown)
+def column(
+    title: str,
+    names: str,
+    make: Callable[[T], Cell],
+    *,
+    unit: str = "",
+    numeric: bool = True,
+    shown: bool = True,
+    prose: bool = False,
+) -> ColumnOf[T]:
+    """Make a column of any cells, of a stored unit; the page has the unit that people read.
+
+    `names` are those of its fields in CSV and JSON, with blanks between; programs rely on them, so that they stay where
+    a title changes. `{unit}` in a name is the stored unit.
+    """
+    fields = tuple(names.format(unit=unit_slug(unit)).split())
+    return Column(title, fields, shown_unit(unit)[0], numeric, shown, prose), make
 
 
-def in_unit(title: str, names: fields.Fields, unit: str, *, of: str = "", shown: bool = True) -> Column:
-    """Make a column of numbers in a stored unit, which its fields name; the page has the unit that people read."""
-    return Column(title, fields.named(names, of=of, unit=unit), shown_unit(unit)[0], shown=shown)
+def text(
+    title: str, names: str, of: Callable[[T], str | Cell], *, prose: bool = False, shown: bool = True
+) -> ColumnOf[T]:
+    """Make a column of words, or of cells of them."""
+
+    def cell(item: T) -> Cell:
+        found = of(item)
+        return words(found) if isinstance(found, str) else found
+
+    return column(title, names, cell, numeric=False, prose=prose, shown=shown)
+
+
+def counts(
+    title: str, names: str, of: Callable[[T], int | tuple[int | None, ...] | None], *, shown: bool = True
+) -> ColumnOf[T]:
+    """Make a column of a count, or of the counts of both sides; None is a dash."""
+
+    def cell(item: T) -> Cell:
+        found = of(item)
+        numbers = found if isinstance(found, tuple) else (found,)
+        return Cell(", ".join(DASH if number is None else str(number) for number in numbers), numbers)
+
+    return column(title, names, cell, shown=shown)
+
+
+def number(
+    title: str, names: str, unit: str, of: Callable[[T], Number | None], places: int | None, *, shown: bool = True
+) -> ColumnOf[T]:
+    """Make a column of numbers in a stored unit."""
+    return column(title, names, lambda item: number_cell(of(item), places), unit=unit, shown=shown)
+
+
+def interval(
+    numbers: Iterable[Number | None],
+    unit: str,
+    of: Callable[[T], Number | None],
+    places: int | None,
+    *,
+    names: str = "ci_low_{unit} ci_high_{unit} ci_level",
+    shown: bool = True,
+) -> ColumnOf[T]:
+    """Make a column of intervals in a stored unit, headed by the levels of all `numbers`: "95 % CI"."""
+    levels = dict.fromkeys(level_text(one) for one in numbers if one is not None)
+    title = " or ".join(levels) or "CI"
+    return column(title, names, lambda item: interval_cell(of(item), places), unit=unit, shown=shown)
+
+
+PLAIN_INTERVAL = "ci_low ci_high ci_level"
+"""The fields of an interval whose unit stands beside it."""
+
+
+def statistic(
+    title: str, name: str, of: Callable[[T], SignificanceTest], degrees: int = 1, *, shown: bool = True
+) -> ColumnOf[T]:
+    """Make the columns of a test: the statistic with its degrees of freedom (t has one, F two), and p."""
+    df = "df" if degrees == 1 else "df_1 df_2"
+    fields = tuple(f"{name}_{each}" for each in ("statistic", *df.split()))
+
+    def cells(item: T) -> tuple[Cell, Cell]:
+        test = of(item)
+        values = (test.statistic, *(*test.df, *(None,) * degrees)[:degrees])
+        if isinstance(test.statistic, Undefined):
+            return Cell(DASH, values, note=test.statistic.reason), p_cell(test.p)
+        return Cell(f"{decimal_text(test.statistic, 2)} ({degrees_text(test.df)})", values), p_cell(test.p)
+
+    return (Column(f"{title} (df)", fields, shown=shown), Column("p", (f"{name}_p",), shown=shown)), cells
+
+
+def ids(of: Callable[[T], str], title: str = "id", name: str = PROVENANCE, *, shown: bool = True) -> ColumnOf[T]:
+    """Make the column that says where a row's numbers came from; the page links it to the table of provenance."""
+
+    def cell(item: T) -> Cell:
+        identity = of(item)
+        return Cell(identity or DASH, (identity,), provenance=bool(identity))
+
+    return column(title, name, cell, numeric=False, shown=shown)
 
 
 def words(text: str) -> Cell:
     """Make a cell of plain text."""
     return Cell(text, (text,))
-
-
-def count(*numbers: int | None) -> Cell:
-    """Make a cell of a count, or of the counts of both sides; None is a dash."""
-    return Cell(", ".join(DASH if number is None else str(number) for number in numbers), numbers)
 
 
 def value_cell(value: Value | None, places: int | None = None, factor: float = 1.0) -> Cell:
@@ -212,52 +306,10 @@ def interval_cell(number: Number | None, places: int | None = None) -> Cell:
     if number is None:
         return Cell(DASH, (None, None, None))
     ends = (number.ci_low, number.ci_high, number.ci_level)
-    for end in ends:
-        if isinstance(end, Undefined):
-            return Cell(DASH, ends, note=end.reason)
-    return Cell(interval_text(number, places, unit=False) or DASH, ends)
+    note = next((end.reason for end in ends if isinstance(end, Undefined)), "")
+    return Cell(DASH if note else interval_text(number, places, unit=False) or DASH, ends, note)
 
 
-def interval_column(
-    numbers: Iterable[Number | None], unit: str = "", *, of: str = "", named_unit: bool = True, shown: bool = True
-) -> Column:
-    """Make a column of intervals in a stored unit, headed by their level: "95 % CI".
-
-    `of` is in its fields' names, and the unit where it is `named_unit`.
-    """
-    levels = dict.fromkeys(level_text(number) for number in numbers if number is not None)
-    names = fields.INTERVAL_IN_UNIT if unit and named_unit else fields.INTERVAL
-    return in_unit(" or ".join(levels) or "CI", names, unit, of=of, shown=shown)
-
-
-def p_cell(p: Value) -> Cell:
+def p_cell(p: Value | None) -> Cell:
     """Make a cell of a p-value."""
-    if isinstance(p, Undefined):
-        return Cell(DASH, (p,), note=p.reason)
-    return Cell(p_text(p, name=False), (p,))
-
-
-def provenance_cell(identity: str) -> Cell:
-    """Make a cell of a provenance id; the page links it to the table of provenance."""
-    return Cell(identity or DASH, (identity,), provenance=bool(identity))
-
-
-def statistic_columns(title: str, of: str, degrees: int = 1) -> tuple[Column, Column]:
-    """Make the columns of a test: the statistic with its degrees of freedom (t has one, F two), and p."""
-    names = fields.STATISTIC_OF_T if degrees == 1 else fields.STATISTIC_OF_F
-    return Column(f"{title} (df)", fields.named(names, of=of)), Column("p", fields.named(fields.P_OF_TEST, of=of))
-
-
-def statistic_cells(test: SignificanceTest | None, degrees: int = 1) -> tuple[Cell, Cell]:
-    """Make the cells of these columns."""
-    if test is None:
-        return Cell(DASH, (None,) * (1 + degrees)), Cell(DASH, (None,))
-    df = (*test.df, *(None,) * degrees)[:degrees]
-    if isinstance(test.statistic, Undefined):
-        return Cell(DASH, (test.statistic, *df), note=test.statistic.reason), p_cell(test.p)
-    text = f"{decimal_text(test.statistic, 2)} ({degrees_text(test.df)})"
-    return Cell(text, (test.statistic, *df)), p_cell(test.p)
-
-
-PROVENANCE = Column("id", fields.PROVENANCE, numeric=False)
-"""The column that says where a row's numbers came from."""
+    return Cell(p_text(p, name=False), (p,)) if isinstance(p, float) else value_cell(p)

@@ -9,10 +9,9 @@ from dataclasses import asdict
 from typing import Any, TypeVar
 
 from labbook.presenting.simulation.simulated import assumed_texts
-from reports import fields
 from reports.display import DASH, decimal_text, general_text, given_text, plain_number, with_unit
 from reports.tables.formats import markdown_text
-from reports.tables.table import Cell, Column, Columns, Table, table_of, text_column, words
+from reports.tables.table import Cell, Column, ColumnOf, Columns, Table, column, table_of, text
 from simulator.scene import Scene
 from simulator.steady.published_results import DEPENDS, VERDICTS, JudgedResult, PublishedResult, contradictions
 from simulator.steady.tables import ESTIMATED_OVER_MEASURED, FEET_M, BedRow, EmulatorRow, PlateRow, SteadyTables
@@ -28,30 +27,30 @@ _CLAIMS_CAPTION = (
     "limits: both are labbook's own, the ranges those of the figures' axes; about a number is within a quarter of it."
 )
 _CLAIM_COLUMNS: Columns[Finding] = (
-    (text_column("Claim", fields.CLAIM), lambda found: words(found.claim.id)),
-    (text_column("Where", fields.WHERE), lambda found: words(found.claim.where)),
-    (text_column("Statement", fields.STATEMENT, prose=True), lambda found: words(found.claim.statement)),
-    (
-        text_column("Measured", fields.MEASURE, prose=True),
+    text("Claim", "claim", lambda found: found.claim.id),
+    text("Where", "where", lambda found: found.claim.where),
+    text("Statement", "statement", lambda found: found.claim.statement, prose=True),
+    text(
+        "Measured",
+        "measure unit",
         lambda found: Cell(found.claim.measure, (found.claim.measure, found.claim.unit)),
+        prose=True,
     ),
-    (
-        Column("Thesis", fields.PUBLISHED),
+    column(
+        "Thesis",
+        "published",
         lambda found: Cell(_number(found.claim.published, found.claim.unit), (found.claim.published,)),
     ),
-    (
-        Column("Simulated", fields.RANGE),
+    column(
+        "Simulated",
+        "lowest median highest",
         lambda found: Cell(range_text(found), (found.lowest, found.median, found.highest)),
     ),
-    (
-        Column("Holds if", fields.LIMITS),
-        lambda found: Cell(_limits_text(found.claim), (found.claim.at_least, found.claim.at_most)),
+    column("Holds if", "at_least at_most", lambda found: _limits(found)),
+    column(
+        "Points within", "n_within n", lambda found: Cell(f"{found.n_within} of {found.n}", (found.n_within, found.n))
     ),
-    (
-        Column("Points within", fields.POINTS_WITHIN),
-        lambda found: Cell(f"{found.n_within} of {found.n}", (found.n_within, found.n)),
-    ),
-    (Column("Holds at", fields.SHARE_WITHIN), lambda found: Cell(_share_text(found), (found.share_within,))),
+    column("Holds at", "share_within", lambda found: Cell(_share_text(found), (found.share_within,))),
 )
 
 
@@ -98,19 +97,14 @@ def claims_data(findings: Sequence[Finding]) -> list[dict[str, Any]]:
 
 
 _RESULT_COLUMNS: Columns[JudgedResult] = (
-    (text_column("Result", fields.RESULT), lambda item: words(item.result.id)),
-    (text_column("Where", fields.WHERE), lambda item: words(item.result.where)),
-    (text_column("What", fields.STATEMENT, prose=True), lambda item: words(item.statement)),
-    (
-        Column("Published", fields.PUBLISHED_NUMBER),
-        lambda item: Cell(
-            _published_text(item.result), (item.result.published, item.result.unit, item.result.relation)
-        ),
-    ),
-    (Column("Simulated", fields.RANGE_AND_SAVING), lambda item: _simulated(item)),
-    (Column("Reproduced if", fields.LIMITS), lambda item: _limits(item.finding)),
-    (text_column("Verdict", fields.JUDGED), lambda item: _verdict(item)),
-    (text_column("Remark", fields.REMARK, prose=True), lambda item: words(item.remark)),
+    text("Result", "result", lambda item: item.result.id),
+    text("Where", "where", lambda item: item.result.where),
+    text("What", "statement", lambda item: item.statement, prose=True),
+    column("Published", "published unit relation", lambda item: _published(item.result)),
+    column("Simulated", "lowest median highest saving", lambda item: _simulated(item)),
+    column("Reproduced if", "at_least at_most", lambda item: _limits(item.finding)),
+    text("Verdict", "verdict n_within n", lambda item: _verdict(item)),
+    text("Remark", "remark", lambda item: item.remark, prose=True),
 )
 _RESULTS_CAPTION = (
     "A result is reproduced where all that is simulated for it lies within the limits, and contradicted where any "
@@ -139,13 +133,13 @@ def verdict_counts(results: Sequence[JudgedResult]) -> str:
     return f"Of {len(results)}: {', '.join(counted)}."
 
 
-def _published_text(result: PublishedResult) -> str:
-    if result.published is None:
-        return DASH
-    number = given_text(result.published)
-    if result.unit == "p":
-        return f"p {_SIGNS[result.relation]} {number}"
-    return f"{result.relation} {with_unit(number, result.unit)}".strip()
+def _published(result: PublishedResult) -> Cell:
+    text = DASH
+    if result.published is not None:
+        number = given_text(result.published)
+        text = f"{result.relation} {with_unit(number, result.unit)}".strip()
+        text = f"p {_SIGNS[result.relation]} {number}" if result.unit == "p" else text
+    return Cell(text, (result.published, result.unit, result.relation))
 
 
 def _simulated(item: JudgedResult) -> Cell:
@@ -182,7 +176,7 @@ _FACTORS = {"%": 100.0, "mm": 1e3, "ms": 1e3}
 
 def _column(
     title: str, unit: str, field: str, value: Callable[[R], float], places: int = 0, published: str = ""
-) -> tuple[Column, Callable[[R], Cell]]:
+) -> ColumnOf[R]:
     """Make a column of simulated numbers, in the unit of `field`; the one `published` stands in brackets."""
 
     def cell(row: R) -> Cell:
