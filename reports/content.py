@@ -435,8 +435,8 @@ class Decision(Result):
     @property
     def test_of_difference(self) -> SignificanceTest:
         """The same test with the sign of the difference, as it stands beside it."""
-        t, difference = self.t.value, self.difference.value
-        if not isinstance(t, float) or not isinstance(difference, float):
+        t, difference = self.t.known, self.difference.known
+        if t is None or difference is None:
             return self.test
         return replace(self.test, statistic=math.copysign(t, difference))
 
@@ -882,16 +882,16 @@ class Prediction:
 
         Savings may be near 0, and are never unsure.
         """
-        value, se = self.check.predicted.value, self.check.predicted.se
-        if self.quantity is PredictedQuantity.SAVINGS or isinstance(value, Undefined) or not isinstance(se, float):
+        value, se = self.check.predicted.known, self.check.predicted.se
+        if self.quantity is PredictedQuantity.SAVINGS or value is None or not isinstance(se, float):
             return False
         return COVERAGE_FACTOR * se >= abs(value)
 
     @property
     def agrees(self) -> bool | None:
         """Whether both agree, the error ratio within -1 to 1; None where that cannot be decided."""
-        ratio = self.check.error_ratio.value
-        agree = None if isinstance(ratio, Undefined) else abs(ratio) <= 1.0
+        ratio = self.check.error_ratio.known
+        agree = None if ratio is None else abs(ratio) <= 1.0
         return None if self.unsure and agree else agree
 
 
@@ -910,17 +910,12 @@ class JudgedGroup(Result):
     @property
     def differs(self) -> bool:
         """Whether 0 lies outside the interval with the errors of what was measured and of what was assumed."""
-        return _excludes_zero(self.bias)
+        return bool(self.bias.side)
 
     @property
     def agrees_only_by_assumed(self) -> bool:
         """Whether 0 lies inside it, but outside that with the errors of what was measured alone."""
-        return not self.differs and _excludes_zero(self.of_measured)
-
-
-def _excludes_zero(number: Number) -> bool:
-    low, high = number.ci_low, number.ci_high
-    return isinstance(low, float) and isinstance(high, float) and (low > 0.0 or high < 0.0)
+        return not self.differs and bool(self.of_measured.side)
 
 
 @dataclass(frozen=True, slots=True)

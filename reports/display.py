@@ -10,6 +10,7 @@ import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from statistics import median_low
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -56,19 +57,9 @@ def as_shown(number: Number) -> Number:
     if factor == 1.0:
         return number
 
-    def scaled(value: Value | None) -> Value | None:
-        return value * factor if isinstance(value, int | float) else value
-
-    value = number.value if isinstance(number.value, Undefined) else number.value * factor
-    return dataclasses.replace(
-        number,
-        value=value,
-        unit=unit,
-        se=scaled(number.se),
-        shared_se=scaled(number.shared_se),
-        ci_low=scaled(number.ci_low),
-        ci_high=scaled(number.ci_high),
-    )
+    parts = {name: getattr(number, name) for name in ("value", "se", "shared_se", "ci_low", "ci_high")}
+    scaled: dict[str, Any] = {name: part * factor for name, part in parts.items() if isinstance(part, int | float)}
+    return dataclasses.replace(number, unit=unit, **scaled)
 
 
 def unit_slug(unit: str) -> str:
@@ -109,11 +100,8 @@ def given_text(value: float) -> str:
 
 def _spread(number: Number) -> float | None:
     """Return the error that decides the digits: the standard error, else that of the interval; None for neither."""
-    errors = []
-    if isinstance(number.se, int | float):
-        errors.append(float(number.se))
-    if isinstance(number.ci_low, int | float) and isinstance(number.ci_high, int | float):
-        errors.append(error_of((number.ci_low, number.ci_high)))
+    errors = [float(number.se)] if isinstance(number.se, int | float) else []
+    errors += [error_of(number.interval)] if number.interval is not None else []
     return next(filter(known_error, errors), None)
 
 
@@ -146,15 +134,10 @@ def with_unit(text: str, unit: str) -> str:
 def interval_text(number: Number, places: int | None = None, *, unit: bool = True) -> str:
     """Write the confidence interval as "8.1 to 21.9 %"; empty where the number has none."""
     shown = as_shown(number)
-    low, high = shown.ci_low, shown.ci_high
-    if low is None or high is None:
-        return ""
-    if isinstance(low, Undefined):
-        return f"undefined: {low.reason}"
-    if isinstance(high, Undefined):
-        return f"undefined: {high.reason}"
+    if shown.interval is None:
+        return "" if shown.ci_low is None else value_text(shown.ci_low)
     places = places_of(number) if places is None else places
-    ends = (value_text(end, None if places is None else decimals_of_end(end, places)) for end in (low, high))
+    ends = (value_text(end, None if places is None else decimals_of_end(end, places)) for end in shown.interval)
     text = " to ".join(ends)
     return with_unit(text, shown.unit) if unit else text
 

@@ -34,6 +34,22 @@ class Number:
     n: int | None = None
     provenance: str = ""
 
+    @property
+    def known(self) -> float | None:
+        """The value, None where it does not exist."""
+        return None if isinstance(self.value, Undefined) else self.value
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """Both ends of the interval, None where it has none."""
+        low, high = self.ci_low, self.ci_high
+        return (low, high) if isinstance(low, int | float) and isinstance(high, int | float) else None
+
+    @property
+    def side(self) -> int | None:
+        """The sign of the number where its interval excludes 0, else 0; None where it has no interval."""
+        return None if self.interval is None else (self.interval[0] > 0.0) - (self.interval[1] < 0.0)
+
     def called(self, names: Mapping[str, str], unit: str) -> Number:
         """Return the same with other names of groups and values in its reasons, as `Undefined.called` has them."""
         parts = {one.name: getattr(self, one.name) for one in fields(self)}

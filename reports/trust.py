@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from data_schema.outcomes import Outcome
 from reports.content import WITHOUT_EXCLUSIONS, Comparison, Favoured, ReportContent, Varied
 from reports.display import (
-    NO_BREAK,
     SAVINGS,
     as_shown,
     common_places,
@@ -81,44 +81,41 @@ def review_sentence(content: ReportContent) -> str:
 
 def trust_sentences(content: ReportContent) -> tuple[str, ...]:
     """Return how far to trust the answer: days, looks, order, charger, odd runs, plan, one day less, uncertainty."""
-    if not content.planned:
-        plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
-    else:
+    plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
+    if content.planned:
         when = "beforehand"
         if content.run_before:
             when = f"before measurements came in, but after the first run ({content.run_before})"
-        counted = count_text(content.departed, "departure")
-        what = (
-            f"with {counted} ({content.section('Plan and deviations')})"
-            if content.departed
-            else "and nothing departs from it"
-        )
+        what = "and nothing departs from it"
+        if content.departed:
+            counted = count_text(content.departed, "departure")
+            what = f"with {counted} ({content.section('Plan and deviations')})"
         plan = f"The analysis was decided on {when}, {what}."
-    return tuple(
-        filter(
-            None,
-            (
-                *_without_charges(content),
-                _looks(content),
-                _order_in_days(content),
-                _coarse_charger(content),
-                _odd_runs(content),
-                plan,
-                _one_day_less(content),
-                _uncertainty(content),
-            ),
-        )
+    sentences = (
+        *_without_charges(content),
+        _looks(content),
+        _order_in_days(content),
+        _coarse_charger(content),
+        _odd_runs(content),
+        plan,
+        _one_day_less(content),
+        _uncertainty(content),
     )
+    return tuple(filter(None, sentences))
+
+
+def _first_of(names: Sequence[str]) -> str:
+    """Name runs, of many the first and how many more there are."""
+    return list_text([*names[:MOST_NAMED], *([f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED else [])])
 
 
 def _without_charges(content: ReportContent) -> list[str]:
     """Name the groups that nothing is claimed of for want of charges."""
-    found = []
-    for group, runs in content.without_charges:
-        more = [f"{len(runs) - MOST_NAMED} more"] if len(runs) > MOST_NAMED else []
-        whose, listed = levels_name(content, group) or "all runs", list_text([*runs[:MOST_NAMED], *more])
-        found.append(f"Nothing is claimed of {whose}: {listed} {'has' if len(runs) == 1 else 'have'} no charge.")
-    return found
+    return [
+        f"Nothing is claimed of {levels_name(content, group) or 'all runs'}: {_first_of(runs)} "
+        f"{'has' if len(runs) == 1 else 'have'} no charge."
+        for group, runs in content.without_charges
+    ]
 
 
 def _looks(content: ReportContent) -> str:
@@ -156,12 +153,12 @@ def _order_in_days(content: ReportContent) -> str:
 
 def _adjusted_text(content: ReportContent, item: Favoured) -> str:
     whose = "all groups" if item.group is None else levels_name(content, item.group)
-    known = {outcome: number for outcome, number in item.adjusted.items() if isinstance(number.ci_low, float)}
     adjusted = [
         f"{'saving' if outcome.has_savings else f'change of {in_sentence(outcome.heading)}'} "
-        f"{value_text(as_shown(number).value, places_of(number))}{NO_BREAK}{shown_unit(number.unit)[0]} "
+        f"{with_unit(value_text(as_shown(number).value, places_of(number)), as_shown(number).unit)} "
         f"({level_text(number)} {interval_text(number)})"
-        for outcome, number in known.items()
+        for outcome, number in item.adjusted.items()
+        if number.interval is not None
     ]
     positions = " against ".join(decimal_text(at, 1) for at in (item.positions.control, item.positions.treated))
     return (
@@ -188,13 +185,11 @@ def _odd_runs(content: ReportContent) -> str:
     if not names:
         return ""
     lie, whose = ("lies", "its condition") if len(names) == 1 else ("lie", "their conditions")
-    more = len(names) - MOST_NAMED
-    listed = list_text([*names[:MOST_NAMED], *([f"{more} more"] if more > 0 else [])])
     swapped = "".join(
         f" {one} and {other} lie inside with each other's charge: were two rows of the sheet exchanged?"
         for one, other in content.exchanged_charges[:1]
     )
-    return f"{count_text(len(names), 'run')} {lie} outside the control limits of {whose}: {listed}.{swapped}"
+    return f"{count_text(len(names), 'run')} {lie} outside the control limits of {whose}: {_first_of(names)}.{swapped}"
 
 
 def _uncertainty(content: ReportContent) -> str:
@@ -204,23 +199,19 @@ def _uncertainty(content: ReportContent) -> str:
     days that act on both sides differently.
     """
     overall = next(iter(content.overall), None)
-    of_pooled = min((each.quantity for each in content.pooled), key=list(Outcome).index, default=None)
-    several = [each for each in content.pooled if each.quantity is (overall.quantity if overall else of_pooled)]
-    number: Number | None = None
+    of_pooled = min((one.quantity for one in content.pooled), key=list(Outcome).index, default=None)
+    quantity = overall.quantity if overall else of_pooled
+    several = [each for each in content.pooled if each.quantity is quantity]
+    if quantity is None:
+        return ""
     if overall is not None:
         several = [each for each in several if each.group in overall.groups]
-        number = overall.savings
-    elif len(several) == 1:  # of several groups without an effect over all, none is the answer
-        number = several[0].decision.headline
+    elif len(several) > 1:  # of several groups without an effect over all, none is the answer
+        return ""
+    number = overall.savings if overall is not None else several[0].decision.headline
     squares = [square for each in several if (square := _of_runs(each)) is not None]
-    if (
-        number is None
-        or not isinstance(number.se, float)
-        or not number.se
-        or not squares
-        or len(squares) < len(several)
-        or (content.coarse_charger is not None and several[0].quantity.shares_error)  # the runs' scatter is not known
-    ):
+    coarse = content.coarse_charger is not None and quantity.shares_error  # the runs' scatter is not known
+    if not isinstance(number.se, float) or not number.se or coarse or not 0 < len(several) == len(squares):
         return ""
     of_runs = math.sqrt(math.fsum(squares)) / len(squares)
     shown, factor = shown_unit(number.unit)
@@ -231,24 +222,21 @@ def _uncertainty(content: ReportContent) -> str:
     )
     mostly, helps = ("runs' scatter", "runs") if 2.0 * of_runs**2 >= number.se**2 else ("days acting unlike", "days")
     if of_drain > number.se:
-        of_joules = several[0].quantity.shares_error
+        of_joules = quantity.shares_error
         mostly, helps = ("the passive drain", "idle runs") if of_joules else ("the calibration", "known heights")
-    common = f"; the {several[0].quantity.common_error}'s part is {drain}" if of_drain else ""
+    common = f"; the {quantity.common_error}'s part is {drain}" if of_drain else ""
     return f"The answer's standard error, {total}, is mostly {mostly}: more {helps} narrow it{common}."
 
 
 def _of_runs(comparison: Comparison) -> float | None:
     """Return the variance that runs' scatter within days gives a headline number; None where it is not known."""
     lead = comparison.decision
-    sd, mean = lead.run_sd.value, lead.control_mean.value
-    if not isinstance(sd, float) or not lead.n_control or not lead.n_treatment:
+    sd, mean, saved = lead.run_sd.known, lead.control_mean.known, lead.headline.known
+    if sd is None or mean is None or saved is None or not lead.n_control or not lead.n_treatment:
         return None
     if lead.savings is None:
         return sd**2 * (1.0 / lead.n_treatment + 1.0 / lead.n_control)
-    if not isinstance(lead.savings.value, float) or not isinstance(mean, float):
-        return None
-    ratio = 1.0 - lead.savings.value / 100.0
-    return (100.0 * sd / mean) ** 2 * (1.0 / lead.n_treatment + ratio**2 / lead.n_control)
+    return (100.0 * sd / mean) ** 2 * (1.0 / lead.n_treatment + (1.0 - saved / 100.0) ** 2 / lead.n_control)
 
 
 def _one_day_less(content: ReportContent) -> str:
@@ -256,41 +244,30 @@ def _one_day_less(content: ReportContent) -> str:
 
     Other days may have idle runs for the drain lines of a headline, but nothing of the selection is left out there.
     """
-    known = sorted(
-        (each for each in content.headlines if isinstance(each[0].decision.headline.value, float)),
-        key=lambda each: each[0].decision.headline.unit != "%",  # savings first
-    )
-    measured = _days_measured(content)
+    known = [each for each in content.headlines if each[0].decision.headline.known is not None]
+    measured = {day.date for day in content.days if not content.runs.keys().isdisjoint(day.runs)}
     if not known or not measured:
         return ""
-    unit = known[0][0].decision.headline.unit
+    units = [each.decision.headline.unit for each, _varied in known]
+    unit = "%" if "%" in units else units[0]  # savings first
     selected = {day.date for day in content.days}
     without = [
-        (as_shown(each.decision.headline).value, as_shown(one.result.headline).value, one.day)
+        (as_shown(each.decision.headline).known or 0.0, as_shown(one.result.headline).known, one.day)
         for each, varied in known
         if each.decision.headline.unit == unit
         for one in varied
         if one.day in selected
     ]
-    shifts = [
-        abs(value - reported)
-        for reported, value, _ in without
-        if isinstance(value, float) and isinstance(reported, float)
-    ]
+    shifts = [abs(value - reported) for reported, value, _day in without if value is not None]
     if not shifts:
         one = "The one day measured cannot be left out."
         return one if len(measured) == 1 else "No day measured can be left out: nothing would be left to compare."
-    unclaimed = measured - {day for _, value, day in without if isinstance(value, float)}
+    unclaimed = measured - {day for _, value, day in without if value is not None}
     lost = f"; without {count_text(len(unclaimed), 'other day')} a group has no value" if unclaimed else ""
     shown = shown_unit(unit)[0]
     what = SAVINGS if unit == "%" else f"differences in {shown}"
     moved = with_unit(decimal_text(max(shifts), 1), "points" if unit == "%" else shown)
     return f"Leaving out any one day moves the {what} of a group by at most {moved}{lost}."
-
-
-def _days_measured(content: ReportContent) -> set[str]:
-    """Return the days with a run that a number is computed from."""
-    return {day.date for day in content.days if not content.runs.keys().isdisjoint(day.runs)}
 
 
 def sentences_on_rules(content: ReportContent) -> tuple[str, ...]:
@@ -301,13 +278,12 @@ def sentences_on_rules(content: ReportContent) -> tuple[str, ...]:
 
 def _by_rules(headline: str, as_reported: Number, varied: list[Varied]) -> str:
     """Say it of one headline; "" where it has no verdict, or no such rules."""
-    verdict = _verdict(as_reported)
-    tried = [one for one in varied if one.by_rules and isinstance(one.result.headline.value, float)]
-    if verdict is None or not tried:
+    tried = [one for one in varied if one.by_rules and one.result.headline.known is not None]
+    if as_reported.side is None or not tried:
         return ""
-    others = [one.variant for one in tried if _verdict(one.result.headline) != verdict]
+    others = [one.variant for one in tried if one.result.headline.side != as_reported.side]
     shown = [as_shown(one.result.headline) for one in tried]
-    values = [one.value for one in shown if isinstance(one.value, float)]
+    values = [one.known for one in shown if one.known is not None]
     places = common_places([as_reported])
     span = with_unit(f"{decimal_text(min(values), places)} to {decimal_text(max(values), places)}", shown[0].unit)
     rules = f"{count_text(len(tried), 'rule')} of onset and take-off ({span})"
@@ -315,11 +291,3 @@ def _by_rules(headline: str, as_reported: Number, varied: list[Varied]) -> str:
         f"under all {rules}" if not others else f"under {len(tried) - len(others)} of {rules}, not {list_text(others)}"
     )
     return f"{sentence_start(headline)}: the verdict holds {holds}."
-
-
-def _verdict(number: Number) -> int | None:
-    """Return the sign of a number whose interval excludes 0, else 0; None where it has no interval."""
-    low, high = number.ci_low, number.ci_high
-    if not isinstance(low, float) or not isinstance(high, float):
-        return None
-    return (low > 0.0) - (high < 0.0)
