@@ -13,7 +13,7 @@ from reports.display import as_shown, count_text, general_text, given_text, leve
 from reports.figures.kind import absence_text, figures_of_outcomes
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style, spread
-from reports.naming import control_name, swept_factor, swept_words, treatment_name
+from reports.naming import control_name, swept_words
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,16 +24,12 @@ if TYPE_CHECKING:
 def has_quantity(content: ReportContent, quantity: Outcome) -> bool:
     """Whether any condition has a mean of the quantity."""
     summaries = (condition.summary(quantity) for condition in content.conditions)
-    return any(summary is not None and isinstance(summary.mean.value, int | float) for summary in summaries)
+    return any(summary is not None and summary.mean.known is not None for summary in summaries)
 
 
 def _absent_quantity(content: ReportContent, quantity: Outcome) -> str | None:
     """Give the reason why there is nothing of the quantity to draw, None where there is."""
-    if has_quantity(content, quantity):
-        return None
-    if content.flow.runs_done and not content.flow.has_jump_runs:
-        return f"There are no {quantity.plural} for this selection: none of its runs counts as one of jumps."
-    return absence_text(content, f"are no {quantity.plural}")
+    return None if has_quantity(content, quantity) else absence_text(content, f"are no {quantity.plural}")
 
 
 def coefficient_of(content: ReportContent) -> str:
@@ -63,25 +59,12 @@ def range_text(content: ReportContent, quantity: Outcome) -> str:
     """Say in words between which values the condition means lie, for a reader who cannot see the plot."""
     unit, factor = shown_unit(quantity.unit)
     sentences = []
-    swept = swept_factor(content)
-    called = swept_words(swept)
-    sides = (("", False),) if swept is None else ((called.control_level, True), (treatment_name(content, {}), False))
     for series in series_of(content):
-        parts = []
-        for name, control in sides:
-            means = [
-                summary.mean.value * factor
-                for condition in series.conditions
-                if (condition.control and swept is not None) is control
-                and (summary := condition.summary(quantity)) is not None
-                and isinstance(summary.mean.value, int | float)
-            ]
-            if means:
-                low, high = min(means), max(means)
-                span = general_text(low) if low == high else f"{general_text(low)} to {general_text(high)}"
-                parts.append(f"{name} {span} {unit}".strip())
-        if parts:
-            sentences.append(f"{series.label}: {', '.join(parts)}.")
+        summaries = [one for condition in series.conditions if (one := condition.summary(quantity)) is not None]
+        means = [factor * one.mean.known for one in summaries if one.mean.known is not None]
+        if means:
+            span = " to ".join(dict.fromkeys(general_text(end) for end in (min(means), max(means))))
+            sentences.append(f"{series.label}: {span} {unit}.")
     return " ".join(sentences)
 
 
@@ -174,16 +157,14 @@ def _marks(series: Series, axis: Axis, quantity: Outcome) -> _Marks:
         summary = condition.summary(quantity)
         if summary is None:
             continue
-        at = axis.position(condition)
-        aside = spread(len(summary.runs))
+        at, aside = axis.position(condition), spread(len(summary.runs))
         runs += [
             (at + x * 0.08 * axis.step, value * factor) for x, (_run, value) in zip(aside, summary.runs, strict=True)
         ]
-        if isinstance(summary.mean.value, int | float):
-            shown = as_shown(summary.mean)
-            mean = summary.mean.value * factor
-            low, high = (end if isinstance(end, int | float) else math.nan for end in (shown.ci_low, shown.ci_high))
-            means.append((at, mean, max(mean - low, 0.0), max(high - mean, 0.0)))
+        shown = as_shown(summary.mean)
+        if shown.known is not None:
+            low, high = shown.interval or (math.nan, math.nan)
+            means.append((at, shown.known, max(shown.known - low, 0.0), max(high - shown.known, 0.0)))
     return _Marks(series, sorted(means), runs)
 
 

@@ -15,16 +15,7 @@ from typing import TYPE_CHECKING
 
 from data_schema.outcomes import Outcome
 from reports.content import Comparison, ReportContent
-from reports.display import (
-    EQUALS,
-    as_shown,
-    common_places,
-    interval_text,
-    level_text,
-    shown_unit,
-    value_text,
-    with_unit,
-)
+from reports.display import EQUALS, as_shown, level_text, number_text, shown_unit
 from reports.figures.kind import absence_text, figures_of_outcomes
 from reports.figures.style import (
     BLACK,
@@ -154,9 +145,10 @@ def _values(one: Estimation) -> list[float]:
 
 def _ends(one: Estimation) -> list[float]:
     """Return all that the axis of differences holds: estimates, finite ends, bounds, and what is held against them."""
-    factor = _factors(one)[1]
-    found = [end for number in one.differences if number is not None for end in axis_values(as_shown(number))]
-    return [*found, *(factor * end for end in (*one.bounds, *(one.tested or ())))]
+    shown = [as_shown(number) for number in one.differences if number is not None]
+    found = [end for number in shown for end in (number.known, *(number.interval or ()))]
+    values = [*found, *(_factors(one)[1] * end for end in (*one.bounds, *(one.tested or ())))]
+    return [value for value in values if value is not None and math.isfinite(value)]
 
 
 def _label(upper: Axes, lower: Axes, one: Estimation) -> None:
@@ -204,24 +196,17 @@ def _draw_differences(axes: Axes, one: Estimation) -> None:
         if number is None:
             continue
         shown = as_shown(number)
-        found = axis_values(shown)
-        if not isinstance(shown.value, int | float):
-            axes.text(place, 0.0, "undefined", color=GREY, fontsize=6.5, ha="center", va="bottom")
-            continue
-        if len(found) == 3:
-            axes.plot([place] * 2, found[1:], color=BLACK, linewidth=1.2, solid_capstyle="butt", zorder=5)
+        if shown.known is None or shown.interval is None:
+            words = "undefined" if shown.known is None else "no interval"
+            axes.text(place, shown.known or 0.0, words, color=GREY, fontsize=6.5, ha="center", va="bottom")
         else:
-            axes.text(place, shown.value, "no interval", color=GREY, fontsize=6.5, ha="center", va="bottom")
+            axes.plot([place] * 2, shown.interval, color=BLACK, linewidth=1.2, solid_capstyle="butt", zorder=5)
+        if shown.known is None:
+            continue
         if one.tested is not None:
             tested = [factor * end for end in one.tested]
             axes.plot([place] * 2, tested, color=GREY, linewidth=5.0, solid_capstyle="butt", zorder=4)
-        axes.plot([place], [shown.value], "_", color=BLACK, markersize=12.0, markeredgewidth=0.9, zorder=6)
-
-
-def axis_values(number: Number) -> list[float]:
-    """Return what of a number takes place on its axis: estimate and finite ends."""
-    found = (number.value, number.ci_low, number.ci_high)
-    return [value for value in found if isinstance(value, int | float) and math.isfinite(value)]
+        axes.plot([place], [shown.known], "_", color=BLACK, markersize=12.0, markeredgewidth=0.9, zorder=6)
 
 
 def marker_pt(most: int) -> float:
@@ -288,8 +273,8 @@ def _estimation(content: ReportContent, comparison: Comparison) -> Estimation:
     if item is not None and control:
         of_mean = 0.01 * statistics.fmean(control) if item.estimate.unit == "%" else 1.0
         bounds = of_mean * item.low, of_mean * item.high
-        found = [of_mean * value for value in axis_values(item.estimate)]  # estimate, low, high
-        tested = (found[1], found[2]) if len(found) == 3 else None
+        if item.estimate.interval is not None:
+            tested = of_mean * item.estimate.interval[0], of_mean * item.estimate.interval[1]
     return Estimation(
         quantity=comparison.quantity.heading,
         unit=comparison.quantity.unit,
@@ -305,19 +290,17 @@ def _estimation(content: ReportContent, comparison: Comparison) -> Estimation:
 def _caption(content: ReportContent, quantity: Outcome) -> str:
     chosen = _drawn(content, quantity)
     called = swept_words(swept_factor(content))
-    level = level_text(chosen[0].decision.difference) if chosen else "confidence interval"
+    level = level_text(chosen[0].decision.difference)
     tested = next((item.estimate for c in chosen if (item := c.decision.equivalence) is not None), None)
-    dashed = (
-        ""
-        if tested is None
-        else f" Dashed: the bounds within which a difference counts as none; the test against them (TOST) goes by the "
-        f"{level_text(tested)}, the thick grey line."
-    )
-    axes = (
-        "all upper panels share one vertical axis, and all lower ones another"
-        if quantity.has_savings
-        else "the lower panels share their vertical axis, each upper one has its own"
-    )
+    dashed = ""
+    if tested is not None:
+        dashed = (
+            " Dashed: the bounds within which a difference counts as none; the test against them (TOST) goes by the "
+            f"{level_text(tested)}, the thick grey line."
+        )
+    axes = "the lower panels share their vertical axis, each upper one has its own"
+    if quantity.has_savings:
+        axes = "all upper panels share one vertical axis, and all lower ones another"
     together = f" (all levels of the {called.coefficient} together)" if len(treated_levels(content, {})) > 1 else ""
     sides = f"{called.the_control} and of {treatment_name(content, {})}{together}"
     return (
@@ -330,12 +313,8 @@ def _caption(content: ReportContent, quantity: Outcome) -> str:
 def _alternative(content: ReportContent, quantity: Outcome) -> str:
     parts = []
     for comparison in _drawn(content, quantity):
-        number = as_shown(comparison.decision.difference)
-        size = with_unit(value_text(number.value, common_places([comparison.decision.difference])), number.unit)
-        interval = interval_text(comparison.decision.difference)
-        name = levels_name(content, comparison.group) or "all runs"
-        runs = f"{comparison.decision.n_control} and {comparison.decision.n_treatment} runs"
-        parts.append(f"{name}: {size}{f' ({interval})' if interval else ''}, {runs}")
+        name, lead = levels_name(content, comparison.group) or "all runs", comparison.decision
+        parts.append(f"{name}: {number_text(lead.difference)}, {lead.n_control} and {lead.n_treatment} runs")
     return f"Single runs and the difference of {quantity}, treatment less control. {'; '.join(parts)}."
 
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from reports.display import as_shown
-from reports.figures.estimation import axis_values
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION
 from reports.numbers import Number
 
@@ -54,13 +53,12 @@ def draw_estimate(
 ) -> None:
     """Draw one number and its interval at a height; where the number does not exist, say so in its place."""
     shown = as_shown(number)
-    if not isinstance(shown.value, int | float):
+    if shown.known is None:
         axes.text(0.02, row, "undefined", transform=axes.get_yaxis_transform(), color=GREY, fontsize=6.5, va="center")
         return
-    _value, *ends = axis_values(shown)
-    if len(ends) == 2:
-        axes.plot(ends, [row, row], color=colour, linewidth=1.1 * scale, solid_capstyle="butt", zorder=3)
-    axes.plot([shown.value], [row], marker, color=colour, markersize=4.2 * scale, zorder=4)
+    if shown.interval is not None:
+        axes.plot(shown.interval, [row, row], color=colour, linewidth=1.1 * scale, solid_capstyle="butt", zorder=3)
+    axes.plot([shown.known], [row], marker, color=colour, markersize=4.2 * scale, zorder=4)
 
 
 def name_rows(axes: Axes, names: Sequence[tuple[str, bool]], size_pt: float) -> None:

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from data_schema.vocabulary import Undefined
 from reports.content import POOLED, Judged, Limits, ReportContent
-from reports.display import as_shown, count_text, general_text, number_text, with_unit
+from reports.display import as_shown, number_text
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, BLUE, PALE, is_narrow, light_grid, new_figure, plain_ticks
-from reports.numbers import Number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,14 +35,12 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 def _draw_panel(axes: Axes, content: ReportContent, one: Judged, limits: Limits) -> None:
     for number, style in ((limits.mean_difference, "-"), (limits.lower_limit, "--"), (limits.upper_limit, "--")):
         shown = as_shown(number)
-        if isinstance(shown.ci_low, float) and isinstance(shown.ci_high, float):
-            axes.axhspan(shown.ci_low, shown.ci_high, color=PALE, alpha=0.5, linewidth=0)
-        axes.axhline(_value(shown), color=BLACK, linestyle=style, linewidth=0.8)
-    pairs = [
-        (_value(as_shown(item.measured)), _value(as_shown(item.check.predicted)))
-        for item in content.predictions.of(one.quantity)
-        if item.level != POOLED and isinstance(item.check.difference.value, float)
-    ]
+        if shown.interval is not None:
+            axes.axhspan(*shown.interval, color=PALE, alpha=0.5, linewidth=0)
+        axes.axhline(shown.known or 0.0, color=BLACK, linestyle=style, linewidth=0.8)
+    items = [item for item in content.predictions.of(one.quantity) if item.level != POOLED]
+    both = [(as_shown(item.measured).known, as_shown(item.check.predicted).known) for item in items]
+    pairs = [(one, other) for one, other in both if one is not None and other is not None]
     axes.plot(
         [(measured + predicted) / 2.0 for measured, predicted in pairs],
         [predicted - measured for measured, predicted in pairs],
@@ -60,10 +56,6 @@ def _draw_panel(axes: Axes, content: ReportContent, one: Judged, limits: Limits)
     light_grid(axes)
 
 
-def _value(number: Number) -> float:
-    return number.value if isinstance(number.value, int | float) else float("nan")
-
-
 def caption(_content: ReportContent) -> str:
     """Say what is drawn."""
     return (
@@ -76,14 +68,8 @@ def alternative(content: ReportContent) -> str:
     """Describe the plot in words: of each quantity the mean difference and its limits."""
     sentences = []
     for one, limits in _judged(content):
-        low, high = (as_shown(each) for each in (limits.lower_limit, limits.upper_limit))
-        ends = (
-            low.value.reason
-            if isinstance(low.value, Undefined)
-            else f"{general_text(low.value)} to {with_unit(general_text(_value(high)), low.unit)}"
-        )
-        conditions = count_text(limits.mean_difference.n or 0, "condition")
-        sentences.append(f"{one.quantity}: mean {number_text(limits.mean_difference)}, limits {ends}, {conditions}.")
+        mean, low, high = map(number_text, (limits.mean_difference, limits.lower_limit, limits.upper_limit))
+        sentences.append(f"{one.quantity}: mean {mean}, limits {low} and {high}.")
     return f"Differences of predictions from measurements. {' '.join(sentences)}"
 
 

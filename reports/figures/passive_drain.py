@@ -10,7 +10,6 @@ import numpy as np
 from data_schema.vocabulary import Undefined
 from reports.content import MAH_MIN, Drain, ReportContent
 from reports.display import count_text, general_text, level_text, list_text, number_text
-from reports.figures.estimation import axis_values
 from reports.figures.kind import FigureKind, absence_text
 from reports.figures.style import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, draw_line, is_narrow, light_grid, new_figure
 
@@ -53,17 +52,16 @@ def _draw_fit(axes: Axes, drain: Drain, colour: str, marker: str, label: str) ->
     points = [run.duration_s / MAH_MIN for run in drain.idle], [run.charge_mah for run in drain.idle]
     charges = [at.charge_mah for at in along]
     draw_line(axes, minutes, charges, colour, band=(low, high), points=points, marker=marker, label=label)
-    if not isinstance(at_run.value, Undefined):
-        value, *of_interval = axis_values(at_run)
-        bar = [[abs(end - value)] for end in of_interval] if len(of_interval) == 2 else None
-        axes.errorbar([drain.run_duration_min], [value], yerr=bar, fmt="D", color=colour, markersize=5, capsize=3)
+    if at_run.known is not None:
+        bar = None if at_run.interval is None else [[abs(end - at_run.known)] for end in at_run.interval]
+        axes.errorbar(
+            [drain.run_duration_min], [at_run.known], yerr=bar, fmt="D", color=colour, markersize=5, capsize=3
+        )
 
 
 def caption(content: ReportContent) -> str:
     """Say what is drawn and that the estimate is extrapolated."""
     fits = _drawn(content)
-    if not fits:
-        return ""
     idle = count_text(len(fits[0].idle), "idle run")
     if len(fits) > 1:
         idle = f"idle runs ({list_text([f'{len(fit.idle)} of {fit.robot}' for fit in fits])})"

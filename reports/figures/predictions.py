@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from reports.content import COVERAGE_FACTOR, POOLED, PredictedQuantity, Prediction, ReportContent
-from reports.display import count_text, general_text, given_text, level_text, sentence_start, shown_unit
+from reports.display import as_shown, count_text, general_text, given_text, level_text, sentence_start, shown_unit
 from reports.figures.forest import draw_estimate, name_rows
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
@@ -82,16 +82,16 @@ def _draw_panel(
 
 def _expanded(number: Number) -> Number:
     """Give a prediction the interval of its expanded uncertainty."""
-    if not isinstance(number.value, int | float) or not isinstance(number.se, int | float):
+    if number.known is None or not isinstance(number.se, int | float):
         return number
     half = COVERAGE_FACTOR * number.se
-    return replace(number, ci_low=number.value - half, ci_high=number.value + half)
+    return replace(number, ci_low=number.known - half, ci_high=number.known + half)
 
 
 def caption(content: ReportContent) -> str:
     """Say what is drawn."""
     about = content.predictions
-    level = level_text(about.items[0].measured) if about.items else "confidence interval"
+    level = level_text(about.items[0].measured)
     return (
         f"Measured means (circles) with their {level}, and what the scene {about.scene} predicts for each condition as "
         f"it was run (diamonds), ± {given_text(COVERAGE_FACTOR)} standard uncertainties (simulator, assumed "
@@ -104,14 +104,11 @@ def alternative(content: ReportContent) -> str:
     sentences = []
     for quantity in _shown(content):
         items = content.predictions.of(quantity)
-        unit, factor = _unit(quantity), shown_unit(quantity.unit)[1]
-        differences = [item.check.difference.value for item in items]
-        found = [value * factor for value in differences if isinstance(value, int | float)]
-        span = (
-            f"; predicted less measured {general_text(min(found))} to {general_text(max(found))} {unit}"
-            if found
-            else ""
-        )
+        found = [value for item in items if (value := as_shown(item.check.difference).known) is not None]
+        span = ""
+        if found:
+            ends = f"{general_text(min(found))} to {general_text(max(found))} {_unit(quantity)}"
+            span = f"; predicted less measured {ends}"
         sentences.append(f"{quantity}: {count_text(len(items), 'prediction')}{span}.")
     return f"Measured and predicted values of each condition. {' '.join(sentences)}"
 

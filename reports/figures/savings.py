@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from data_schema.vocabulary import Undefined
 from reports import display
 from reports.content import Comparison, ReportContent
 from reports.display import EQUALS, common_places, interval_text, level_text, sentence_start, value_text
@@ -67,11 +66,10 @@ def _group(content: ReportContent, comparison: Comparison) -> str:
 
 def _number_text(savings: Number, places: int) -> str:
     """Write the percentage with its interval; one that does not exist is named, its reason is in the table."""
-    if isinstance(savings.value, Undefined):
+    if savings.known is None:
         return "undefined"
-    known = all(isinstance(end, int | float) for end in (savings.ci_low, savings.ci_high))
-    interval = interval_text(savings, places, unit=False) if known else "no interval"
-    return f"{value_text(savings.value, places)} ({interval})"
+    interval = "no interval" if savings.interval is None else interval_text(savings, places, unit=False)
+    return f"{value_text(savings.known, places)} ({interval})"
 
 
 def draw(content: ReportContent, width_in: float) -> Figure:
@@ -91,7 +89,7 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 
 def caption(content: ReportContent) -> str:
     """Say what is drawn."""
-    level = next((level_text(savings) for _, savings in _with_savings(content)), "confidence interval")
+    level = level_text(_with_savings(content)[0][1])
     several = len(treated_levels(content, {})) > 1
     marks = "diamonds, all levels pooled; circles, each; " if several else ""
     return (

@@ -5,7 +5,6 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
-from data_schema.vocabulary import Undefined
 from reports.content import Comparison, ReportContent, Varied
 from reports.display import DASH, EQUALS, as_shown, count_text, general_text
 from reports.figures.estimation import named_with_unit
@@ -37,8 +36,8 @@ def draw(content: ReportContent, width_in: float) -> Figure:
         panel.set_visible(False)
     for panel, one in zip(panels, sets, strict=False):
         reported, numbers = as_shown(one[0].decision.headline), _numbers(*one)
-        if not isinstance(reported.value, Undefined):
-            panel.axvline(reported.value, color=VERMILLION, linewidth=0.7, zorder=1)
+        if reported.known is not None:
+            panel.axvline(reported.known, color=VERMILLION, linewidth=0.7, zorder=1)
         draw_forest(panel, [_row(label, numbers.get(label, [])) for label in labels], 6)
         title = named_with_unit(headline_name(content, one[0]), reported.unit)
         panel.set_title(textwrap.fill(title, 40 if across == 1 else 60 // across), fontsize=6)
@@ -80,7 +79,7 @@ def alternative(content: ReportContent) -> str:
 
 def _range_sentence(headline: str, varied: list[Varied]) -> str:
     shown = [as_shown(one.result.headline) for one in varied]
-    numbers = [one.value for one in shown if not isinstance(one.value, Undefined)]
+    numbers = [one.known for one in shown if one.known is not None]
     if not numbers:
         return f"{headline}: no variant has a value."
     unit, count = shown[0].unit, count_text(len(varied), "variant")

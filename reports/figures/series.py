@@ -135,7 +135,7 @@ def series_lie_apart(content: ReportContent, quantity: Outcome) -> bool:
     for series in series_of(content):
         summaries = [summary for c in series.conditions if (summary := c.summary(quantity)) is not None]
         values = [value for summary in summaries for _run, value in summary.runs]
-        values += [summary.mean.value for summary in summaries if isinstance(summary.mean.value, int | float)]
+        values += [summary.mean.known for summary in summaries if summary.mean.known is not None]
         if values:
             ranges.append((min(values), max(values)))
     if len(ranges) < 2:
