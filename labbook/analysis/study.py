@@ -28,7 +28,7 @@ from labbook.analysis.outcomes.run_energy import passive_drains, run_energies
 from labbook.analysis.prediction.bias import judge
 from labbook.analysis.prediction.checking import check_conditions, check_savings
 from labbook.analysis.prediction.hypotheses import judge_hypotheses
-from labbook.analysis.prediction.predicting import PredictionResult, predictions, predictions_in_background
+from labbook.analysis.prediction.predicting import PredictionResult, predictions
 from labbook.analysis.prediction.simulating import ALWAYS, SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results import Results, RunResults
@@ -129,7 +129,6 @@ def analyse(
     if level is not None and not math.isclose(level, 1.0 - settings.outside):
         settings = replace(settings, alpha=settings.alpha * (1.0 - level) / settings.outside)
         planned = replace(planned, settings=settings)
-    ahead = predictions_in_background(detections.connection, evidence)
     measured = measure_study(computed, detections, evidence, progress)
     results, conditions = measured.results, measured.conditions
     progress("comparisons")
@@ -139,7 +138,7 @@ def analyse(
     of_a_joule = budget(computed, evidence, conditions[Outcome.JOULES], scope)
     keys = list(dict.fromkeys(item.key for several in conditions.values() for item in several))
     simulated = [outcome for outcome in SIMULATED if outcome in ALWAYS or conditions.get(outcome)]
-    predicted = predictions(computed, detections.connection, evidence, keys, progress, simulated, ahead)
+    predicted = predictions(computed, detections.connection, evidence, keys, progress, simulated)
     checks = {
         outcome: check_conditions(computed, conditions[outcome], predicted, outcome, swept, scope)
         for outcome in simulated

@@ -23,7 +23,7 @@ from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import ApexVariant, as_protocol, without_exclusions
 from labbook.analysis.outcomes.run_force import ALL_RULES, PushOffRules, RunForce, run_forces_by_rules
 from labbook.analysis.prediction.checking import AllPredicted, side_of
-from labbook.analysis.prediction.predicting import BackgroundPredictions, predictions
+from labbook.analysis.prediction.predicting import predictions
 from labbook.analysis.prediction.simulating import ALWAYS, SIMULATED
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results import Results
@@ -168,8 +168,7 @@ class Facts:
         conditions = {outcome: self.conditions(outcome) for outcome in SIMULATED}
         keys = list(dict.fromkeys(one.key for several in conditions.values() for one in several))
         wanted = [outcome for outcome in SIMULATED if outcome in ALWAYS or conditions[outcome]]
-        none = BackgroundPredictions({}, None)
-        return predictions(Results(), self.connection, self.evidence, keys, lambda _step: None, wanted, none)
+        return predictions(Results(), self.connection, self.evidence, keys, lambda _step: None, wanted)
 
     def is_simulated(self, condition: ConditionValues, outcome: Outcome, *, varied: bool = False) -> bool:
         """Return whether there is a prediction for all runs of a condition; with `varied`, one with an error."""

@@ -7,15 +7,11 @@ what the figure shows of the report, and its width.
 from __future__ import annotations
 
 import hashlib
-import importlib
-import mmap
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeVar
 
 from data_schema.file_cache import FileCache
-from data_schema.second_process import has_core, run_in_fork
 from reports.content import ReportContent
 from reports.figures.by_level import BY_LEVEL
 from reports.figures.estimation import ESTIMATIONS
@@ -47,9 +43,6 @@ def figures_of(content: ReportContent) -> list[FigureKind]:
     return [kind for kind in FIGURES.values() if kind.outcome is None or kind.outcome in content.outcomes]
 
 
-T = TypeVar("T")
-
-
 def _sources() -> Iterable[Path]:
     """Every source of `reports` and of the words that it uses."""
     reports = Path(__file__).parents[1]
@@ -68,38 +61,11 @@ class Wanted:
     formats: Sequence[str]
 
 
-def cached_figures(
-    content: ReportContent, wanted: Sequence[Wanted], meanwhile: Callable[[], T]
-) -> tuple[list[dict[str, bytes]], T]:
-    """Return figures of the report by format, in order: each as it was drawn before of the same, else drawn now, once.
-
-    `meanwhile` is done too, and what it returns is returned. Where there is a core for it a second process draws from
-    the first figure on, this one after that from the last on, until they meet. It hands its figures over in the folder;
-    what does not arrive is drawn here.
-    """
-    names = [_names(content, one) for one in wanted]
-    found = [_stored(one, some) for one, some in zip(wanted, names, strict=True)]
-    missing = [place for place, known in enumerate(found) if known is None]
-    shared = len(missing) > 1 and DRAWN.folder is not None and has_core()
-    begun: mmap.mmap | bytearray = mmap.mmap(-1, len(wanted)) if shared else bytearray(len(wanted))
-
-    def draw(places: Iterable[int]) -> None:
-        for place in places:
-            if not begun[place]:
-                begun[place] = 1
-                found[place] = _drawn_anew(content, wanted[place], names[place])
-
-    if shared:
-        importlib.import_module("matplotlib.backends.backend_svg")  # the copy has then all that drawing loads
-    copy = run_in_fork(lambda: draw(missing)) if shared else None
-    other = meanwhile()
-    draw(reversed(missing))
-    if copy:
-        copy.result()
-    for place in missing:
-        if found[place] is None:
-            found[place] = _stored(wanted[place], names[place]) or _drawn_anew(content, wanted[place], names[place])
-    return [known for known in found if known is not None], other
+def cached_figure(content: ReportContent, wanted: Wanted) -> dict[str, bytes]:
+    """Return a figure of the report by format: as it was drawn before of the same, else drawn now."""
+    names = _names(content, wanted)
+    known = {suffix: data for suffix, name in names.items() if (data := DRAWN.read(name)) is not None}
+    return known if len(known) == len(wanted.formats) else _drawn_anew(content, wanted, names)
 
 
 def _names(content: ReportContent, wanted: Wanted) -> dict[str, str]:
@@ -107,12 +73,6 @@ def _names(content: ReportContent, wanted: Wanted) -> dict[str, str]:
     shown = wanted.kind.absent(content) or wanted.kind.drawn(content)
     key = hashlib.sha256(f"{wanted.kind.name} {wanted.width_in!r} {shown!r}".encode()).hexdigest()
     return {suffix: f"{key}.{suffix}" for suffix in wanted.formats}
-
-
-def _stored(wanted: Wanted, names: Mapping[str, str]) -> dict[str, bytes] | None:
-    """Return a figure from the cache, None where one of its formats is not there."""
-    known = {suffix: data for suffix, name in names.items() if (data := DRAWN.read(name)) is not None}
-    return known if len(known) == len(wanted.formats) else None
 
 
 def _drawn_anew(content: ReportContent, wanted: Wanted, names: Mapping[str, str]) -> dict[str, bytes]:

@@ -5,11 +5,11 @@ from __future__ import annotations
 import contextlib
 import importlib.resources
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import jinja2
 
@@ -19,7 +19,7 @@ from data_schema.outcomes import Outcome
 from reports.content import ReportContent
 from reports.display import count_text, list_text
 from reports.figures.by_level import file_name
-from reports.figures.registry import DRAWN, FIGURES, Wanted, cached_figures, figures_of
+from reports.figures.registry import DRAWN, FIGURES, Wanted, cached_figure, figures_of
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN, is_narrow
 from reports.page.policy import content_policy
 from reports.page.sections import (
@@ -44,8 +44,6 @@ _PROLOG = re.compile(r"^.*?(?=<svg\b)", re.DOTALL)
 _METADATA = re.compile(r"<metadata>.*?</metadata>|<!--.*?-->", re.DOTALL)
 _OPENING = re.compile(r"<svg\b[^>]*>")
 _VIEW_BOX = re.compile(r'viewBox="([^"]*)"')
-
-T = TypeVar("T")
 
 
 def inline_svg(svg: bytes, name: str, title: str, alternative: str) -> str:
@@ -90,7 +88,7 @@ def report_files(
     `tables.docx` as well. Pages come from the `templates` of a lab where its folder has them.
     """
     of_page = None if every_figure else _drawn_on(sections_of(content))
-    figures, tables = _figure_files(content, of_page, lambda: _tables(content))
+    figures, tables = _figure_files(content, of_page), _tables(content)
     drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
     return {
         **{_figure_path(name, content): data for name, data in figures.items()},
@@ -220,26 +218,22 @@ _NAMES = (*_PAGES, WORD, "numbers.json", "numbers.tex", "references.bib", "figur
 """What a report puts into its folder."""
 
 
-def _figure_files(
-    content: ReportContent, of_page: set[str] | None, meanwhile: Callable[[], T]
-) -> tuple[dict[str, bytes], T]:
-    """Draw figures, file name -> bytes, and do something else meanwhile.
+def _figure_files(content: ReportContent, of_page: set[str] | None) -> dict[str, bytes]:
+    """Draw figures, file name -> bytes.
 
     `of_page` names those of the page, "_one_column" behind the narrow ones, which are wanted as SVG; None for every
     figure at both widths as SVG and PDF.
     """
     formats = _FORMATS if of_page is None else ("svg",)
-    wanted = {
-        f"{kind.name}{ending}": Wanted(kind, width_in, formats)
+    files = {
+        f"{kind.name}{ending}.{suffix}": data
         for kind in figures_of(content)
         for ending, width_in in _WIDTHS.items()
         if of_page is None or f"{kind.name}{ending}" in of_page
+        for suffix, data in cached_figure(content, Wanted(kind, width_in, formats)).items()
     }
-    found, other = cached_figures(content, list(wanted.values()), meanwhile)
-    named = zip(wanted, found, strict=True)
-    files = {f"{name}.{suffix}": data for name, formed in named for suffix, data in formed.items()}
     DRAWN.forget_unused()
-    return files, other
+    return files
 
 
 def _drawn_on(sections: Sequence[Section]) -> set[str]:

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import msgspec
 import sqlalchemy as sa
 
-from data_schema.errors import LabbookError, unknown_name
+from data_schema.errors import unknown_name
 from data_schema.file_cache import FileCache
 from data_schema.journal import canonical
 from data_schema.outcomes import Outcome
@@ -27,7 +27,6 @@ from data_schema.queries.facts import read_fact
 from data_schema.queries.runs import RunRow
 from data_schema.queries.sources import InputRow
 from data_schema.reasons import Reason
-from data_schema.second_process import SecondProcess, has_core, run_in_fork
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.condition_scenes import (
     ROBOT_PARAMETERS,
@@ -142,70 +141,31 @@ class WantedPrediction:
         return _name(self.settings)
 
 
-Wanted = Mapping[tuple[str, str], WantedPrediction]
-"""A prediction for each condition, by its key, and each robot that ran it, by its uid."""
-
-
-@dataclass(frozen=True, slots=True)
-class BackgroundPredictions:
-    """Predictions that another process makes while this one analyses what was measured."""
-
-    wanted: Wanted
-    simulating: SecondProcess[dict[str, PredictionResult]] | None
-
-    def by_name(self) -> Mapping[str, PredictionResult]:
-        """Wait for them; those that do not come are made by whoever asks for them."""
-        return (self.simulating and self.simulating.result()) or {}
-
-
-def predictions_in_background(connection: sa.Connection, evidence: StudyData) -> BackgroundPredictions:
-    """Let another process simulate, where it is not in the cache, each condition that has a charge or a log."""
-    keys = {run.condition_key for run in evidence.runs if evidence.charges.get(run.uid) or evidence.logs.get(run.uid)}
-    try:
-        wanted = _wanted(connection, evidence, keys, ALWAYS)
-    except LabbookError:  # of a condition that nothing may have been measured of
-        return BackgroundPredictions({}, None)
-    new = _new(wanted) if has_core() else {}
-    return BackgroundPredictions(
-        wanted, run_in_fork(lambda: {name: one.compute() for name, one in new.items()}) if new else None
-    )
-
-
 def predictions(
     computed: Results,
     connection: sa.Connection,
     evidence: StudyData,
-    keys: Sequence[str],
+    keys: Collection[str],
     progress: Callable[[str], None],
     outcomes: Sequence[Outcome],
-    ahead: BackgroundPredictions,
 ) -> dict[tuple[str, str], PredictionResult]:
     """Return a prediction for each condition that is named by its key and each robot that ran it, by key and robot uid.
 
     `outcomes` are predicted, of `SIMULATED`. Empty where the study names no scene.
     """
-    asked = set(keys)
-    wanted: Wanted = {place: one for place, one in ahead.wanted.items() if place[0] in asked}
-    if tuple(outcomes) != ALWAYS or {key for key, _robot in wanted} != asked:
-        wanted = _wanted(connection, evidence, asked, outcomes)
-    if _new(wanted):
+    wanted = _wanted(connection, evidence, set(keys), outcomes)
+    if not all(SIMULATIONS.has(one.name) for one in wanted.values()):
         progress(SIMULATING)
         SIMULATIONS.forget_unused()
-    made = ahead.by_name()
     return {
-        place: computed.record(ALGORITHM, one.scope, one.inputs, made.get(one.name) or one.compute(), one.settings)
+        place: computed.record(ALGORITHM, one.scope, one.inputs, one.compute(), one.settings)
         for place, one in wanted.items()
     }
 
 
-def _new(wanted: Wanted) -> dict[str, WantedPrediction]:
-    """Return those whose simulations are not in the cache, by the names of their files there."""
-    return {one.name: one for one in wanted.values() if not SIMULATIONS.has(one.name)}
-
-
 def _wanted(
     connection: sa.Connection, evidence: StudyData, keys: Collection[str], outcomes: Sequence[Outcome]
-) -> Wanted:
+) -> dict[tuple[str, str], WantedPrediction]:
     settings = evidence.configuration.simulation
     if settings is None or not keys:
         return {}

@@ -1,7 +1,6 @@
 import dataclasses
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -12,13 +11,13 @@ from data_schema.outcomes import Outcome
 from reports.figures import registry as figure_cache
 from reports.figures.by_level import file_name
 from reports.figures.kind import draw_figure
-from reports.figures.registry import DRAWN, FIGURES, Wanted, cached_figures
+from reports.figures.registry import DRAWN, FIGURES, Wanted, cached_figure
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from tests.helpers.pages import FIGURE_NAMES, quick_page, with_summary
 
 PROJECT = Path(__file__).parents[3]
-FEW = ["savings", "passive_drain", "joules_by_level", "day_order"]
-OTHERS = [name for name in FIGURE_NAMES if name != FEW[0]]
+FIRST = "savings"
+OTHERS = [name for name in FIGURE_NAMES if name != FIRST]
 """What is kept of a figure does not depend on what it shows."""
 
 
@@ -53,14 +52,14 @@ def templates_of_labbook(name):
 
 
 def one_drawn(content, wanted):
-    return cached_figures(content, [wanted], lambda: None)[0][0]
+    return cached_figure(content, wanted)
 
 
 def all_drawn(content):
     return {name: one_drawn(content, Wanted(FIGURES[name], ONE_COLUMN_IN, ("svg",))) for name in FIGURE_NAMES}
 
 
-@pytest.mark.parametrize("name", [FEW[0], *(pytest.param(name, marks=pytest.mark.soak) for name in OTHERS)])
+@pytest.mark.parametrize("name", [FIRST, *(pytest.param(name, marks=pytest.mark.soak) for name in OTHERS)])
 def test_a_kept_figure_is_byte_for_byte_what_is_drawn_anew(content, written, cache, name):
     """Nor is it another than the report wrote a while ago: nothing of the clock or of an earlier drawing is in it."""
     wanted = Wanted(FIGURES[name], TWO_COLUMNS_IN, ("svg", "pdf"))
@@ -141,35 +140,6 @@ def test_without_a_folder_everything_is_drawn(content, cache, tmp_path):
     wanted = Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg",))
     assert one_drawn(content, wanted) == one_drawn(content, wanted)
     assert cache == ["day_order", "day_order"]
-
-
-@pytest.fixture
-def two_processes(monkeypatch):
-    """Another process draws, too, however many cores there are."""
-    if sys.platform != "linux":
-        pytest.skip("there is no second process here")
-    monkeypatch.setattr(figure_cache, "has_core", lambda: True)
-
-
-def several(content, meanwhile=lambda: None, names=FIGURE_NAMES):
-    return cached_figures(content, [Wanted(FIGURES[name], ONE_COLUMN_IN, ("svg",)) for name in names], meanwhile)[0]
-
-
-def until_one_is_drawn():
-    while not any(cache_folder(DRAWN.kind).glob("*/*.svg")):
-        time.sleep(0.01)
-
-
-def test_what_a_second_process_draws_has_the_same_bytes(content, cache, two_processes, monkeypatch):
-    shared = several(content, until_one_is_drawn, FEW)
-    here = list(cache)
-    for path in cache_folder(DRAWN.kind).glob("*/*.svg"):
-        path.unlink()
-    monkeypatch.setattr(figure_cache, "has_core", lambda: False)
-    assert several(content, names=FEW) == shared
-    assert here == FEW[::-1][: len(here)]
-    assert len(here) < len(FEW)
-    assert cache == [*here, *FEW[::-1]]
 
 
 def test_the_oldest_go_beyond_the_bound_and_old_versions_too(content, cache, figures_not_drawn):

@@ -14,7 +14,6 @@ from pathlib import Path
 import pytest
 
 from data_schema.errors import UsageError
-from data_schema.file_cache import CACHE_VARIABLE
 from data_schema.queries.runs import list_runs
 from data_schema.queries.study import LevelRow
 from data_schema.reasons import Reason
@@ -23,10 +22,7 @@ from labbook.actions.runs.correcting import correct
 from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
 from labbook.analysis.prediction import predicting
 from labbook.analysis.prediction.condition_scenes import level_parameters
-from labbook.analysis.prediction.predicting import PredictionResult, predictions, predictions_in_background
-from labbook.analysis.prediction.simulating import ALWAYS
-from labbook.analysis.results import Results
-from labbook.analysis.study_data import gather
+from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.book.report_numbers import outdated_reports
 from labbook.config.parsing import parse_configuration
 from labbook.presenting.report.content import MadeReport
@@ -490,22 +486,3 @@ def test_a_body_that_gets_under_the_grains_is_told_of(tmp_path: Path, kg_scale: 
     )
     assert simulate(scene, about.accuracy).jump.under_surface == bool(conditions)
     assert (about.under_surface, about.open_book) == (conditions, 0)
-
-
-# --- ahead, in a second process
-
-
-def test_predictions_made_ahead_are_what_this_process_simulates(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def predicted(*, second: bool) -> dict[tuple[str, str], PredictionResult]:
-        monkeypatch.setenv(CACHE_VARIABLE, str(tmp_path / f"cache {second}"))
-        monkeypatch.setattr(predicting, "has_core", lambda: second)
-        ahead = predictions_in_background(connection, evidence)
-        assert (ahead.simulating is not None) is second
-        return predictions(Results(), connection, evidence, keys, lambda _said: None, ALWAYS, ahead)
-
-    with predicted_book(tmp_path).open() as book, book.reading() as connection:
-        evidence = gather(connection, book.configuration, None)
-        keys = list(dict.fromkeys(run.condition_key for run in evidence.runs))
-        assert predicted(second=True) == predicted(second=False) != {}
