@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from reports.display import MINUS, LogGap, LogJump, RunLog
+from reports.display import LogJump, RunLog
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -30,8 +30,6 @@ from reports.figures.style import (
 )
 
 _GAP_COLOURS = {"dropped": GREY}
-_SLASH = [(-0.5, -1.0), (0.5, 1.0)]
-"""The marker of a broken axis."""
 _COLUMNS = 2000
 """Pairs of lowest and highest sample that a long log is drawn with: finer than any printed line."""
 
@@ -56,9 +54,9 @@ def draw_log(log: RunLog) -> Figure:
         for axes in panels:
             axes.set_ylabel("Leg length (m)" if axes in panels[2:] else "Body height (m)")
             light_grid(axes)
-            _show_clock(axes, log)
+            axes.xaxis.set_major_formatter(lambda at_s, _place: f"{_since_start(log, at_s):g}")
         several = any(not gap.length_known for gap in log.gaps)
-        panels[-1].set_xlabel(f"Time from the start of {'each' if several else 'the'} log (min:s)")
+        panels[-1].set_xlabel(f"Time from the start of {'each' if several else 'the'} log (s)")
         if log.jumps or log.gaps:
             legend_below(figure, panels, 4)
         return figure
@@ -136,51 +134,10 @@ def _window(jump: LogJump) -> tuple[float, float]:
     return first - 0.3, jump.at_s + 0.5
 
 
-_STEPS_S = (0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0, 300.0, 600.0, 1800.0, 3600.0)
-_MOST_TICKS = 9
-
-
-def _show_clock(axes: Axes, log: RunLog) -> None:
-    """Write the times of the x axis, in s, as a clock shows them: 1:30 for 90 s; they begin again behind a break."""
-    first, last = axes.get_xlim()
-    step_s = next((step for step in _STEPS_S if (last - first) / step <= _MOST_TICKS), _STEPS_S[-1])
-    places = 0 if step_s >= 1.0 else 1 if step_s >= 0.1 else 2
-    breaks = [gap for gap in log.gaps if not gap.length_known]
-    ends = [*(gap.start_s for gap in breaks), last]
-    ticks: list[tuple[float, str]] = []
-    for begin_s, end_s in zip([0.0, *(gap.end_s for gap in breaks)], ends, strict=True):
-        nearest = math.ceil((max(first, begin_s if begin_s else first) - begin_s) / step_s)
-        furthest = math.floor((min(last, end_s) - begin_s) / step_s)
-        steps = [place * step_s for place in range(nearest, furthest + 1)]
-        ticks += [(begin_s + time_s, clock_text(time_s, places)) for time_s in steps]
-    axes.set_xticks([at_s for at_s, _ in ticks], [text for _, text in ticks])
-    for gap in breaks:
-        if first < gap.start_s and gap.end_s < last:
-            _draw_break(axes, gap)
-    axes.set_xlim(first, last)
-
-
-def _draw_break(axes: Axes, gap: LogGap) -> None:
-    """Cut the axis open below a gap of unknown length, with a slash at each end."""
-    ends, across = [gap.start_s, gap.end_s], axes.get_xaxis_transform()
-    axes.plot(ends, [0.0, 0.0], color="white", linewidth=2.5, transform=across, clip_on=False, zorder=5)
-    (slashes,) = axes.plot(ends, [0.0, 0.0], color=BLACK, linestyle="none", transform=across, zorder=6)
-    slashes.set(marker=_SLASH, markersize=8, markeredgewidth=1.0, clip_on=False)
-
-
 def _since_start(log: RunLog, at_s: float) -> float:
-    """Return the time since the start of the log in which an instant of the axis lies."""
+    """Return the time on its log's own clock, as commands take it, of an instant of the axis; logs begin at 0."""
     begins = [gap.end_s for gap in log.gaps if not gap.length_known and gap.end_s <= at_s]
     return at_s - max(begins, default=0.0)
-
-
-def clock_text(time_s: float, places: int = 0) -> str:
-    """Write a time in s as minutes and seconds: 1:30, 0:12.4."""
-    scale = 10**places
-    total = round(abs(time_s) * scale)
-    minutes, rest = divmod(total, 60 * scale)
-    width = 2 if places == 0 else 3 + places
-    return f"{MINUS if time_s < 0 and total else ''}{minutes}:{rest / scale:0{width}.{places}f}"
 
 
 def _draw_panel(axes: Axes, log: RunLog, jump: LogJump) -> None:
@@ -189,7 +146,7 @@ def _draw_panel(axes: Axes, log: RunLog, jump: LogJump) -> None:
     start, end = _window(jump)
     _draw_jumps(axes, log, tuple(j for j in log.jumps if start <= j.at_s <= end), events=True, size=5.0)
     why = "misfire" if jump.misfire else f"not used: {jump.excluded}" if jump.excluded else ""
-    title = ", ".join(filter(None, (f"Jump {jump.number} at {clock_text(_since_start(log, jump.at_s), 1)}", why)))
+    title = ", ".join(filter(None, (f"Jump {jump.number} at {_since_start(log, jump.at_s):.2f} s", why)))
     axes.set_title(textwrap.fill(title, int(12 * TWO_COLUMNS_IN)), loc="left")
 
 
