@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import io
 import os
-import textwrap
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +14,7 @@ import numpy as np
 from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
 from reports.content import EMPTY, Condition, ConditionSummary, ReportContent
-from reports.figures.style import BLACK, GREY, lay_out, new_figure, publication_style
+from reports.figures.style import GREY, lay_out, new_figure, publication_style
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -26,9 +25,6 @@ FORMS = (".png", ".svg", ".pdf")
 _PNG_DOTS_PER_IN = 300
 _MANY_POINTS = 2000
 """Of so many points a figure has a picture at that resolution: a browser takes seconds for each as a shape."""
-_HEIGHT_IN = 0.9
-_SIZE_PT, _LETTER_PT = 8.0, 4.8
-"""Size of the words, and the width of a letter."""
 
 
 def check_form(option: str, path: Path | None, forms: tuple[str, ...] = FORMS) -> None:
@@ -43,15 +39,6 @@ def check_form(option: str, path: Path | None, forms: tuple[str, ...] = FORMS) -
         raise UsageError(f"{option} {path} is in a folder that is not there: make {path.parent} first.")
     if not os.access(path if path.exists() else path.parent, os.W_OK):
         raise UsageError(f"{option} {path} may not be written: name a place where you may write.")
-
-
-def draw_words(words: str, width_in: float) -> Figure:
-    """Write a sentence in the middle of a low figure, broken to its width."""
-    with publication_style():
-        figure = new_figure(width_in, _HEIGHT_IN)
-        letters = int(72.0 * width_in / _LETTER_PT)
-        figure.text(0.5, 0.5, textwrap.fill(words, letters), ha="center", va="center", fontsize=_SIZE_PT, color=BLACK)
-        return figure
 
 
 @dataclass(frozen=True, slots=True)

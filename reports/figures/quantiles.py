@@ -10,7 +10,6 @@ from data_schema.rounding import level_text
 from data_schema.vocabulary import Undefined
 from reports.display import NO_BREAK, in_sentence, shown_unit
 from reports.figures.estimation import marker_pt, named_with_unit
-from reports.figures.kind import draw_words
 from reports.figures.style import (
     BLUE,
     GREY,
@@ -47,11 +46,9 @@ def draw_quantiles(quantiles: Quantiles, width_in: float = ONE_COLUMN_IN) -> Fig
     """Draw every residual over its normal quantile, with line and pointwise band.
 
     `quantiles.found` is what `stats.normal_quantiles` returns; `width_in` is the figure's width in inches. Returns a
-    matplotlib figure; where all residuals are 0 it says that there is nothing to draw.
+    matplotlib figure.
     """
     about, found = in_sentence(quantiles.quantity), quantiles.found
-    if not any(found.observed):
-        return draw_words(f"Nothing to draw: all residuals of {about} are 0.", width_in)
     with publication_style():
         unit, factor = shown_unit(quantiles.unit)
         figure = new_figure(width_in, min(0.85 * width_in, 3.6))

@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 
 from reports.display import in_sentence, shown_unit
 from reports.figures.estimation import marker_pt, named_with_unit, put_above, set_limits, set_names
-from reports.figures.kind import draw_words
 from reports.figures.style import (
     BLACK,
     BLUE,
@@ -56,12 +55,9 @@ class ResidualPlot:
 def draw_residuals(plot: ResidualPlot, width_in: float = TWO_COLUMNS_IN) -> Figure:
     """Draw one panel for each variable of `plot.against`, with means that can differ as short lines.
 
-    `width_in` is the figure's width in inches. Returns a matplotlib figure; where all residuals are 0 it says that
-    there is nothing to draw.
+    `width_in` is the figure's width in inches. Returns a matplotlib figure.
     """
     quantity = in_sentence(plot.quantity)
-    if not any(plot.residuals):
-        return draw_words(f"Nothing to draw: all residuals of {quantity} are 0.", width_in)
     with publication_style():
         unit, factor = shown_unit(plot.unit)
         values = [factor * value for value in plot.residuals]
