@@ -97,7 +97,7 @@ def pairs_each(conditions: Sequence[ConditionValues], swept: str) -> list[Pair]:
         for group, items in groups(conditions, swept)
         for treated, control in [treated_and_control(items)]
         if control
-        for item in sorted(treated, key=lambda item: _order(item.levels[swept]))
+        for item in sorted(treated, key=lambda item: sort_key(item.levels[swept]))
     ]  # fmt: skip
 
 
@@ -131,13 +131,6 @@ def by_levels(
     for condition in conditions:
         found.setdefault(tuple((name, condition.levels.get(name, "")) for name in names), []).append(condition)
     return [(dict(key), items) for key, items in found.items()]
-
-
-def _order(label: str) -> tuple[int, float, str]:
-    try:
-        return (0, float(label), label)
-    except ValueError:
-        return (1, 0.0, label)
 
 
 def place(known: Mapping[str, Sequence[str]], swept: str | None, levels: Mapping[str, str]) -> list[int]:

@@ -7,7 +7,6 @@ scene, the robot's facts in the book, the parameters of all conditions, the para
 from __future__ import annotations
 
 import json
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING
@@ -132,15 +131,3 @@ def _sourced(start: Scene, given: Mapping[str, tuple[float, str]], assumed: tupl
         why = known.why or f"named as assumed in {IN_FILE}"
         values[parameter] = Value(scene[parameter], why=why, fitted_to=known.fitted_to)
     return replace(scene, values={**scene.values, **values})
-
-
-def decays_within_steps(scene: Scene) -> bool:
-    """Return whether the leg over a held foot is damped so much that its speed decays within a step of the simulator.
-
-    An earlier simulator's clocked controller saw another motion there: what it predicted is computed anew.
-    """
-    if not {"sampled_control", "leg_damping"} <= scene.effects:
-        return False
-    mass_kg, phases = scene["body_mass"], ("compression", "extension")
-    # its steps over a held foot were 0.7 sqrt(m / k) at the longest
-    return any(0.7 * scene[f"b_{one}"] > math.sqrt(scene[f"k_{one}"] * mass_kg) for one in phases)

@@ -31,7 +31,6 @@ from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.condition_scenes import (
     ROBOT_PARAMETERS,
     condition_scene,
-    decays_within_steps,
     study_scene,
 )
 from labbook.analysis.prediction.simulating import (
@@ -200,7 +199,6 @@ def _prediction(
         "accuracy": settings.accuracy,
         "varied_by": _parts(settings, scene),
         **({"outcomes": list(map(str, outcomes))} if tuple(outcomes) != ALWAYS else {}),
-        **({"ticks": "in closed form"} if decays_within_steps(scene) else {}),
     }
     return WantedPrediction(
         {"condition": run.condition_key, "robot": run.robot, "scene": start.name},
