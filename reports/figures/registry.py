@@ -16,8 +16,6 @@ from reports.content import ReportContent
 from reports.figures.by_level import BY_LEVEL
 from reports.figures.estimation import ESTIMATIONS
 from reports.figures.kind import FigureKind, draw_figure, pdf_bytes, svg_bytes
-from reports.figures.limits_of_agreement import LIMITS_OF_AGREEMENT
-from reports.figures.order import DAY_ORDER
 from reports.figures.passive_drain import PASSIVE_DRAIN
 from reports.figures.predictions import PREDICTIONS
 from reports.figures.savings import SAVINGS
@@ -29,9 +27,7 @@ FIGURES: dict[str, FigureKind] = {
         SAVINGS,
         *(kind for of_outcome in zip(BY_LEVEL, ESTIMATIONS, strict=True) for kind in of_outcome),
         PREDICTIONS,
-        LIMITS_OF_AGREEMENT,
         PASSIVE_DRAIN,
-        DAY_ORDER,
         SENSITIVITY,
     )
 }

@@ -14,9 +14,9 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.claims import group_claim, groups_in_one_sentence
 from reports.content import ReportContent
-from reports.display import count_text, in_sentence, list_text, significance_text
+from reports.display import count_text, in_sentence, list_text
 from reports.figures.registry import figures_of
-from reports.naming import control_name, gains_text, levels_name, swept_factor, swept_words, title_of
+from reports.naming import control_name, gains_text, swept_factor, title_of
 from reports.tables.each_run import run_anchors
 from reports.tables.formats import latex_text
 from reports.tables.predictions import PREDICTED, prediction_sentences, verdict_text
@@ -190,25 +190,9 @@ def _tests(content: ReportContent) -> Section:
                 "independent, whatever their days, and nothing is claimed from them."
             )
         )
-    for outcome in content.outcomes:
-        parts += [*_anova_paragraph(content, outcome), TableHere(f"tests_{outcome.key}")]
-    parts += [TableHere("tests_jumps"), TableHere("anovas")]
+    names = (*(f"tests_{outcome.key}" for outcome in content.outcomes), "tests_jumps", "anovas")
+    parts += map(TableHere, names)
     return Section("tests", "The thesis's tests", tuple(parts), folded=True)
-
-
-def _anova_paragraph(content: ReportContent, quantity: Outcome) -> tuple[Paragraph, ...]:
-    anovas = [anova for anova in content.anovas if anova.quantity is quantity]
-    if not anovas:
-        return ()
-    results = [
-        f"{significance_text(anova.test, name=False)} ({levels_name(content, anova.group) or anova.label})"
-        for anova in anovas
-    ]
-    text = (
-        "Whether the level of the treatment matters is tested by a one-way analysis of variance over the levels "
-        f"of the {swept_words(swept_factor(content)).coefficient}, control left out: {list_text(results)}."
-    )
-    return (Paragraph(text, tuple(anova.p.provenance for anova in anovas if anova.p.provenance)),)
 
 
 def _predicted(content: ReportContent) -> Section:
@@ -223,8 +207,7 @@ def _predictions_in_full(content: ReportContent) -> Section:
     parts: list[Part] = [TableHere("hypotheses_in_full")] if content.hypotheses else []
     if content.predictions.items:
         tables = ("limits_of_agreement", *(kind.name for kind in PREDICTED), "predicted_inputs", "assumed")
-        parts += [*map(Paragraph, prediction_sentences(content)), FigureHere("limits_of_agreement")]
-        parts += map(TableHere, tables)
+        parts += [*map(Paragraph, prediction_sentences(content)), *map(TableHere, tables)]
     return Section("predictions", "Predictions in full", tuple(parts), folded=True)
 
 
@@ -246,7 +229,7 @@ def _certainty(content: ReportContent) -> Section:
     parts += [FigureHere("passive_drain"), TableHere("passive_drain")]
     parts.append(Heading("Order of the day and battery packs"))
     parts += [Paragraph(sentence) for sentence in content.confounded]
-    parts += [FigureHere("day_order"), TableHere("packs")]
+    parts.append(TableHere("packs"))
     return Section("certainty", "Uncertainty, drain, packs, order of the day", tuple(parts), folded=True)
 
 

@@ -96,13 +96,13 @@ def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache, 
     ],
 )
 def test_a_damaged_file_is_drawn_anew(content, cache, damage):
-    wanted = Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg",))
+    wanted = Wanted(FIGURES["passive_drain"], ONE_COLUMN_IN, ("svg",))
     before = one_drawn(content, wanted)
     (path,) = cache_folder(DRAWN.kind).glob("*/*.svg")
     path.write_bytes(damage(path.read_bytes()))
     assert one_drawn(content, wanted) == before
     assert one_drawn(content, wanted) == before
-    assert cache == ["day_order", "day_order"]
+    assert cache == ["passive_drain", "passive_drain"]
 
 
 def test_a_compiled_template_is_kept_and_a_damaged_one_compiled_anew(content, cache, tmp_path):
@@ -126,20 +126,20 @@ def test_a_compiled_template_is_kept_and_a_damaged_one_compiled_anew(content, ca
     + [pytest.param(place, marks=pytest.mark.soak) for place in ("labbook-figures", "labbook-figures/{}")],
 )
 def test_nothing_is_taken_from_where_others_may_write(content, cache, tmp_path, place):
-    wanted = Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg",))
+    wanted = Wanted(FIGURES["passive_drain"], ONE_COLUMN_IN, ("svg",))
     before = one_drawn(content, wanted)
     (path,) = cache_folder(DRAWN.kind).glob("*/*.svg")
     shared = tmp_path / "cache" / place.format(DRAWN.version, path.name)
     shared.chmod(shared.stat().st_mode | 0o002)
     assert one_drawn(content, wanted) == before
-    assert cache == ["day_order", "day_order"]
+    assert cache == ["passive_drain", "passive_drain"]
 
 
 def test_without_a_folder_everything_is_drawn(content, cache, tmp_path):
     (tmp_path / "cache").write_text("a file is here")
-    wanted = Wanted(FIGURES["day_order"], ONE_COLUMN_IN, ("svg",))
+    wanted = Wanted(FIGURES["passive_drain"], ONE_COLUMN_IN, ("svg",))
     assert one_drawn(content, wanted) == one_drawn(content, wanted)
-    assert cache == ["day_order", "day_order"]
+    assert cache == ["passive_drain", "passive_drain"]
 
 
 def test_the_oldest_go_beyond_the_bound_and_old_versions_too(content, cache, figures_not_drawn):
