@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from data_schema.outcomes import Outcome
 from reports.content import ReportContent
 from reports.display import as_shown, count_text, general_text, given_text, level_text, sentence_start, shown_unit
-from reports.figures.kind import absence_text, figures_of_outcomes
+from reports.figures.kind import FigureKind, absence_text
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style, spread
 from reports.naming import control_name, swept_words
@@ -271,6 +271,18 @@ def file_name(name: str, content: ReportContent) -> str:
     return name if factor is None else name.replace(_BY_LEVEL, f"_by_{factor.name}")
 
 
-_SHOWS = ("factors", "conditions")
-BY_LEVEL = figures_of_outcomes(f"{{}}{_BY_LEVEL}", "{}", _draw_by_level, caption, alternative, _absent_quantity, _SHOWS)
+def _kind(outcome: Outcome) -> FigureKind:
+    return FigureKind(
+        f"{outcome.key}{_BY_LEVEL}",
+        outcome.heading,
+        lambda content, width_in: _draw_by_level(content, outcome, width_in),
+        lambda content: caption(content, outcome),
+        lambda content: alternative(content, outcome),
+        lambda content: _absent_quantity(content, outcome),
+        ("factors", "conditions"),
+        outcome,
+    )
+
+
+BY_LEVEL = tuple(map(_kind, Outcome))
 """A figure an outcome."""

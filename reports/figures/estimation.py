@@ -1,7 +1,6 @@
 """Estimation plots: every value of each group with mean and SD, and in a panel below the differences with intervals.
 
-As Cumming draws them ("Understanding the New Statistics", 2012). Those of a report have every run of control and
-treatment, group by group, and below them the difference.
+As Cumming draws them ("Understanding the New Statistics", 2012).
 """
 
 from __future__ import annotations
@@ -13,31 +12,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from data_schema.outcomes import Outcome
-from reports.content import Comparison, ReportContent
-from reports.display import EQUALS, as_shown, level_text, number_text, shown_unit
-from reports.figures.kind import absence_text, figures_of_outcomes
+from reports.display import EQUALS, as_shown, level_text, shown_unit
 from reports.figures.style import (
     BLACK,
     BLUE,
     GREY,
     TWO_COLUMNS_IN,
     VERMILLION,
-    is_narrow,
     light_grid,
     new_figure,
     plain_ticks,
     publication_style,
     spread,
 )
-from reports.naming import levels_name, swept_factor, swept_words, treated_levels, treatment_label, treatment_name
 from reports.numbers import Number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_ROW_IN = 3.3
+_HEIGHT_IN = 3.3
 _LABEL_LETTERS = 22
 """As many letters fit beside a panel."""
 _WIDTH = 0.5
@@ -65,7 +59,7 @@ class Estimation:
 
     Values are in `unit` ("J", "m"); `reference` is the place of the group that the others are compared with, and
     `differences` has one number a group, in `unit` or "%", None for the reference. `bounds` are differences that
-    matter, in the unit of `differences`, and `tested` the interval that is held against them. `difference` names the
+    matter, in the unit of `differences`. `difference` names the
     differences ("Savings"), `interval` the method of their intervals, which a line above the figure repeats.
     """
 
@@ -77,8 +71,6 @@ class Estimation:
     bounds: tuple[float, ...] = ()
     difference: str = ""
     interval: str = ""
-    title: str = ""
-    tested: tuple[float, float] | None = None
 
 
 def draw_estimation(estimation: Estimation, width_in: float = TWO_COLUMNS_IN) -> Figure:
@@ -91,46 +83,28 @@ def draw_estimation(estimation: Estimation, width_in: float = TWO_COLUMNS_IN) ->
     >>> figure = draw_estimation(Estimation("Energy of a jump", "J", (ce, ad), reference=0, differences=(None, saved)))
     >>> figure.savefig("energy.pdf")  # doctest: +SKIP
     """
+    one, differences = estimation, [end for number in estimation.differences for end in _ends(number)]
     with publication_style():
-        figure = draw_estimations([estimation], width_in)
-        if estimation.interval:
-            bounds = " Dashed: bounds of equivalence." if estimation.bounds else ""
-            put_above(figure, f"Gapped line: mean and SD. Interval: {estimation.interval}.{bounds}", width_in)
-        return figure
-
-
-def draw_estimations(panels: Sequence[Estimation], width_in: float, *, share_values: bool = False) -> Figure:
-    """Draw estimations beside each other on one axis of differences, with `share_values` on one of values too."""
-    across = min(len(panels), 2 if is_narrow(width_in) else 4)
-    rows = -(-len(panels) // across)
-    figure = new_figure(width_in, _ROW_IN * rows)
-    ratios = (3, 3 if any(one.bounds for one in panels) else 2)  # bounds make the intervals small
-    grid = figure.subplots(2 * rows, across, squeeze=False, gridspec_kw={"height_ratios": ratios * rows})
-    values = [_values(one) for one in panels]
-    differences = [end for one in panels for end in _ends(one)]
-    for axes in grid.flat:
-        axes.set_visible(False)
-    for place, one in enumerate(panels):
-        row, column = divmod(place, across)
-        upper, lower = grid[2 * row][column], grid[2 * row + 1][column]
-        set_limits(upper, [value for each in values for value in each] if share_values else values[place])
-        set_limits(lower, [0.0, *differences])
+        figure = new_figure(width_in, _HEIGHT_IN)
+        ratios = (3, 3 if one.bounds else 2)  # bounds make the intervals small
+        upper, lower = figure.subplots(2, 1, height_ratios=ratios)
+        set_limits(upper, [_factors(one)[0] * value for group in one.groups for value in group.values])
+        set_limits(lower, [0.0, *differences, *(_factors(one)[1] * bound for bound in one.bounds)])
         _draw_values(upper, one)
         _draw_differences(lower, one)
         names = [f"{group.name}\nn{EQUALS}{len(group.values)}" for group in one.groups]
-        upright = set_names(lower, names, width_in / across)
-        if upright and len(panels) == 1:
-            figure.set_figheight(figure.get_figheight() + _UPRIGHT_IN)
-        upper.set_title(one.title, fontsize=7)
+        if set_names(lower, names, width_in):
+            figure.set_figheight(_HEIGHT_IN + _UPRIGHT_IN)
         for axes in (upper, lower):
-            axes.set_visible(True)
             axes.set_xlim(-0.6, len(one.groups) - 0.4)
             light_grid(axes)
         upper.set_xticks([])
-        if column == 0:
-            _label(upper, lower, one)
-    figure.align_ylabels()
-    return figure
+        _label(upper, lower, one)
+        figure.align_ylabels()
+        if one.interval:
+            bounds = " Dashed: bounds of equivalence." if one.bounds else ""
+            put_above(figure, f"Gapped line: mean and SD. Interval: {one.interval}.{bounds}", width_in)
+        return figure
 
 
 def _factors(one: Estimation) -> tuple[float, float]:
@@ -139,16 +113,11 @@ def _factors(one: Estimation) -> tuple[float, float]:
     return shown_unit(one.unit)[1], shown_unit(unit)[1]
 
 
-def _values(one: Estimation) -> list[float]:
-    return [_factors(one)[0] * value for group in one.groups for value in group.values]
-
-
-def _ends(one: Estimation) -> list[float]:
-    """Return all that the axis of differences holds: estimates, finite ends, bounds, and what is held against them."""
-    shown = [as_shown(number) for number in one.differences if number is not None]
-    found = [end for number in shown for end in (number.known, *(number.interval or ()))]
-    values = [*found, *(_factors(one)[1] * end for end in (*one.bounds, *(one.tested or ())))]
-    return [value for value in values if value is not None and math.isfinite(value)]
+def _ends(number: Number | None) -> list[float]:
+    """Return what of a difference the axis holds: estimate and finite ends."""
+    shown = None if number is None else as_shown(number)
+    found = [] if shown is None else [shown.known, *(shown.interval or ())]
+    return [value for value in found if value is not None and math.isfinite(value)]
 
 
 def _label(upper: Axes, lower: Axes, one: Estimation) -> None:
@@ -185,8 +154,7 @@ def _draw_values(axes: Axes, one: Estimation) -> None:
 def _draw_differences(axes: Axes, one: Estimation) -> None:
     """Draw each difference as a stroke across its interval, which a dot would hide where the bounds are far apart.
 
-    The interval that is held against the bounds lies behind it as a thicker line. Where a difference or its interval
-    does not exist, words say so in its place.
+    Where a difference or its interval does not exist, words say so in its place.
     """
     factor = _factors(one)[1]
     axes.axhline(0.0, color=GREY, linewidth=0.8, zorder=1)
@@ -203,9 +171,6 @@ def _draw_differences(axes: Axes, one: Estimation) -> None:
             axes.plot([place] * 2, shown.interval, color=BLACK, linewidth=1.2, solid_capstyle="butt", zorder=5)
         if shown.known is None:
             continue
-        if one.tested is not None:
-            tested = [factor * end for end in one.tested]
-            axes.plot([place] * 2, tested, color=GREY, linewidth=5.0, solid_capstyle="butt", zorder=4)
         axes.plot([place], [shown.known], "_", color=BLACK, markersize=12.0, markeredgewidth=0.9, zorder=6)
 
 
@@ -243,89 +208,3 @@ def put_above(figure: Figure, line: str, width_in: float) -> None:
 def named_with_unit(quantity: str, unit: str) -> str:
     """Return what stands at an axis: "Energy (J)"; the unit "1" is not written."""
     return quantity if unit in ("", "1") else f"{quantity} ({unit})"
-
-
-def _drawn(content: ReportContent, quantity: Outcome) -> list[Comparison]:
-    return [comparison for comparison in content.pooled if comparison.quantity is quantity]
-
-
-def _draw(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
-    """Draw a pair of panels a group, values above and difference below.
-
-    Joules share their axis. Heights do not: groups lie further apart than their runs scatter.
-    """
-    panels = [_estimation(content, comparison) for comparison in _drawn(content, quantity)]
-    return draw_estimations(panels, width_in, share_values=quantity.has_savings)
-
-
-def _estimation(content: ReportContent, comparison: Comparison) -> Estimation:
-    """Return the runs of control and treatment, and what was held against bounds; in percent, of the control's mean."""
-    values: tuple[list[float], list[float]] = ([], [])
-    for condition in content.conditions:
-        labels = {level.factor: level.label for level in condition.levels}
-        summary = condition.summary(comparison.quantity)
-        if summary is not None and comparison.group.items() <= labels.items():
-            values[0 if condition.control else 1].extend(value for _run, value in summary.runs)
-    names = swept_words(swept_factor(content)).control, treatment_label(content)
-    bounds: tuple[float, ...] = ()
-    tested = None
-    item, control = comparison.decision.equivalence, values[0]
-    if item is not None and control:
-        of_mean = 0.01 * statistics.fmean(control) if item.estimate.unit == "%" else 1.0
-        bounds = of_mean * item.low, of_mean * item.high
-        if item.estimate.interval is not None:
-            tested = of_mean * item.estimate.interval[0], of_mean * item.estimate.interval[1]
-    return Estimation(
-        quantity=comparison.quantity.heading,
-        unit=comparison.quantity.unit,
-        groups=tuple(EstimationGroup(name, tuple(own)) for name, own in zip(names, values, strict=True)),
-        reference=0,
-        differences=(None, comparison.decision.difference),
-        bounds=bounds,
-        title=levels_name(content, comparison.group).replace(", ", "\n") or "all runs",
-        tested=tested,
-    )
-
-
-def _caption(content: ReportContent, quantity: Outcome) -> str:
-    chosen = _drawn(content, quantity)
-    called = swept_words(swept_factor(content))
-    level = level_text(chosen[0].decision.difference)
-    tested = next((item.estimate for c in chosen if (item := c.decision.equivalence) is not None), None)
-    dashed = ""
-    if tested is not None:
-        dashed = (
-            " Dashed: the bounds within which a difference counts as none; the test against them (TOST) goes by the "
-            f"{level_text(tested)}, the thick grey line."
-        )
-    axes = "the lower panels share their vertical axis, each upper one has its own"
-    if quantity.has_savings:
-        axes = "all upper panels share one vertical axis, and all lower ones another"
-    together = f" (all levels of the {called.coefficient} together)" if len(treated_levels(content, {})) > 1 else ""
-    sides = f"{called.the_control} and of {treatment_name(content, {})}{together}"
-    return (
-        f"{quantity.heading}, every run of {sides}, group by group. "
-        "Beside the points: mean (gap) and standard deviation (line). "
-        f"Below: treatment less control (stroke) with its {level} by the days that hold both (line); {axes}.{dashed}"
-    )
-
-
-def _alternative(content: ReportContent, quantity: Outcome) -> str:
-    parts = []
-    for comparison in _drawn(content, quantity):
-        name, lead = levels_name(content, comparison.group) or "all runs", comparison.decision
-        parts.append(f"{name}: {number_text(lead.difference)}, {lead.n_control} and {lead.n_treatment} runs")
-    return f"Single runs and the difference of {quantity}, treatment less control. {'; '.join(parts)}."
-
-
-def _absent(content: ReportContent, quantity: Outcome) -> str | None:
-    if _drawn(content, quantity):
-        return None
-    return absence_text(content, f"is no group with {quantity} of both a control and a treatment")
-
-
-_SHOWS = ("factors", "conditions", "comparisons")
-ESTIMATIONS = figures_of_outcomes(
-    "estimation_{}", "{}: every run, and the difference", _draw, _caption, _alternative, _absent, _SHOWS
-)
-"""A figure an outcome."""

@@ -80,32 +80,6 @@ def absence_text(content: ReportContent, what: str) -> str:
     return f"There {what} for this selection{reasons}."
 
 
-def figures_of_outcomes(
-    name: str,
-    title: str,
-    draw: Callable[[ReportContent, Outcome, float], Figure],
-    caption: Callable[[ReportContent, Outcome], str],
-    alternative: Callable[[ReportContent, Outcome], str],
-    absent: Callable[[ReportContent, Outcome], str | None],
-    shows: Sequence[str],
-) -> tuple[FigureKind, ...]:
-    """Make a figure an outcome; `{}` in its name is the outcome's key, in its title the outcome's heading."""
-
-    def of(outcome: Outcome) -> FigureKind:
-        return FigureKind(
-            name.format(outcome.key),
-            title.format(outcome.heading),
-            lambda content, width_in: draw(content, outcome, width_in),
-            lambda content: caption(content, outcome),
-            lambda content: alternative(content, outcome),
-            lambda content: absent(content, outcome),
-            shows,
-            outcome,
-        )
-
-    return tuple(map(of, Outcome))
-
-
 def draw_figure(kind: FigureKind, content: ReportContent, width_in: float) -> Figure:
     """Draw a figure at a width in inches; where it has nothing to show, its reason is drawn instead.
 

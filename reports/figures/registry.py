@@ -14,7 +14,6 @@ from pathlib import Path
 from data_schema.file_cache import FileCache
 from reports.content import ReportContent
 from reports.figures.by_level import BY_LEVEL
-from reports.figures.estimation import ESTIMATIONS
 from reports.figures.kind import FigureKind, draw_figure, pdf_bytes, svg_bytes
 from reports.figures.passive_drain import PASSIVE_DRAIN
 from reports.figures.predictions import PREDICTIONS
@@ -25,7 +24,7 @@ FIGURES: dict[str, FigureKind] = {
     kind.name: kind
     for kind in (
         SAVINGS,
-        *(kind for of_outcome in zip(BY_LEVEL, ESTIMATIONS, strict=True) for kind in of_outcome),
+        *BY_LEVEL,
         PREDICTIONS,
         PASSIVE_DRAIN,
         SENSITIVITY,

@@ -171,7 +171,6 @@ def _outcome_in_full(content: ReportContent, outcome: Outcome) -> Section:
     parts: list[Part] = [
         *(_each_group(content, outcome) if groups_in_one_sentence(content, outcome) else ()),
         TableHere(f"{outcome.key}_by_condition"),
-        FigureHere(f"estimation_{outcome.key}"),
         TableHere(f"comparisons_{outcome.key}"),
         *([TableHere("equivalence")] if outcome.has_equivalence else []),
     ]

@@ -81,7 +81,7 @@ def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache, 
     moved = with_summary(first, Outcome.APEX, dataclasses.replace(apex, runs=runs))
     changed = dataclasses.replace(content, conditions=(moved, *others))
     all_drawn(changed)
-    assert cache == ["apex_by_level", "estimation_apex"]
+    assert cache == ["apex_by_level"]
     cache.clear()
     fit = dataclasses.replace(content.drains[0], robot="another")
     all_drawn(dataclasses.replace(content, drains=(fit, *content.drains[1:])))
