@@ -15,6 +15,7 @@ from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TYPE_CHECKING, Annotated, NamedTuple, Self
 
+from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ContrastKind, Rule, Undefined
 from reports import display
@@ -341,9 +342,7 @@ class ReportContent:
     @property
     def headlines(self) -> list[tuple[Comparison, list[Varied]]]:
         """The pooled comparisons, each with its recomputations."""
-        found: dict[tuple[str, Outcome], list[Varied]] = {}
-        for one in self.variations:
-            found.setdefault((one.headline, one.quantity), []).append(one)
+        found = grouped(self.variations, lambda one: (one.headline, one.quantity))
         return [(each, found.get((each.label, each.quantity), [])) for each in self.pooled]
 
 

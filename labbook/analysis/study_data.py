@@ -12,6 +12,7 @@ from dataclasses import dataclass, field
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
+from data_schema.grouping import grouped
 from data_schema.queries.charges import ChargeOfRun, charges_by_run, charges_of_runs
 from data_schema.queries.detections import DecisionRow, jump_decisions
 from data_schema.queries.files import WaitingFile, configurations_of_readings, settings_under, waiting_files
@@ -128,12 +129,9 @@ def _signals(
     signals: Iterable[SignalRow], what: FileRole, waiting: Sequence[WaitingFile]
 ) -> dict[str, list[SignalRow]]:
     """Return the logs, or the records of force, by their run, but for runs of which a file of their role waits."""
-    found: dict[str, list[SignalRow]] = {}
     incomplete = {(file.role, run_uid) for file in waiting for run_uid in file.runs}
-    for signal in signals:
-        if records(signal, what) and (signal.role, signal.run_uid) not in incomplete:
-            found.setdefault(signal.run_uid, []).append(signal)
-    return found
+    usable = (one for one in signals if records(one, what) and (one.role, one.run_uid) not in incomplete)
+    return grouped(usable, lambda signal: signal.run_uid)
 
 
 def gather_about(

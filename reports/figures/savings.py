@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from data_schema.grouping import grouped
 from reports import display
 from reports.content import Comparison, ReportContent
 from reports.display import EQUALS, common_places, interval_text, level_text, sentence_start, value_text
@@ -45,10 +46,9 @@ def _rows(content: ReportContent) -> list[ForestRow]:
         for each in means
     ]
     factors = max((len(each.group) for each, _ in found), default=0)
-    blocks: dict[str, list[tuple[Comparison, Number]]] = {}
-    for each, savings in found:
-        across = len(each.group) < factors
-        blocks.setdefault("pooled across groups" if across else _group(content, each), []).append((each, savings))
+    blocks = grouped(
+        found, lambda row: "pooled across groups" if len(row[0].group) < factors else _group(content, row[0])
+    )
     for heading, block in blocks.items():
         several = len(block) > 1 or len(block[0][0].group) < factors
         rows += [ForestRow(heading)] if several else []

@@ -5,6 +5,7 @@ from __future__ import annotations
 import textwrap
 from typing import TYPE_CHECKING
 
+from data_schema.grouping import grouped
 from reports.content import Comparison, ReportContent, Varied
 from reports.display import DASH, EQUALS, as_shown, count_text, general_text
 from reports.figures.estimation import named_with_unit
@@ -48,10 +49,8 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 
 def _numbers(comparison: Comparison, varied: list[Varied]) -> dict[str, list[Number]]:
     """Return the numbers of each row by its label."""
-    found = {_AS_REPORTED: [comparison.decision.headline]}
-    for one in varied:
-        found.setdefault(_label(one), []).append(one.result.headline)
-    return found
+    rows = {label: [one.result.headline for one in several] for label, several in grouped(varied, _label).items()}
+    return {_AS_REPORTED: [comparison.decision.headline], **rows}
 
 
 def _label(varied: Varied) -> str:

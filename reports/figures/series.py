@@ -6,6 +6,7 @@ import itertools
 from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
+from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from reports.content import Condition, Factor, ReportContent
 from reports.display import given_text, sentence_start
@@ -83,13 +84,14 @@ def series_of(content: ReportContent) -> tuple[Series, ...]:
     drawn = drawn_factor(content)
     factors = [factor for factor in content.factors if factor != drawn]
     order = {factor.name: _levels(content, factor) for factor in factors}
-    grouped: dict[tuple[str, ...], list[Condition]] = {}
-    for condition in content.conditions:
-        key = tuple(level.label if (level := condition.level(factor.name)) is not None else "" for factor in factors)
-        grouped.setdefault(key, []).append(condition)
+
+    def labels(condition: Condition) -> tuple[str, ...]:
+        levels = (condition.level(factor.name) for factor in factors)
+        return tuple("" if level is None else level.label for level in levels)
+
     return tuple(
         _series(content, factors, order, key, conditions, number)
-        for number, (key, conditions) in enumerate(grouped.items())
+        for number, (key, conditions) in enumerate(grouped(content.conditions, labels).items())
     )
 
 

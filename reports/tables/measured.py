@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
+from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.rounding import decimals_for
 from data_schema.vocabulary import Undefined
@@ -85,9 +86,7 @@ def _names_cell(names: Sequence[str]) -> Cell:
 def _conditions_text(content: ReportContent, conditions: Sequence[Condition]) -> str:
     """Sum up the conditions of a day's analysed runs: "small foot, k = 1091 N/m: CE, d = 186, 352 kg/s"."""
     swept = swept_factor(content)
-    groups: dict[str, list[Condition]] = {}
-    for condition in conditions:
-        groups.setdefault(group_name(content, condition), []).append(condition)
+    groups = grouped(conditions, lambda condition: group_name(content, condition))
     return "; ".join(": ".join(filter(None, (name, _levels_text(swept, found)))) for name, found in groups.items())
 
 

@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import ContrastKind, Rule, Undefined
@@ -195,9 +196,7 @@ def _trend(
     """
     spans = [values[each[-1]] - values[each[0]] for each in stretches if len(each) > 1]
     per = 10.0 ** math.floor(math.log10(max(spans))) if spans else 1.0
-    groups: dict[tuple[tuple[str, str], ...], list[Pair]] = {}
-    for pair in pairs:
-        groups.setdefault(tuple(pair.group.items()), []).append(pair)
+    groups = grouped(pairs, lambda pair: tuple(pair.group.items()))
     sloped = [
         in_stretches
         for own in groups.values()

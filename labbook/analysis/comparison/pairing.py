@@ -12,6 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.grouping import grouped
 from data_schema.vocabulary import FactorKind
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.config.parsing import Configuration
@@ -67,10 +68,7 @@ def treated_values(configuration: Configuration, swept: str) -> dict[str, float]
 
 def groups(conditions: Sequence[ConditionValues], swept: str) -> list[tuple[dict[str, str], list[ConditionValues]]]:
     """Return the groups of conditions that differ in the swept factor only, in order of first occurrence."""
-    found: dict[tuple[tuple[str, str], ...], list[ConditionValues]] = {}
-    for condition in conditions:
-        key = tuple((name, label) for name, label in condition.levels.items() if name != swept)
-        found.setdefault(key, []).append(condition)
+    found = grouped(conditions, lambda one: tuple(item for item in one.levels.items() if item[0] != swept))
     return [(dict(key), items) for key, items in found.items()]
 
 
@@ -127,9 +125,7 @@ def by_levels(
     conditions: Sequence[ConditionValues], names: Sequence[str]
 ) -> list[tuple[dict[str, str], list[ConditionValues]]]:
     """Return the groups of conditions with the same levels of these factors, in order of first occurrence."""
-    found: dict[tuple[tuple[str, str], ...], list[ConditionValues]] = {}
-    for condition in conditions:
-        found.setdefault(tuple((name, condition.levels.get(name, "")) for name in names), []).append(condition)
+    found = grouped(conditions, lambda one: tuple((name, one.levels.get(name, "")) for name in names))
     return [(dict(key), items) for key, items in found.items()]
 
 

@@ -13,6 +13,7 @@ from typing import Any
 
 from scipy import special
 
+from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
@@ -163,9 +164,7 @@ def condition_values(
     scope: Mapping[str, Any],
 ) -> list[ConditionValues]:
     """Compute the summary of every condition of the runs that have the quantity, in order of first occurrence."""
-    by_condition: dict[str, list[RunNumber]] = {}
-    for item in run_numbers(runs, results, quantity):
-        by_condition.setdefault(item.run.condition_key, []).append(item)
+    by_condition = grouped(run_numbers(runs, results, quantity), lambda item: item.run.condition_key)
     return [
         ConditionValues(
             key,
@@ -235,21 +234,20 @@ def run_spread(computed: Results, detections: Detections, evidence: StudyData, q
     The interval is that of a normal variance, by chi-squared.
     """
     numbers = run_numbers(evidence.runs, measure(quantity, computed, detections, evidence).results, quantity)
-    values: dict[tuple[str, bool], list[float]] = {}
-    for item in numbers:
-        values.setdefault((item.run.condition_key, item.run.is_control), []).append(item.value)
-    controls = [value for (_key, is_control), several in values.items() if is_control for value in several]
-    df = sum(len(several) - 1 for several in values.values())
+    by_condition = grouped(numbers, lambda item: item.run.condition_key)
+    values = [[item.value for item in several] for several in by_condition.values()]
+    controls = [item.value for several in by_condition.values() for item in several if item.run.is_control]
+    df = sum(len(several) - 1 for several in values)
     if df < 1:
         return Undefined(Reason.NO_TWO_OF_A_CONDITION, of="run", quantity=str(quantity), in_unit=quantity.unit)
-    sd = math.sqrt(sum(_squares(several) for several in values.values()) / df)
+    sd = math.sqrt(sum(map(_squares, values)) / df)
     if sd == 0.0:
         return Undefined(Reason.ALL_CONDITIONS_CONSTANT, quantity=str(quantity))
     tail = (1.0 - SPREAD_LEVEL) / 2.0
     low, high = (sd * math.sqrt(df / float(special.chdtri(df, p))) for p in (tail, 1.0 - tail))
     mean = describe(controls).mean if controls else None
     return Spread(
-        n=sum(map(len, values.values())),
+        n=sum(map(len, values)),
         df=df,
         sd=sd,
         sd_low=low,

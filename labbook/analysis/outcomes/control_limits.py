@@ -13,6 +13,7 @@ from fractions import Fraction
 from itertools import accumulate, product
 from typing import NamedTuple
 
+from data_schema.grouping import grouped
 from data_schema.queries.runs import RunRow
 from stats.tails import t_upper_quantile
 
@@ -62,12 +63,9 @@ class ControlLimits(NamedTuple):
 
 def limits_of(runs: Sequence[RunRow], values: Mapping[str, float]) -> dict[str, ControlLimits]:
     """Return the limits of each run that has a value, by uid, from those of all other runs of its condition."""
-    by_condition: dict[str, list[str]] = {}
-    for run in runs:
-        if run.uid in values:
-            by_condition.setdefault(run.condition_key, []).append(run.uid)
     found: dict[str, ControlLimits] = {}
-    for uids in by_condition.values():
+    for of_condition in grouped((run for run in runs if run.uid in values), lambda run: run.condition_key).values():
+        uids = [run.uid for run in of_condition]
         far = _far([values[uid] for uid in uids])
         single = [
             ControlLimits() if left else ControlLimits(1, values[uid]) for uid, left in zip(uids, far, strict=True)

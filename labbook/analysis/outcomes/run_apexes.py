@@ -21,6 +21,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from types import MappingProxyType
 
+from data_schema.grouping import grouped
 from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow, jump_decisions
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import CalibratedChannel, SignalRow
@@ -115,12 +116,9 @@ class Reviewed:
 
 def reviewed(jumps: Sequence[JudgedJump]) -> tuple[Reviewed, ...]:
     """Return the jumps of a run that a person reviewed, those with the same verdict together."""
-    found: dict[tuple[Verdict, ReasonCode, str, bool], list[int]] = {}
-    for item in jumps:
-        if (said := item.decision) is not None:
-            alike = said.verdict, said.reason_code, said.person, said.blind
-            found.setdefault(alike, []).append(item.jump.number)
-    return tuple(Reviewed(*alike, tuple(numbers)) for alike, numbers in found.items())
+    said = ((item.decision, item.jump.number) for item in jumps if item.decision is not None)
+    alike = grouped(said, lambda one: (one[0].verdict, one[0].reason_code, one[0].person, one[0].blind))
+    return tuple(Reviewed(*same, tuple(number for _said, number in of)) for same, of in alike.items())
 
 
 def to_review(jumps: Sequence[JudgedJump]) -> list[JudgedJump]:

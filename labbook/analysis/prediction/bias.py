@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import Undefined
@@ -52,10 +53,8 @@ def judge(
     `checked` has the check of each condition.
     Conditions without a prediction are left out; without one that has one, nothing is judged.
     """
-    groups: dict[str, list[tuple[ConditionValues, Prediction]]] = {}
-    for condition, check in zip(conditions, checked, strict=True):
-        if _predicted(check) is not None:
-            groups.setdefault(group_label(check.group), []).append((condition, check))
+    both = ((condition, check) for condition, check in zip(conditions, checked, strict=True) if _predicted(check))
+    groups = grouped(both, lambda item: group_label(item[1].group))
     if not groups:
         return []
     about = {"quantity": str(outcome), **scope}

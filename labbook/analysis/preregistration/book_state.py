@@ -19,6 +19,7 @@ from typing import Any, TypeVar
 
 import sqlalchemy as sa
 
+from data_schema.grouping import grouped
 from data_schema.outcomes import SOURCES, Outcome
 from data_schema.queries import history as queries
 from data_schema.queries.charges import ChargeOfRun, every_charge
@@ -98,9 +99,7 @@ def _changes(
 ) -> Iterator[tuple[EntryRow, Change]]:
     """Find what entries changed, from the last one to the first: columns, and the runs of charges and logs."""
     at: dict[str | Part, str] = {uid: row.run_uid for rows in (charges, logs) for uid, row in rows.items()}
-    in_file: dict[str | None, list[str | Part]] = {}
-    for uid in at:
-        in_file.setdefault(file_of[uid] if isinstance(uid, str) else uid[0], []).append(uid)
+    in_file = grouped(at, lambda uid: file_of[uid] if isinstance(uid, str) else uid[0])
     partial_path, linked = {link.uid: link.part for link in links}, {link.part: link.run_uid for link in links}
     taken_off: set[Part] = set()
     parts_of_charges = {uid for uid, row in charges.items() if row.added}
@@ -351,12 +350,8 @@ def state_at(history: BookHistory, seq: int | None = None, *, arrivals: bool = T
         runs = {uid: run for uid, run in runs.items() if uid not in later}
         charges = {uid: _at(item, later) for uid, item in charges.items() if not later & {uid, history.file_of[uid]}}
         logs = {part: _at(log, later) for part, log in logs.items() if part[0] not in later}
-    charges_of: dict[str, list[str]] = {}
-    for uid, charge in charges.items():
-        charges_of.setdefault(charge.run_uid, []).append(uid)
-    logs_of: dict[str, list[Part]] = {}
-    for part, log in logs.items():
-        logs_of.setdefault(log.run_uid, []).append(part)
+    charges_of = grouped(charges, lambda uid: charges[uid].run_uid)
+    logs_of = grouped(logs, lambda part: logs[part].run_uid)
     return BookState(runs, charges, logs, charges_of, logs_of, _exclusions(history, seq, runs, logs))
 
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from data_schema import journal
+from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.queries.history import void_reasons
 from data_schema.queries.runs import RunRow
@@ -277,11 +278,8 @@ def _run(run: RunRow, judged: Judgement | None) -> Run:
 def days(analysis: StudyAnalysis, checks: Mapping[str, Sequence[CheckRow]]) -> tuple[Day, ...]:
     """Return what was measured on each day, and which checks were made before."""
     listed = analysis.evidence.configuration.protocol.checks
-    by_day: dict[str, list[RunRow]] = {}
-    for run in analysis.evidence.selected:
-        by_day.setdefault(run.day, []).append(run)
     found = []
-    for date, runs in by_day.items():
+    for date, runs in grouped(analysis.evidence.selected, lambda run: run.day).items():
         made = [check.kind for check in checks.get(date, ()) if check.passed]
         found.append(
             Day(
@@ -360,10 +358,7 @@ def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
     A day with a single run shows nothing of the kind and does not count.
     """
     runs = [run for run in analysis.evidence.runs if run.levels]
-    by_day: dict[str, list[RunRow]] = {}
-    for run in runs:
-        by_day.setdefault(run.day, []).append(run)
-    days_of = [of_day for of_day in by_day.values() if len(of_day) > 1]
+    days_of = [of_day for of_day in grouped(runs, lambda run: run.day).values() if len(of_day) > 1]
     sentences, named = [], set()
     for factor in analysis.evidence.factors:
         levels = {run.levels.get(factor.name) for run in runs}
@@ -503,15 +498,12 @@ def groups_without_charges(analysis: StudyAnalysis) -> tuple[tuple[Mapping[str, 
         for item in analysis.compared
         if item.pair.family == pairing.POOLED and item.shown.quantity is Outcome.JOULES
     }
-    groups: dict[str, list[RunRow]] = {}
-    for run in analysis.evidence.runs:
-        label = pairing.group_label(_without_swept(analysis, run))
-        if analysis.swept in run.levels and label not in compared:
-            groups.setdefault(label, []).append(run)
+    swept = [run for run in analysis.evidence.runs if analysis.swept in run.levels]
+    groups = grouped(swept, lambda run: pairing.group_label(_without_swept(analysis, run)))
     return tuple(
         (_without_swept(analysis, runs[0]), names)
-        for runs in groups.values()
-        if len({run.is_control for run in runs}) == 2
+        for label, runs in groups.items()
+        if label not in compared and len({run.is_control for run in runs}) == 2
         for names in [tuple(run.name for run in only_charge_missing(runs, analysis.evidence.charges))]
         if names
     )
@@ -663,10 +655,8 @@ def _most(analysis: StudyAnalysis, quantity: PredictedQuantity, source: str) -> 
 
 def void_sentence(void: Sequence[RunRow], reasons: Mapping[str, str]) -> str:
     """Name runs that are void by the `reasons` (by uid); "" without one."""
-    names: dict[str, list[str]] = {}
-    for run in void:
-        names.setdefault(reasons.get(run.uid, ""), []).append(run.name)
-    listed = [f"{first_named(several)} ({reason})" for reason, several in names.items()]
+    by_reason = grouped(void, lambda run: reasons.get(run.uid, ""))
+    listed = [f"{first_named([run.name for run in runs])} ({reason})" for reason, runs in by_reason.items()]
     return f"Void: {'; '.join(listed)}." if listed else ""
 
 

@@ -6,6 +6,7 @@ import shlex
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 
+from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.reasons import Reason
@@ -343,9 +344,8 @@ def _joules(analysis: StudyAnalysis) -> dict[str, float]:
 
 def _lost_fits(analysis: StudyAnalysis) -> list[str]:
     """Say which days' idle runs a drain line cannot do without."""
-    days_by_robots: dict[tuple[str, ...], list[str]] = {}
-    for day, robots in analysis.variations.fits_lost.items():
-        days_by_robots.setdefault(robots, []).append(day)
+    lost = analysis.variations.fits_lost
+    days_by_robots = grouped(lost, lambda day: lost[day])
     several = len(analysis.drains) > 1
     return [
         f"Without the idle runs of {' or of '.join(days)} there is no passive-drain fit"
@@ -359,11 +359,7 @@ def _lost_fits(analysis: StudyAnalysis) -> list[str]:
 
 
 def _by_cause(causes: Mapping[str, Undefined], runs: Iterable[RunRow]) -> dict[str, list[RunRow]]:
-    found: dict[str, list[RunRow]] = {}
-    for run in runs:
-        if run.uid in causes:
-            found.setdefault(causes[run.uid].reason, []).append(run)
-    return found
+    return grouped((run for run in runs if run.uid in causes), lambda run: causes[run.uid].reason)
 
 
 def _count(count: int, one: str, several: str) -> str:
