@@ -49,9 +49,14 @@ def key_of(
 
 @dataclass
 class Results:
-    """Results as they were computed; `made` has them by key, in their order."""
+    """Results as they were computed; `made` has them by key, in their order. All are about a `scope`, too."""
 
     made: dict[str, Result] = field(default_factory=dict)
+    scope: Mapping[str, Any] = field(default_factory=dict)
+
+    def about(self, **scope: str) -> Results:
+        """Return these results for further ones, which are all about this scope: a selection, a variant."""
+        return Results(self.made, {**self.scope, **scope})
 
     def record(
         self,
@@ -62,7 +67,7 @@ class Results:
         settings: Mapping[str, Any] = {},
     ) -> T:
         """Return a result with its origin, and with ids for its numbers."""
-        rows = sorted(inputs, key=_of_input)
+        rows, scope = sorted(inputs, key=_of_input), {**scope, **self.scope}
         key = key_of(algorithm, scope, rows, settings)
         changes: dict[str, Any] = {}
         for one, (head, tail) in _fields_of(result).items():

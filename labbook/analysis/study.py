@@ -103,10 +103,9 @@ def measure_study(
     progress("apex heights")
     apexes = run_apexes(computed, detections, evidence, as_protocol(evidence))
     results = _results(computed, detections, evidence, {Outcome.JOULES: energies, Outcome.APEX: apexes})
-    scope = {"selection": evidence.selection}
+    selected = computed.about(selection=evidence.selection)
     conditions = {
-        outcome: condition_values(computed, evidence.runs, found.results, outcome, scope)
-        for outcome, found in results.items()
+        outcome: condition_values(selected, evidence.runs, found.results, outcome) for outcome, found in results.items()
     }
     return Measured(evidence, drains, apexes.judgements, apexes.results, results, conditions)
 
@@ -132,15 +131,15 @@ def analyse(
     measured = measure_study(computed, detections, evidence, progress)
     results, conditions = measured.results, measured.conditions
     progress("comparisons")
-    scope = {"selection": evidence.selection}
+    selected = computed.about(selection=evidence.selection)
     swept = pairing.swept_factor(evidence.configuration)
-    packs = pack_deviations(computed, conditions[Outcome.JOULES], scope)
-    of_a_joule = budget(computed, evidence, conditions[Outcome.JOULES], scope)
+    packs = pack_deviations(selected, conditions[Outcome.JOULES])
+    of_a_joule = budget(selected, evidence, conditions[Outcome.JOULES])
     keys = list(dict.fromkeys(item.key for several in conditions.values() for item in several))
     simulated = [outcome for outcome in SIMULATED if outcome in ALWAYS or conditions.get(outcome)]
     predicted = predictions(computed, detections.connection, evidence, keys, progress, simulated)
     checks = {
-        outcome: check_conditions(computed, conditions[outcome], predicted, outcome, swept, scope)
+        outcome: check_conditions(selected, conditions[outcome], predicted, outcome, swept)
         for outcome in simulated
         if predicted
     }
@@ -166,27 +165,25 @@ def analyse(
         predicted=predicted,
         checked=checked,
         biases=[
-            one
-            for outcome, found in checks.items()
-            for one in judge(computed, conditions[outcome], found, outcome, scope)
+            one for outcome, found in checks.items() for one in judge(selected, conditions[outcome], found, outcome)
         ],
         hypotheses=[],
     )
     hypotheses = tuple(evidence.configuration.hypotheses.values())
     if swept is None:
-        judged = judge_hypotheses(computed, hypotheses, conditions, [], predicted, "", settings, scope)
+        judged = judge_hypotheses(selected, hypotheses, conditions, [], predicted, "", settings)
         return replace(analysis, hypotheses=judged)
     beside = unselected_conditions(computed, detections, evidence, conditions) if planned.stated else {}
-    compared = compare_all(computed, conditions, swept, planned, evidence.configuration.study.kind, scope, beside)
+    compared = compare_all(selected, conditions, swept, planned, evidence.configuration.study.kind, beside)
     anovas = [
         anova
         for quantity, several in conditions.items()
-        for anova in analyses_of_variance(computed, several, swept, quantity, scope)
+        for anova in analyses_of_variance(selected, several, swept, quantity)
     ]
     pooled = {outcome: pairing.pairs_pooled(several, swept) for outcome, several in conditions.items()}
-    effects, adjusted_effects = overall_effects(computed, pooled, settings, scope), Overall()
+    effects, adjusted_effects = overall_effects(selected, pooled, settings), Overall()
     values = pairing.treated_values(evidence.configuration, swept)
-    contrasts = contrast_means(computed, conditions, swept, values, planned, evidence.selection)
+    contrasts = contrast_means(selected, conditions, swept, values, planned, selected=bool(evidence.selection))
     favoured = favoured_by_order(
         (pair for pairs in pooled.values() for pair in pairs),
         over_groups=bool(effects.savings) or effects.equivalent is not None,
@@ -194,10 +191,9 @@ def analyse(
     if OVER_GROUPS in favoured:
         adjusted = {outcome: adjusted_for_position(pairs) for outcome, pairs in pooled.items()}
         adjusted_effects = overall_effects(
-            computed,
+            selected.about(variant=ADJUSTED),
             {outcome: pairs for outcome, pairs in adjusted.items() if not isinstance(pairs, Undefined)},
             settings,
-            {**scope, "variant": ADJUSTED},
             fingerprints_of_positions,
         )
     progress("what the headlines depend on")
@@ -210,8 +206,8 @@ def analyse(
         variations=variations,
         overall=effects,
         contrasts=contrasts,
-        hypotheses=judge_hypotheses(computed, hypotheses, conditions, compared, predicted, swept, settings, scope),
+        hypotheses=judge_hypotheses(selected, hypotheses, conditions, compared, predicted, swept, settings),
         favoured=favoured,
         overall_adjusted=adjusted_effects,
-        checked=[*checked, *check_savings(computed, of_savings, predicted, scope)],
+        checked=[*checked, *check_savings(selected, of_savings, predicted)],
     )

@@ -136,7 +136,7 @@ class Facts:
         if varied.rules is not None:
             single = [uid for uid, force in found.items() if isinstance(force, RunForce) and force.single_jumps]
             found = {**found, **run_forces_by_rules(computed, detections, evidence, single)[varied.rules]}
-        return condition_values(computed, evidence.runs, found, outcome, {})
+        return condition_values(computed, evidence.runs, found, outcome)
 
     @property
     def settings(self) -> dict[str, object]:

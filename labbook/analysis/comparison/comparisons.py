@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Annotated, Any
+from typing import Annotated
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import StudyKind, Undefined
@@ -50,18 +50,14 @@ FAMILY = Algorithm("decision_family", 2)
 
 
 def adjust(
-    computed: Results,
-    tested: Mapping[str, Decision | MeansContrast],
-    family: str,
-    scope: Mapping[str, Any],
-    alpha: float,
+    computed: Results, tested: Mapping[str, Decision | MeansContrast], family: str, alpha: float, **about: str
 ) -> FamilyResult | None:
     """Compute the adjusted p of the tests of a family by their labels; None of a single one."""
     if len(tested) < 2:
         return None
     inputs = [result_fingerprint(label, one) for label, one in tested.items()]
     return computed.record(
-        FAMILY, {"family": family, **scope}, inputs, _adjusted(tested, family, alpha), {"alpha": alpha}
+        FAMILY, {"family": family, **about}, inputs, _adjusted(tested, family, alpha), {"alpha": alpha}
     )
 
 
@@ -103,7 +99,6 @@ def compare_all(
     swept: str,
     planned: Planned,
     kind: StudyKind,
-    scope: Mapping[str, Any],
     beside: Mapping[Outcome, Sequence[ConditionValues]],
 ) -> list[Compared]:
     """Make every comparison of the study, outcome by outcome.
@@ -114,7 +109,7 @@ def compare_all(
     for outcome, several in conditions.items():
         pairs = pairing.pairs_with_control(several, swept)
         further = pairing.pairs_with_control([*several, *beside[outcome]], swept) if beside.get(outcome) else []
-        found += _compared(computed, pairs, further, outcome, planned, kind, scope)
+        found += _compared(computed, pairs, further, outcome, planned, kind)
     return found
 
 
@@ -125,33 +120,32 @@ def _compared(
     quantity: Outcome,
     planned: Planned,
     kind: StudyKind,
-    scope: Mapping[str, Any],
 ) -> list[Compared]:
     """Compare treatments with controls, and adjust the p of the family that was decided on, with those not shown."""
     settings, labels = planned.settings, {pair.label for pair in pairs}
     family = FAMILY_OF[settings.family]
     further = [pair for pair in every if pair.label not in labels and pair.family == family]
-    decisions = dict(zip(labels_of(pairs), decide(computed, pairs, quantity, scope, settings), strict=True))
+    decisions = dict(zip(labels_of(pairs), decide(computed, pairs, quantity, settings), strict=True))
     of_family = {pair.label: decisions[pair.label] for pair in pairs if pair.family == family}
-    beside = zip(labels_of(further), decide(computed, further, quantity, scope, settings), strict=True)
+    beside = zip(labels_of(further), decide(computed, further, quantity, settings), strict=True)
     adjusted = None
     if of_family:
-        about = {"quantity": str(quantity), **scope}
-        adjusted = adjust(computed, {**of_family, **dict(beside)}, family, about, settings.alpha)
+        tests = {**of_family, **dict(beside)}
+        adjusted = adjust(computed, tests, family, settings.alpha, quantity=str(quantity))
     if adjusted is not None:
         for label in of_family:
             p, rejected = adjusted.adjusted_p[label], adjusted.rejected[label]
             decisions[label] = replace(decisions[label], adjusted=p, adjusted_rejected=rejected)
     if quantity.has_equivalence and settings.apex_bounds is not None:
-        tests = decide_equivalence(computed, pairs, settings.apex_bounds, settings.alpha, scope)
-        for pair, test in zip(pairs, tests, strict=True):
+        within = decide_equivalence(computed, pairs, settings.apex_bounds, settings.alpha)
+        for pair, test in zip(pairs, within, strict=True):
             why = planned.exploratory_equivalence(pair.family, conditions_of(pair)) or ""
             decisions[pair.label] = replace(decisions[pair.label], equivalence=replace(test, exploratory=why))
-    over_runs = routes_over_runs(computed, pairs, quantity, scope, settings.alpha)
+    over_runs = routes_over_runs(computed, pairs, quantity, settings.alpha)
     over_jumps = {}
     if quantity is Outcome.APEX and kind is StudyKind.BED:  # the study of thesis 5.2
         pooled = [pair for pair in pairs if pair.family == pairing.POOLED]
-        routes = routes_over_jumps(computed, pooled, scope, settings.alpha)
+        routes = routes_over_jumps(computed, pooled, settings.alpha)
         over_jumps = dict(zip(labels_of(pooled), routes, strict=True))
     found = [
         Compared(
@@ -209,21 +203,17 @@ OVER_JUMPS = Algorithm("thesis_route_over_jumps", 1)
 ANOVA = Algorithm("anova", 17)
 
 
-def routes_over_runs(
-    computed: Results, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], alpha: float
-) -> list[ThesisRoute]:
+def routes_over_runs(computed: Results, pairs: Sequence[Pair], quantity: Outcome, alpha: float) -> list[ThesisRoute]:
     """Compute the thesis's route of every pair over its runs, in order."""
 
     def route(pair: Pair) -> ThesisRoute:
         control, treated = ([item.value for item in runs_of(side)] for side in (pair.a, pair.b))
         return thesis_route(control, treated, quantity.unit, alpha)
 
-    return record_for_pairs(computed, ROUTE, pairs, quantity, scope, {"alpha": alpha}, route, fingerprints_of_sides)
+    return record_for_pairs(computed, ROUTE, pairs, quantity, {"alpha": alpha}, route, fingerprints_of_sides)
 
 
-def routes_over_jumps(
-    computed: Results, pairs: Sequence[Pair], scope: Mapping[str, Any], alpha: float
-) -> list[ThesisRoute]:
+def routes_over_jumps(computed: Results, pairs: Sequence[Pair], alpha: float) -> list[ThesisRoute]:
     """Compute the thesis's route of every pair of apex heights over all their jumps, in order."""
 
     def heights_m(side: Sequence[ConditionValues]) -> list[float]:
@@ -235,7 +225,6 @@ def routes_over_jumps(
         OVER_JUMPS,
         pairs,
         Outcome.APEX,
-        scope,
         {"alpha": alpha},
         lambda pair: thesis_route(heights_m(pair.a), heights_m(pair.b), Outcome.APEX.unit, alpha),
         lambda pair: tuple(
@@ -267,7 +256,7 @@ def thesis_route(control: Sequence[float], treated: Sequence[float], unit: str, 
 
 
 def analyses_of_variance(
-    computed: Results, conditions: Sequence[ConditionValues], swept: str, quantity: Outcome, scope: Mapping[str, Any]
+    computed: Results, conditions: Sequence[ConditionValues], swept: str, quantity: Outcome
 ) -> list[Anova]:
     """Compute the one-way analysis of variance over the treated levels of every group that has several."""
     groups = [
@@ -279,7 +268,7 @@ def analyses_of_variance(
     return [
         computed.record(
             ANOVA,
-            {"quantity": str(quantity), "label": pairing.group_label(group), **scope},
+            {"quantity": str(quantity), "label": pairing.group_label(group)},
             [result_fingerprint("group", condition.result) for condition in treated],
             _analysed(group, treated, swept, quantity),
         )

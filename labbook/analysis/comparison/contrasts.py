@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
@@ -69,20 +68,21 @@ def contrast_means(
     swept: str,
     values: Mapping[str, float],
     planned: Planned,
-    selection: str,
+    *,
+    selected: bool,
 ) -> list[MeansContrast]:
     """Compute the contrasts of the plan, or those that the factors suggest; `values` are those of the swept levels.
 
     Several are a family, whose p is adjusted by Holm's method.
     """
-    settings, scope = planned.settings, {"selection": selection}
+    settings = planned.settings
     asked = asked_contrasts(settings.contrasts, conditions, swept, values)
-    tested = {label: _recorded(computed, one, swept, settings.alpha, scope) for label, one in asked.items()}
-    family = adjust(computed, tested, "contrasts", scope, settings.alpha)
+    tested = {label: _recorded(computed, one, swept, settings.alpha) for label, one in asked.items()}
+    family = adjust(computed, tested, "contrasts", settings.alpha)
     found = []
     for label, result in tested.items():
         one = asked[label]
-        why = planned.exploratory_contrast(one.settings.outcome, one.conditions, selected=bool(selection)) or ""
+        why = planned.exploratory_contrast(one.settings.outcome, one.conditions, selected=selected) or ""
         if family is None:
             found.append(replace(result, exploratory=why))
         else:
@@ -220,12 +220,10 @@ def _slope(pairs: Sequence[Pair], values: Mapping[str, float]) -> _Terms:
     return [((values[pair.level] - middle) / squares, pair) for pair in pairs]
 
 
-def _recorded(
-    computed: Results, asked: AskedContrast, swept: str, alpha: float, scope: Mapping[str, Any]
-) -> MeansContrast:
+def _recorded(computed: Results, asked: AskedContrast, swept: str, alpha: float) -> MeansContrast:
     return computed.record(
         ALGORITHM,
-        {"quantity": str(asked.settings.outcome), "label": asked.label, **scope},
+        {"quantity": str(asked.settings.outcome), "label": asked.label},
         dict.fromkeys(row for _weight, pair in asked.terms for row in fingerprints_of_contrast(pair)),
         contrast_result(asked, swept, alpha),
         {

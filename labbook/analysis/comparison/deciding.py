@@ -80,42 +80,44 @@ def deciding_runs(with_value: Sequence[RunRow], without: Sequence[RunRow]) -> tu
     return tuple(run for run in without if places[run.day, run.is_control])
 
 
+def about_pair(pair: Pair, quantity: Outcome) -> dict[str, str]:
+    """Return what a result of a pair is about."""
+    return {"quantity": str(quantity), "family": pair.family, "label": pair.label}
+
+
 def record_for_pairs(
     computed: Results,
     algorithm: Algorithm,
     pairs: Sequence[Pair],
     quantity: Outcome,
-    scope: Mapping[str, Any],
     settings: Mapping[str, Any],
     compute: Callable[[Pair], T],
     inputs: Callable[[Pair], tuple[InputRow, ...]] = fingerprints_of_contrast,
 ) -> list[T]:
     """Compute a result of every pair, in order."""
     return [
-        computed.record(
-            algorithm,
-            {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope},
-            inputs(pair),
-            compute(pair),
-            settings,
-        )
-        for pair in pairs
+        computed.record(algorithm, about_pair(pair, quantity), inputs(pair), compute(pair), settings) for pair in pairs
     ]
 
 
+def depends_on(settings: AnalysisSettings) -> dict[str, Any]:
+    """Return the settings that a decision depends on."""
+    return {"alpha": settings.alpha, "one_sided": settings.one_sided}
+
+
 def decide(
-    computed: Results, pairs: Sequence[Pair], quantity: Outcome, scope: Mapping[str, Any], settings: AnalysisSettings
+    computed: Results,
+    pairs: Sequence[Pair],
+    quantity: Outcome,
+    settings: AnalysisSettings,
+    inputs: Callable[[Pair], tuple[InputRow, ...]] = fingerprints_of_contrast,
 ) -> list[Decision]:
     """Compute the deciding test of every pair, in order; see `decide_by_contrast`."""
-    return record_for_pairs(
-        computed,
-        DECISION,
-        pairs,
-        quantity,
-        scope,
-        {"alpha": settings.alpha, "one_sided": settings.one_sided},
-        lambda pair: decide_pair(pair, quantity, settings),
-    )
+
+    def decision(pair: Pair) -> Decision:
+        return decide_pair(pair, quantity, settings)
+
+    return record_for_pairs(computed, DECISION, pairs, quantity, depends_on(settings), decision, inputs)
 
 
 def decide_pair(
@@ -182,16 +184,13 @@ def _rejected(p: float | Undefined, alpha: float) -> bool | None:
     return None if isinstance(p, Undefined) else p <= alpha
 
 
-def decide_equivalence(
-    computed: Results, pairs: Sequence[Pair], bounds: Bounds, alpha: float, scope: Mapping[str, Any]
-) -> list[Equivalence]:
+def decide_equivalence(computed: Results, pairs: Sequence[Pair], bounds: Bounds, alpha: float) -> list[Equivalence]:
     """Compute the two one-sided tests of apex heights of every pair, in order, by the same contrast."""
     return record_for_pairs(
         computed,
         EQUIVALENCE,
         pairs,
         Outcome.APEX,
-        scope,
         {"alpha": alpha, "bounds": asdict(bounds)},
         lambda pair: equivalence_by_contrast(contrast_of(pair), bounds, alpha),
     )
@@ -231,7 +230,6 @@ def overall_effects(
     computed: Results,
     pairs: Mapping[Outcome, Sequence[Pair]],
     settings: AnalysisSettings,
-    scope: Mapping[str, Any],
     rests_on: Callable[[Iterable[Pair]], tuple[InputRow, ...]] = lambda _pairs: (),
 ) -> Overall:
     """Compute the effects over all groups; `pairs` has those of each outcome, one a group. One group has none.
@@ -249,7 +247,7 @@ def overall_effects(
         of_groups = several[outcome]
         inputs = (*(row for pair in of_groups for row in fingerprints_of_contrast(pair)), *rests_on(of_groups))
         about = {"alpha": alpha, "groups": list(contrasts_of[outcome]), **about}
-        return computed.record(algorithm, {"quantity": str(outcome), **scope}, inputs, result, about)
+        return computed.record(algorithm, {"quantity": str(outcome)}, inputs, result, about)
 
     def groups_of(outcome: Outcome, names: Iterable[str]) -> tuple[Mapping[str, str], ...]:
         by_name = {group_label(pair.group): pair.group for pair in several[outcome]}

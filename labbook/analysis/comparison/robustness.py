@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.sources import InputRow
@@ -19,11 +18,12 @@ from data_schema.vocabulary import RunKind, Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.deciding import (
     DECISION,
+    about_pair,
     contrast_of,
     decide,
     decide_pair,
+    depends_on,
     fingerprints_of_contrast,
-    record_for_pairs,
 )
 from labbook.analysis.comparison.order import ADJUSTED, adjusted_for_position, fingerprints_of_positions
 from labbook.analysis.comparison.pairing import Pair
@@ -140,72 +140,39 @@ def _days_to_leave_out(evidence: StudyData, drains: Mapping[str, Drain]) -> list
 
 
 def _estimates_without(
-    computed: Results,
-    days: Sequence[LeftOut],
-    conditions: Sequence[ConditionValues],
-    quantity: Outcome,
-    swept: str,
-    settings: AnalysisSettings,
-    scope: Mapping[str, Any],
+    computed: Results, days: Sequence[LeftOut], pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings
 ) -> dict[str, list[tuple[Pair, Decision]]]:
     """Compute the pooled comparisons without each of these days: pair and result, by day."""
-    pairs = pairing.pairs_pooled(conditions, swept)
-    whole = decide(computed, pairs, quantity, scope, settings)
+    whole = decide(computed, pairs, quantity, settings)
     contrasts = [contrast_of(pair) for pair in pairs]
+
+    def without(day: LeftOut, pair: Pair, of_all: Decision, contrast: Contrast) -> Decision:
+        if day.changes(quantity):
+            rest = replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity))
+            estimate = decide_pair(rest, quantity, settings)
+        else:
+            estimate = decide_pair(pair, quantity, settings, contrast.without(day.day))
+        inputs = (result_fingerprint("all days", of_all), *day.inputs)
+        about, of_day = about_pair(pair, quantity), computed.about(variant=f"without {day.day}")
+        return of_day.record(DECISION, about, inputs, estimate, depends_on(settings))
+
     return {
         day.day: [
-            (pair, _without(computed, day, pair, result, contrast, quantity, settings, scope))
-            for pair, result, contrast in zip(pairs, whole, contrasts, strict=True)
+            (pair, without(day, pair, of_all, contrast))
+            for pair, of_all, contrast in zip(pairs, whole, contrasts, strict=True)
             if day.remains(pair.a, quantity) and day.remains(pair.b, quantity)
         ]
         for day in days
     }
 
 
-def _without(
-    computed: Results,
-    day: LeftOut,
-    pair: Pair,
-    whole: Decision,
-    contrast: Contrast,
-    quantity: Outcome,
-    settings: AnalysisSettings,
-    scope: Mapping[str, Any],
-) -> Decision:
-    """Estimate without a day; `whole` and `contrast` are those of all days."""
-    if day.changes(quantity):
-        rest = replace(pair, a=day.rest_of(pair.a, quantity), b=day.rest_of(pair.b, quantity))
-        estimate = decide_pair(rest, quantity, settings)
-    else:
-        estimate = decide_pair(pair, quantity, settings, contrast.without(day.day))
-    about = {"quantity": str(quantity), "family": pair.family, "label": pair.label, **scope}
-    return computed.record(
-        DECISION,
-        {**about, "variant": f"without {day.day}"},
-        (result_fingerprint("all days", whole), *day.inputs),
-        estimate,
-        {"alpha": settings.alpha, "one_sided": settings.one_sided},
-    )
-
-
-def _adjusted(
-    computed: Results, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings, scope: Mapping[str, Any]
-) -> list[Varied]:
+def _adjusted(computed: Results, pairs: Sequence[Pair], quantity: Outcome, settings: AnalysisSettings) -> list[Varied]:
     """Compute the pooled comparisons adjusted for position in the day; none where the runs leave no slope."""
     adjusted = adjusted_for_position(pairs)
     if isinstance(adjusted, Undefined):
         return []
     inputs = (*(row for pair in pairs for row in fingerprints_of_contrast(pair)), *fingerprints_of_positions(pairs))
-    found = record_for_pairs(
-        computed,
-        DECISION,
-        adjusted,
-        quantity,
-        {**scope, "variant": ADJUSTED},
-        {"alpha": settings.alpha, "one_sided": settings.one_sided},
-        lambda pair: decide_pair(pair, quantity, settings),
-        lambda _pair: inputs,
-    )
+    found = decide(computed.about(variant=ADJUSTED), adjusted, quantity, settings, lambda _pair: inputs)
     return [Varied(pair.label, ADJUSTED, quantity, each) for pair, each in zip(pairs, found, strict=True)]
 
 
@@ -229,7 +196,7 @@ def vary(
 ) -> Variations:
     """Recompute the pooled comparisons; a day is left out with its jump runs and its idle runs."""
     found: list[Varied] = []
-    scope = {"selection": evidence.selection}
+    selected = computed.about(selection=evidence.selection)
     everything = with_void(evidence)
     joules = (
         _joules_of(computed, everything, evidence, drains, WITHOUT_EXCLUSIONS)
@@ -255,22 +222,14 @@ def vary(
         values = with_all[outcome].results
         found += _compared(computed, WITHOUT_EXCLUSIONS, everything, outcome, values, swept, settings)
     found += _by_rules(computed, detections, evidence, results, swept, settings)
-    for outcome in (Outcome.JOULES, *of_jumps, *further):
-        found += _adjusted(computed, pairing.pairs_pooled(conditions[outcome], swept), outcome, settings, scope)
     days = _days_to_leave_out(evidence, drains)
     with_runs = [day for day in days if day.has_runs]
-    without = {
-        outcome: _estimates_without(
-            computed,
-            days if outcome is Outcome.JOULES else with_runs,
-            conditions[outcome],
-            outcome,
-            swept,
-            settings,
-            scope,
-        )
-        for outcome in (Outcome.JOULES, *of_jumps, *further)
-    }
+    without: dict[Outcome, dict[str, list[tuple[Pair, Decision]]]] = {}
+    for outcome in (Outcome.JOULES, *of_jumps, *further):
+        pairs = pairing.pairs_pooled(conditions[outcome], swept)
+        found += _adjusted(selected, pairs, outcome, settings)
+        left_out = days if outcome is Outcome.JOULES else with_runs
+        without[outcome] = _estimates_without(selected, left_out, pairs, outcome, settings)
     found += [
         Varied(pair.label, f"without {day.day}", outcome, result, day.day)
         for day in days
@@ -337,8 +296,8 @@ def _compared(
     settings: AnalysisSettings,
 ) -> list[Varied]:
     """Compare the pooled conditions again with other runs, or other results of the same runs."""
-    scope = {"selection": evidence.selection, "variant": label}
-    conditions = condition_values(computed, evidence.runs, results, quantity, scope)
+    computed = computed.about(selection=evidence.selection, variant=label)
+    conditions = condition_values(computed, evidence.runs, results, quantity)
     pairs = pairing.pairs_pooled(conditions, swept)
-    compared = decide(computed, pairs, quantity, scope, settings)
+    compared = decide(computed, pairs, quantity, settings)
     return [Varied(pair.label, label, quantity, each) for pair, each in zip(pairs, compared, strict=True)]

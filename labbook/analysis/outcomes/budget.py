@@ -21,12 +21,7 @@ from stats.lines.passive_drain import rounding_sd_mah
 BUDGET = Algorithm("energy_budget", 14)
 
 
-def budget(
-    computed: Results,
-    evidence: StudyData,
-    conditions: Sequence[ConditionValues],
-    scope: dict[str, str],
-) -> JouleBudget | None:
+def budget(computed: Results, evidence: StudyData, conditions: Sequence[ConditionValues]) -> JouleBudget | None:
     """Compute the budget of one run's joules; None without joules."""
     if not conditions:
         return None
@@ -35,7 +30,7 @@ def budget(
     voltage_v = evidence.study.reference_voltage_v
     return computed.record(
         BUDGET,
-        {"condition": condition.key, **scope},
+        {"condition": condition.key},
         (
             result_fingerprint("condition", condition.result),
             fingerprint("voltage", "study", evidence.study.uid, repr(voltage_v)),
@@ -90,9 +85,7 @@ def _budget(condition: ConditionValues, voltage_v: float, resolution_mah: float)
 PACKS = Algorithm("pack_deviation", 12)
 
 
-def pack_deviations(
-    computed: Results, conditions: Sequence[ConditionValues], scope: dict[str, str]
-) -> dict[str, PackDeviation]:
+def pack_deviations(computed: Results, conditions: Sequence[ConditionValues]) -> dict[str, PackDeviation]:
     """Compute the mean deviation of every pack, in joules a jump."""
     deviations: dict[str, list[tuple[RunNumber, float]]] = {}
     for condition in conditions:
@@ -103,7 +96,7 @@ def pack_deviations(
     return {
         pack: computed.record(
             PACKS,
-            {"pack": pack, **scope},
+            {"pack": pack},
             inputs,
             _deviation([value for _item, value in deviations[pack]]),
             {"runs": [item.run.name for item, _value in deviations[pack]]},

@@ -9,7 +9,6 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from importlib import import_module
-from typing import Any
 
 from scipy import special
 
@@ -149,19 +148,15 @@ def conditions_by_outcome(
     computed: Results, detections: Detections, evidence: StudyData, outcomes: Iterable[Outcome]
 ) -> dict[Outcome, list[ConditionValues]]:
     """Compute the numbers of the selected runs' conditions in each outcome."""
-    scope = {"selection": evidence.selection}
+    selected = computed.about(selection=evidence.selection)
     return {
-        outcome: condition_values(computed, evidence.runs, found.results, outcome, scope)
+        outcome: condition_values(selected, evidence.runs, found.results, outcome)
         for outcome, found in measure_all(outcomes, computed, detections, evidence).items()
     }
 
 
 def condition_values(
-    computed: Results,
-    runs: Sequence[RunRow],
-    results: Mapping[str, Result],
-    quantity: Outcome,
-    scope: Mapping[str, Any],
+    computed: Results, runs: Sequence[RunRow], results: Mapping[str, Result], quantity: Outcome
 ) -> list[ConditionValues]:
     """Compute the summary of every condition of the runs that have the quantity, in order of first occurrence."""
     by_condition = grouped(run_numbers(runs, results, quantity), lambda item: item.run.condition_key)
@@ -173,7 +168,7 @@ def condition_values(
             tuple(items),
             computed.record(
                 SUMMARY,
-                {"quantity": str(quantity), "condition": key, **scope},
+                {"quantity": str(quantity), "condition": key},
                 (condition_input(items[0].run), *(result_fingerprint(item.run.name, item.result) for item in items)),
                 _summary(items, quantity),
                 _rounded_alike(items),

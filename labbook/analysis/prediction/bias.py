@@ -42,11 +42,7 @@ LIMITS = Algorithm("limits_of_agreement", 1)
 
 
 def judge(
-    computed: Results,
-    conditions: Sequence[ConditionValues],
-    checked: Sequence[Prediction],
-    outcome: Outcome,
-    scope: Mapping[str, Any],
+    computed: Results, conditions: Sequence[ConditionValues], checked: Sequence[Prediction], outcome: Outcome
 ) -> list[Judged]:
     """Compute the bias of every group, the joint test, and limits of agreement over three conditions or more.
 
@@ -57,7 +53,7 @@ def judge(
     groups = grouped(both, lambda item: group_label(item[1].group))
     if not groups:
         return []
-    about = {"quantity": str(outcome), **scope}
+    about = {"quantity": str(outcome)}
     results = [
         computed.record(BIAS, {"group": label, **about}, _inputs(items), _bias(items, outcome))
         for label, items in groups.items()

@@ -11,7 +11,6 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.sources import InputRow
@@ -77,7 +76,6 @@ def check_conditions(
     predicted: AllPredicted,
     quantity: Outcome,
     swept: str | None,
-    scope: Mapping[str, Any],
 ) -> list[Prediction]:
     """Compute the check of every condition's mean against its prediction; nothing where nothing was predicted."""
     if not predicted:
@@ -85,7 +83,7 @@ def check_conditions(
     results = [
         computed.record(
             ALGORITHM,
-            {"quantity": str(_PREDICTED[quantity]), "condition": condition.key, **scope},
+            {"quantity": str(_PREDICTED[quantity]), "condition": condition.key},
             (result_fingerprint("measured", condition.result), *inputs_of("predicted", side)),
             _check_mean(condition.result, side, quantity),
             {"runs": [runs for _one, runs in side]},
@@ -108,10 +106,7 @@ def check_conditions(
 
 
 def check_savings(
-    computed: Results,
-    compared: Sequence[tuple[Pair, Decision]],
-    predicted: AllPredicted,
-    scope: Mapping[str, Any],
+    computed: Results, compared: Sequence[tuple[Pair, Decision]], predicted: AllPredicted
 ) -> list[Prediction]:
     """Compute the check of measured savings: each level's, and all levels' pooled; nothing without predictions.
 
@@ -123,7 +118,7 @@ def check_savings(
     results = [
         computed.record(
             ALGORITHM,
-            {"quantity": str(PredictedQuantity.SAVINGS), "label": pair.label, **scope},
+            {"quantity": str(PredictedQuantity.SAVINGS), "label": pair.label},
             (
                 result_fingerprint("measured", measured),
                 *inputs_of("control", control),

@@ -81,7 +81,6 @@ def judge_hypotheses(
     predicted: AllPredicted,
     swept: str,
     decided: AnalysisSettings,
-    scope: Mapping[str, Any],
 ) -> list[Hypothesis]:
     """Compute the test of every comparison of every hypothesis, in order; `swept` is the factor with a control.
 
@@ -105,7 +104,6 @@ def judge_hypotheses(
                 predicted,
                 decided,
                 len(comparisons),
-                scope,
             )
             for one in comparisons
         ]
@@ -176,7 +174,6 @@ def _part(
     predicted: AllPredicted,
     decided: AnalysisSettings,
     n_comparisons: int,
-    scope: Mapping[str, Any],
 ) -> HypothesisPart:
     outside = decided.outside if len(one.sides) > 2 else 2.0 * decided.alpha
     simulated = predicted if settings.outcome in SIMULATED else {}
@@ -188,7 +185,7 @@ def _part(
         inputs += [row for side in one.sides for row in inputs_of("predicted", side_of(side, simulated))]
     return computed.record(
         ALGORITHM,
-        {"hypothesis": settings.name, "label": one.label, "quantity": str(settings.outcome), **scope},
+        {"hypothesis": settings.name, "label": one.label, "quantity": str(settings.outcome)},
         dict.fromkeys(inputs),
         _tested(one, simulated, settings.outcome, outside, n_comparisons, claimed),
         {

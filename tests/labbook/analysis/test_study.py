@@ -99,7 +99,7 @@ def test_the_budget_takes_the_coarsest_resolution_of_the_charges(analysis: Study
     uid = condition.runs[0].run.uid
     (charge,) = evidence.charges[uid]
     coarse = replace(evidence, charges={**evidence.charges, uid: [replace(charge, resolution_mah=1000.0)]})
-    row = budget(Results(), coarse, analysis.conditions[Outcome.JOULES], {})
+    row = budget(Results(), coarse, analysis.conditions[Outcome.JOULES])
     assert row is not None
     assert analysis.budget is not None
     (name,) = (name for name in row.one_run if "resolution" in name or "charger" in name)

@@ -94,8 +94,7 @@ def test_a_day_that_was_corrected_is_another_result(reports: Reports, computed: 
     first = item.pair.a[0]
     moved = replace(first.runs[0], run=replace(first.runs[0].run, day="2030-01-01"))
     pair = replace(item.pair, a=(replace(first, runs=(moved, *first.runs[1:])),))
-    scope = {"selection": ""}
-    same, other = decide(computed, [item.pair, pair], Outcome.APEX, scope, AnalysisSettings())
+    same, other = decide(computed.about(selection=""), [item.pair, pair], Outcome.APEX, AnalysisSettings())
     assert same.origin.key == item.shown.decision.origin.key
     assert other.origin.key != same.origin.key
 
@@ -121,7 +120,7 @@ def test_holm_adjusts_the_tests_of_the_family_that_was_decided_and_no_other(
 def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports, computed: Results) -> None:
     item = compared(reports(), Outcome.APEX)[0].shown.decision
     tiny = {f"{t}": replace(item, t=Number(-t, "1", df=800.0), p=Number(0.0, "1", df=800.0)) for t in (80.0, 90.0)}
-    row = adjust(computed, tiny, POOLED, {"trial": 2}, alpha=1e-13)
+    row = adjust(computed, tiny, POOLED, alpha=1e-13, trial="2")
     assert row is not None
     assert [one.value for one in row.adjusted_p.values()] == [0.0, 0.0]
     assert all(row.rejected.values())
