@@ -121,6 +121,4 @@ def absent(content: ReportContent) -> str | None:
 
 
 _SHOWS = ("factors", "conditions", "predictions")
-PREDICTIONS = FigureKind(
-    "predictions", "Predicted and measured", draw, caption, alternative, absent, _SHOWS, section="predicted"
-)
+PREDICTIONS = FigureKind("predictions", "Predicted and measured", draw, caption, alternative, absent, _SHOWS)

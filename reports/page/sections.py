@@ -7,15 +7,15 @@ from __future__ import annotations
 
 import importlib.resources
 import re
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.claims import group_claim, groups_in_one_sentence
 from reports.content import ReportContent
-from reports.display import count_text, in_sentence, list_text
-from reports.figures.registry import figures_of
+from reports.display import in_sentence, list_text
 from reports.naming import control_name, gains_text, swept_factor, title_of
 from reports.tables.each_run import run_anchors
 from reports.tables.formats import latex_text
@@ -82,43 +82,57 @@ class Section:
 
 def sections_of(content: ReportContent) -> tuple[Section, ...]:
     """Return the sections of the page in reading order; a section without parts is left out."""
+    tests = (*(f"tests_{outcome.key}" for outcome in content.outcomes), "tests_jumps", "anovas")
+    each_run = _tables("each_run") if run_anchors(content) else ()
+    robustness = (FigureHere("sensitivity"), *_said(*sentences_on_rules(content)))
     sections = (
-        _answer(content),
-        _results(content),
-        _predicted(content),
-        _robustness(content),
-        _plan(content),
-        _methods(content),
+        Section("answer", "Answer", _answer(content)),
+        Section("results", "Results", _results(content)),
+        Section("predicted", "Predicted and measured", _predicted(content)),
+        Section("robustness", "Robustness", robustness if content.pooled else ()),
+        Section("plan", "Plan and deviations", _plan(content)),
+        Section("methods", "Methods", _methods(content)),
         *(_outcome_in_full(content, outcome) for outcome in content.outcomes),
-        _tests(content),
-        _predictions_in_full(content),
-        _certainty(content),
-        _measured(content),
-        _provenance(content),
+        Section("tests", "The thesis's tests", (*_said(_TESTS if content.comparisons else ""), *_tables(*tests)), True),
+        Section("predictions", "Predictions in full", _predictions_in_full(content), True),
+        Section("certainty", "Uncertainty, drain, packs, order of the day", _certainty(content), True),
+        Section("measured", "Days and runs", (*_tables("flow", "days"), *each_run), True),
+        Section("provenance", "Provenance", _tables("provenance") if content.provenance else (), True),
     )
-    return tuple(_with_figures(section, content) for section in sections if section.parts)
+    return tuple(section for section in sections if section.parts)
 
 
-def _with_figures(section: Section, content: ReportContent) -> Section:
-    """Add the figures that name this section themselves."""
-    named = (kind for kind in figures_of(content) if kind.section == section.anchor and kind.absent(content) is None)
-    return replace(section, parts=(*section.parts, *(FigureHere(kind.name) for kind in named)))
+_TESTS = (
+    "Beside the tests that decide stand the thesis's own (5.2.1), as published. They take runs for independent, "
+    "whatever their days, and nothing is claimed from them."
+)
 
 
-def _answer(content: ReportContent) -> Section:
+def _said(*texts: str) -> tuple[Part, ...]:
+    return tuple(Paragraph(text) for text in texts if text)
+
+
+def _tables(*names: str) -> tuple[Part, ...]:
+    return tuple(map(TableHere, names))
+
+
+def _listed(texts: Sequence[str]) -> tuple[Part, ...]:
+    return (Bullets(tuple(map(Paragraph, texts))),) if texts else ()
+
+
+def _answer(content: ReportContent) -> tuple[Part, ...]:
     """The first sheet: the answer, the groups, both outcomes drawn, what came of the runs, how far to trust it."""
-    parts: list[Part] = []
-    if content.claims:
-        first, *others = content.claims
-        parts.append(Paragraph(first.text, first.provenance, lead=True))
-        parts += [Paragraph(claim.text, claim.provenance, lead=len(others) == 1) for claim in others]
-    else:
-        parts.append(Paragraph(f"Nothing is claimed from this selection: {_why_no_claim(content)}.", lead=True))
-    parts.append(TableHere("headlines"))
-    parts.append(FiguresBeside(tuple(f"{outcome.key}_by_level" for outcome in (Outcome.JOULES, Outcome.APEX))))
-    parts.append(Paragraph(" ".join(filter(None, (flow_sentence(content), review_sentence(content))))))
-    parts.append(Bullets(tuple(map(Paragraph, trust_sentences(content)))))
-    return Section("answer", "Answer", tuple(parts))
+    leads = content.claims if len(content.claims) == 2 else content.claims[:1]
+    claims = [Paragraph(claim.text, claim.provenance, lead=claim in leads) for claim in content.claims]
+    if not claims:
+        claims = [Paragraph(f"Nothing is claimed from this selection: {_why_no_claim(content)}.", lead=True)]
+    return (
+        *claims,
+        TableHere("headlines"),
+        FiguresBeside(tuple(f"{outcome.key}_by_level" for outcome in (Outcome.JOULES, Outcome.APEX))),
+        Paragraph(" ".join(filter(None, (flow_sentence(content), review_sentence(content))))),
+        *_listed(trust_sentences(content)),
+    )
 
 
 def _why_no_claim(content: ReportContent) -> str:
@@ -136,7 +150,7 @@ def _why_no_claim(content: ReportContent) -> str:
     )
 
 
-def _results(content: ReportContent) -> Section:
+def _results(content: ReportContent) -> tuple[Part, ...]:
     """Each group in a sentence, outcome by outcome; page one has the first two drawn."""
     parts: list[Part] = []
     for outcome in content.outcomes:
@@ -147,12 +161,12 @@ def _results(content: ReportContent) -> Section:
         if outcome.has_savings:
             found.append(FigureHere("savings"))
         if outcome.has_equivalence:
-            found += [Paragraph(text) for text in (content.no_equivalence,) if text]
+            found += _said(content.no_equivalence)
         if found:
             parts += [Heading(outcome.heading), *found]
     if _contrasts_planned(content):
         parts += [Heading("What the saving depends on"), TableHere("contrasts")]
-    return Section("results", "Results", tuple(parts))
+    return tuple(parts)
 
 
 def _contrasts_planned(content: ReportContent) -> bool:
@@ -168,110 +182,65 @@ def _each_group(content: ReportContent, outcome: Outcome) -> list[Part]:
 
 
 def _outcome_in_full(content: ReportContent, outcome: Outcome) -> Section:
-    parts: list[Part] = [
+    contrasts = content.contrasts and outcome is content.contrasts[0].quantity and not _contrasts_planned(content)
+    parts = (
         *(_each_group(content, outcome) if groups_in_one_sentence(content, outcome) else ()),
-        TableHere(f"{outcome.key}_by_condition"),
-        TableHere(f"comparisons_{outcome.key}"),
-        *([TableHere("equivalence")] if outcome.has_equivalence else []),
+        *_tables(f"{outcome.key}_by_condition", f"comparisons_{outcome.key}"),
+        *(_tables("equivalence") if outcome.has_equivalence else ()),
+        *(_tables("contrasts") if contrasts else ()),
+    )
+    return Section(f"{outcome.key.replace('_', '-')}-in-full", f"{outcome.heading}: conditions", parts, True)
+
+
+def _predicted(content: ReportContent) -> tuple[Part, ...]:
+    hypotheses = _tables("hypotheses") if content.hypotheses else ()
+    if not content.predictions.items:
+        return hypotheses
+    return (*hypotheses, *_said(verdict_text(content)), TableHere("prediction_bias"), FigureHere("predictions"))
+
+
+def _predictions_in_full(content: ReportContent) -> tuple[Part, ...]:
+    hypotheses = _tables("hypotheses_in_full") if content.hypotheses else ()
+    if not content.predictions.items:
+        return hypotheses
+    tables = ("limits_of_agreement", *(kind.name for kind in PREDICTED), "predicted_inputs", "assumed")
+    return (*hypotheses, *_said(*prediction_sentences(content)), *_tables(*tables))
+
+
+def _certainty(content: ReportContent) -> tuple[Part, ...]:
+    budget = (Heading("Uncertainty of a joule"), TableHere("uncertainty_budget")) if content.budget is not None else ()
+    drains = [
+        Paragraph(
+            f"{lead}{drain.line.sentence(result.run_duration_s)}", tuple(filter(None, (result.at_run.provenance,)))
+        )
+        for drain in content.drains
+        for lead, result in [(f"{drain.robot}: " if len(content.drains) > 1 else "", drain.result)]
+        if not isinstance(drain.line, Undefined)
     ]
-    if content.contrasts and outcome is content.contrasts[0].quantity and not _contrasts_planned(content):
-        parts.append(TableHere("contrasts"))
-    return Section(f"{outcome.key.replace('_', '-')}-in-full", f"{outcome.heading}: conditions", tuple(parts), True)
+    return (
+        *budget,
+        Heading("Passive drain"),
+        *drains,
+        FigureHere("passive_drain"),
+        TableHere("passive_drain"),
+        Heading("Order of the day and battery packs"),
+        *_said(*content.confounded),
+        TableHere("packs"),
+    )
 
 
-def _tests(content: ReportContent) -> Section:
-    """What the thesis tested: F, then t, over runs; analysis of variance; in the study that repeats it, over jumps."""
-    parts: list[Part] = []
-    if content.comparisons:
-        parts.append(
-            Paragraph(
-                "Beside the tests that decide stand the thesis's own (5.2.1), as published. They take runs for "
-                "independent, whatever their days, and nothing is claimed from them."
-            )
-        )
-    names = (*(f"tests_{outcome.key}" for outcome in content.outcomes), "tests_jumps", "anovas")
-    parts += map(TableHere, names)
-    return Section("tests", "The thesis's tests", tuple(parts), folded=True)
+def _plan(content: ReportContent) -> tuple[Part, ...]:
+    return (*_said(*content.decided), *_listed(content.departures), *_said(content.void))
 
 
-def _predicted(content: ReportContent) -> Section:
-    parts: list[Part] = [TableHere("hypotheses")] if content.hypotheses else []
-    if content.predictions.items:
-        parts += [Paragraph(text) for text in (verdict_text(content),) if text]
-        parts.append(TableHere("prediction_bias"))
-    return Section("predicted", "Predicted and measured", tuple(parts))
-
-
-def _predictions_in_full(content: ReportContent) -> Section:
-    parts: list[Part] = [TableHere("hypotheses_in_full")] if content.hypotheses else []
-    if content.predictions.items:
-        tables = ("limits_of_agreement", *(kind.name for kind in PREDICTED), "predicted_inputs", "assumed")
-        parts += [*map(Paragraph, prediction_sentences(content)), *map(TableHere, tables)]
-    return Section("predictions", "Predictions in full", tuple(parts), folded=True)
-
-
-def _robustness(content: ReportContent) -> Section:
-    rules = map(Paragraph, sentences_on_rules(content))
-    return Section("robustness", "Robustness", (FigureHere("sensitivity"), *rules) if content.pooled else ())
-
-
-def _certainty(content: ReportContent) -> Section:
-    parts: list[Part] = []
-    if content.budget is not None:
-        parts += [Heading("Uncertainty of a joule"), TableHere("uncertainty_budget")]
-    parts.append(Heading("Passive drain"))
-    for drain in content.drains:
-        lead, at_run = f"{drain.robot}: " if len(content.drains) > 1 else "", drain.result.at_run
-        if not isinstance(drain.line, Undefined):
-            said = drain.line.sentence(drain.result.run_duration_s)
-            parts.append(Paragraph(lead + said, tuple(filter(None, (at_run.provenance,)))))
-    parts += [FigureHere("passive_drain"), TableHere("passive_drain")]
-    parts.append(Heading("Order of the day and battery packs"))
-    parts += [Paragraph(sentence) for sentence in content.confounded]
-    parts.append(TableHere("packs"))
-    return Section("certainty", "Uncertainty, drain, packs, order of the day", tuple(parts), folded=True)
-
-
-def _measured(content: ReportContent) -> Section:
-    parts: list[Part] = []
-    if len(content.robots) > 1:
-        counts = list_text([f"{count_text(runs, 'run')} of {robot}" for robot, runs in content.robots.items()])
-        parts.append(
-            Paragraph(
-                f"The analysed runs are of {len(content.robots)} robots: {counts}. Means and comparisons take the runs "
-                "of all robots together; the tables of conditions count each robot's."
-            )
-        )
-    parts += [TableHere("flow"), TableHere("days")]
-    if run_anchors(content):
-        parts.append(TableHere("each_run"))
-    return Section("measured", "Days and runs", tuple(parts), folded=True)
-
-
-def _plan(content: ReportContent) -> Section:
-    parts: list[Part] = [*map(Paragraph, content.decided)]
-    if content.departures:
-        parts.append(Bullets(tuple(map(Paragraph, content.departures))))
-    parts += [Paragraph(content.void)] if content.void else []
-    return Section("plan", "Plan and deviations", tuple(parts))
-
-
-def _methods(content: ReportContent) -> Section:
-    parts: list[Part] = [Paragraph(text) for text in content.methods]
-    if gains := gains_text(content):
-        parts.append(Paragraph(gains))
-    parts.append(Paragraph(software_sentence(content)))
-    if content.limitations:
-        parts += [Heading("Limitations"), Bullets(tuple(map(Paragraph, content.limitations)))]
-    if content.assumed and not content.predictions.items:
-        parts += [Heading("Assumed parameters"), TableHere("assumed")]
-    return Section("methods", "Methods", tuple(parts))
-
-
-def _provenance(content: ReportContent) -> Section:
-    if not content.provenance:
-        return Section("provenance", "Provenance", ())
-    return Section("provenance", "Provenance", (TableHere("provenance"),), folded=True)
+def _methods(content: ReportContent) -> tuple[Part, ...]:
+    limitations = (Heading("Limitations"), *_listed(content.limitations)) if content.limitations else ()
+    assumed = content.assumed and not content.predictions.items
+    return (
+        *_said(*content.methods, gains_text(content), software_sentence(content)),
+        *limitations,
+        *((Heading("Assumed parameters"), TableHere("assumed")) if assumed else ()),
+    )
 
 
 def software_sentence(content: ReportContent) -> str:
