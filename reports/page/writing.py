@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import contextlib
 import importlib.resources
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
 from pathlib import Path
@@ -88,12 +87,11 @@ def report_files(
     `tables.docx` as well. Pages come from the `templates` of a lab where its folder has them.
     """
     of_page = None if every_figure else _drawn_on(sections_of(content))
-    figures, tables = _figure_files(content, of_page), _tables(content)
+    figures = _figure_files(content, of_page)
     drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
     return {
         **{_figure_path(name, content): data for name, data in figures.items()},
-        **({WORD: word_bytes(content, tables[0].values())} if word else {}),
-        **_but_figures(content, drawings, tables, summary=summary, templates=templates),
+        **_but_figures(content, drawings, summary=summary, word=word, templates=templates),
     }
 
 
@@ -107,7 +105,7 @@ def files_beside_figures(
     wanted = _drawn_on(sections_of(content))
     known = {f"{kind.name}{ending}" for kind in figures_of(content) for ending in _WIDTHS}
     drawings = {name: drawn[_figure_path(f"{name}.svg", content)] for name in sorted(wanted & known)}
-    return _but_figures(content, drawings, _tables(content), summary=summary)
+    return _but_figures(content, drawings, summary=summary)
 
 
 def _figure_path(name: str, content: ReportContent) -> str:
@@ -117,16 +115,17 @@ def _figure_path(name: str, content: ReportContent) -> str:
 def _but_figures(
     content: ReportContent,
     drawings: Mapping[str, bytes],
-    made: tuple[Mapping[str, Table], Mapping[str, bytes]],
     *,
     summary: bool,
+    word: bool = False,
     templates: Path | None = None,
 ) -> dict[str, bytes]:
-    tables, table_files = made
+    tables, table_files = _tables(content)
     pages = {"report.html": render_page(content, drawings, tables, templates=templates)}
     if summary:
         pages = {"summary.html": render_page(content, drawings, tables, first_only=True, templates=templates), **pages}
     return {
+        **({WORD: word_bytes(content, tables.values())} if word else {}),
         **{f"tables/{name}": data for name, data in table_files.items()},
         "numbers.tex": macros_bytes(content),
         "references.bib": references_bib(content),
@@ -154,7 +153,7 @@ def write_report(files: Mapping[str, bytes], out_dir: Path) -> Path:
     Returns where the page is. Raises `UsageError` where the folder cannot be written to.
     """
     refuse_foreign(out_dir)
-    with _writing_to(out_dir):
+    try:
         out_dir.mkdir(parents=True, exist_ok=True)
         (out_dir / MARK).touch()  # first: a folder with others and without it would be refused as a paper's own
         for folder in ("figures", "tables"):
@@ -164,6 +163,11 @@ def write_report(files: Mapping[str, bytes], out_dir: Path) -> Path:
             pass
         for path in _of_a_report(out_dir) - written.keys():
             path.unlink(missing_ok=True)
+    except OSError as error:
+        raise UsageError(
+            f"the report cannot be written to {str(out_dir)!r} ({error.strerror or error}): give a folder that can be "
+            "written, with --out."
+        ) from error
     return out_dir / "report.html"
 
 
@@ -171,9 +175,6 @@ def refuse_foreign(out_dir: Path) -> None:
     """Raise `UsageError` for a folder with files that a report would replace, but of no report: a paper's own."""
     found = [name for name in _NAMES if (out_dir / name).exists()]
     if not found or (out_dir / MARK).exists():
-        return
-    page = out_dir / "report.html"
-    if page.is_file() and _GENERATOR in page.read_bytes()[:1000]:  # of a version that left no mark
         return
     raise UsageError(
         f"{str(out_dir)!r} has {list_text(found)}, which no report of labbook wrote and this one would replace: name "
@@ -195,24 +196,11 @@ def _of_a_report(out_dir: Path) -> set[Path]:
     }
 
 
-@contextlib.contextmanager
-def _writing_to(out_dir: Path) -> Iterator[None]:
-    try:
-        yield
-    except OSError as error:
-        reason = error.strerror or error
-        raise UsageError(
-            f"the report cannot be written to {str(out_dir)!r} ({reason}): give a folder that can be written, "
-            "with --out."
-        ) from error
-
-
 OWN_TEMPLATES = ("report.html.j2", "parts.html.j2", "report.css", "report.js")
 """What a lab's folder of templates may hold; what it lacks is labbook's own."""
 _FORMATS = ("svg", "pdf")
 MARK = ".labbook-report"
 """A file in the folder of a report, which says when it was made: what has the names of its files there is labbook's."""
-_GENERATOR = b'<meta name="generator" content="labbook'
 _PAGES = ("report.html", "summary.html", "report.pdf", "summary.pdf")
 _NAMES = (*_PAGES, WORD, "numbers.json", "numbers.tex", "references.bib", "figures", "tables")
 """What a report puts into its folder."""
