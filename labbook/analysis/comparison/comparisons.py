@@ -259,12 +259,6 @@ def analyses_of_variance(
     computed: Results, conditions: Sequence[ConditionValues], swept: str, quantity: Outcome
 ) -> list[Anova]:
     """Compute the one-way analysis of variance over the treated levels of every group that has several."""
-    groups = [
-        (group, treated)
-        for group, items in pairing.groups(conditions, swept)
-        for treated, _control in [pairing.treated_and_control(items)]
-        if len(treated) > 1
-    ]
     return [
         computed.record(
             ANOVA,
@@ -272,7 +266,9 @@ def analyses_of_variance(
             [result_fingerprint("group", condition.result) for condition in treated],
             _analysed(group, treated, swept, quantity),
         )
-        for group, treated in groups
+        for group, items in pairing.groups(conditions, swept)
+        for treated, _control in [pairing.treated_and_control(items)]
+        if len(treated) > 1
     ]
 
 

@@ -78,19 +78,6 @@ def check_conditions(
     swept: str | None,
 ) -> list[Prediction]:
     """Compute the check of every condition's mean against its prediction; nothing where nothing was predicted."""
-    if not predicted:
-        return []
-    results = [
-        computed.record(
-            ALGORITHM,
-            {"quantity": str(_PREDICTED[quantity]), "condition": condition.key},
-            (result_fingerprint("measured", condition.result), *inputs_of("predicted", side)),
-            _check_mean(condition.result, side, quantity),
-            {"runs": [runs for _one, runs in side]},
-        )
-        for condition in conditions
-        for side in [side_of([condition], predicted)]
-    ]
     return [
         Prediction(
             _PREDICTED[quantity],
@@ -99,9 +86,16 @@ def check_conditions(
             condition.is_control,
             len(condition.runs),
             condition.result.mean,
-            result,
+            computed.record(
+                ALGORITHM,
+                {"quantity": str(_PREDICTED[quantity]), "condition": condition.key},
+                (result_fingerprint("measured", condition.result), *inputs_of("predicted", side)),
+                _check_mean(condition.result, side, quantity),
+                {"runs": [runs for _one, runs in side]},
+            ),
         )
-        for condition, result in zip(conditions, results, strict=True)
+        for condition in (conditions if predicted else ())
+        for side in [side_of([condition], predicted)]
     ]
 
 
@@ -112,24 +106,6 @@ def check_savings(
 
     `compared` has the savings that the report claims.
     """
-    wanted = [
-        (pair, measured, measured.savings) for pair, measured in compared if predicted and measured.savings is not None
-    ]
-    results = [
-        computed.record(
-            ALGORITHM,
-            {"quantity": str(PredictedQuantity.SAVINGS), "label": pair.label},
-            (
-                result_fingerprint("measured", measured),
-                *inputs_of("control", control),
-                *inputs_of("treatment", treated),
-            ),
-            _check_savings(savings, control, treated),
-            {"runs": [[runs for _one, runs in side] for side in (control, treated)]},
-        )
-        for pair, measured, savings in wanted
-        for control, treated in [(side_of(pair.a, predicted), side_of(pair.b, predicted))]
-    ]
     return [
         Prediction(
             PredictedQuantity.SAVINGS,
@@ -137,10 +113,22 @@ def check_savings(
             pair.level,
             False,
             measured.n_control + measured.n_treatment,
-            savings,
-            result,
+            measured.savings,
+            computed.record(
+                ALGORITHM,
+                {"quantity": str(PredictedQuantity.SAVINGS), "label": pair.label},
+                (
+                    result_fingerprint("measured", measured),
+                    *inputs_of("control", control),
+                    *inputs_of("treatment", treated),
+                ),
+                _check_savings(measured.savings, control, treated),
+                {"runs": [[runs for _one, runs in side] for side in (control, treated)]},
+            ),
         )
-        for (pair, measured, savings), result in zip(wanted, results, strict=True)
+        for pair, measured in (compared if predicted else ())
+        if measured.savings is not None
+        for control, treated in [(side_of(pair.a, predicted), side_of(pair.b, predicted))]
     ]
 
 
