@@ -92,6 +92,11 @@ class Condition:
     control: bool
     summaries: Mapping[Outcome, ConditionSummary] = field(default_factory=dict)
 
+    @property
+    def labels(self) -> dict[str, str]:
+        """The label of each factor's level."""
+        return {level.factor: level.label for level in self.levels}
+
     def level(self, factor: str) -> Level | None:
         """Return this condition's level of the factor, None where the factor is not part of it."""
         return next((level for level in self.levels if level.factor == factor), None)
@@ -324,11 +329,11 @@ class ReportContent:
     @property
     def by_group(self) -> list[Comparison]:
         """The comparisons in the order of their groups: of the first condition of each."""
-        levels = [{level.factor: level.label for level in condition.levels} for condition in self.conditions]
+        labels = [condition.labels.items() for condition in self.conditions]
 
         def place(comparison: Comparison) -> int:
-            of_group = (at for at, found in enumerate(levels) if comparison.group.items() <= found.items())
-            return next(of_group, len(levels))
+            of_group = (at for at, found in enumerate(labels) if comparison.group.items() <= found)
+            return next(of_group, len(labels))
 
         return sorted(self.comparisons, key=place)
 

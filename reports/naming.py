@@ -203,13 +203,10 @@ def treatment_label(content: ReportContent) -> str:
 def treated_levels(content: ReportContent, group: Mapping[str, str]) -> list[Level]:
     """Return the treated levels of a group's conditions, each once."""
     swept = swept_factor(content)
-    levels: dict[str, Level] = {}
-    for condition in content.conditions:
-        level = None if swept is None else condition.level(swept.name)
-        labels = {found.factor: found.label for found in condition.levels}
-        if level is not None and not condition.control and group.items() <= labels.items():
-            levels[level.label] = level
-    return list(levels.values())
+    name = "" if swept is None else swept.name
+    treated = (one for one in content.conditions if not one.control and group.items() <= one.labels.items())
+    levels = (level for one in treated if (level := one.level(name)) is not None)
+    return list({level.label: level for level in levels}.values())
 
 
 def _levels_listed(factor: Factor, levels: list[Level]) -> str:

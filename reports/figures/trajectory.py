@@ -55,7 +55,7 @@ def draw_trajectory(result: SceneResult, title: str, mode_name: Callable[[str], 
     time_s, body_m, foot_m, acceleration_m_s2, modes = (
         motion[name].to_numpy()[last] for name in ("time", "body_height", "foot_height", "body_acceleration", "mode")
     )
-    ground_m = _ground_m(scene, time_s, foot_m, modes == FLIGHT)
+    ground_m = _ground_m(scene, foot_m, modes == FLIGHT)
     with publication_style():
         figure = new_figure(TWO_COLUMNS_IN, 4.4)
         heights, force = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
@@ -102,21 +102,14 @@ def _draw_marks(axes: Axes, jump: JumpResult) -> None:
             axes.axvline(at_s, color=BLACK, linestyle=style, linewidth=0.8, label=name, zorder=1)
 
 
-def _ground_m(scene: Scene, time_s: FloatArray, foot_m: FloatArray, flight: NDArray[np.bool_]) -> FloatArray:
+def _ground_m(scene: Scene, foot_m: FloatArray, flight: NDArray[np.bool_]) -> FloatArray:
     """Height of the ground under the foot.
 
     A rigid ground stays at 0, grains keep the hollow that the foot has pressed. The emulator's platform bears the foot,
-    and is drawn on its way back up from lift-off on, some milliseconds after its release.
+    and is up again in flight.
     """
     if "rigid_ground" in scene.effects:
         return np.zeros_like(foot_m)
     if "emulated_ground" not in scene.effects:
         return np.asarray(np.minimum.accumulate(np.minimum(foot_m, 0.0)))
-    ground_m = np.where(flight, 0.0, foot_m)
-    for first in np.flatnonzero(flight & ~np.roll(flight, 1)):
-        if first == 0:
-            continue
-        rest = slice(first, first + int(np.argmin(flight[first:])) if not flight[first:].all() else None)
-        share = np.clip((time_s[rest] - time_s[first] - scene["release_time"]) / scene["reset_time"], 0.0, 1.0)
-        ground_m[rest] = foot_m[first] * (1.0 - share**3 * (10.0 - 15.0 * share + 6.0 * share**2))
-    return ground_m
+    return np.where(flight, 0.0, foot_m)
