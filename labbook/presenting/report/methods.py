@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 import shlex
-from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
-from data_schema.reasons import Reason
-from data_schema.rounding import level_text
-from data_schema.vocabulary import FileRole, Rule, Undefined
+from data_schema.vocabulary import Rule, Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.control_limits import exchanged, runs_outside
 from labbook.analysis.outcomes.run_energy import (
     above_capacity,
     below_drain,
     joules_per_mah,
-    recharge_of,
     unused_idle,
     usable_charge,
 )
@@ -26,9 +22,8 @@ from labbook.analysis.outcomes.run_force import RunForce, push_off_rules
 from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData, outdated_sentence
-from labbook.config.model import Bounds
 from reports.content import Assumed, Source
-from reports.display import count_text, given_text, list_text
+from reports.display import list_text
 from reports.naming import swept_words
 from stats.apexes.detectors import DETECTORS
 from stats.single_jump import QUIET_S
@@ -76,32 +71,33 @@ def _calibrations(analysis: StudyAnalysis) -> list[str]:
     ]
 
 
+_BY_RULE = {
+    Rule.PAIRED: "paired t on day means from four such days on",
+    Rule.WITHIN: "a contrast within days on one to three, which holds for these days",
+}
+
+
 def _tests(analysis: StudyAnalysis, ratio: str) -> str:
-    """Return the test that decides, and how many comparisons each of its rules fits; or why nothing was compared."""
+    """Return the test that decides, and what stands beside it; or why nothing was compared."""
     if not analysis.compared:
         none = "no factor names a control level" if analysis.swept is None else "no group has a control and a treatment"
-        return f"Nothing is compared: {none}. Intervals are at 95 %."
-    rules = Counter(item.shown.decision.rule for item in analysis.compared)
-    texts = {
-        Rule.PAIRED: "paired t on day means from four such days on",
-        Rule.WITHIN: "a contrast within days on one to three, which holds for these days",
-        Rule.NONE: "no test otherwise",
-    }
-    made = [rule for rule in texts if rules[rule]]
-    numbers = [count_text(rules[rule], "comparison") if rule is made[0] else str(rules[rule]) for rule in made]
-    counts = list_text([f"{texts[rule]} ({number})" for rule, number in zip(made, numbers, strict=True)])
+        return f"Nothing is compared: {none}."
+    rules = {item.shown.decision.rule for item in analysis.compared}
+    used = [text for rule, text in _BY_RULE.items() if rule in rules]
     several = any(item.pair.family == pairing.POOLED and len(item.pair.b) > 1 for item in analysis.compared)
     weighted = ", pooled levels weighted by their runs" if several else ""
     sentences = [
-        f"Treatment and control are compared on the days that hold runs of both{weighted}: {counts}.",
+        f"Treatment and control are compared on the days that hold runs of both{weighted}: "
+        f"{list_text(used) or 'there are none'}.",
         f"Savings are {ratio} with Fieller's interval by the same contrast." if _has_savings(analysis) else "",
         _holm(analysis),
-        _equivalence(analysis),
+        "Equivalence of apex heights is tested by two one-sided tests by that contrast (TOST), unadjusted."
+        if _equivalence(analysis)
+        else "",
         "The overall effect is the mean of the groups' savings (delta method), days' errors added before squaring. "
         "An F by the same errors (Box) tests whether groups agree."
         if analysis.overall.savings
         else "",
-        _levels(analysis),
     ]
     return " ".join(filter(None, sentences))
 
@@ -126,32 +122,9 @@ def _holm(analysis: StudyAnalysis) -> str:
     return f"P is adjusted by Holm's method over the family, {named}: {list_text(counts)}."
 
 
-def _equivalence(analysis: StudyAnalysis) -> str:
-    bounds = analysis.planned.settings.apex_bounds
-    every = [item.shown.decision.equivalence for item in analysis.compared]
-    tested = [test for test in every if test is not None and isinstance(test.p.value, float)]
-    if bounds is None or not tested:
-        return ""
-    return (
-        f"Equivalence of apex heights within {_bounds(bounds)} is tested by two one-sided tests by that contrast "
-        f"(TOST) in {count_text(len(tested), 'comparison')}{', unadjusted' if len(tested) > 1 else ''}."
-    )
-
-
-def _bounds(bounds: Bounds) -> str:
-    factor, unit = (1.0, "% of the control's mean") if bounds.percent else (1000.0, "mm")
-    return f"{given_text(factor * bounds.low)} to {given_text(factor * bounds.high)} {unit}"
-
-
-def _levels(analysis: StudyAnalysis) -> str:
-    settings = analysis.planned.settings
-    alpha, outside = settings.alpha, settings.outside if _has_savings(analysis) else settings.alpha
-    comparisons = "" if alpha == 0.05 else f", those of comparisons at {level_text(1.0 - alpha)}"
-    if outside != alpha:
-        comparisons += f", those of savings, tested one-sided, at {level_text(1.0 - outside)}"
-    equivalence = any(item.shown.decision.equivalence is not None for item in analysis.compared)
-    tost = f", those of tests of equivalence at {level_text(1.0 - 2.0 * alpha)}" if equivalence else ""
-    return f"Intervals are at 95 %{comparisons}{tost}."
+def _equivalence(analysis: StudyAnalysis) -> bool:
+    tests = (item.shown.decision.equivalence for item in analysis.compared)
+    return any(test is not None and test.p.known is not None for test in tests)
 
 
 def sources(analysis: StudyAnalysis) -> tuple[Source, ...]:
@@ -163,7 +136,7 @@ def sources(analysis: StudyAnalysis) -> tuple[Source, ...]:
         Source.FIELLER: _has_savings(analysis),
         Source.HOLM: bool(_holm(analysis)),
         Source.PAIRED_ON_DAY_MEANS: any(item.shown.decision.rule is Rule.PAIRED for item in analysis.compared),
-        Source.TOST: bool(_equivalence(analysis)),
+        Source.TOST: _equivalence(analysis),
         Source.WELCH: any(route.test == "Welch" for route in routed),
     }
     return tuple(source for source, is_used in used.items() if is_used)
@@ -190,48 +163,23 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
     ]
     if analysis.evidence.outdated:
         notes.insert(0, f"{outdated_sentence(analysis.evidence.outdated)}.")
-    conflicting = _conflicting(analysis.evidence)
-    if conflicting:
-        notes.append(
-            f"{_count(len(conflicting), 'run has', 'runs have')} conflicting charges "
-            f"({_names(conflicting)}), which are left out: `labbook show RUN` shows them, and `labbook correct "
-            "charge:UID run=none --why ...` settles which one counts."
-        )
-    known = {run.uid for run in conflicting}
-    idle = {run.uid: reason for run, reason in unused_idle(analysis.evidence) if run.uid not in known}
+    idle = {run.uid: reason for run, reason in unused_idle(analysis.evidence)}
     for cause, names in _by_cause(idle, analysis.evidence.idle).items():
         notes.append(
             f"{_count(len(names), 'idle run is', 'idle runs are')} not in the drain fit: {cause} ({_names(names)})."
         )
     notes += _doubtful_zeros(analysis)
     for outcome, found in analysis.results.items():
-        left = {
-            uid: cause
-            for uid, cause in found.missing.items()
-            if outcome.source is not FileRole.CHARGE or uid not in known
-        }
-        for cause, names in _by_cause(left, analysis.evidence.runs).items():
-            notes.append(
-                f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {_have(names)} no {outcome.plural}: {cause}."
-            )
+        for cause, names in _by_cause(found.missing, analysis.evidence.runs).items():
+            have = "has" if len(names) == 1 else "have"
+            notes.append(f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {have} no {outcome.plural}: {cause}.")
     notes += [*_same_logs(analysis.evidence), *_impossible_charges(analysis), *_lost_fits(analysis)]
-    found_in = [
-        (run, analysis.apexes[run.uid].jumps_found.n or 0)
-        for run in analysis.evidence.runs
-        if run.uid in analysis.apexes
-    ]
-    mismatched = [(run, found) for run, found in found_in if found != run.jumps_made]
-    if differing := [f"{run.name}: {found} of {run.jumps_made}" for run, found in mismatched if run.jumps_made]:
+    found_in = {uid: apexes.jumps_found.n for uid, apexes in analysis.apexes.items()}
+    odd = [run for run in analysis.evidence.runs if found_in.get(run.uid, run.jumps_made) != run.jumps_made]
+    if differing := [f"{run.name}: {found_in[run.uid]} of {run.jumps_made}" for run in odd]:
         notes.append(
             f"In {_count(len(differing), 'run', 'runs')} the jumps found are not the jumps made "
             f"({_listed(differing, FEW)}); joules are divided by the jumps made."
-        )
-    if unmade := [(run, found) for run, found in mismatched if not run.jumps_made]:
-        counts = [f"{run.name}: {found} found" for run, found in unmade]
-        notes.append(
-            f"{_count(len(unmade), 'run', 'runs')} ({_listed(counts)}) {_have([run for run, _ in unmade])} jumps in "
-            "the log though none is recorded as made: no joules, while the apexes found are analysed. `labbook correct "
-            "RUN jumps_made=N --why ...` records how many were made."
         )
     waiting = sum(len(judgement.waiting) for judgement in analysis.judgements.values())
     if waiting:
@@ -263,12 +211,6 @@ def assumed(analysis: StudyAnalysis) -> tuple[Assumed, ...]:
             "cancels in savings",
         ),
     )
-
-
-def _conflicting(evidence: StudyData) -> list[RunRow]:
-    """Return the jump and idle runs with several charges, none of which was added to another."""
-    charges = [(run, recharge_of(run, evidence.charges.get(run.uid, []))) for run in (*evidence.runs, *evidence.idle)]
-    return [run for run, why in charges if isinstance(why, Undefined) and why.code is Reason.SEVERAL_CHARGES]
 
 
 def _doubtful_zeros(analysis: StudyAnalysis) -> list[str]:
@@ -364,10 +306,6 @@ def _by_cause(causes: Mapping[str, Undefined], runs: Iterable[RunRow]) -> dict[s
 
 def _count(count: int, one: str, several: str) -> str:
     return f"{count} {one if count == 1 else several}"
-
-
-def _have(runs: Sequence[RunRow]) -> str:
-    return "has" if len(runs) == 1 else "have"
 
 
 def _names(runs: Iterable[RunRow]) -> str:
