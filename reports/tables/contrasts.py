@@ -7,7 +7,6 @@ from dataclasses import replace
 from data_schema.vocabulary import ContrastKind, Undefined
 from reports.content import Claim, MeansContrast, ReportContent
 from reports.display import (
-    MINUS,
     as_shown,
     common_places,
     count_text,
@@ -43,7 +42,7 @@ from reports.tables.table import (
 
 def contrast_name(content: ReportContent, one: MeansContrast) -> str:
     """Name a contrast: "saving with the small foot less that with the large foot"."""
-    effect = _effect(one)
+    effect = "saving" if one.quantity.has_savings else f"difference of {one.quantity}"
     if one.kind is ContrastKind.DIFFERENCE:
         return f"{one.quantity} with {_less(content, one)}, {one.side} runs"
     if one.kind is ContrastKind.INTERACTION:
@@ -51,7 +50,7 @@ def contrast_name(content: ReportContent, one: MeansContrast) -> str:
     step = f"for each {given_text(one.per)} of the {_swept(content)}"
     if one.at is not None:
         return f"{effect} {step}: up to {given_text(one.at)} less from there on"
-    return f"{effect} {step}{_span(one)}"
+    return f"{effect} {step}" + (f" from {one.levels[0]} to {one.levels[-1]}" if len(one.levels) > 1 else "")
 
 
 def _less(content: ReportContent, one: MeansContrast, less: str = " less ") -> str:
@@ -126,64 +125,23 @@ def contrast_claims(content: ReportContent) -> tuple[Claim, ...]:
 
 
 def _sentence(content: ReportContent, one: MeansContrast) -> str:
-    number, asked = as_shown(one.estimate), _asked(content, one)
+    """Say what a contrast is by its name: "Saving with small foot less that with large foot: 3.1 points (...)."."""
+    number, name = as_shown(one.estimate), sentence_start(contrast_name(content, one))
     for undefined in (number.value, one.test.p):
         if isinstance(undefined, Undefined):
-            return f"{sentence_start(asked)} cannot be told: {undefined.reason}."
-    assert isinstance(number.value, float)  # noqa: S101 - it is defined
-    size = with_unit(value_text(abs(number.value), places_of(one.estimate)), _unit(one))
+            return f"{name} cannot be told: {undefined.reason}."
+    size = with_unit(value_text(number.value, places_of(one.estimate)), _unit(one))
     test, holm = one.test, ""
     if one.adjusted is not None:  # the p that decides
         test, holm = replace(test, p=one.adjusted.value), " by Holm"
-    interval = f"{level_text(number)} {interval_text(one.estimate, unit=False)}"
-    evidence = f"{interval}; {significance_text(test, name=False)}{holm}"
-    measured = "on the days measured, " if one.unit == "run" and one.days else ""
-    signed = f"{MINUS}{size}" if number.value < 0 else size
-    is_slope = one.kind in (ContrastKind.TREND, ContrastKind.LEVELS_OFF)
-    per = f" for each {given_text(one.per)} of the {_swept(content)}" if is_slope else ""
-    clause = _shown(content, one, number.value, size) if one.rejected else f"{asked} is not shown: {signed}{per}"
-    lacks = f"; {count_text(one.left_out, 'condition')} of one side alone left out" if one.left_out else ""
-    return f"{sentence_start(f'{measured}{clause}')} ({evidence}{lacks})."
-
-
-def _effect(one: MeansContrast) -> str:
-    return "saving" if one.quantity.has_savings else f"difference of {one.quantity}"
-
-
-def _levels(content: ReportContent, one: MeansContrast) -> list[str]:
-    names = (level_names(content, {one.factor: label})[0] for label in one.levels)
-    return [name if "=" in name else f"the {name}" for name in names]
-
-
-def _asked(content: ReportContent, one: MeansContrast) -> str:
-    """Say what a contrast asks, so that "is not shown" can follow."""
-    less = " less ".join(reversed(_levels(content, one))) or _less(content, one)
-    return {
-        ContrastKind.DIFFERENCE: f"a difference of {one.quantity} in {one.side} runs, {less},",
-        ContrastKind.INTERACTION: f"a difference of the {_effect(one)}, {less},",
-        ContrastKind.TREND: f"a trend of the {_effect(one)} over the {_swept(content)}{_span(one)}",
-        ContrastKind.LEVELS_OFF: f"that the {_effect(one)} rises less from {given_text(one.at or 0.0)} on",
-    }[one.kind]
-
-
-def _span(one: MeansContrast) -> str:
-    return f" from {one.levels[0]} to {one.levels[-1]}" if len(one.levels) > 1 else ""
-
-
-def _shown(content: ReportContent, one: MeansContrast, value: float, size: str) -> str:
-    """Say what a contrast shows whose test rejects."""
-    names, effect, more = _levels(content, one), _effect(one), "larger" if value > 0 else "smaller"
-    if one.kind is ContrastKind.DIFFERENCE:
-        less = "more" if value > 0 else "less"
-        return f"{one.quantity} in {one.side} runs are {size} {less} with {names[1]} than with {names[0]}"
-    if one.kind is ContrastKind.INTERACTION:
-        return f"the {effect} is {more} with {names[1]} than with {names[0]}, by {size}"
-    per = f"each {given_text(one.per)} of the {_swept(content)}"
-    if one.at is not None:
-        less = "less" if value > 0 else "more"
-        return f"from {given_text(one.at)} on {per} adds {size} {less} to the {effect} than below"
-    verb, to = ("adds", "to") if value > 0 else ("takes", "off")
-    return f"{_span(one).strip()}, {per} {verb} {size} {to} the {effect}"
+    evidence = [
+        f"{level_text(number)} {interval_text(one.estimate, unit=False)}",
+        f"{significance_text(test, name=False)}{holm}",
+        "on the days measured" if one.unit == "run" and one.days else "",
+        f"{count_text(one.left_out, 'condition')} of one side alone left out" if one.left_out else "",
+    ]
+    shown = "" if one.rejected else ", not significant"
+    return f"{name}: {size}{shown} ({'; '.join(filter(None, evidence))})."
 
 
 CONTRASTS = TableKind("contrasts", _make)

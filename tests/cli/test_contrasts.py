@@ -44,7 +44,7 @@ def test_a_planned_interaction_is_answered_on_the_first_page(tmp_path: Path) -> 
     book = book_of(tmp_path, KnownCampaign({"large": 4.0, "small": 18.0}, days, run_sd=0.02, analysis=CONTRASTS))
     says(good(labbook("analysis", at=book)).out, "contrasts", "interaction foot", "difference foot control")
     good(labbook("report", "--out", "one", at=book))
-    says(page_one(book), "saving is larger with the small foot than with the large foot", "points", "Holm")
+    says(page_one(book), "Saving with small foot less that with large foot", "points", "Holm")
     says(page_one(book), "cannot be told", "no runs have what it compares", "foot")
     interaction, difference, of_apexes = contrasts(book)
     assert of_apexes["estimate"] == ""
@@ -57,7 +57,7 @@ def test_a_planned_interaction_is_answered_on_the_first_page(tmp_path: Path) -> 
 def test_without_a_plan_the_contrasts_of_the_factors_are_exploratory_and_off_the_first_page(tmp_path: Path) -> None:
     book = book_of(tmp_path, KnownCampaign({"large": 4.0, "small": 18.0}, shuffled(4, RUNS, 5), run_sd=0.02))
     good(labbook("report", "--out", "one", at=book))
-    assert "larger with the small foot" not in page_one(book)
+    assert "Saving with small foot" not in page_one(book)
     found = contrasts(book)
     assert [row["kind"] for row in found] == ["difference", "difference", "interaction"]
     assert all(row["exploratory"] for row in found)

@@ -367,29 +367,18 @@ def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
             named.add(factor.name)
             title = in_sentence(factor_title(analysis, factor.name))
             sentences.append(
-                f"{_days(single, len(days_of))} all runs had one level of the {title}: "
-                f"differences between its levels are {_confounded(single, len(days_of))} differences between days."
+                f"On {single} of the {len(days_of)} days with two or more runs all runs had one level of the {title}: "
+                "differences between its levels are confounded with differences between days."
             )
     swept = analysis.swept
     if swept is not None and swept not in named and any(run.is_control for run in runs):
         without = sum(not any(run.is_control for run in of_day) for of_day in days_of)
         if 2 * without > len(days_of):
             sentences.append(
-                f"{_days(without, len(days_of))} there was no control run: differences from the control are "
-                f"{_confounded(without, len(days_of))} differences between days."
+                f"On {without} of the {len(days_of)} days with two or more runs there was no control run: differences "
+                "from the control are confounded with differences between days."
             )
     return sentences
-
-
-def _days(count: int, days: int) -> str:
-    """Open a sentence with the days of several runs that it is true of."""
-    if count == days:
-        return "On the only day with two or more runs" if days == 1 else "On every day with two or more runs"
-    return f"On {count} of the {days} days with two or more runs"
-
-
-def _confounded(count: int, days: int) -> str:
-    return "confounded with" if count == days else "largely confounded with"
 
 
 def runs_by_robot(analysis: StudyAnalysis) -> dict[str, int]:

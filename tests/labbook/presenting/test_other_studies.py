@@ -205,7 +205,7 @@ MIXED, SAND, GRAVEL, TREATED = ("sand", "gravel"), ("sand", "sand"), ("gravel", 
     [
         ([("sand",), ("gravel",), MIXED], None),  # days of a single run show nothing
         ([("sand",), ("gravel",)], None),
-        ([SAND, GRAVEL, ("gravel",)], ["On every day", "the surface", "confounded"]),
+        ([SAND, GRAVEL, ("gravel",)], ["On 2 of the 2 days", "the surface", "confounded"]),
         ([SAND, GRAVEL, MIXED], ["2", "3 days"]),
         ([SAND, GRAVEL, MIXED, MIXED], None),
         ([TREATED, TREATED, MIXED], ["2", "3 days"]),  # days without a control
