@@ -143,8 +143,39 @@ def analyse(
         for outcome in simulated
         if predicted
     }
+    biases = [one for outcome, found in checks.items() for one in judge(selected, conditions[outcome], found, outcome)]
+    compared: list[Compared] = []
+    anovas: list[Anova] = []
+    contrasts: list[MeansContrast] = []
+    favoured: Mapping[str, PositionsCompared] = {}
+    effects, adjusted_effects, variations = Overall(), Overall(), Variations()
+    if swept is not None:
+        beside = unselected_conditions(computed, detections, evidence, conditions) if planned.stated else {}
+        compared = compare_all(selected, conditions, swept, planned, evidence.configuration.study.kind, beside)
+        anovas = [
+            anova
+            for quantity, several in conditions.items()
+            for anova in analyses_of_variance(selected, several, swept, quantity)
+        ]
+        pooled = {outcome: pairing.pairs_pooled(several, swept) for outcome, several in conditions.items()}
+        effects = overall_effects(selected, pooled, settings)
+        values = pairing.treated_values(evidence.configuration, swept)
+        contrasts = contrast_means(selected, conditions, swept, values, planned, selected=bool(evidence.selection))
+        every = (pair for pairs in pooled.values() for pair in pairs)
+        over_groups = bool(effects.savings) or effects.equivalent is not None
+        favoured = favoured_by_order(every, over_groups=over_groups)
+        if OVER_GROUPS in favoured:
+            adjusted = {outcome: adjusted_for_position(pairs) for outcome, pairs in pooled.items()}
+            known = {outcome: pairs for outcome, pairs in adjusted.items() if not isinstance(pairs, Undefined)}
+            of_variant = selected.about(variant=ADJUSTED)
+            adjusted_effects = overall_effects(of_variant, known, settings, fingerprints_of_positions)
+        progress("what the headlines depend on")
+        variations = vary(computed, detections, evidence, measured.drains, results, conditions, swept, settings)
+    hypotheses = tuple(evidence.configuration.hypotheses.values())
+    judged = judge_hypotheses(selected, hypotheses, conditions, compared, predicted, swept or "", settings)
+    of_savings = [(item.pair, item.shown.decision) for item in compared if item.shown.quantity is Outcome.JOULES]
     checked = [one for several in checks.values() for one in several]
-    analysis = StudyAnalysis(
+    return StudyAnalysis(
         evidence=evidence,
         planned=planned,
         drains=measured.drains,
@@ -153,61 +184,17 @@ def analyse(
         results=results,
         conditions=conditions,
         swept=swept,
-        compared=[],
-        anovas=[],
-        variations=Variations(),
-        overall=Overall(),
-        contrasts=[],
-        favoured={},
-        overall_adjusted=Overall(),
-        packs=packs,
-        budget=of_a_joule,
-        predicted=predicted,
-        checked=checked,
-        biases=[
-            one for outcome, found in checks.items() for one in judge(selected, conditions[outcome], found, outcome)
-        ],
-        hypotheses=[],
-    )
-    hypotheses = tuple(evidence.configuration.hypotheses.values())
-    if swept is None:
-        judged = judge_hypotheses(selected, hypotheses, conditions, [], predicted, "", settings)
-        return replace(analysis, hypotheses=judged)
-    beside = unselected_conditions(computed, detections, evidence, conditions) if planned.stated else {}
-    compared = compare_all(selected, conditions, swept, planned, evidence.configuration.study.kind, beside)
-    anovas = [
-        anova
-        for quantity, several in conditions.items()
-        for anova in analyses_of_variance(selected, several, swept, quantity)
-    ]
-    pooled = {outcome: pairing.pairs_pooled(several, swept) for outcome, several in conditions.items()}
-    effects, adjusted_effects = overall_effects(selected, pooled, settings), Overall()
-    values = pairing.treated_values(evidence.configuration, swept)
-    contrasts = contrast_means(selected, conditions, swept, values, planned, selected=bool(evidence.selection))
-    favoured = favoured_by_order(
-        (pair for pairs in pooled.values() for pair in pairs),
-        over_groups=bool(effects.savings) or effects.equivalent is not None,
-    )
-    if OVER_GROUPS in favoured:
-        adjusted = {outcome: adjusted_for_position(pairs) for outcome, pairs in pooled.items()}
-        adjusted_effects = overall_effects(
-            selected.about(variant=ADJUSTED),
-            {outcome: pairs for outcome, pairs in adjusted.items() if not isinstance(pairs, Undefined)},
-            settings,
-            fingerprints_of_positions,
-        )
-    progress("what the headlines depend on")
-    variations = vary(computed, detections, evidence, measured.drains, results, conditions, swept, settings)
-    of_savings = [(item.pair, item.shown.decision) for item in compared if item.shown.quantity is Outcome.JOULES]
-    return replace(
-        analysis,
         compared=compared,
         anovas=anovas,
         variations=variations,
         overall=effects,
         contrasts=contrasts,
-        hypotheses=judge_hypotheses(selected, hypotheses, conditions, compared, predicted, swept, settings),
         favoured=favoured,
         overall_adjusted=adjusted_effects,
+        packs=packs,
+        budget=of_a_joule,
+        predicted=predicted,
         checked=[*checked, *check_savings(selected, of_savings, predicted)],
+        biases=biases,
+        hypotheses=judged,
     )
