@@ -358,7 +358,7 @@ _UNIT = "the day where four or more are shared, else the run within shared days"
 
 def planned_sentences(planned: Planned) -> tuple[str, ...]:
     """Say what rules the analysis and since when, then each departure."""
-    return (*decision_sentences(planned), *_departures(planned))
+    return (*decision_sentences(planned), *departure_sentences(planned))
 
 
 def decision_sentences(planned: Planned) -> tuple[str, ...]:
@@ -387,15 +387,6 @@ def decision_sentences(planned: Planned) -> tuple[str, ...]:
         f"The first run is dated {planned.run_before}, before the decision: "
         "nothing shows that the decision was made before the data were seen.",
     )
-
-
-def _departures(planned: Planned) -> tuple[str, ...]:
-    return tuple(_departure_sentence(text) for text in planned.departures if text != NOTHING_DECIDED)
-
-
-def _departure_sentence(text: str) -> str:
-    """Write a departure of `Planned` as a sentence."""
-    return f"Departure: {text}."
 
 
 def _settings(planned: Planned) -> str:
@@ -431,9 +422,8 @@ def _exclusions(settings: AnalysisSettings) -> str:
 def departure_sentences(planned: Planned) -> tuple[str, ...]:
     """Return what departs from it, each with the outcomes that are exploratory for it."""
     found = []
-    for text in planned.departures if planned.stated else ():
+    for text in planned.departures:
         of = next((item.quantities for item in planned.further if item.sentence == text), ())
         exploratory = f" Exploratory for it: {list_text([outcome.plural for outcome in of])}." if of else ""
-        found.append(f"{_departure_sentence(text)}{exploratory}")
-    as_a_whole = (f"{sentence_start(AS_A_WHOLE)}.",) if planned.disallowed_exclusions else ()
-    return (*(found if planned.stated else _departures(planned)), *as_a_whole)
+        found += [f"Departure: {text}.{exploratory}"] if text != NOTHING_DECIDED else []
+    return (*found, *([f"{sentence_start(AS_A_WHOLE)}."] if planned.disallowed_exclusions else []))
