@@ -40,8 +40,8 @@ class Asked:
 
     @property
     def outcome(self) -> Outcome:
-        """The outcome that it is of."""
-        return next(each for each in Outcome if each == self.scope["quantity"])
+        """The outcome that it is of: joules where the result names none, as of savings."""
+        return {str(each): each for each in Outcome}.get(str(self.scope.get("quantity")), Outcome.JOULES)
 
     @property
     def variant(self) -> str:

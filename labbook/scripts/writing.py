@@ -23,7 +23,7 @@ from labbook.config.parsing import parse_configuration
 from labbook.scripts.assembling import assemble
 from labbook.scripts.facts import Facts
 from labbook.scripts.in_r import assemble_in_r
-from labbook.scripts.registry import KINDS
+from labbook.scripts.kinds import KINDS
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import columns_in, table_bytes
 

@@ -1,0 +1,417 @@
+"""The script of a number by the kind of its result: of which runs, and by which functions of the templates."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+from data_schema.vocabulary import Rule, Undefined
+from labbook.analysis.comparison import pairing
+from labbook.analysis.comparison.contrasts import AskedContrast, contrast_result
+from labbook.analysis.comparison.deciding import contrast_of, decide_pair
+from labbook.analysis.comparison.order import ADJUSTED
+from labbook.analysis.comparison.pairing import Pair, group_label
+from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.prediction.hypotheses import comparisons_of
+from labbook.config.model import ClaimKind
+from labbook.scripts.facts import Facts, conditions_in, keys_of
+from labbook.scripts.script import Asked, Script
+from labbook.scripts.tables import idle_rows, reading_of, rows_of, rows_with_simulated
+from reports.content import IN_ALL
+from stats.days.overall import overall_savings
+
+Settings = Mapping[str, object]
+
+
+def _script(
+    asked: Asked,
+    facts: Facts,
+    steps: str | Sequence[str] | None,
+    conditions: Sequence[ConditionValues],
+    settings: Settings | None = None,
+    *,
+    simulated: bool = False,
+) -> Script | None:
+    """Return the script that takes these steps once the values of the runs are read; None without a step or a run."""
+    if not steps or not conditions:
+        return None
+    rows = (
+        rows_with_simulated(facts, conditions, asked.outcome)
+        if simulated
+        else rows_of(facts, conditions, asked.outcome, asked.variant)
+    )
+    steps = [steps] if isinstance(steps, str) else steps
+    return Script(rows, (reading_of(asked.outcome), *steps), {**facts.settings, **(settings or {})})
+
+
+def _conditions(asked: Asked, facts: Facts) -> list[ConditionValues]:
+    """Return the condition that a number is of."""
+    return [one for one in facts.conditions(asked.outcome, asked.variant) if one.key == asked.scope["condition"]]
+
+
+def _pair(asked: Asked, facts: Facts) -> Pair | None:
+    """Return the comparison that a number is of."""
+    pairs = facts.pairs(asked.outcome, asked.variant)
+    wanted = asked.scope.get("family"), asked.scope["label"]
+    return next((pair for pair in pairs if wanted in ((pair.family, pair.label), (None, pair.label))), None)
+
+
+_CONDITION = {"mean": "condition.condition_mean", "sd": "condition.condition_sd"}
+
+
+def _condition(asked: Asked, facts: Facts) -> Script | None:
+    """Mean of a condition, and the standard deviation of its runs."""
+    return _script(asked, facts, _CONDITION.get(asked.name), _conditions(asked, facts))
+
+
+def _drain(asked: Asked, facts: Facts) -> Script | None:
+    """Slope, intercept and R squared of a passive-drain line, and the charge that it gives at a run's duration."""
+    robots = {run.robot_uid: run.robot for run in (*facts.evidence.idle, *facts.evidence.runs)}
+    wanted = [uid for uid, name in robots.items() if name == asked.scope["robot"]]
+    if asked.name not in ("slope", "intercept", "r_squared", "at_run") or not wanted:
+        return None
+    rows = idle_rows(facts, wanted, asked.variant)
+    durations_s = [float(row["duration_s"]) for row in rows]
+    duration_s = facts.configuration.protocol.run_duration_s
+    settings = {"RUN_DURATION_S": sum(durations_s) / len(durations_s) if duration_s is None else float(duration_s)}
+    return Script(rows, (f"drain.{asked.name}",), settings)
+
+
+_CLAIMED = {"difference": "days.difference_of_means", "savings": "days.savings", "control_mean": "days.mean_of_control"}
+_TESTED = {"p": "days.p_of_difference", "run_sd": "days.run_sd"}
+
+
+def _decision(asked: Asked, facts: Facts) -> Script | None:
+    """The test that decides a comparison: difference, saving, t, p, mean of the control, SD of runs."""
+    pair, outcome = _pair(asked, facts), asked.outcome
+    of_t = {"t": "days.t_of_saving" if outcome.has_savings else "days.t_of_difference"}
+    step = (_CLAIMED | _TESTED | of_t).get(asked.name)
+    if pair is None or step is None:
+        return None
+    if asked.name in _CLAIMED and contrast_of(pair).rule is Rule.NONE:
+        step = f"{step}_without_claim"
+    settings: dict[str, object] = {
+        "PAIR": keys_of(pair),
+        "LEVEL": facts.decision_level(outcome),
+        "ONE_SIDED": facts.planned.settings.one_sided and outcome.has_savings,
+    }
+    if asked.variant != ADJUSTED:
+        return _script(asked, facts, step, conditions_in([pair]), settings)
+    pooled = facts.pooled(outcome)
+    settings["GROUPS"] = {each.label.partition(":")[0]: keys_of(each) for each in pooled}
+    return _script(asked, facts, ["position.at_mean_position", step], conditions_in(pooled), settings)
+
+
+def _family(asked: Asked, facts: Facts) -> Script | None:
+    """Holm's adjusted p of a test among those of its family."""
+    head, _comma, label = asked.name.partition(", ")
+    if head != "adjusted_p":
+        return None
+    if asked.scope["family"] == "contrasts":
+        return _family_of_contrasts(label, asked, facts)
+    outcome, settings = asked.outcome, facts.planned.settings
+    several = [*facts.conditions(outcome), *facts.conditions_beside(outcome)]
+    pairs = [pair for pair in pairing.pairs_with_control(several, facts.swept) if pair.family == asked.scope["family"]]
+    tested = [pair for pair in pairs if not isinstance(decide_pair(pair, outcome, settings).p.value, Undefined)]
+    values = {
+        "LEVEL": facts.decision_level(outcome),
+        "ONE_SIDED": settings.one_sided and outcome.has_savings,
+        "TESTS": {pair.label: keys_of(pair) for pair in tested},
+        "ASKED": label,
+        "WITHOUT_P": len(pairs) - len(tested),
+    }
+    return _script(asked, facts, "holm.adjusted_p", conditions_in(tested), values)
+
+
+def _family_of_contrasts(label: str, asked: Asked, facts: Facts) -> Script | None:
+    alpha, every = facts.planned.settings.alpha, facts.contrasts()
+    results = {name: contrast_result(one, facts.swept, alpha) for name, one in every.items()}
+    tested = {name: one for name, one in every.items() if not isinstance(results[name].p.value, Undefined)}
+    outcomes = {one.settings.outcome for one in tested.values()}
+    if len(outcomes) != 1:  # values of one table have one unit
+        return None
+    values = {
+        "LEVEL": 1.0 - alpha,
+        "CONTRASTS": {name: (one.percent, _effects(one)) for name, one in tested.items()},
+        "ASKED": label,
+        "WITHOUT_P": len(every) - len(tested),
+    }
+    pairs = [pair for one in tested.values() for _weight, pair in one.terms]
+    of_outcome = Asked(asked.name, {**asked.scope, "quantity": outcomes.pop()})
+    return _script(of_outcome, facts, "holm.adjusted_p_of_contrast", conditions_in(pairs), values)
+
+
+def _bounds(facts: Facts, low: str, high: str) -> dict[str, object] | None:
+    """Return the settings of tests against the bounds of apex heights; None without bounds."""
+    bounds = facts.planned.settings.apex_bounds
+    if bounds is None:
+        return None
+    return {
+        "LEVEL": 1.0 - 2.0 * facts.planned.settings.alpha,
+        low: -math.inf if bounds.low is None else bounds.low,
+        high: math.inf if bounds.high is None else bounds.high,
+        "IN_PERCENT": bounds.percent,
+    }
+
+
+_EQUIVALENCE = ("estimate", "t_low", "p_low", "t_high", "p_high", "p")
+
+
+def _equivalence(asked: Asked, facts: Facts) -> Script | None:
+    """Two one-sided tests that apex heights changed within bounds, of one comparison."""
+    pair, settings = _pair(asked, facts), _bounds(facts, "LOW", "HIGH")
+    if pair is None or settings is None or asked.name not in _EQUIVALENCE:
+        return None
+    step = f"equivalence.{'p_of_both' if asked.name == 'p' else asked.name}"
+    return _script(asked, facts, step, conditions_in([pair]), {**settings, "PAIR": keys_of(pair)})
+
+
+def _effects(contrast: AskedContrast) -> tuple[tuple[float, tuple[tuple[str, ...], tuple[str, ...]]], ...]:
+    """Return the weights and comparisons that a contrast is made of."""
+    return tuple((weight, keys_of(pair)) for weight, pair in contrast.terms)
+
+
+_CONTRAST = {"estimate": "contrasts.contrast", "t": "contrasts.contrast_t", "p": "contrasts.contrast_p"}
+
+
+def _contrast(asked: Asked, facts: Facts) -> Script | None:
+    """Contrasts of means: estimate, t and p of differences between levels, interactions and trends."""
+    contrast, step = facts.contrasts().get(str(asked.scope["label"])), _CONTRAST.get(asked.name)
+    if contrast is None or not contrast.terms or step is None:
+        return None
+    alpha = facts.planned.settings.alpha
+    if contrast_result(contrast, facts.swept, alpha).rule is Rule.NONE:
+        step = "contrasts.contrast_without_claim"
+    settings = {"LEVEL": 1.0 - alpha, "PERCENT": contrast.percent, "EFFECTS": _effects(contrast)}
+    return _script(asked, facts, step, conditions_in([pair for _weight, pair in contrast.terms]), settings)
+
+
+_OVERALL = {
+    "savings": "overall.overall_savings",
+    "t": "overall.overall_t",
+    "p": "overall.overall_p",
+    "spread": "overall.spread",
+    "heterogeneity_p": "overall.heterogeneity_p",
+}
+_OVERALL_WITHIN = {
+    "estimate": "overall.overall_change",
+    "t_low": "overall.overall_t_low",
+    "p_low": "overall.overall_p_low",
+    "t_high": "overall.overall_t_high",
+    "p_high": "overall.overall_p_high",
+    "p": "overall.overall_p_of_both",
+}
+
+
+def _overall(asked: Asked, facts: Facts) -> Script | None:
+    """The effect over all groups: mean saving, its test, and whether groups saved the same."""
+    settings = facts.planned.settings
+    about = {"LEVEL": 1.0 - settings.outside, "ONE_SIDED_OVERALL": settings.one_sided}
+    return _over_groups(asked, facts, _OVERALL.get(asked.name), about)
+
+
+def _overall_equivalence(asked: Asked, facts: Facts) -> Script | None:
+    """The equivalence of heights over all groups."""
+    settings = _bounds(facts, "LOWEST_CHANGE", "HIGHEST_CHANGE")
+    return None if settings is None else _over_groups(asked, facts, _OVERALL_WITHIN.get(asked.name), settings)
+
+
+def _over_groups(asked: Asked, facts: Facts, step: str | None, about: Settings) -> Script | None:
+    if step is None:
+        return None
+    pooled, adjusted = facts.pooled(asked.outcome), asked.variant == ADJUSTED
+    compared = facts.pooled(asked.outcome, ADJUSTED) if adjusted else pooled
+    claimed = overall_savings({group_label(pair.group): contrast_of(pair) for pair in compared}).scope.groups
+    groups = {group_label(pair.group): keys_of(pair) for pair in pooled}
+    settings = {**about, "CLAIMED": {name: pair for name, pair in groups.items() if name in claimed}, "GROUPS": groups}
+    wanted = [pair for pair in pooled if adjusted or group_label(pair.group) in claimed]
+    steps = ["position.at_mean_position", step] if adjusted else [step]
+    return _script(asked, facts, steps, conditions_in(wanted), settings)
+
+
+_THESIS_ROUTE = {
+    "f": "two_samples.f_of_variances",
+    "f_p": "two_samples.p_of_variances",
+    "t": "two_samples.t_of_samples",
+    "p": "two_samples.p_of_samples",
+    "difference": "two_samples.difference_of_samples",
+}
+
+
+def _thesis_route(asked: Asked, facts: Facts) -> Script | None:
+    """The thesis's own tests of a comparison, over runs: F, then Student's or Welch's t."""
+    pair = _pair(asked, facts)
+    if pair is None:
+        return None
+    settings = {"PAIR": keys_of(pair), "ALPHA": facts.planned.settings.alpha}
+    return _script(asked, facts, _THESIS_ROUTE.get(asked.name), conditions_in([pair]), settings)
+
+
+def _thesis_route_over_jumps(asked: Asked, facts: Facts) -> Script | None:
+    """The same over jumps."""
+    script = _thesis_route(asked, facts)
+    return script and Script(script.rows, ("heights.heights_of_jumps", script.steps[-1]), script.settings)
+
+
+_ANOVA = {"f": "anova.anova_f", "p": "anova.anova_p"}
+
+
+def _anova(asked: Asked, facts: Facts) -> Script | None:
+    """F and p of the one-way analysis of variance over the treated levels of a group."""
+    groups = {
+        group_label(group): pairing.treated_and_control(items)[0]
+        for group, items in pairing.groups(facts.conditions(asked.outcome), facts.swept)
+    }
+    treated = groups.get(str(asked.scope["label"]), ())
+    settings = {"CONDITIONS": tuple(one.key for one in treated)}
+    return _script(asked, facts, _ANOVA.get(asked.name), treated, settings)
+
+
+def _pack(asked: Asked, facts: Facts) -> Script | None:
+    """How far the runs of a battery pack lie from the means of their conditions."""
+    settings = {"PACK": asked.scope["pack"]}
+    return _script(asked, facts, "packs.pack_deviation", facts.conditions(asked.outcome), settings)
+
+
+def _hypothesis(asked: Asked, facts: Facts) -> Script | None:
+    """What was measured of a hypothesis, and simulated: a change in percent, or of a saving in percentage points."""
+    hypothesis = facts.configuration.hypotheses.get(str(asked.scope["hypothesis"]))
+    if hypothesis is None or asked.name not in ("measured", "simulated"):
+        return None
+    several = comparisons_of(hypothesis, facts.conditions(asked.outcome), facts.swept)
+    one = next((each for each in several if each.label == asked.scope["label"]), None)
+    if one is None:
+        return None
+    conditions = conditions_in(one.pairs)
+    if asked.name == "simulated":
+        settings: dict[str, object] = {"COMPARED": tuple(tuple(each.key for each in side) for side in one.sides)}
+        return _script(asked, facts, "simulated_changes.simulated_change", conditions, settings, simulated=True)
+    decided = facts.planned.settings
+    as_planned = len(one.pairs) > 1 or hypothesis.claim is ClaimKind.SAVES
+    settings = {"LEVEL": 1.0 - (decided.outside if as_planned else 2.0 * decided.alpha)}
+    if len(one.pairs) > 1:
+        other, own = one.pairs
+        settings["EFFECTS"] = ((1.0, keys_of(other)), (-1.0, keys_of(own)))
+        return _script(asked, facts, "hypotheses.change_of_saving", conditions, settings)
+    settings["PAIR"] = keys_of(one.pairs[0])
+    claims = contrast_of(one.pairs[0]).rule is not Rule.NONE
+    return _script(asked, facts, f"hypotheses.change{'' if claims else '_without_claim'}", conditions, settings)
+
+
+_BUDGET = {
+    "scatter between runs": "budget.run_by_scatter",
+    "drain fit": "budget.run_by_drain",
+    "charger resolution": "budget.run_by_step",
+    "reference voltage": "budget.of_voltage",
+    IN_ALL: "budget.run_in_all",
+    "scatter between runs, mean": "budget.mean_by_scatter",
+    "drain fit, mean": "budget.mean_by_drain",
+    "charger resolution, mean": "budget.mean_by_step",
+    "reference voltage, mean": "budget.of_voltage",
+    f"{IN_ALL}, mean": "budget.mean_in_all",
+    "1 mAh": "budget.one_mah",
+}
+
+
+def _budget(asked: Asked, facts: Facts) -> Script | None:
+    """What the uncertainty of joules a jump is made of, of one run and of a condition's mean."""
+    return _script(asked, facts, _BUDGET.get(asked.name), _conditions(asked, facts))
+
+
+_PREDICTED_MEAN = {
+    "predicted": "predictions.predicted_mean",
+    "difference": "predictions.mean_predicted_less_measured",
+    "error_ratio": "predictions.error_ratio_of_mean",
+    "error": "predictions.error_of_mean_by",
+}
+_PREDICTED_SAVING = {
+    "predicted": "predictions.predicted_saving",
+    "difference": "predictions.saving_predicted_less_measured",
+    "error_ratio": "predictions.error_ratio_of_saving",
+    "error": "predictions.error_of_saving_by",
+}
+_PART = "predicted, error by "
+
+
+def _prediction(asked: Asked, facts: Facts) -> Script | None:
+    """Predictions beside what was measured: of a condition's mean, or of a saving."""
+    settings: dict[str, object] = {"ERROR_BY": asked.name.removeprefix(_PART)}
+    name = "error" if asked.name.startswith(_PART) else asked.name
+    if "label" not in asked.scope:
+        step = _PREDICTED_MEAN.get(name)
+        return _script(asked, facts, step, _conditions(asked, facts), settings, simulated=True)
+    pair, step = _pair(asked, facts), _PREDICTED_SAVING.get(name)
+    if pair is None:
+        return None
+    if name == "difference" and contrast_of(pair).rule is Rule.NONE:
+        step = f"{step}_without_claim"
+    settings |= {"PAIR": keys_of(pair), "LEVEL": facts.decision_level(asked.outcome)}
+    return _script(asked, facts, step, conditions_in([pair]), settings, simulated=True)
+
+
+_BIAS = {
+    "bias": "biases.bias",
+    "of_measured": "biases.bias_of_measured",
+    "p": "biases.bias_p",
+    "measured": "biases.measured_over_days",
+    "predicted": "biases.predicted_over_days",
+}
+_JOINT = {"p": "biases.joint_p", "tau": "biases.tau_of_groups"}
+_LIMITS = {
+    "mean_difference": "biases.mean_difference",
+    "lower_limit": "biases.lower_limit",
+    "upper_limit": "biases.upper_limit",
+}
+
+
+def _simulated_groups(asked: Asked, facts: Facts) -> dict[str, list[ConditionValues]]:
+    """Return the conditions that have a prediction with its error, by their groups."""
+    found: dict[str, list[ConditionValues]] = {}
+    for one in facts.conditions(asked.outcome):
+        if facts.is_simulated(one, asked.outcome, varied=True):
+            levels = {factor: level for factor, level in one.levels.items() if factor != facts.swept}
+            found.setdefault(group_label(levels), []).append(one)
+    return found
+
+
+def _bias(asked: Asked, facts: Facts) -> Script | None:
+    """How far predictions of a group lie from what was measured."""
+    group = _simulated_groups(asked, facts).get(str(asked.scope["group"]), [])
+    return _script(asked, facts, _BIAS.get(asked.name), group, simulated=True)
+
+
+def _joint_bias(asked: Asked, facts: Facts) -> Script | None:
+    """The same of all groups jointly."""
+    groups = _simulated_groups(asked, facts)
+    settings = {"JUDGED": {label: tuple(one.key for one in group) for label, group in groups.items()}}
+    every = [one for group in groups.values() for one in group]
+    return _script(asked, facts, _JOINT.get(asked.name), every, settings, simulated=True)
+
+
+def _limits(asked: Asked, facts: Facts) -> Script | None:
+    """Limits of agreement of predicted and measured over conditions."""
+    every = [one for one in facts.conditions(asked.outcome) if facts.is_simulated(one, asked.outcome)]
+    return _script(asked, facts, _LIMITS.get(asked.name), every, simulated=True)
+
+
+KINDS: Mapping[str, Callable[[Asked, Facts], Script | None]] = {
+    "condition_summary": _condition,
+    "passive_drain": _drain,
+    "decision": _decision,
+    "decision_family": _family,
+    "decision_equivalence": _equivalence,
+    "contrast": _contrast,
+    "overall_savings": _overall,
+    "overall_equivalence": _overall_equivalence,
+    "thesis_route": _thesis_route,
+    "thesis_route_over_jumps": _thesis_route_over_jumps,
+    "anova": _anova,
+    "pack_deviation": _pack,
+    "hypothesis": _hypothesis,
+    "energy_budget": _budget,
+    "prediction_check": _prediction,
+    "prediction_bias": _bias,
+    "joint_bias": _joint_bias,
+    "limits_of_agreement": _limits,
+}
+"""By the kind of result, as `numbers.json` has it; what a maker returns is None where a number has no script."""
