@@ -13,7 +13,8 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from data_schema.errors import UsageError
-from labbook.actions.runs.attention import Finding, Gravity, attention
+from labbook.actions.runs.attention import attention
+from labbook.actions.runs.finding import Finding, Gravity
 from labbook.actions.runs.mending import mend, mending
 from labbook.analysis.outcomes.detection import Detections
 from labbook.config.local_time import date_named

@@ -7,7 +7,6 @@ import mimetypes
 import re
 import shlex
 import subprocess
-import sys
 import tempfile
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from starlette.routing import Route
 
 from data_schema.errors import BookError, UnknownName, UsageError
 from data_schema.queries.history import list_reports
+from labbook.actions.runs.mending import COMMAND
 from labbook.actions.upkeep.report_differences import report_named
 from labbook.book.opening import Book
 from labbook.config.local_time import local_text
@@ -79,14 +79,11 @@ def _study(request: Request) -> Response:
     return _alone(_made_apart(book, "study", name, "--page", _PAGE, page=_PAGE), "text/html")
 
 
-_COMMAND = "from labbook.cli.start import main; main()"
-
-
 def _made_apart(book: Book, *words: str, page: str) -> bytes:
     """Return the page that a command makes in a process of its own: drawing has settings that all threads share."""
     with tempfile.TemporaryDirectory(prefix="labbook-page-") as folder:
         done = subprocess.run(
-            [sys.executable, "-c", _COMMAND, *words, "--book", str(book.folder.resolve())],
+            [*COMMAND, *words, "--book", str(book.folder.resolve())],
             cwd=folder,
             stdin=subprocess.DEVNULL,
             capture_output=True,

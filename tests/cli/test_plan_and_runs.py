@@ -265,7 +265,7 @@ def test_today_and_ingest_say_that_a_second_log_takes_the_first_out_of_the_count
     assert runs_told(whole.folder, "logs_too_many", *day) == ["r001"]
     good(labbook("assign", again.name, "none", "--why", "another run's", at=whole.folder))
     said = good(labbook("assign", again.name, "r001", at=whole.folder)).out.splitlines()
-    says(said, *said_of_it, "none of them counts", "labbook assign FILE none")
+    says(said, *said_of_it, "none of them counts", f"labbook assign '{again.name}' none")
     good(labbook("correct", "r001", "starts=2", "--why", "it was switched on twice", at=whole.folder))
     assert runs_told(whole.folder, "logs_too_many", *day) == []
 

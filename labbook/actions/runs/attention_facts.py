@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.detections import WaitingVerdict, verdicts_waiting
-from data_schema.queries.files import LEG, RefusedFile, imported_names, inbox, last_imports, refused_files, values_found
+from data_schema.queries.files import LEG, RefusedFile, inbox, last_imports, refused_files, values_found
 from data_schema.queries.history import first_measurement
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, SourceColumn, source_columns
@@ -39,7 +38,6 @@ class Facts:
     count, `judgements` has its jumps; `charge_costs` and `log_costs` say which claim a run's missing charge or log
     costs. `outside` are the uids of runs out of their control limits. `zeros` has the zero in m that is too high, by
     the file's SHA-256, `heights` the columns of these files and of those without a jump, by the signal's uid.
-    `file_names` counts the files of each name, `positions` says whose each position of a day is.
     """
 
     evidence: StudyData
@@ -61,22 +59,11 @@ class Facts:
     undecided: bool
     zeros: Mapping[str, float]
     heights: Mapping[str, SourceColumn]
-    file_names: Mapping[str, int]
-    positions: Mapping[str, Mapping[int, str]]
     by_name: Mapping[str, RunRow]
-
-    @property
-    def jumped(self) -> list[RunRow]:
-        """The runs of jumps asked about."""
-        return [run for run in self.runs if run.kind is RunKind.JUMPS]
 
     def logs(self, run: RunRow) -> list[SignalRow]:
         """Return the signals of a run's logs, whatever their channels."""
         return [one for one in self.about.signals[run.uid] if one.role == FileRole.LOG]
-
-    def called(self, name: str, uid: str) -> str:
-        """Return how a command names a file: its name, or what names it alone."""
-        return name if self.file_names.get(name, 0) == 1 and not name.startswith("-") else uid
 
 
 def gather_facts(
@@ -100,9 +87,6 @@ def gather_facts(
         if judgement.zero_doubtful or not jumps_found(one.jump for one in judgement.jumps)
         for log in logs[uid]
     ]
-    positions: dict[str, dict[int, str]] = {}
-    for run in evidence.selected:
-        positions.setdefault(run.day, {})[run.position_in_day] = run.name
     refused = refused_files(connection)
     return Facts(
         evidence=evidence,
@@ -124,8 +108,6 @@ def gather_facts(
         undecided=configuration.analysis is None and first_measurement(connection) is None,
         zeros={sha256: float(value) for sha256, value in values_found(connection, LEG[0]).items()},
         heights=source_columns(connection, in_doubt, BODY_HEIGHT),
-        file_names=Counter(imported_names(connection)),
-        positions=positions,
         by_name={run.name: run for run in evidence.selected},
     )
 

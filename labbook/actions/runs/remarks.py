@@ -1,6 +1,7 @@
-"""What is possible but odd in what a person wrote down: remarks, never refusals, one rule an entry of `RULES`.
+"""What is odd in what was written down of a run, one rule an entry of `RULES`: possible, so remarked on, never refused.
 
-Also whether a log recorded the levels of its run: a controller may log each gain in the channel of its factor.
+`labbook attention` finds by the same rules. Also whether a log recorded the levels of its run: a controller may log
+each gain in the channel of its factor.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 import datetime
 import functools
 import shlex
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from zoneinfo import ZoneInfo
@@ -16,6 +17,7 @@ from zoneinfo import ZoneInfo
 import sqlalchemy as sa
 
 from data_schema.queries.charges import ChargeOfRun, charges_of_runs
+from data_schema.queries.files import imported_names
 from data_schema.queries.runs import RunRow, list_runs, runs_named
 from data_schema.queries.signals import (
     CalibratedChannel,
@@ -29,6 +31,7 @@ from data_schema.queries.signals import (
 )
 from data_schema.queries.study import CheckRow, PlannedRow, StudyRow, days_with_runs, planned_runs
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
+from labbook.actions.runs.finding import Blank, Finding, Word, correcting, found
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.analysis.outcomes.log_dates import differing_day
 from labbook.analysis.outcomes.run_apexes import calibrated_for_other_day, usable_logs
@@ -42,6 +45,8 @@ from labbook.terminal import listed
 MOST_NAMED = 20
 """Runs that a remark names beside the first."""
 YEAR = datetime.timedelta(days=365)
+_RECHARGED_WITHIN = datetime.timedelta(days=7)
+"""A pack is recharged at most so long after its run."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,7 +65,9 @@ class Facts:
     """What rules look at: the book's study, settings and days with runs; and of the runs in question, by their uid,
     charges, signals and copies of other files' samples, and their plan by their name.
 
-    `calibrated` has the calibrated channels by the signal's uid; `other_levels` looks for logs of another level, once.
+    `calibrated` has the calibrated channels by the signal's uid. Looked up once, and only where it is asked for:
+    `other_levels`, logs of another level; `positions`, whose each position of a day is; `file_names`, how many files
+    have a name.
     """
 
     study: StudyRow
@@ -72,21 +79,37 @@ class Facts:
     same_samples: Mapping[str, SameSamples]
     planned: Mapping[str, PlannedRow]
     other_levels: Callable[[], Mapping[str, OtherLevel]]
+    positions: Callable[[], Mapping[tuple[str, int], str]]
+    file_names: Callable[[], Mapping[str, int]]
 
     def heights(self, run: RunRow) -> list[SignalRow]:
         """Return the logs of a run with a body height."""
         return [one for one in self.signals[run.uid] if one.role == FileRole.LOG and BODY_HEIGHT in one.channels]
 
+    def called(self, name: str, uid: str) -> str:
+        """Return how a command names a file: its name, or what names it alone."""
+        return name if self.file_names().get(name, 0) == 1 and not name.startswith("-") else uid
+
+    def log_called(self, log: SignalRow) -> str:
+        """Return how a command names a log."""
+        return self.called(log.file_name, log.file_sha256[:12])
+
+    def redating(self, run: RunRow, date: str) -> tuple[Word, ...]:
+        """Return the words that give a run another date, and a position there that is free."""
+        there = {place: name for (day, place), name in self.positions().items() if day == date}
+        taken = there.get(run.position_in_day, run.name) != run.name
+        return correcting(run.name, f"date={date}", *([f"position={max(there) + 1}"] if taken else []))
+
 
 @dataclass(frozen=True, slots=True)
 class Rule:
-    """A rule: `odd` returns a message about a run, None where nothing is odd; `columns` are those that it looks at.
+    """A rule: `odd` returns what it finds of a run, None where nothing is odd; `columns` are those that it looks at.
 
     `alike`: one message holds for all runs that it concerns, so that they share one remark; else each has its own.
     """
 
     columns: frozenset[str]
-    odd: Callable[[RunRow, Facts], str | None]
+    odd: Callable[[RunRow, Facts], Finding | None]
     alike: bool = True
 
 
@@ -99,14 +122,14 @@ def remarks_on(
     """Apply the rules to runs, given by name: all rules, or those that look at one of `columns`."""
     rows = runs_named(connection, runs)
     facts = facts_about(connection, configuration, rows, days=sorted({row.day for row in rows}))
-    found = []
+    remarks = []
     for name, rule in RULES.items():
         if columns is None or rule.columns.intersection(columns):
             odd = {row.name: rule.odd(row, facts) for row in rows}
-            messages = {run: text for run, text in odd.items() if text is not None}
+            messages = {run: f"{one.what}: `{one.command}`" for run, one in odd.items() if one is not None}
             for several in [messages] if rule.alike else [{run: text} for run, text in messages.items()]:
-                found += _remark(name, several)
-    return found
+                remarks += _remark(name, several)
+    return remarks
 
 
 def facts_about(
@@ -131,6 +154,8 @@ def facts_about(
         same_samples(connection, uids),
         {row.run_name: row for row in planned_runs(connection) if row.run_name is not None},
         functools.cache(lambda: _other_levels(connection, configuration, days)),
+        functools.cache(lambda: {(run.day, run.position_in_day): run.name for run in list_runs(connection)}),
+        functools.cache(lambda: Counter(imported_names(connection))),
     )
 
 
@@ -212,7 +237,7 @@ def _remark(rule: str, messages: Mapping[str, str]) -> list[Remark]:
     return [Remark(rule, len(messages), first, tuple(more[:MOST_NAMED]), f"{message}.")]
 
 
-def _duration(run: RunRow, facts: Facts) -> str | None:
+def _duration(run: RunRow, facts: Facts) -> Finding | None:
     protocol = facts.configuration.protocol
     if run.kind is RunKind.IDLE:
         usual_s = [minutes * 60.0 for minutes in protocol.idle_minutes]
@@ -221,127 +246,167 @@ def _duration(run: RunRow, facts: Facts) -> str | None:
     if run.duration_s is None or not usual_s or min(usual_s) / 2 <= run.duration_s <= 2 * max(usual_s):
         return None
     usual = " to ".join(f"{value:g}" for value in dict.fromkeys((min(usual_s), max(usual_s))))
-    return f"run {run.name} lasted {run.duration_s:g} s where the protocol has {usual} s"
+    what = f"run {run.name} lasted {run.duration_s:g} s where the protocol has {usual} s"
+    return found(what, *correcting(run.name, ("minutes=", Blank.MINUTES)), run=run)
 
 
-def _future(run: RunRow, facts: Facts) -> str | None:
+def _future(run: RunRow, facts: Facts) -> Finding | None:
     if run.day <= today_in(facts.study.time_zone):
         return None
-    return f"run {run.name} is of {run.day}, which is yet to come"
+    what = f"run {run.name} is of {run.day}, which is yet to come"
+    return found(what, *correcting(run.name, ("date=", Blank.DATE)), run=run)
 
 
-def _long_ago(run: RunRow, facts: Facts) -> str | None:
+def _long_ago(run: RunRow, facts: Facts) -> Finding | None:
     first = next((day for day in facts.days if day != run.day), None)
     if first is None or datetime.date.fromisoformat(first) - datetime.date.fromisoformat(run.day) <= YEAR:
         return None
-    return f"run {run.name} is of {run.day}, more than a year before the other days, the first of them {first}"
+    what = f"run {run.name} is of {run.day}, more than a year before the other days, the first of them {first}"
+    return found(what, *correcting(run.name, ("date=", Blank.DATE)), run=run)
 
 
-def _log_day(run: RunRow, facts: Facts) -> str | None:
-    others = (differing_day(one.start_utc, run.day, facts.study.time_zone) for one in facts.signals[run.uid])
-    first = next((other for other in others if other is not None), None)
-    return None if first is None else first.sentence(run.name)
+def _log_day(run: RunRow, facts: Facts) -> Finding | None:
+    for log in facts.signals[run.uid]:
+        other = differing_day(log.start_utc, run.day, facts.study.time_zone)
+        if other is not None:
+            swapped = ", with day and month the other way round" if other.swapped else ""
+            what = (
+                f"{log.file_name} begins on {other.of_log} and its run {run.name} is of {run.day}{swapped}: the date "
+                "of the run is wrong, it is the log of another run, or the clock of the logger was wrong"
+            )
+            return found(what, *facts.redating(run, str(other.of_log)), run=run, file=log.file_name)
+    return None
 
 
-def _logs(run: RunRow, facts: Facts) -> str | None:
+def _calibration(run: RunRow, facts: Facts) -> Finding | None:
+    heights = facts.heights(run)
+    if run.kind is not RunKind.JUMPS or calibrated_for_other_day(run, heights, facts.calibrated) is None:
+        return None
+    name = heights[0].file_name
+    what = f"{name} was read with a calibration that does not hold on {run.day}, when run {run.name} was made"
+    return found(what, "files", "reread", facts.log_called(heights[0]), run=run, file=name)
+
+
+def _logs(run: RunRow, facts: Facts) -> Finding | None:
     logs = facts.heights(run)
-    why = usable_logs(run, logs) if logs else ()
+    why = usable_logs(run, logs) if logs and run.kind is RunKind.JUMPS else ()
     if not isinstance(why, Undefined):
         return None
-    return (
-        f"run {run.name} has {why.reason}, so none of them counts: take one off with "
-        f"`labbook assign FILE none --why ...`, or say how often the run was started with "
-        f"`labbook correct {shlex.quote(run.name)} starts=N --why ...`"
+    other = facts.other_levels().get(run.uid)
+    one = next((log for log in logs if other is not None and log.uid == other.signal_uid), logs[-1])
+    names = listed(list(dict.fromkeys(log.file_name for log in logs)), 4)
+    what = (
+        f"run {run.name} has {why.reason}, so none of them counts: {names}; take one off, or correct how often it was "
+        "started (starts=N)"
     )
+    return found(what, "assign", facts.log_called(one), "none", "--why", Blank.WHY, run=run, file=one.file_name)
 
 
-def _levels(run: RunRow, facts: Facts) -> str | None:
+def _levels(run: RunRow, facts: Facts) -> Finding | None:
     other = facts.other_levels().get(run.uid)
     if other is None:
         return None
-    log = next(one.file_name for one in facts.signals[run.uid] if one.uid == other.signal_uid)
-    correct = f"labbook correct {shlex.quote(run.name)} {other.factor}={other.level} --why ..."
-    return (
-        f"{other.sentence(log, run.name)}: if it is another run's, `labbook assign {shlex.quote(log)} RUN --why ...`"
-        f"{'' if other.is_of_another else f', else `{correct}`'}"
-    )
+    log = next(one for one in facts.signals[run.uid] if one.uid == other.signal_uid)
+    what = f"{log.file_name} recorded {other.factor} {other.level}, and its run {run.name} has {other.has}"
+    if other.of_run is not None:
+        what += f": it can be of {other.of_run}"
+    of_another: tuple[Word, ...] = "assign", facts.log_called(log), other.of_run or Blank.RUN, "--why", Blank.WHY
+    words = of_another if other.is_of_another else correcting(run.name, f"{other.factor}={other.level}")
+    return found(what, *words, run=run, file=log.file_name)
 
 
-def _samples(run: RunRow, facts: Facts) -> str | None:
+def _samples(run: RunRow, facts: Facts) -> Finding | None:
     same = facts.same_samples.get(run.uid)
     if same is None:
         return None
-    item = same.file_name if same.file_name != same.other_file else same.file_sha256[:12]
-    of_other = same.other_run != run.name
-    return (
-        f"{same.file_name} of run {run.name} has the samples of {same.other_file}"
-        f"{f' of run {same.other_run}' if of_other else ''}: one is a copy; take it out of use with "
-        f"`labbook files withdraw {shlex.quote(item)} --why ...`"
-        f"{', and ingest the log that the run has of its own' if of_other else ''}"
-    )
+    of_run = f" of run {same.other_run}" if same.other_run != run.name else ""
+    what = f"{same.file_name} of run {run.name} has the samples of {same.other_file}{of_run}: one is a copy"
+    words = "files", "withdraw", facts.called(same.file_name, same.file_sha256[:12]), "--why", Blank.WHY
+    return found(what, *words, run=run, file=same.file_name)
 
 
-def _jumps(run: RunRow, facts: Facts) -> str | None:
+def _jumps(run: RunRow, facts: Facts) -> Finding | None:
     nominal = facts.study.jumps_nominal
     if run.kind is not RunKind.JUMPS or run.state is RunState.OPEN or 0 < run.jumps_made <= 2 * nominal:
         return None
-    return f"run {run.name} has {run.jumps_made} jumps made where the protocol has {nominal}"
+    what = f"run {run.name} has {run.jumps_made} jumps made where the protocol has {nominal}"
+    return found(what, *correcting(run.name, ("jumps=", Blank.JUMPS)), run=run)
 
 
-def _charge(run: RunRow, facts: Facts) -> str | None:
+def correcting_charge(run: RunRow, charges: Sequence[ChargeOfRun]) -> tuple[Word, ...]:
+    """Return the words that correct the only charge of a run, or the largest of several."""
+    if len(charges) == 1:
+        return correcting(run.name, ("mah=", Blank.MAH))
+    largest = max(charges, key=lambda one: one.charge_mah)
+    return correcting(f"charge:{largest.uid}", ("charge_mah=", Blank.MAH))
+
+
+def _above_pack(run: RunRow, facts: Facts) -> Finding | None:
     charges = facts.charges.get(run.uid, ())
-    if any(charge.charge_mah == 0 for charge in charges):
-        return f"run {run.name} has a charge of 0 mAh"
     above = above_capacity(run, charges, facts.configuration)
-    return None if above is None else f"run {run.name} has {above}"
+    if above is None:
+        return None
+    return found(f"run {run.name} has {above}", *correcting_charge(run, charges), run=run)
 
 
-def _ended(run: RunRow, facts: Facts) -> str | None:
-    """Question a recharge that was over before its run began; of a date alone midnight is stored, so its day counts."""
+def _zero(run: RunRow, facts: Facts) -> Finding | None:
+    charges = facts.charges.get(run.uid, ())
+    if all(charge.charge_mah for charge in charges):
+        return None
+    is_idle = run.kind is RunKind.IDLE
+    costs = "it pulls the drain line down" if is_idle else "its joules a jump are below 0, and count"
+    what = f"run {run.name}{' (idle)' if is_idle else ''} has a charge of 0 mAh"
+    return found(what, *correcting_charge(run, charges), run=run, costs=costs)
+
+
+def _charge_date(run: RunRow, facts: Facts) -> Finding | None:
+    """Question a recharge that ended before its run began, or long after: one of both dates is wrong.
+
+    Of a date alone midnight is stored, so that its day counts.
+    """
+    zone = facts.study.time_zone
     for charge in facts.charges.get(run.uid, ()):
         if charge.ended_utc is None:
             continue
-        ended = datetime.datetime.fromisoformat(charge.ended_utc)
-        before = ended.astimezone(ZoneInfo(facts.study.time_zone)).date().isoformat() < run.day
+        ended, other = datetime.datetime.fromisoformat(charge.ended_utc), differing_day(charge.ended_utc, run.day, zone)
+        before = ended.astimezone(ZoneInfo(zone)).date().isoformat() < run.day
         if run.started_utc is not None and ":" in (charge.ended_original or ""):
             before = ended < datetime.datetime.fromisoformat(run.started_utc)
         if before:
-            began = run.day if run.started_utc is None else local_text(run.started_utc, facts.study.time_zone)
-            return f"run {run.name} began {began} and its charge ended before, at {charge.ended_original}"
-    return None
-
-
-def _swapped(run: RunRow, facts: Facts) -> str | None:
-    for charge in facts.charges.get(run.uid, ()):
-        other = differing_day(charge.ended_utc, run.day, facts.study.time_zone)
+            began = run.day if run.started_utc is None else local_text(run.started_utc, zone)
+            what = f"run {run.name} began {began} and its charge ended before, at {charge.ended_original}"
+        elif other is not None and other.of_log - other.of_run > _RECHARGED_WITHIN:
+            what = f"run {run.name} is of {run.day} and its charge ended on {other.of_log}"
+        else:
+            continue
+        words = correcting(f"charge:{charge.uid}", ("ended_utc=", Blank.INSTANT))
         if other is not None and other.swapped:
-            return (
-                f"run {run.name} is of {run.day} and its charge ended on {other.of_log}, with day and month the other "
-                "way round: `labbook files reread FILE --dates ...` says their order, and one date alone is corrected "
-                f"with `labbook correct charge:{charge.uid} ended_utc=... --why ...`"
+            what += (
+                ", with day and month the other way round (`labbook files reread FILE --dates ...` says their order)"
             )
+        elif other is not None:
+            words = facts.redating(run, str(other.of_log))
+        return found(what, *words, run=run)
     return None
 
 
-def _pack(run: RunRow, facts: Facts) -> str | None:
+def _pack(run: RunRow, facts: Facts) -> Finding | None:
     for charge in facts.charges.get(run.uid, ()):
         if charge.stated_pack is not None and charge.stated_pack != run.battery:
-            return f"run {run.name} was made with pack {run.battery} and its charge is of pack {charge.stated_pack}"
+            what = f"run {run.name} was made with pack {run.battery} and its charge is of pack {charge.stated_pack}"
+            return found(what, *correcting(run.name, ("battery=", Blank.PACK)), run=run)
     return None
 
 
-def _plan(run: RunRow, facts: Facts) -> str | None:
+def _plan(run: RunRow, facts: Facts) -> Finding | None:
     planned = facts.planned.get(run.name)
     if planned is None or (planned.condition_key or "") == run.condition_key:
         return None
     if planned.condition_key is None:
-        return f"run {run.name} was planned as an idle run"
-    return f"run {run.name} was planned with {planned.condition_key}"
-
-
-def _calibration(run: RunRow, facts: Facts) -> str | None:
-    found = calibrated_for_other_day(run, facts.heights(run), facts.calibrated)
-    return None if found is None else found.reason
+        words = correcting(run.name, "kind=idle", "jumps_made=0", "levels=none")
+        return found(f"run {run.name} was planned as an idle run", *words, run=run)
+    words = correcting(run.name, *planned.condition_key.split())
+    return found(f"run {run.name} was planned with {planned.condition_key}", *words, run=run)
 
 
 RULES: Mapping[str, Rule] = {
@@ -354,9 +419,9 @@ RULES: Mapping[str, Rule] = {
     "samples_twice": Rule(frozenset({"log", "samples"}), _samples, alike=False),
     "logs_too_many": Rule(frozenset({"log", "starts"}), _logs, alike=False),
     "jumps_unusual": Rule(frozenset({"jumps_made", "kind", "state"}), _jumps),
-    "charge_unusual": Rule(frozenset({"charge_mah", "battery", "run"}), _charge),
-    "charge_before_run": Rule(frozenset({"charge_mah", "ended_utc", "started_utc", "day", "run"}), _ended, alike=False),
-    "day_month_swapped": Rule(frozenset({"charge_mah", "ended_utc", "day", "run"}), _swapped),
+    "charge_above_pack": Rule(frozenset({"charge_mah", "battery", "run"}), _above_pack),
+    "charge_zero": Rule(frozenset({"charge_mah", "run"}), _zero),
+    "charge_date": Rule(frozenset({"charge_mah", "ended_utc", "started_utc", "day", "run"}), _charge_date, alike=False),
     "pack_differs": Rule(frozenset({"battery", "stated_pack", "run"}), _pack),
     "differs_from_plan": Rule(frozenset({"condition", "kind"}), _plan, alike=False),
 }
@@ -385,10 +450,6 @@ class OtherLevel:
     level: str
     of_run: str | None
     is_of_another: bool
-
-    def sentence(self, log: str, run: str) -> str:
-        """Say what the log, by its name, recorded, and what the run, by its name, has."""
-        return f"{log} recorded {self.factor} {self.level}, and its run {run} has {self.has}"
 
 
 def other_levels(

@@ -12,7 +12,7 @@ import pytest
 from data_schema.errors import InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.vocabulary import Action
-from labbook.actions.runs.attention import Finding
+from labbook.actions.runs.finding import Finding
 from labbook.actions.runs.mending import mend, mending
 from tests.cli.test_attention import FAULTS, Place, exchanged_logs, place_for
 from tests.helpers.attention import found_in
@@ -205,6 +205,7 @@ def test_a_page_for_reading_has_no_buttons_and_states_nothing(tmp_path: Path) ->
 def test_in_a_browser_a_button_mends_and_no_reason_is_lost(page: Any, tmp_path: Path) -> None:
     from playwright.sync_api import expect
 
+    expect.set_options(timeout=60_000)
     place, _found = planted("logs_too_many", tmp_path)
     with served(place.book.folder, "--as", ADA) as server:
         page.goto(server.url)

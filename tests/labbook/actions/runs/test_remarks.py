@@ -127,14 +127,15 @@ def test_a_correction_is_looked_at_where_it_changes_something(book: Book) -> Non
 
 
 def test_a_charge_is_compared_with_the_pack_of_its_run(book: Book) -> None:
-    for run, mah in (("r001", 6700.0), ("r002", 0.0)):
+    for run, mah in (("r001", 6700.0), ("r002", 6800.0), ("r003", 0.0)):
         state(book, state_charge, run, mah, None, None)
     with book.reading() as connection:
-        (remark,) = remarks_on(connection, book.configuration, ["r001", "r002", "r003"])[-1:]
-    assert (remark.rule, remark.count, remark.more) == ("charge_unusual", 2, ("r002",))
+        remark, zero = remarks_on(connection, book.configuration, ["r001", "r002", "r003"])[-2:]
+    assert (remark.rule, remark.count, remark.more) == ("charge_above_pack", 2, ("r002",))
     says(remark.message, "6700 mAh", "6600 mAh", "pack A holds", "r002")
+    assert (zero.rule, zero.first, zero.count) == ("charge_zero", "r003", 1)
     charge = charge_of(book, "r001")
-    assert after_correction(book, charge, "charge_mah=0") == ["charge_unusual"]
+    assert after_correction(book, charge, "charge_mah=0") == ["charge_zero"]
     assert after_correction(book, charge, "charge_mah=120") == []
     assert after_correction(book, "r001", "battery=C") == ["pack_differs"]
 
@@ -144,10 +145,10 @@ def test_a_charge_is_compared_with_the_pack_of_its_run(book: Book) -> None:
     [
         ("461", "2021-06-14 10:00", []),
         ("461", "2021-06-14", []),
-        ("461", "2021-06-13", ["charge_before_run"]),
-        ("461", "2021-06-14 09:29", ["charge_before_run"]),
-        ("461", "2021-06-12 10:00", ["charge_before_run"]),
-        ("7900", "2021-06-14 10:00", ["charge_unusual"]),
+        ("461", "2021-06-13", ["charge_date"]),
+        ("461", "2021-06-14 09:29", ["charge_date"]),
+        ("461", "2021-06-12 10:00", ["charge_date"]),
+        ("7900", "2021-06-14 10:00", ["charge_above_pack"]),
     ],
 )
 def test_a_charge_that_cannot_be_is_questioned_at_ingest(
