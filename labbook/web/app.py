@@ -11,12 +11,12 @@ from starlette.routing import Route
 from starlette.types import ASGIApp
 
 from data_schema.errors import BookBusy, BookReadOnly, LabbookError, UnknownName
-from labbook.web import attention, events, files, journal, live, overview, reports, review, run, run_diff
+from labbook.web import attention, events, lists, live, reports, review, run
 from labbook.web.book import OpenBook
 from labbook.web.rendering import static
 from labbook.web.safety import Guard
 
-VIEWS = (overview, attention, run, run_diff, review, live, files, reports, journal, events)
+VIEWS = (lists, attention, run, review, live, reports, events)
 """The modules whose `ROUTES` are served."""
 
 _STATUS: tuple[tuple[type[LabbookError], int], ...] = ((UnknownName, 404), (BookBusy, 503), (BookReadOnly, 403))

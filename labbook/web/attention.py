@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
@@ -19,39 +18,36 @@ from labbook.actions.runs.mending import mend, mending
 from labbook.analysis.outcomes.detection import Detections
 from labbook.config.local_time import date_named
 from labbook.web.book import OpenBook
-from labbook.web.rendering import page
+from labbook.web.rendering import Asked, view
 from labbook.web.stating import stating
 
 _MOST = 100
 """So many findings of a gravity are shown."""
 
 
-def _page(request: Request) -> Response:
-    served: OpenBook = request.app.state.book
-    book = served.current()
-    given = request.query_params.get("day") or None
+def _page(asked: Asked) -> Response:
+    given = asked.given("day")
     day = None if given is None else date_named("day", given)
-    with book.reading() as connection:
-        found = attention(Detections(connection, book.store), book.configuration, day=day)
-        every = found if day is None else attention(Detections(connection, book.store), book.configuration)
-        return page(
-            request,
-            connection,
-            "attention.html.j2",
-            "attention",
-            day=day,
-            runs=len(found.runs),
-            groups=[
-                (
-                    str(gravity),
-                    [(one, _identity(one), None if served.read_only else mending(one)) for one in of[:_MOST]],
-                    max(len(of) - _MOST, 0),
-                )
-                for gravity in Gravity
-                if (of := [one for one in found.findings if one.gravity is gravity])
-            ],
-            days=[(date, sum(counts.values())) for date, counts in sorted(every.by_day.items())],
-        )
+    detections, configuration = asked.detections, asked.book.configuration
+    found = attention(detections, configuration, day=day)
+    every = found if day is None else attention(detections, configuration)
+    of = {gravity: [one for one in found.findings if one.gravity is gravity] for gravity in Gravity}
+    return asked.page(
+        "attention.html.j2",
+        "attention",
+        day=day,
+        runs=len(found.runs),
+        groups=[
+            (
+                str(gravity),
+                [(one, _identity(one), None if asked.served.read_only else mending(one)) for one in several[:_MOST]],
+                max(len(several) - _MOST, 0),
+            )
+            for gravity, several in of.items()
+            if several
+        ],
+        days=[(date, sum(counts.values())) for date, counts in sorted(every.by_day.items())],
+    )
 
 
 def _identity(one: Finding) -> dict[str, str | None]:
@@ -73,12 +69,9 @@ def _mend(served: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
     return {"mended": meant.command}
 
 
-def _by_run(request: Request) -> Response:
+def _by_run(asked: Asked) -> Response:
     """Return what was found of each run that fulfils `where`."""
-    book = request.app.state.book.current()
-    with book.reading() as connection:
-        where = request.query_params.get("where") or None
-        found = attention(Detections(connection, book.store), book.configuration, where=where).findings
+    found = attention(asked.detections, asked.book.configuration, where=asked.given("where")).findings
     runs: dict[str, list[dict[str, str]]] = {}
     for one in found:
         if one.run is not None:
@@ -87,7 +80,7 @@ def _by_run(request: Request) -> Response:
 
 
 ROUTES = [
-    Route("/attention", _page),
-    Route("/api/attention", _by_run),
+    view("/attention", _page),
+    view("/api/attention", _by_run),
     Route("/api/mending", stating(_mend), methods=["POST"]),
 ]

@@ -1,8 +1,13 @@
-"""Pages from the templates of reports, and the files of style and script that they load."""
+"""Views: what a request asks for, read in one transaction, and pages from the templates of reports.
+
+Also the files of style and script that pages load.
+"""
 
 from __future__ import annotations
 
 import importlib.resources
+from collections.abc import Callable
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -10,9 +15,13 @@ import jinja2
 import sqlalchemy as sa
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, PlainTextResponse, Response
+from starlette.routing import Route
 
 from data_schema import journal
 from data_schema.errors import UsageError
+from labbook.analysis.outcomes.detection import Detections
+from labbook.book.opening import Book
+from labbook.config.local_time import local_text
 from labbook.web.book import OpenBook
 
 _MOST_DIGITS = 18
@@ -30,26 +39,69 @@ def _environment() -> jinja2.Environment:
     )
 
 
-def page(request: Request, connection: sa.Connection, template: str, view: str, **values: Any) -> HTMLResponse:
-    """Answer with a page; `view` is the entry of the menu that it belongs to.
+@dataclass(frozen=True, slots=True)
+class Asked:
+    """A request, and the transaction in which it is answered: what was stated later is news to the page."""
 
-    `connection` is the transaction in which the values were read: what was stated later is news to the page.
-    """
-    book: OpenBook = request.app.state.book
-    text = (
-        _environment()
-        .get_template(template)
-        .render(
-            view=view,
-            study=book.current().configuration.study.name,
-            person=book.person,
-            book=book.name,
-            read_only=book.read_only,
-            entries=journal.head(connection)[0],
-            **values,
-        )
-    )
-    return HTMLResponse(text)
+    request: Request
+    served: OpenBook
+    book: Book
+    connection: sa.Connection
+
+    @property
+    def detections(self) -> Detections:
+        """What finds jumps."""
+        return Detections(self.connection, self.book.store)
+
+    @property
+    def last_entry(self) -> int:
+        """The number of the book's last entry."""
+        return journal.head(self.connection)[0]
+
+    def path(self, name: str) -> str:
+        """Return a part of the address."""
+        return str(self.request.path_params[name])
+
+    def given(self, name: str) -> str | None:
+        """Return what stands behind the address by a name; None where nothing does."""
+        return self.request.query_params.get(name) or None
+
+    def number(self, name: str) -> int | None:
+        """Return a number from 1 that stands there."""
+        given = self.request.query_params.get(name)
+        if given is None:
+            return None
+        if not (given.isdecimal() and len(given) <= _MOST_DIGITS and int(given)):
+            raise UsageError(f"{name}={given[:20]!r} is no number from 1: correct the address.")
+        return int(given)
+
+    def local(self, at_utc: str) -> str:
+        """Return an instant in the study's time zone."""
+        return local_text(at_utc, self.book.configuration.study.time_zone)
+
+    def page(self, template: str, view: str, **values: Any) -> HTMLResponse:
+        """Answer with a page; `view` is the entry of the menu that it belongs to."""
+        about = {
+            "view": view,
+            "study": self.book.configuration.study.name,
+            "person": self.served.person,
+            "book": self.served.name,
+            "read_only": self.served.read_only,
+            "entries": self.last_entry,
+        }
+        return HTMLResponse(_environment().get_template(template).render(**about, **values))
+
+
+def view(path: str, answer: Callable[[Asked], Response]) -> Route:
+    """Return the route of a view."""
+
+    def endpoint(request: Request) -> Response:
+        served: OpenBook = request.app.state.book
+        book = served.current()
+        with book.reading() as connection:
+            return answer(Asked(request, served, book, connection))
+
+    return Route(path, endpoint)
 
 
 @cache
@@ -62,16 +114,6 @@ def _static() -> dict[str, tuple[bytes, str]]:
         for ending, kind in _KINDS.items()
         if entry.name.endswith(ending)
     }
-
-
-def whole_number(request: Request, name: str) -> int | None:
-    """Return what an address asks for by a number from 1, None where it does not."""
-    given = request.query_params.get(name)
-    if given is None:
-        return None
-    if not (given.isdecimal() and len(given) <= _MOST_DIGITS and int(given)):
-        raise UsageError(f"{name}={given[:20]!r} is no number from 1: correct the address.")
-    return int(given)
 
 
 def static(request: Request) -> Response:

@@ -19,38 +19,31 @@ from data_schema.queries.history import list_reports
 from labbook.actions.runs.mending import COMMAND
 from labbook.actions.upkeep.report_differences import report_named
 from labbook.book.opening import Book
-from labbook.config.local_time import local_text
 from labbook.studies.registry import studies_of_book
-from labbook.web.rendering import page
+from labbook.web.rendering import Asked, view
 from reports.page.policy import content_policy
 
 _PAGE = "report.html"
 _SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 
 
-def _page(request: Request) -> Response:
-    book = request.app.state.book.current()
-    zone = book.configuration.study.time_zone
-    with book.reading() as connection:
-        reports = [(one, local_text(one.made_utc, zone)) for one in reversed(list_reports(connection))]
-        studies = studies_of_book(connection, book.configuration)
-        return page(request, connection, "reports.html.j2", "reports", reports=reports, studies=studies)
+def _page(asked: Asked) -> Response:
+    reports = [(one, asked.local(one.made_utc)) for one in reversed(list_reports(asked.connection))]
+    studies = studies_of_book(asked.connection, asked.book.configuration)
+    return asked.page("reports.html.j2", "reports", reports=reports, studies=studies)
 
 
 def _whole(request: Request) -> Response:
     return RedirectResponse(f"/reports/{request.path_params['uid']}/{_PAGE}")
 
 
-def _file(request: Request) -> Response:
+def _file(asked: Asked) -> Response:
     """Return a file of a report, where it is as it was written: its name and hash stand in the journal."""
-    book = request.app.state.book.current()
-    uid, name = request.path_params["uid"], request.path_params["name"]
-    with book.reading() as connection:
-        made = report_named(connection, uid)
+    made, name = report_named(asked.connection, asked.path("uid")), asked.path("name")
     if made.elsewhere or name not in made.files:
         raise UnknownName(f"report {made.number} has no file {name!r} here: `labbook reports show {made.number}`.")
     try:
-        content = (book.folder / made.folder / name).read_bytes()
+        content = (asked.book.folder / made.folder / name).read_bytes()
     except OSError as error:
         raise BookError(f"{name} of report {made.number} cannot be read: {error.strerror}.") from error
     if hashlib.sha256(content).hexdigest() != made.files[name]:
@@ -62,24 +55,21 @@ def _file(request: Request) -> Response:
     return _alone(content, "text/plain" if kind.startswith("text/") and kind != "text/html" else kind)
 
 
-def _as_of(request: Request) -> Response:
+def _as_of(asked: Asked) -> Response:
     """Return the page of the report of the book as it stood at an entry, made now."""
-    asked = "report", "--as-of", str(request.path_params["seq"]), "--out", "."
-    return _alone(_made_apart(request.app.state.book.current(), *asked, page=_PAGE), "text/html")
+    return _alone(_made_apart(asked.book, "report", "--as-of", asked.path("seq"), "--out", "."), "text/html")
 
 
-def _study(request: Request) -> Response:
+def _study(asked: Asked) -> Response:
     """Return the page of a study, made now."""
-    book = request.app.state.book.current()
-    name = request.path_params["name"]
-    with book.reading() as connection:
-        known = studies_of_book(connection, book.configuration)
+    name = asked.path("name")
+    known = studies_of_book(asked.connection, asked.book.configuration)
     if name not in known:
         raise UnknownName(f"the book has no study {name!r}: it has {', '.join(known) or 'none'}.")
-    return _alone(_made_apart(book, "study", name, "--page", _PAGE, page=_PAGE), "text/html")
+    return _alone(_made_apart(asked.book, "study", name, "--page", _PAGE), "text/html")
 
 
-def _made_apart(book: Book, *words: str, page: str) -> bytes:
+def _made_apart(book: Book, *words: str) -> bytes:
     """Return the page that a command makes in a process of its own: drawing has settings that all threads share."""
     with tempfile.TemporaryDirectory(prefix="labbook-page-") as folder:
         done = subprocess.run(
@@ -93,7 +83,7 @@ def _made_apart(book: Book, *words: str, page: str) -> bytes:
         if done.returncode:
             said = done.stderr.strip().rpartition("labbook: ")[2]
             raise UsageError(said or f"`labbook {shlex.join(words)}` ended with {done.returncode}.")
-        return (Path(folder) / page).read_bytes()
+        return (Path(folder) / _PAGE).read_bytes()
 
 
 def _alone(content: bytes, kind: str) -> Response:
@@ -105,9 +95,9 @@ def _alone(content: bytes, kind: str) -> Response:
 
 
 ROUTES = [
-    Route("/reports", _page),
-    Route("/reports/as-of/{seq:int}", _as_of),
+    view("/reports", _page),
+    view("/reports/as-of/{seq:int}", _as_of),
     Route("/reports/{uid}", _whole),
-    Route("/reports/{uid}/{name:path}", _file),
-    Route("/studies/{name}", _study),
+    view("/reports/{uid}/{name:path}", _file),
+    view("/studies/{name}", _study),
 ]

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Mapping
 from typing import Any
 
-import sqlalchemy as sa
-from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
@@ -16,11 +14,10 @@ from data_schema.vocabulary import ReasonCode, ReviewOrder, Verdict
 from labbook.actions.runs.jump_agreement import agreement, agreement_lines
 from labbook.actions.runs.jump_review import RunReview, add, decide, judged_now, move, review
 from labbook.actions.runs.review_queue import QueuedJump, review_queue
-from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import anchor_of
 from labbook.terminal import plain
 from labbook.web.book import OpenBook
-from labbook.web.rendering import page
+from labbook.web.rendering import Asked, view
 from labbook.web.stating import stating
 
 _DIFFERENCES = "differences"
@@ -41,62 +38,47 @@ def reason_keys(reasons: Iterable[str]) -> dict[str, str]:
     return {**found, "o": str(ReasonCode.OTHER)}
 
 
-def _page(request: Request) -> Response:
-    book, given = request.app.state.book.current(), request.query_params
-    offered = reason_keys(book.configuration.protocol.reject_reasons)
+def _page(asked: Asked) -> Response:
+    offered = reason_keys(asked.book.configuration.protocol.reject_reasons)
     reasons = [{"key": key, "reason": reason, "text": reason.replace("_", " ")} for key, reason in offered.items()]
-    shown = {"reasons": reasons, "orders": [*ReviewOrder, _DIFFERENCES], "run": given.get("run", "")}
-    order = given.get("order", ReviewOrder.DOUBT)
-    with book.reading() as connection:
-        agreed = agreement(Detections(connection, book.store), book.configuration) if order == _DIFFERENCES else ()
-        sentences = [" ".join(agreement_lines(one)[0]) for one in agreed]
-        return page(request, connection, "review.html.j2", "review", order=order, agreement=sentences, **shown)
+    shown = {"reasons": reasons, "orders": [*ReviewOrder, _DIFFERENCES], "run": asked.given("run") or ""}
+    order = asked.given("order") or ReviewOrder.DOUBT
+    agreed = agreement(asked.detections, asked.book.configuration) if order == _DIFFERENCES else ()
+    sentences = [" ".join(agreement_lines(one)[0]) for one in agreed]
+    return asked.page("review.html.j2", "review", order=order, agreement=sentences, **shown)
 
 
-def _queue(request: Request) -> Response:
+def _queue(asked: Asked) -> Response:
     """Return the jumps in the order asked for: run, number, why it is doubtful, and whether a verdict stands."""
-    served: OpenBook = request.app.state.book
-    book, given = served.current(), request.query_params
-    run = given.get("run")
-    if given.get("order") == _DIFFERENCES:
-        return _differences(served)
-    try:
-        order = ReviewOrder.RUN if run else ReviewOrder(given.get("order") or ReviewOrder.DOUBT)
-        seed = int(given.get("seed") or _SEED) if order is ReviewOrder.SHUFFLED else None
-    except ValueError:
-        orders = ", ".join([*ReviewOrder, _DIFFERENCES])
-        raise UsageError(f"the order is one of {orders}, and a seed a whole number: correct the address.") from None
-    with book.reading() as connection:
-        found = review_queue(
-            Detections(connection, book.store), book.configuration, order, seed, given.get("where") or None
+    run, detections, configuration = asked.given("run"), asked.detections, asked.book.configuration
+    jumps: Collection[QueuedJump]
+    if asked.given("order") == _DIFFERENCES:  # the jumps on which two people differ
+        differing = (one for pair in agreement(detections, configuration) for one in pair.differ)
+        jumps = {(one.signal_sha256, one.anchor_s): one for one in differing}.values()
+    else:
+        try:
+            order = ReviewOrder.RUN if run else ReviewOrder(asked.given("order") or ReviewOrder.DOUBT)
+            seed = int(asked.given("seed") or _SEED) if order is ReviewOrder.SHUFFLED else None
+        except ValueError:
+            orders = ", ".join([*ReviewOrder, _DIFFERENCES])
+            raise UsageError(f"the order is one of {orders}, and a seed a whole number: correct the address.") from None
+        jumps = review_queue(detections, configuration, order, seed, asked.given("where")).jumps
+    rows = []
+    for one in (one for one in jumps if run in (None, one.run)):
+        own = [said.verdict for said in one.verdicts if said.person == asked.served.person]
+        rows.append(
+            {
+                "run": one.run,
+                "number": one.number,
+                "signal": one.signal_sha256,
+                "anchor_s": one.anchor_s,
+                "doubts": [reason.words for reason in one.reasons],
+                "left_out": one.excluded is not None,
+                "decided": bool(own),
+                "rejected": Verdict.REJECT in own,
+            }
         )
-        return _queued(served, connection, (one for one in found.jumps if run in (None, one.run)))
-
-
-def _differences(served: OpenBook) -> Response:
-    """Return the jumps on which two people differ."""
-    book = served.current()
-    with book.reading() as connection:
-        found = agreement(Detections(connection, book.store), book.configuration)
-        jumps = {(one.signal_sha256, one.anchor_s): one for pair in found for one in pair.differ}
-        return _queued(served, connection, jumps.values())
-
-
-def _queued(served: OpenBook, connection: sa.Connection, jumps: Iterable[QueuedJump]) -> Response:
-    rows = [
-        {
-            "run": one.run,
-            "number": one.number,
-            "signal": one.signal_sha256,
-            "anchor_s": one.anchor_s,
-            "doubts": [reason.words for reason in one.reasons],
-            "left_out": one.excluded is not None,
-            "decided": any(said.person == served.person for said in one.verdicts),
-            "rejected": any(said.person == served.person and said.verdict is Verdict.REJECT for said in one.verdicts),
-        }
-        for one in jumps
-    ]
-    return JSONResponse({"jumps": rows, "entries": journal.head(connection)[0]})
+    return JSONResponse({"jumps": rows, "entries": asked.last_entry})
 
 
 _VERDICTS = (Verdict.ACCEPT, Verdict.REJECT, Verdict.CLEAR)
@@ -194,8 +176,8 @@ def _put(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
 
 
 ROUTES = [
-    Route("/review", _page),
-    Route("/api/queue", _queue),
+    view("/review", _page),
+    view("/api/queue", _queue),
     Route("/api/verdicts", stating(_decide), methods=["POST"]),
     Route("/api/apexes", stating(_put), methods=["POST"]),
 ]

@@ -4,65 +4,62 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
-from starlette.routing import Route
 
 from data_schema.queries.detections import DecisionRow, WaitingVerdict
 from data_schema.queries.runs import run_names
 from labbook.actions.runs.jump_review import RunReview, review
 from labbook.actions.runs.run_plot import drawn_log
 from labbook.actions.runs.run_view import run_view, view_lines
-from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of, jumps_near
 from labbook.analysis.study_data import VERTICAL_FORCE
 from labbook.book.opening import Book
 from labbook.terminal import plain
-from labbook.web.rendering import page
+from labbook.web.rendering import Asked, view
 from reports.display import RunLog
 
 
-def _page(request: Request) -> Response:
-    book = request.app.state.book.current()
-    name = request.path_params["name"]
-    with book.reading() as connection:
-        view = run_view(Detections(connection, book.store), book.configuration, name)
-        names = list(run_names(connection))
-        place = names.index(view.run.name)
-        return page(
-            request,
-            connection,
-            "run.html.j2",
-            "runs",
-            run=view.run,
-            lines=[line.strip() for line in view_lines(view)[1:]],
-            before=names[place - 1] if place else None,
-            after=names[place + 1] if place + 1 < len(names) else None,
-            beside=names[place - 1] if place else names[place + 1] if place + 1 < len(names) else None,
-            has_log=isinstance(view.jumps_found, int),
-        )
+def _page(asked: Asked) -> Response:
+    shown = run_view(asked.detections, asked.book.configuration, asked.path("name"))
+    names = list(run_names(asked.connection))
+    place = names.index(shown.run.name)
+    before = names[place - 1] if place else None
+    after = names[place + 1] if place + 1 < len(names) else None
+    return asked.page(
+        "run.html.j2",
+        "runs",
+        run=shown.run,
+        lines=[line.strip() for line in view_lines(shown)[1:]],
+        before=before,
+        after=after,
+        beside=before or after,
+        has_log=isinstance(shown.jumps_found, int),
+    )
 
 
-def _log(request: Request) -> Response:
+def _logged(asked: Asked) -> tuple[RunReview, RunLog]:
+    """Return the run that is asked for with its jumps, and what is drawn of its log."""
+    found = review(asked.book, asked.connection, asked.path("name"))
+    return found, drawn_log(asked.book, asked.connection, found, None)[0]
+
+
+def _log(asked: Asked) -> Response:
     """Return what is drawn of a run's log beside its samples: jumps with their verdicts, and gaps."""
-    book = request.app.state.book.current()
-    with book.reading() as connection:
-        found = review(book, connection, request.path_params["name"])
-        log, _remark = drawn_log(book, connection, found, None)
+    found, log = _logged(asked)
     judged = {item.jump.number: item for item in found.jumps}
     jumps = [
         {
             **plain(jump),
-            "decided": None if (decided := judged[jump.number].decision) is None else plain(decided),
-            "se_m": judged[jump.number].jump.apex_height_se_m,
-            "flags": judged[jump.number].jump.flags,
-            "anchor_s": anchor_of(judged[jump.number].before),
-            "log_begins_s": jump.at_s - anchor_of(judged[jump.number].jump),
-            "signal": judged[jump.number].signal_sha256,
-            "why_no_apex": judged[jump.number].jump.undefined_reason,
-            "earlier": _earlier(found, judged[jump.number]),
+            "decided": None if item.decision is None else plain(item.decision),
+            "se_m": item.jump.apex_height_se_m,
+            "flags": item.jump.flags,
+            "anchor_s": anchor_of(item.before),
+            "log_begins_s": jump.at_s - anchor_of(item.jump),
+            "signal": item.signal_sha256,
+            "why_no_apex": item.jump.undefined_reason,
+            "earlier": _earlier(found, item),
         }
-        for jump in log.jumps
+        for jump, item in ((jump, judged[jump.number]) for jump in log.jumps)
     ]
     return JSONResponse(
         {
@@ -71,7 +68,7 @@ def _log(request: Request) -> Response:
             "jumps": jumps,
             "gaps": [plain(gap) for gap in log.gaps],
             "samples": log.time_s.size,
-            "beside": list(_beside(book, found, log)),
+            "beside": list(_beside(asked.book, found, log)),
         }
     )
 
@@ -87,14 +84,11 @@ def _earlier(found: RunReview, item: JudgedJump) -> list[dict[str, str]]:
     ]
 
 
-def _samples(request: Request) -> Response:
+def _samples(asked: Asked) -> Response:
     """Return a log's samples, little-endian: times in s as float64, then as float32 heights in m and what is beside."""
-    book = request.app.state.book.current()
-    with book.reading() as connection:
-        found = review(book, connection, request.path_params["name"])
-        log, _remark = drawn_log(book, connection, found, None)
+    found, log = _logged(asked)
     data = log.time_s.astype("<f8").tobytes() + log.body_height_m.astype("<f4").tobytes()
-    data += b"".join(values.astype("<f4").tobytes() for values in _beside(book, found, log).values())
+    data += b"".join(values.astype("<f4").tobytes() for values in _beside(asked.book, found, log).values())
     return Response(data, media_type="application/octet-stream")
 
 
@@ -110,7 +104,7 @@ def _beside(book: Book, found: RunReview, log: RunLog) -> dict[str, NDArray[np.f
 
 
 ROUTES = [
-    Route("/runs/{name}", _page),
-    Route("/api/runs/{name}/log", _log),
-    Route("/api/runs/{name}/samples", _samples),
+    view("/runs/{name}", _page),
+    view("/api/runs/{name}/log", _log),
+    view("/api/runs/{name}/samples", _samples),
 ]
