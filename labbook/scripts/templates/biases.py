@@ -14,7 +14,7 @@ import numpy as np
 
 from labbook.scripts.templates.condition import condition_mean
 from labbook.scripts.templates.predictions import predicted_mean
-from labbook.scripts.templates.runs import Run, of_conditions
+from labbook.scripts.templates.runs import Number, Runs, of_conditions
 from labbook.scripts.templates.shared import (
     LEVEL,
     of_mean,
@@ -36,17 +36,17 @@ class DayMeans(NamedTuple):
     predicted: list[float]
 
 
-def conditions_of(runs: Sequence[Run]) -> list[str]:
+def conditions_of(runs: Runs) -> list[str]:
     """Return the conditions of runs, each once."""
     return list(dict.fromkeys(run.row["condition"] for run in runs))
 
 
-def predictions_of(runs: Sequence[Run]) -> dict[str, dict[str, float]]:
+def predictions_of(runs: Runs) -> dict[str, Number]:
     """Return the prediction of every condition with its standard uncertainty."""
     return {condition: predicted_mean(of_conditions(runs, [condition])) for condition in conditions_of(runs)}
 
 
-def by_day_of(runs: Sequence[Run]) -> DayMeans:
+def by_day_of(runs: Runs) -> DayMeans:
     """Return the means of each day, measured and predicted."""
     predicted = predictions_of(runs)
     measured_on: dict[str, list[float]] = {}
@@ -57,7 +57,7 @@ def by_day_of(runs: Sequence[Run]) -> DayMeans:
     return DayMeans(*([float(np.mean(values)) for values in on.values()] for on in (measured_on, predicted_on)))
 
 
-def bias_of(runs: Sequence[Run], *, assumed: bool) -> dict[str, float]:
+def bias_of(runs: Runs, *, assumed: bool) -> Number:
     """Return the bias with its interval and the p of none, with the errors of what predictions assume or without.
 
     On one day, or where nothing scatters, it has no interval.
@@ -79,39 +79,39 @@ def bias_of(runs: Sequence[Run], *, assumed: bool) -> dict[str, float]:
     return {**found, "df": df, "p": two_sided_p(value / se, df)}
 
 
-def bias(runs: Sequence[Run]) -> dict[str, float]:
+def bias(runs: Runs) -> Number:
     """Return the bias with the errors of what was measured and of what was assumed."""
     return bias_of(runs, assumed=True)
 
 
-def bias_of_measured(runs: Sequence[Run]) -> dict[str, float]:
+def bias_of_measured(runs: Runs) -> Number:
     """Return the bias as if predictions had no error."""
     return bias_of(runs, assumed=False)
 
 
-def bias_p(runs: Sequence[Run]) -> dict[str, float]:
+def bias_p(runs: Runs) -> Number:
     """Return the two-sided p of no bias."""
     return {"value": bias_of(runs, assumed=True)["p"]}
 
 
-def measured_over_days(runs: Sequence[Run]) -> dict[str, float]:
+def measured_over_days(runs: Runs) -> Number:
     """Return the mean over days of what was measured."""
     return {"value": float(np.mean(by_day_of(runs).measured))}
 
 
-def predicted_over_days(runs: Sequence[Run]) -> dict[str, float]:
+def predicted_over_days(runs: Runs) -> Number:
     """Return the mean over days of the predictions."""
     return {"value": float(np.mean(by_day_of(runs).predicted))}
 
 
-def joint_p(runs: Sequence[Run]) -> dict[str, float]:
+def joint_p(runs: Runs) -> Number:
     """Return the p of no bias in any group: Bonferroni's, the smallest p times their number."""
     groups = [bias_of(of_conditions(runs, conditions), assumed=True) for conditions in JUDGED.values()]
     ps = [group["p"] for group in groups if "p" in group]
     return {"value": min(1.0, len(ps) * min(ps))}
 
 
-def tau_of_groups(runs: Sequence[Run]) -> dict[str, float]:
+def tau_of_groups(runs: Runs) -> Number:
     """Return Kendall's tau of the measured and the predicted order of groups."""
     groups = [by_day_of(of_conditions(runs, conditions)) for conditions in JUDGED.values()]
     pairs = list(itertools.combinations(groups, 2))
@@ -122,7 +122,7 @@ def tau_of_groups(runs: Sequence[Run]) -> dict[str, float]:
     return {"value": agreeing / len(pairs)}
 
 
-def limits_of(runs: Sequence[Run]) -> dict[str, tuple[float, float]]:
+def limits_of(runs: Runs) -> dict[str, tuple[float, float]]:
     """Return the mean difference and the limits of agreement over conditions, each with its standard error.
 
     Source: Bland and Altman (1986), The Lancet 327, 307.
@@ -137,23 +137,23 @@ def limits_of(runs: Sequence[Run]) -> dict[str, tuple[float, float]]:
     return {"mean": (mean, sd / math.sqrt(n)), "low": (mean - z * sd, of_limit), "high": (mean + z * sd, of_limit)}
 
 
-def with_ends(runs: Sequence[Run], name: str) -> dict[str, float]:
+def with_ends(runs: Runs, name: str) -> Number:
     """Return the mean difference or a limit with Student's interval."""
     (value, se), df = limits_of(runs)[name], len(conditions_of(runs)) - 1.0
     half = quantile(LEVEL, df) * se
     return {"value": value, "se": se, "ci_low": value - half, "ci_high": value + half, "df": df}
 
 
-def mean_difference(runs: Sequence[Run]) -> dict[str, float]:
+def mean_difference(runs: Runs) -> Number:
     """Return the mean over conditions of predicted less measured."""
     return with_ends(runs, "mean")
 
 
-def lower_limit(runs: Sequence[Run]) -> dict[str, float]:
+def lower_limit(runs: Runs) -> Number:
     """Return the lower limit of agreement."""
     return with_ends(runs, "low")
 
 
-def upper_limit(runs: Sequence[Run]) -> dict[str, float]:
+def upper_limit(runs: Runs) -> Number:
     """Return the upper limit of agreement."""
     return with_ends(runs, "high")

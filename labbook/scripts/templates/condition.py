@@ -1,11 +1,10 @@
 """Mean and standard deviation of the runs of a condition."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
-from labbook.scripts.templates.runs import Run, Shared, values_of
+from labbook.scripts.templates.runs import Number, Runs, Shared, values_of
 from labbook.scripts.templates.shared import (
     ENOUGH_DF,
     LEVEL,
@@ -32,7 +31,7 @@ def half_width(se: float, df: float, shared: Shared) -> float:
     return max(alone, quantile(LEVEL, together) * math.hypot(se, common))
 
 
-def condition_mean(runs: Sequence[Run]) -> dict[str, float]:
+def condition_mean(runs: Runs) -> Number:
     """Return the mean of the runs, its standard error SD / sqrt(n), the error that runs share, and its interval."""
     n, shared = len(runs), of_mean([run.shared for run in runs])
     value = math.fsum(values_of(runs)) / n
@@ -50,6 +49,6 @@ def condition_mean(runs: Sequence[Run]) -> dict[str, float]:
     }
 
 
-def condition_sd(runs: Sequence[Run]) -> dict[str, float]:
+def condition_sd(runs: Runs) -> Number:
     """Return the standard deviation of the runs, with n - 1."""
     return {"value": float(np.std(values_of(runs), ddof=1))}

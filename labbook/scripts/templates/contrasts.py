@@ -17,7 +17,7 @@ from labbook.scripts.templates.days import (
     runs_by_day,
     squares_of,
 )
-from labbook.scripts.templates.runs import Pair, Run, Shared
+from labbook.scripts.templates.runs import Number, Pair, Run, Runs, Shared
 from labbook.scripts.templates.shared import (
     LEVEL,
     quantile,
@@ -51,7 +51,7 @@ class Term(NamedTuple):
     shared: Shared
 
 
-def days_are_units(runs: Sequence[Run], effects: Sequence[Effect]) -> dict[Pair, bool]:
+def days_are_units(runs: Runs, effects: Sequence[Effect]) -> dict[Pair, bool]:
     """Return of each effect whether its days are its units: four or more, and no condition is in one of fewer."""
     by_days = {pair: len(runs_by_day(runs, pair)) >= DAYS_AS_UNITS for _weight, pair in effects}
     paired, within = (
@@ -60,7 +60,7 @@ def days_are_units(runs: Sequence[Run], effects: Sequence[Effect]) -> dict[Pair,
     return dict.fromkeys(by_days, False) if paired & within else by_days
 
 
-def term_of(runs: Sequence[Run], weight: float, pair: Pair, *, paired: bool, percent: bool) -> Term:
+def term_of(runs: Runs, weight: float, pair: Pair, *, paired: bool, percent: bool) -> Term:
     """Return an effect; savings enter by their derivatives -100 / C of T and 100 T / C^2 of C."""
     means = paired_means(runs, pair) if paired else means_within_days(runs, pair)
     control, treated = means.control, means.treated
@@ -115,7 +115,7 @@ def variance_within_days(terms: Sequence[Term]) -> Variance:
     return math.fsum(variances), float(min(dfs, default=math.inf))
 
 
-def contrast_of(runs: Sequence[Run], effects: Sequence[Effect], *, percent: bool) -> dict[str, float]:
+def contrast_of(runs: Runs, effects: Sequence[Effect], *, percent: bool) -> Number:
     """Return L with its interval, t and p; the degrees of freedom are Satterthwaite's over both kinds of effects."""
     rules = days_are_units(runs, effects)
     terms = [term_of(runs, weight, pair, paired=rules[pair], percent=percent) for weight, pair in effects]
@@ -140,24 +140,24 @@ def contrast_of(runs: Sequence[Run], effects: Sequence[Effect], *, percent: bool
     }
 
 
-def contrast(runs: Sequence[Run]) -> dict[str, float]:
+def contrast(runs: Runs) -> Number:
     """Return the contrast."""
     return contrast_of(runs, EFFECTS, percent=PERCENT)
 
 
-def contrast_t(runs: Sequence[Run]) -> dict[str, float]:
+def contrast_t(runs: Runs) -> Number:
     """Return the t of the contrast."""
     found = contrast_of(runs, EFFECTS, percent=PERCENT)
     return {"value": found["t"], "df": found["df"]}
 
 
-def contrast_p(runs: Sequence[Run]) -> dict[str, float]:
+def contrast_p(runs: Runs) -> Number:
     """Return the two-sided p of the contrast."""
     found = contrast_of(runs, EFFECTS, percent=PERCENT)
     return {"value": found["p"], "df": found["df"]}
 
 
-def contrast_without_claim(runs: Sequence[Run]) -> dict[str, float]:
+def contrast_without_claim(runs: Runs) -> Number:
     """Return the contrast of which nothing is claimed, because the days of an effect allow no test."""
     rules, gains = days_are_units(runs, EFFECTS), []
     for weight, pair in EFFECTS:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-from labbook.scripts.templates.runs import Pair, Run, Shared, of_conditions, values_of
+from labbook.scripts.templates.runs import Number, Pair, Run, Runs, Shared, of_conditions, values_of
 from labbook.scripts.templates.shared import (
     LEVEL,
     of_mean,
@@ -39,7 +39,7 @@ class Means(NamedTuple):
     treated_shared: Shared
 
 
-def runs_by_day(runs: Sequence[Run], pair: Pair) -> dict[str, tuple[list[Run], list[Run]]]:
+def runs_by_day(runs: Runs, pair: Pair) -> dict[str, tuple[list[Run], list[Run]]]:
     """Return the runs of control and treatment of every day that holds both, by day."""
     control, treated = of_conditions(runs, pair[0]), of_conditions(runs, pair[1])
     days = sorted({run.row["day"] for run in control} & {run.row["day"] for run in treated})
@@ -49,22 +49,22 @@ def runs_by_day(runs: Sequence[Run], pair: Pair) -> dict[str, tuple[list[Run], l
     }
 
 
-def mean_of(runs: Sequence[Run]) -> float:
+def mean_of(runs: Runs) -> float:
     """Return the mean of runs."""
     return math.fsum(values_of(runs)) / len(runs)
 
 
-def squares_of(runs: Sequence[Run]) -> float:
+def squares_of(runs: Runs) -> float:
     """Return the sum of squares of runs about their mean."""
     return float(np.var(values_of(runs))) * len(runs)
 
 
-def shared_of(runs: Sequence[Run]) -> Shared:
+def shared_of(runs: Runs) -> Shared:
     """Return what the mean of runs shares with others."""
     return of_mean([run.shared for run in runs])
 
 
-def paired_means(runs: Sequence[Run], pair: Pair) -> Means:
+def paired_means(runs: Runs, pair: Pair) -> Means:
     """Compare day means, from four shared days on: the day is the unit, df = days - 1.
 
     A paired t with unequal variances is conservative (Bakirov and Szekely 2005; Ibragimov and Mueller 2010).
@@ -93,7 +93,7 @@ def side_within_days(sides: Sequence[list[Run]], weights: Sequence[float]) -> tu
     return mean, variance, df, weighted_sum(list(map(shared_of, sides)), weights)
 
 
-def means_within_days(runs: Sequence[Run], pair: Pair) -> Means:
+def means_within_days(runs: Runs, pair: Pair) -> Means:
     """Compare runs within days, where fewer days are shared: the run is the unit, df the smaller side's.
 
     These degrees of freedom bound Welch's (Mickey and Brown 1966).
@@ -105,7 +105,7 @@ def means_within_days(runs: Sequence[Run], pair: Pair) -> Means:
     return Means(control, treated, v_cc, 0.0, v_tt, float(min(df_control, df_treated)), of_control, of_treated)
 
 
-def compare(runs: Sequence[Run], pair: Pair) -> Means:
+def compare(runs: Runs, pair: Pair) -> Means:
     """Compare by the rule that the days decide, whatever was measured."""
     if len(runs_by_day(runs, pair)) >= DAYS_AS_UNITS:
         return paired_means(runs, pair)
@@ -128,7 +128,7 @@ def error_of(means: Means, ratio: float) -> float:
     return math.sqrt(own_variance(means, ratio) + shared_covariance(shared, shared, LEVEL, means.df))
 
 
-def difference_of_means(runs: Sequence[Run]) -> dict[str, float]:
+def difference_of_means(runs: Runs) -> Number:
     """Return T - C with its interval."""
     means = compare(runs, PAIR)
     value, half = means.treated - means.control, quantile(LEVEL, means.df) * error_of(means, 1.0)
@@ -162,7 +162,7 @@ def fieller(means: Means) -> tuple[float, float] | None:
     return 100.0 * (middle - root) / a, 100.0 * (middle + root) / a
 
 
-def saving_of(means: Means) -> dict[str, float]:
+def saving_of(means: Means) -> Number:
     """Return the saving 100 (1 - T / C) in percent, with Fieller's interval."""
     ratio, interval = means.treated / means.control, fieller(means)
     return {
@@ -174,7 +174,7 @@ def saving_of(means: Means) -> dict[str, float]:
     }
 
 
-def savings(runs: Sequence[Run]) -> dict[str, float]:
+def savings(runs: Runs) -> Number:
     """Return the saving of the treatment in percent of the control."""
     return saving_of(compare(runs, PAIR))
 
@@ -184,13 +184,13 @@ def t_of(means: Means) -> float:
     return (means.treated - means.control) / error_of(means, 1.0)
 
 
-def t_of_difference(runs: Sequence[Run]) -> dict[str, float]:
+def t_of_difference(runs: Runs) -> Number:
     """Return t = (T - C) / sqrt(V(1)) with its degrees of freedom."""
     means = compare(runs, PAIR)
     return {"value": t_of(means), "df": means.df}
 
 
-def t_of_saving(runs: Sequence[Run]) -> dict[str, float]:
+def t_of_saving(runs: Runs) -> Number:
     """Return t of the test of no difference, positive for a saving, with its degrees of freedom."""
     means = compare(runs, PAIR)
     return {"value": -t_of(means), "df": means.df}
@@ -203,25 +203,25 @@ def p_of(means: Means) -> float:
     return two_sided_p(t_of(means), means.df)
 
 
-def p_of_difference(runs: Sequence[Run]) -> dict[str, float]:
+def p_of_difference(runs: Runs) -> Number:
     """Return the p of the test of no difference."""
     means = compare(runs, PAIR)
     return {"value": p_of(means), "df": means.df}
 
 
-def mean_of_control(runs: Sequence[Run]) -> dict[str, float]:
+def mean_of_control(runs: Runs) -> Number:
     """Return the mean of the control over shared days."""
     return {"value": compare(runs, PAIR).control}
 
 
-def run_sd(runs: Sequence[Run]) -> dict[str, float]:
+def run_sd(runs: Runs) -> Number:
     """Return the standard deviation of runs within shared days and conditions, of both sides together."""
     sides = [side for day in runs_by_day(runs, PAIR).values() for side in day]
     df = sum(len(side) - 1 for side in sides)
     return {"value": math.sqrt(math.fsum(map(squares_of, sides)) / df)}
 
 
-def means_without_claim(runs: Sequence[Run], pair: Pair) -> tuple[float, float]:
+def means_without_claim(runs: Runs, pair: Pair) -> tuple[float, float]:
     """Return C and T where the days allow no test: weighted over shared days, of all runs where no day is shared."""
     days = list(runs_by_day(runs, pair).values())
     if not days:
@@ -233,18 +233,18 @@ def means_without_claim(runs: Sequence[Run], pair: Pair) -> tuple[float, float]:
     return control, treated
 
 
-def difference_of_means_without_claim(runs: Sequence[Run]) -> dict[str, float]:
+def difference_of_means_without_claim(runs: Runs) -> Number:
     """Return T - C, of which nothing is claimed."""
     control, treated = means_without_claim(runs, PAIR)
     return {"value": treated - control}
 
 
-def savings_without_claim(runs: Sequence[Run]) -> dict[str, float]:
+def savings_without_claim(runs: Runs) -> Number:
     """Return the saving in percent, of which nothing is claimed."""
     control, treated = means_without_claim(runs, PAIR)
     return {"value": 100.0 * (control - treated) / control}
 
 
-def mean_of_control_without_claim(runs: Sequence[Run]) -> dict[str, float]:
+def mean_of_control_without_claim(runs: Runs) -> Number:
     """Return the mean of the control, with which nothing is compared."""
     return {"value": means_without_claim(runs, PAIR)[0]}

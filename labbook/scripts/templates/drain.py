@@ -1,10 +1,9 @@
 """The numbers of a passive-drain line (thesis 5.1.4): slope, intercept, R squared, and the charge at a duration."""
 
 import math
-from collections.abc import Sequence
 
 from labbook.scripts.templates.joules import DrainLine, drain_line, line_errors_mah, passive_charge_mah
-from labbook.scripts.templates.runs import Row
+from labbook.scripts.templates.runs import Number, Rows
 from labbook.scripts.templates.shared import LEVEL, quantile
 
 RUN_DURATION_S = 720.0
@@ -12,31 +11,31 @@ RUN_DURATION_S = 720.0
 SECONDS_PER_MINUTE = 60.0
 
 
-def student(value: float, se: float, line: DrainLine) -> dict[str, float]:
+def student(value: float, se: float, line: DrainLine) -> Number:
     """Return a value with its standard error and Student's interval with n - 2 degrees of freedom."""
     half = quantile(LEVEL, line.n - 2) * se
     return {"value": value, "se": se, "ci_low": value - half, "ci_high": value + half, "df": line.n - 2.0}
 
 
-def slope(rows: Sequence[Row]) -> dict[str, float]:
+def slope(rows: Rows) -> Number:
     """Return the slope in mAh/min."""
     line = drain_line(rows)
     return student(line.slope_mah_s * SECONDS_PER_MINUTE, line.slope_se_mah_s * SECONDS_PER_MINUTE, line)
 
 
-def intercept(rows: Sequence[Row]) -> dict[str, float]:
+def intercept(rows: Rows) -> Number:
     """Return the charge at duration 0 in mAh."""
     line = drain_line(rows)
     return student(passive_charge_mah(line, 0.0), math.hypot(*line_errors_mah(line, 0.0).values()), line)
 
 
-def at_run(rows: Sequence[Row]) -> dict[str, float]:
+def at_run(rows: Rows) -> Number:
     """Return the passive charge of a run in mAh."""
     line = drain_line(rows)
     se = math.hypot(*line_errors_mah(line, RUN_DURATION_S).values())
     return student(passive_charge_mah(line, RUN_DURATION_S), se, line)
 
 
-def r_squared(rows: Sequence[Row]) -> dict[str, float]:
+def r_squared(rows: Rows) -> Number:
     """Return the share of the charges' scatter that the line explains."""
     return {"value": drain_line(rows).r_squared}

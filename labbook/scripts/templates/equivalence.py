@@ -1,7 +1,6 @@
 """Two one-sided tests that a difference lies within bounds (TOST, Schuirmann 1987), by the contrast that decides."""
 
 import math
-from collections.abc import Sequence
 
 from scipy import stats
 
@@ -12,7 +11,7 @@ from labbook.scripts.templates.days import (
     error_of,
     fieller,
 )
-from labbook.scripts.templates.runs import Run
+from labbook.scripts.templates.runs import Number, Runs
 from labbook.scripts.templates.shared import LEVEL, quantile
 
 LOW = -5.0
@@ -38,7 +37,7 @@ def ends_of_change(means: Means) -> tuple[float, float] | None:
     return means.treated - means.control - half, means.treated - means.control + half
 
 
-def estimate(runs: Sequence[Run]) -> dict[str, float]:
+def estimate(runs: Runs) -> Number:
     """Return the change from the control with its interval of level 1 - 2 alpha."""
     means = compare(runs, PAIR)
     change, ends = means.treated - means.control, ends_of_change(means)
@@ -48,31 +47,31 @@ def estimate(runs: Sequence[Run]) -> dict[str, float]:
     }
 
 
-def t_low(runs: Sequence[Run]) -> dict[str, float]:
+def t_low(runs: Runs) -> Number:
     """Return t of the test that the change lies above the lower bound."""
     means = compare(runs, PAIR)
     return {"value": t_at(means, LOW), "df": means.df}
 
 
-def p_low(runs: Sequence[Run]) -> dict[str, float]:
+def p_low(runs: Runs) -> Number:
     """Return the upper tail of t at the lower bound."""
     means = compare(runs, PAIR)
     return {"value": float(stats.t.sf(t_at(means, LOW), means.df)), "df": means.df}
 
 
-def t_high(runs: Sequence[Run]) -> dict[str, float]:
+def t_high(runs: Runs) -> Number:
     """Return t of the test that the change lies below the upper bound."""
     means = compare(runs, PAIR)
     return {"value": t_at(means, HIGH), "df": means.df}
 
 
-def p_high(runs: Sequence[Run]) -> dict[str, float]:
+def p_high(runs: Runs) -> Number:
     """Return the lower tail of t at the upper bound."""
     means = compare(runs, PAIR)
     return {"value": float(stats.t.cdf(t_at(means, HIGH), means.df)), "df": means.df}
 
 
-def p_of_both(runs: Sequence[Run]) -> dict[str, float]:
+def p_of_both(runs: Runs) -> Number:
     """Return the larger p of both tests, or that of the one bound there is."""
     tested = ([p_low(runs)] if math.isfinite(LOW) else []) + ([p_high(runs)] if math.isfinite(HIGH) else [])
     return {"value": max(each["value"] for each in tested)}

@@ -1,11 +1,10 @@
 """The apex height of each run: the mean of its jumps that count, and what it takes from a calibration."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
-from labbook.scripts.templates.runs import Row, Run, Shared, Source
+from labbook.scripts.templates.runs import Row, Rows, Run, Shared, Source
 
 
 def calibration_errors_m(row: Row) -> Shared:
@@ -28,7 +27,7 @@ def calibration_errors_m(row: Row) -> Shared:
     }
 
 
-def height_of_run(jumps: Sequence[Row]) -> Run:
+def height_of_run(jumps: Rows) -> Run:
     """Return the mean of the jumps' heights, and the mean of each calibration error over them."""
     shared: Shared = {}
     for jump in jumps:
@@ -38,7 +37,7 @@ def height_of_run(jumps: Sequence[Row]) -> Run:
     return Run(jumps[0], math.fsum(heights) / len(heights), shared)
 
 
-def jumps_of_runs(rows: Sequence[Row]) -> dict[str, list[Row]]:
+def jumps_of_runs(rows: Rows) -> dict[str, list[Row]]:
     """Return the jumps of each run, by its name."""
     jumps: dict[str, list[Row]] = {}
     for row in rows:
@@ -46,12 +45,12 @@ def jumps_of_runs(rows: Sequence[Row]) -> dict[str, list[Row]]:
     return jumps
 
 
-def heights_of_runs(rows: Sequence[Row]) -> list[Run]:
+def heights_of_runs(rows: Rows) -> list[Run]:
     """Return the mean apex height of every run."""
     return [height_of_run(jumps) for jumps in jumps_of_runs(rows).values()]
 
 
-def heights_of_jumps(rows: Sequence[Row]) -> list[Run]:
+def heights_of_jumps(rows: Rows) -> list[Run]:
     """Return every jump with its own height, as if it were a run (the thesis's tests of the bed, 5.2)."""
     heights = np.array([float(row["apex_height_m"]) for row in rows])
     return [Run(row, float(height), {}) for row, height in zip(rows, heights, strict=True)]

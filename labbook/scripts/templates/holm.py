@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 from labbook.scripts.templates.contrasts import Effect, contrast_of
 from labbook.scripts.templates.days import compare, p_of
-from labbook.scripts.templates.runs import Pair, Run
+from labbook.scripts.templates.runs import Number, Pair, Runs
 
 TESTS: Mapping[str, Pair] = {}
 """By test, the conditions of its control and of its treatment."""
@@ -16,7 +16,7 @@ WITHOUT_P = 0
 """Tests of the family that have no p; they count all the same."""
 
 
-def holm(p_values: Mapping[str, float], tests: int) -> dict[str, float]:
+def holm(p_values: Mapping[str, float], tests: int) -> Number:
     """Multiply the smallest of m p-values by m, the next by m - 1 and so on; none is less than one before it."""
     adjusted, largest = {}, 0.0
     for place, name in enumerate(sorted(p_values, key=lambda name: p_values[name])):
@@ -24,13 +24,13 @@ def holm(p_values: Mapping[str, float], tests: int) -> dict[str, float]:
     return adjusted
 
 
-def adjusted_p(runs: Sequence[Run]) -> dict[str, float]:
+def adjusted_p(runs: Runs) -> Number:
     """Return Holm's p of the test among all comparisons with a control."""
     p_values = {name: p_of(compare(runs, pair)) for name, pair in TESTS.items()}
     return {"value": holm(p_values, len(p_values) + WITHOUT_P)[ASKED]}
 
 
-def adjusted_p_of_contrast(runs: Sequence[Run]) -> dict[str, float]:
+def adjusted_p_of_contrast(runs: Runs) -> Number:
     """Return Holm's p of the contrast among all contrasts of means."""
     p_values = {
         name: contrast_of(runs, effects, percent=percent)["p"] for name, (percent, effects) in CONTRASTS.items()

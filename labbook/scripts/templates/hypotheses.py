@@ -1,13 +1,13 @@
 """What was measured of a hypothesis: the change of a mean in percent of another, or of a saving in points."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 
 from labbook.scripts.templates.contrasts import EFFECTS, contrast_of
 from labbook.scripts.templates.days import PAIR, compare, saving_of, savings_without_claim
-from labbook.scripts.templates.runs import Run
+from labbook.scripts.templates.runs import Number, Runs
 
 
-def as_change(saving: Mapping[str, float]) -> dict[str, float]:
+def as_change(saving: Mapping[str, float]) -> Number:
     """Return a change, which is less a saving, with its interval where there is one."""
     if "ci_low" not in saving:
         return {"value": -saving["value"]}
@@ -19,17 +19,17 @@ def as_change(saving: Mapping[str, float]) -> dict[str, float]:
     }
 
 
-def change(runs: Sequence[Run]) -> dict[str, float]:
+def change(runs: Runs) -> Number:
     """Return the change of the second mean in percent of the first."""
     return as_change(saving_of(compare(runs, PAIR)))
 
 
-def change_without_claim(runs: Sequence[Run]) -> dict[str, float]:
+def change_without_claim(runs: Runs) -> Number:
     """Return the change of which nothing is claimed."""
     return as_change(savings_without_claim(runs))
 
 
-def change_of_saving(runs: Sequence[Run]) -> dict[str, float]:
+def change_of_saving(runs: Runs) -> Number:
     """Return the last saving less the first in percentage points."""
     found = contrast_of(runs, EFFECTS, percent=True)
     return as_change({name: found[name] for name in ("value", "se", "shared_se", "ci_low", "ci_high", "df")})

@@ -1,12 +1,11 @@
 """Joules a jump of each run, from the charge that was put back after it and the passive drain of idle runs."""
 
 import math
-from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
-from labbook.scripts.templates.runs import Row, Run, Shared, Source
+from labbook.scripts.templates.runs import Number, Row, Rows, Run, Shared, Source
 
 REFERENCE_VOLTAGE_V = 15.4
 """Of the pack, at which charge is counted as energy (thesis 5.1.4)."""
@@ -30,7 +29,7 @@ def rounding_sd_mah(resolution_mah: float) -> float:
     return resolution_mah / math.sqrt(12.0)
 
 
-def drain_line(idle: Sequence[Row]) -> DrainLine:
+def drain_line(idle: Rows) -> DrainLine:
     """Fit charge = intercept + slope * duration; the scatter about it is at least that of the charger's rounding."""
     durations = np.array([float(row["duration_s"]) for row in idle])
     charges = np.array([float(row["charge_mah"]) for row in idle])
@@ -57,7 +56,7 @@ def passive_charge_mah(line: DrainLine, duration_s: float) -> float:
     return line.mean_charge_mah + line.slope_mah_s * (duration_s - line.mean_duration_s)
 
 
-def line_errors_mah(line: DrainLine, duration_s: float) -> dict[str, float]:
+def line_errors_mah(line: DrainLine, duration_s: float) -> Number:
     """Return both independent errors of the line at a duration: of its level s / sqrt(n), and of its slope."""
     return {
         "level": line.residual_sd_mah / math.sqrt(line.n),
@@ -83,7 +82,7 @@ def joules_of_run(row: Row, line: DrainLine) -> Run:
     return Run(row, joules, shared)
 
 
-def joules_of_runs(rows: Sequence[Row]) -> list[Run]:
+def joules_of_runs(rows: Rows) -> list[Run]:
     """Return the joules a jump of every run of jumps, by the line of its robot's idle runs."""
     idle = [row for row in rows if row["kind"] == "idle"]
     lines = {

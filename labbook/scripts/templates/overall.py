@@ -18,7 +18,7 @@ from labbook.scripts.templates.days import (
     runs_by_day,
     shared_difference,
 )
-from labbook.scripts.templates.runs import Pair, Run, Shared
+from labbook.scripts.templates.runs import Number, Pair, Runs, Shared
 from labbook.scripts.templates.shared import (
     LEVEL,
     of_mean,
@@ -60,7 +60,7 @@ class Overall(NamedTuple):
     df: float
 
 
-def saving_of_group(runs: Sequence[Run], pair: Pair) -> Saving:
+def saving_of_group(runs: Runs, pair: Pair) -> Saving:
     """Return a group's saving; of four days or more also what each day departs by, over sqrt(k (k - 1))."""
     means, days = compare(runs, pair), runs_by_day(runs, pair)
     ratio, k, by_day = means.treated / means.control, len(days), {}
@@ -73,12 +73,12 @@ def saving_of_group(runs: Sequence[Run], pair: Pair) -> Saving:
     return Saving(1.0 - ratio, own_variance(means, ratio) / means.control**2, means.df, by_day, shared)
 
 
-def departure(means: Means, ratio: float, control: Sequence[Run], treated: Sequence[Run]) -> float:
+def departure(means: Means, ratio: float, control: Runs, treated: Runs) -> float:
     """Return by how much T - ratio C of a day departs from its mean over the days, as a share of C."""
     return ((mean_of(treated) - means.treated) - ratio * (mean_of(control) - means.control)) / means.control
 
 
-def savings_of_groups(runs: Sequence[Run]) -> list[Saving]:
+def savings_of_groups(runs: Runs) -> list[Saving]:
     """Return the saving of every group."""
     return [saving_of_group(runs, pair) for pair in CLAIMED.values()]
 
@@ -97,7 +97,7 @@ def over_groups(savings: Sequence[Saving]) -> Overall:
     return Overall(saved, error, math.sqrt(variance), shared_se(shared), df)
 
 
-def overall_savings(runs: Sequence[Run]) -> dict[str, float]:
+def overall_savings(runs: Runs) -> Number:
     """Return the mean saving over groups in percent, with its interval."""
     found = over_groups(savings_of_groups(runs))
     value, half = 100.0 * found.saved, 100.0 * quantile(LEVEL, found.df) * found.error
@@ -111,20 +111,20 @@ def overall_savings(runs: Sequence[Run]) -> dict[str, float]:
     }
 
 
-def overall_t(runs: Sequence[Run]) -> dict[str, float]:
+def overall_t(runs: Runs) -> Number:
     """Return t of the mean saving."""
     found = over_groups(savings_of_groups(runs))
     return {"value": found.saved / found.error, "df": found.df}
 
 
-def overall_p(runs: Sequence[Run]) -> dict[str, float]:
+def overall_p(runs: Runs) -> Number:
     """Return the p of the mean saving, two-sided or against a saving alone."""
     found = over_groups(savings_of_groups(runs))
     t = found.saved / found.error
     return {"value": float(stats.t.sf(t, found.df)) if ONE_SIDED_OVERALL else two_sided_p(t, found.df), "df": found.df}
 
 
-def spread(runs: Sequence[Run]) -> dict[str, float]:
+def spread(runs: Runs) -> Number:
     """Return the standard deviation of the groups' savings in percent."""
     return {"value": statistics.stdev(100.0 * saving.saved for saving in savings_of_groups(runs))}
 
@@ -144,7 +144,7 @@ def covariance_of_savings(savings: Sequence[Saving]) -> NDArray[np.float64]:
     return np.asarray(by_day @ by_day.T + within + np.array(common))
 
 
-def heterogeneity_p(runs: Sequence[Run]) -> dict[str, float]:
+def heterogeneity_p(runs: Runs) -> Number:
     """Return the p of equal savings: F = S'MS / tr(MV) with Box's degrees of freedom tr(MV)^2 / tr(MVMV) (Box 1954).
 
     V is the covariance of the savings S, and M takes off their mean.
@@ -160,44 +160,44 @@ def heterogeneity_p(runs: Sequence[Run]) -> dict[str, float]:
     return {"value": float(stats.f.sf(float(np.sum(away * away)) / trace, box, df_within))}
 
 
-def change_over_groups(runs: Sequence[Run]) -> tuple[float, float, float]:
+def change_over_groups(runs: Runs) -> tuple[float, float, float]:
     """Return the mean change in percent of each control, its standard error and its degrees of freedom."""
     found = over_groups(savings_of_groups(runs))
     return -100.0 * found.saved, 100.0 * found.error, found.df
 
 
-def overall_change(runs: Sequence[Run]) -> dict[str, float]:
+def overall_change(runs: Runs) -> Number:
     """Return the mean change with its interval of level 1 - 2 alpha."""
     change, error, df = change_over_groups(runs)
     half = quantile(LEVEL, df) * error
     return {"value": change, "ci_low": change - half, "ci_high": change + half}
 
 
-def overall_t_low(runs: Sequence[Run]) -> dict[str, float]:
+def overall_t_low(runs: Runs) -> Number:
     """Return t of the test that the mean change lies above the lower bound."""
     change, error, df = change_over_groups(runs)
     return {"value": (change - LOWEST_CHANGE) / error, "df": df}
 
 
-def overall_p_low(runs: Sequence[Run]) -> dict[str, float]:
+def overall_p_low(runs: Runs) -> Number:
     """Return the upper tail of that t."""
     found = overall_t_low(runs)
     return {"value": float(stats.t.sf(found["value"], found["df"])), "df": found["df"]}
 
 
-def overall_t_high(runs: Sequence[Run]) -> dict[str, float]:
+def overall_t_high(runs: Runs) -> Number:
     """Return t of the test that the mean change lies below the upper bound."""
     change, error, df = change_over_groups(runs)
     return {"value": (change - HIGHEST_CHANGE) / error, "df": df}
 
 
-def overall_p_high(runs: Sequence[Run]) -> dict[str, float]:
+def overall_p_high(runs: Runs) -> Number:
     """Return the lower tail of that t."""
     found = overall_t_high(runs)
     return {"value": float(stats.t.cdf(found["value"], found["df"])), "df": found["df"]}
 
 
-def overall_p_of_both(runs: Sequence[Run]) -> dict[str, float]:
+def overall_p_of_both(runs: Runs) -> Number:
     """Return the larger p of both tests, or that of the one bound there is."""
     low = [overall_p_low(runs)] if math.isfinite(LOWEST_CHANGE) else []
     high = [overall_p_high(runs)] if math.isfinite(HIGHEST_CHANGE) else []

@@ -1,18 +1,17 @@
 """How far the runs of a battery pack lie from the means of their conditions."""
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 
-from labbook.scripts.templates.runs import Run, of_conditions, values_of
+from labbook.scripts.templates.runs import Number, Runs, of_conditions, values_of
 from labbook.scripts.templates.shared import LEVEL, quantile
 
 PACK = ""
 """The pack that is asked about."""
 
 
-def pack_deviation(runs: Sequence[Run]) -> dict[str, float]:
+def pack_deviation(runs: Runs) -> Number:
     """Return the mean deviation of the pack's runs, with Student's interval."""
     means = {
         condition: float(np.mean(values_of(of_conditions(runs, [condition]))))

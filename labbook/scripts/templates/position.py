@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from labbook.scripts.templates.runs import Pair, Run, Source, of_conditions, values_of
+from labbook.scripts.templates.runs import Pair, Run, Runs, Source, of_conditions, values_of
 
 GROUPS: Mapping[str, Pair] = {}
 """By group, the conditions of its control and of its treatment."""
@@ -20,7 +20,7 @@ def indicators(labels: Sequence[str]) -> NDArray[np.float64]:
     return np.array([[float(label == each) for each in dict.fromkeys(labels)] for label in labels])
 
 
-def at_mean_position(runs: Sequence[Run]) -> list[Run]:
+def at_mean_position(runs: Runs) -> list[Run]:
     """Take slope * (position - mean position of the group's day) off every value.
 
     The slope is that of least squares of value on position, with a constant for every side of a group's day and for

@@ -7,6 +7,9 @@ from typing import NamedTuple
 
 Row = dict[str, str]
 """A line of the table, by the names of its columns."""
+Rows = Sequence[Row]
+Number = Mapping[str, float]
+"""A value, and by their names what belongs to it: standard errors, ends of its interval, degrees of freedom."""
 
 
 class Source(NamedTuple):
@@ -29,6 +32,7 @@ class Run(NamedTuple):
     shared: Shared
 
 
+Runs = Sequence[Run]
 Pair = tuple[Sequence[str], Sequence[str]]
 """The conditions of a control, and those that are compared with it."""
 
@@ -39,17 +43,17 @@ def read(table: str) -> list[Row]:
         return list(csv.DictReader(file))
 
 
-def of_conditions(runs: Sequence[Run], conditions: Sequence[str]) -> list[Run]:
+def of_conditions(runs: Runs, conditions: Sequence[str]) -> list[Run]:
     """Return the runs of some conditions, one condition after the other."""
     return [run for condition in conditions for run in runs if run.row["condition"] == condition]
 
 
-def values_of(runs: Sequence[Run]) -> list[float]:
+def values_of(runs: Runs) -> list[float]:
     """Return the values of runs."""
     return [run.value for run in runs]
 
 
-def show(number: Mapping[str, float]) -> None:
+def show(number: Number) -> None:
     """Print the number with all its digits, and below it what belongs to it."""
     for name, value in number.items():
         print(repr(float(value)) if name == "value" else f"{name} = {float(value)!r}")

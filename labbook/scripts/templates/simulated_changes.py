@@ -4,7 +4,7 @@ import math
 from collections.abc import Sequence
 
 from labbook.scripts.templates.predictions import errors_by, relative_error, simulated_mean, with_error
-from labbook.scripts.templates.runs import Run, of_conditions
+from labbook.scripts.templates.runs import Number, Runs, of_conditions
 
 COMPARED: Sequence[Sequence[str]] = ()
 """The conditions of a mean and of what is compared with it; of four, the change of the last two less that of the first
@@ -17,7 +17,7 @@ def change_in_percent(means: Sequence[float]) -> float:
     return changes[0] if len(changes) == 1 else changes[0] - changes[1]
 
 
-def simulated_change(runs: Sequence[Run]) -> dict[str, float]:
+def simulated_change(runs: Runs) -> Number:
     """Return the simulated change with its standard uncertainty; the simulator errs in each mean by itself."""
     sides = [of_conditions(runs, conditions) for conditions in COMPARED]
     accuracy = math.sqrt(len(sides)) * relative_error(sides) * 100.0
