@@ -18,12 +18,12 @@ if TYPE_CHECKING:
 
 
 def _shown(values: Values, ask: Callable[["Question"], "Answer"], pooled: bool = False) -> Shown:
-    """Ask it of the values, and answer with the files written; not all commands have pooled."""
+    """Ask it of the values, and answer with the file written; not all commands have pooled."""
     from labbook.actions.stats.answering import answer
 
     with progress("stats", None) as step:
         data, lines = answer(values, ask, pooled, step)
-    return Shown(data, [*within_width(lines), *map(str, values.pictures.values())])
+    return Shown(data, [*within_width(lines), *([str(values.plot)] if values.plot else [])])
 
 
 PooledOption = Annotated[bool, typer.Option("--pooled", help="Take all groups but the control as one.")]
@@ -60,7 +60,7 @@ def compare(values: Values, route: RouteOption = None, pooled: PooledOption = Fa
     Holm's method.
 
     On the book the values are one a run, those of the report, and so are the numbers: joules carry the error of the
-    passive drain that the groups share. Nothing is written but figures.
+    passive drain that the groups share. Nothing is written but the figure.
 
     Example: labbook stats compare data.csv --value energy_J --by controller --control CE --plot energy.pdf;
     labbook stats compare --where "foot=small and k_gain=400" --pooled

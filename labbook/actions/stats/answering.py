@@ -3,14 +3,14 @@
 Where days are known the contrast by shared days answers, as in a report; `--route` asks for a test of all values.
 
 Values come from a table that is named, or from the book, whose groups are called as the report calls them, a gain by
-its physical value. The figures are an estimation plot, normal quantiles and residuals.
+its physical value.
 """
 
 from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -24,7 +24,6 @@ from data_schema.vocabulary import Rule, Undefined
 from data_schema.where import DATE, ColumnKind, WhereColumn, compile_where, names_in, parse
 from ingest.channels.names import parse_header
 from ingest.tables.sheet import (
-    MINUS,
     Sheet,
     SheetFile,
     decimal_sign,
@@ -47,16 +46,13 @@ from reports.content import Factor, Level
 from reports.display import NO_BREAK, in_sentence
 from reports.figures.estimation import Estimation, EstimationGroup
 from reports.figures.kind import check_form
-from reports.figures.quantiles import Quantiles
-from reports.figures.residuals import Against, ResidualPlot
 from reports.naming import level_name, swept_words, title_of
 from reports.numbers import Number
 from stats.checks import MISSING, Missing, as_values
-from stats.compare.two_sample import ROUTES, Route, TwoSample, compare_two
+from stats.compare.two_sample import ROUTES, compare_two
 from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day
 from stats.groups.anova import one_way_anova, welch_anova
 from stats.groups.multiple import HolmFamily, holm
-from stats.groups.residuals import Residuals, normal_quantiles, residuals_of_groups
 from stats.groups.tukey import VARIANCES, compare_all_pairs
 from stats.groups.variances import brown_forsythe
 from stats.results import as_dict, with_unit
@@ -109,17 +105,21 @@ def answer(
     Data have the values' unit and the groups' own names, as programs ask for them; what people read has lengths below
     1 m in mm, and groups of a book named as in its report.
     """
-    pictures = values.pictures
-    for name, path in pictures.items():
-        check_form(f"--{name}", path)
+    check_form("--plot", values.plot)
     observed = observe(values, step)
     if pooled:
         observed = observed.pooled()
     question = Question(observed, cast(Missing, values.missing), _alpha_of(values.alpha, observed))
     observed.others()
     found = ask(question)
-    step("figures" if pictures else "tables")
-    draw_pictures(pictures, observed, found.drawn, question.level)
+    if values.plot is not None:
+        from reports.figures.estimation import draw_estimation
+        from reports.figures.kind import write_figure
+        from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
+
+        step("figure")
+        width_in = ONE_COLUMN_IN if len(observed.labels) <= 2 else TWO_COLUMNS_IN
+        write_figure(draw_estimation(found.drawn(), width_in), values.plot)
     shown = as_shown_to_people(observed.in_small_units())
     scale = 1.0 if shown.unit == observed.unit else 1000.0
     as_shown = found if shown is observed else ask(replace(question, observed=shown, scale=scale))
@@ -133,7 +133,7 @@ def answer(
         "groups": {observed.name(label): len(known.values(label)) for label in observed.labels},
         "notes": [*observed.notes, *found.notes],
         **found.data,
-        "files": {name: str(path) for name, path in pictures.items()},
+        "files": {} if values.plot is None else {"plot": str(values.plot)},
     }
     notes = [*shown.notes, *as_shown.notes]
     lines = [*as_shown.sentences, *([""] if notes else []), *(f"note: {note}" for note in notes)]
@@ -151,46 +151,38 @@ def compare(question: Question, route: str | None) -> Answer:
     """Compare every group with the control, by shared days where these are known, else by the t-test of the route."""
     if route is not None and route not in ROUTES:
         raise unknown_name("route", route, ROUTES)
-    if route is None and days_decide(question.observed):
+    observed = question.observed
+    if route is None and days_decide(observed):
         return _by_days(question)
-    found = {label: _compared(question, label, route or "welch") for label in question.observed.others()}
-    answer = Answer(
-        [result.sentence(unit=question.observed.unit) for result in found.values()],
-        {
-            "comparisons": [
-                {"a": question.name(label), "b": question.control, **as_dict(result)} for label, result in found.items()
-            ]
-        },
-        lambda: estimation_of(
-            question.observed,
-            {
-                label: difference_number(
-                    result.difference, result.difference_ci, question.level, question.observed.unit
-                )
-                for label, result in found.items()
-            },
-            interval=" or ".join(f"{test}'s t" for test in sorted({result.test for result in found.values()})),
-        ),
-        _days_left_out(question.observed),
-    )
+    control = observed.values(observed.control)
+    found = {
+        label: compare_two(
+            observed.values(label),
+            control,
+            route=route or "welch",
+            alpha=question.alpha,
+            missing=question.missing,
+            names=(question.name(label), question.control),
+        )
+        for label in observed.others()
+    }
+    sentences = [result.sentence(unit=observed.unit) for result in found.values()]
+    data: dict[str, Any] = {
+        "comparisons": [
+            {"a": question.name(label), "b": question.control, **as_dict(result)} for label, result in found.items()
+        ]
+    }
     if len(found) > 1:
         family = _adjusted(question, {label: result.p for label, result in found.items()})
-        answer.sentences.append(family.sentence())
-        answer.data["holm"] = as_dict(family)
-    return answer
-
-
-def _compared(question: Question, label: str, route: Route) -> TwoSample:
-    """Compare a group with the control by a t-test of all values, as the thesis did, without errors in common."""
-    observed = question.observed
-    return compare_two(
-        observed.values(label),
-        observed.values(observed.control),
-        route=route,
-        alpha=question.alpha,
-        missing=question.missing,
-        names=(question.name(label), question.control),
-    )
+        sentences.append(family.sentence())
+        data["holm"] = as_dict(family)
+    numbers = {
+        label: difference_number(one.difference, one.difference_ci, question.level, observed.unit)
+        for label, one in found.items()
+    }
+    tests = " or ".join(f"{test}'s t" for test in sorted({result.test for result in found.values()}))
+    notes = _days_left_out(observed)
+    return Answer(sentences, data, lambda: estimation_of(observed, numbers, interval=tests), notes)
 
 
 def _adjusted(question: Question, p_values: Mapping[str, float | Undefined]) -> HolmFamily:
@@ -216,23 +208,24 @@ def _by_days(question: Question, *, savings: bool = False) -> Answer:
     family = _adjusted(question, p_values) if len(contrasts) > 1 else None
     answers, sentences = [], []
     for at, (label, contrast) in enumerate(contrasts.items()):
-        p = p_values[label]
+        p, one = p_values[label], tested[label]
         data: dict[str, Any] = {
             **_described(question, label, contrast),
             **_estimate("difference", contrast.difference(level)),
-            **(_estimate("savings_percent", tested[label]) if savings or of_plan else {}),
-            "t": tested[label].t,
-            "df": tested[label].df,
+            **(_estimate("savings_percent", one) if savings or of_plan else {}),
+            "t": one.t,
+            "df": one.df,
             "p": p,
             "one_sided": one_sided,
             "rejected": None if isinstance(p, Undefined) else p <= alpha,
         }
-        adjusted = None
         if family is not None:
-            data["adjusted_p"] = adjusted = family.adjusted_p[at]
+            data["adjusted_p"] = family.adjusted_p[at]
         answers.append(data)
-        what = "saves" if savings else "minus"
-        sentences.append(_sentence(question, label, contrast, what, replace(shown[label], p=p), adjusted, one_sided))
+        estimate = replace(shown[label], p=p)
+        sentences.append(
+            _sentence(question, label, contrast, estimate, data.get("adjusted_p"), savings=savings, one_sided=one_sided)
+        )
     unit = "%" if savings else observed.unit
     return Answer(
         sentences,
@@ -269,33 +262,32 @@ def _sentence(
     question: Question,
     label: str,
     contrast: Contrast,
-    what: str,
     shown: Estimate,
     adjusted: float | Undefined | None,
+    *,
+    savings: bool,
     one_sided: bool,
 ) -> str:
     """Say by which rule a group is compared with the control: estimate, interval, t, p, n and what is left out."""
-    unit = "%" if what == "saves" else question.observed.unit
-    sides = f"{question.name(label)} minus {question.control}"
-    verb = "are" if what == "saves" else "is"
-    if what == "saves":
-        sides = f"the savings of {question.name(label)} against {question.control}"
-    head = f"{_rule_text(contrast)}: {sides}"
+    head, unit, verb = _head(question, label, contrast), question.observed.unit, "is"
+    if savings:
+        head = f"{_rule_text(contrast)}: the savings of {question.name(label)} against {question.control}"
+        unit, verb = "%", "are"
     if isinstance(shown.value, Undefined):
         return f"{head} cannot be told: {shown.value.reason}."
     value = f"{number_text(shown.value, error=error_of(shown.ci))}{with_unit(unit)}"
     if isinstance(shown.p, Undefined) or isinstance(shown.df, Undefined):
         why = shown.p.reason if isinstance(shown.p, Undefined) else "there are no degrees of freedom"
         return f"{head} {verb} {value}; no test, because {why}."
-    evidence = [
-        interval_text(shown.ci, shown.level, unit),
-        f"{statistic_text('t', shown.t, (shown.df,))}, {p_text(shown.p, question.alpha)}",
-    ]
-    if one_sided:
-        evidence[-1] += " one-sided"
+    p = f"{p_text(shown.p, question.alpha)}{' one-sided' if one_sided else ''}"
+    evidence = [interval_text(shown.ci, shown.level, unit), f"{statistic_text('t', shown.t, (shown.df,))}, {p}"]
     if adjusted is not None:
         evidence.append(f"after Holm {p_text(adjusted, question.alpha)}")
     return f"{head} {verb} {value} ({'; '.join([*evidence, _counted(contrast)])})."
+
+
+def _head(question: Question, label: str, contrast: Contrast) -> str:
+    return f"{_rule_text(contrast)}: {question.name(label)} minus {question.control}"
 
 
 def _rule_text(contrast: Contrast) -> str:
@@ -402,7 +394,7 @@ def equal(question: Question, given: Limits) -> Answer:
 
 
 def _bounded_sentence(question: Question, label: str, contrast: Contrast, found: Bounded, unit: str) -> str:
-    head = f"{_rule_text(contrast)}: {question.name(label)} minus {question.control}"
+    head = _head(question, label, contrast)
     ends = [f"{number_text(end)}{with_unit(unit)}" for end in (found.low, found.high) if math.isfinite(end)]
     bounds = f"{number_text(found.low)} to {ends[-1]}"
     if len(ends) == 1:
@@ -473,17 +465,10 @@ def analyse(question: Question, variances: str) -> Answer:
                 reversed_ci = ci if isinstance(ci, Undefined) else (-ci[1], -ci[0])
                 differences[label] = difference_number(-pair.difference, reversed_ci, level, observed.unit)
     else:
-        notes.append(
-            f"Pairs are compared of up to {MOST_GROUPS_IN_PAIRS} groups, and there are {len(groups)}: choose with "
-            "--where."
-        )
+        notes.append(f"Pairs of {len(groups)} groups are too many to compare: choose with --where.")
     method = "Tukey" if equal_variances else "Games and Howell"
-    return Answer(
-        sentences,
-        data,
-        lambda: estimation_of(observed, differences, interval=method),
-        [*notes, *_days_left_out(observed)],
-    )
+    notes += _days_left_out(observed)
+    return Answer(sentences, data, lambda: estimation_of(observed, differences, interval=method), notes)
 
 
 def rows_where(text: str, sheet: Sheet) -> list[bool]:
@@ -593,88 +578,18 @@ def _of_table(given: Values, file: Path) -> Observations:
         by=by,
         control=control,
         rows=rows,
-        notes=(*_about(lacking, selected, given, rows, control), *_page(table)),
+        notes=tuple(_about(given, table, control, len(lacking), len(selected))),
     )
 
 
-def _about(
-    lacking: list[int], selected: list[int], given: Values, rows: tuple[Observation, ...], control: str
-) -> list[str]:
-    notes = []
+def _about(given: Values, table: Sheet, control: str, lacking: int, of: int) -> Iterator[str]:
+    """Say what was done with a table that nobody asked for."""
     if lacking:
-        named = [name for name in (given.by, given.day) if name is not None]
-        notes.append(_lacking_text(len(lacking), len(selected), sum(row.value is None for row in rows), named))
-    if given.control is None and rows:
-        notes.append(f"The control is taken to be {control!r}, the first in order: name another with --control.")
-    labels = {row.label for row in rows}
-    for same, what in (
-        (_alike(filter(is_number_text, labels), _number), "are one number written in several ways"),
-        (_alike(labels, str.casefold), "differ only in capital letters"),
-    ):
-        if same:
-            listed = "; ".join(" and ".join(map(repr, group)) for group in same)
-            notes.append(f"Groups that {what} count as several: {listed}.")
-    return notes
-
-
-def _lacking_text(left_out: int, of: int, without_value: int, named: Sequence[str]) -> str:
-    """Say how many rows are left out and for what, given the columns of labels; one that lacks both counts for these.
-
-    The sentences of results count the rows without a value, for the others belong to no group.
-    """
-    counts = ((without_value, "a value"), (left_out - without_value, f"a label in {' or '.join(map(repr, named))}"))
-    why = " and ".join(f"{count} lack{'s' if count == 1 else ''} {what}" for count, what in counts if count)
-    return f"{left_out} of {of} rows {'is' if left_out == 1 else 'are'} left out: {why}."
-
-
-def _page(table: Sheet) -> list[str]:
-    """Return a note where the text is of a page that was not declared."""
-    return (
-        [] if table.encoding == "utf-8" else [f"{table.file.name} is no UTF-8 text and was read as {table.encoding}."]
-    )
-
-
-def _alike(labels: Iterable[str], key: Callable[[str], str | float]) -> list[list[str]]:
-    """Return the labels that have a key in common: AD and ad by their letters, 0 and 0.0 by their number."""
-    found: dict[str | float, list[str]] = {}
-    for label in sorted(labels):
-        found.setdefault(key(label), []).append(label)
-    return [same for same in found.values() if len(same) > 1]
-
-
-def _number(label: str) -> float:
-    return float(label.replace(",", ".").replace(MINUS, "-"))
-
-
-LONGEST = 48
-"""Letters of a name that a figure has room for."""
-
-
-def draw_pictures(
-    pictures: Mapping[str, Path], observed: Observations, estimation: Callable[[], Estimation], level: float
-) -> None:
-    """Draw and write what is wanted: files by "plot", "qq" (normal quantiles) and "residuals"."""
-    if not pictures:
-        return
-    from reports.figures.estimation import draw_estimation
-    from reports.figures.kind import write_figure
-    from reports.figures.quantiles import draw_quantiles
-    from reports.figures.residuals import draw_residuals
-    from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
-
-    width_in = ONE_COLUMN_IN if len(observed.labels) <= 2 else TWO_COLUMNS_IN
-    has_days = any(row.day for row in observed.rows)
-    ordered = in_groups(observed)
-    residuals = residuals_of_groups({label: ordered.values(label) for label in ordered.labels})
-    draw = {
-        "plot": lambda: draw_estimation(estimation(), width_in),
-        "qq": lambda: draw_quantiles(quantiles_of(ordered, residuals, level)),
-        "residuals": lambda: draw_residuals(
-            residual_plot_of(ordered, residuals), TWO_COLUMNS_IN if has_days else width_in
-        ),
-    }
-    for name, path in pictures.items():
-        write_figure(draw[name](), path)
+        yield f"{lacking} of {of} rows lack a value or a label, and are left out."
+    if given.control is None:
+        yield f"The control is taken to be {control!r}, the first in order: name another with --control."
+    if table.encoding != "utf-8":
+        yield f"{table.file.name} is no UTF-8 text and was read as {table.encoding}."
 
 
 def difference_number(
@@ -716,38 +631,6 @@ def estimation_of(
     )
 
 
-def in_groups(observed: Observations) -> Observations:
-    """Return the known observations, group after group."""
-    known = observed.known()
-    place = {label: number for number, label in enumerate(known.labels)}
-    return replace(known, rows=tuple(sorted(known.rows, key=lambda row: place[row.label])))
-
-
-def quantiles_of(ordered: Observations, residuals: Residuals, level: float) -> Quantiles:
-    """Return residuals of ordered observations beside normal quantiles, each with its group."""
-    found = normal_quantiles(residuals, level)
-    order = sorted(range(len(residuals.values)), key=residuals.values.__getitem__)
-    names = {label: drawn_name(ordered, label) for label in ordered.labels}
-    return Quantiles(
-        _sentence_case(ordered.quantity),
-        ordered.unit,
-        found,
-        tuple(names[ordered.rows[place].label] for place in order),
-        tuple(names.values()),
-    )
-
-
-def residual_plot_of(ordered: Observations, residuals: Residuals) -> ResidualPlot:
-    """Return residuals of ordered observations against groups, and against days where these are known."""
-    rows = ordered.rows
-    names = {label: drawn_name(ordered, label) for label in ordered.labels}
-    against = [Against(_axis_name(ordered), tuple(names[row.label] for row in rows), means=False)]
-    days = tuple(row.day for row in rows)
-    if len(set(days)) > 1:
-        against.append(Against("Day", days, order=tuple(sorted(set(days)))))
-    return ResidualPlot(_sentence_case(ordered.quantity), ordered.unit, residuals.values, tuple(against))
-
-
 def as_shown_to_people(observed: Observations) -> Observations:
     """Return a book's observations with their groups named as in the report; those of a table as they are.
 
@@ -760,12 +643,6 @@ def as_shown_to_people(observed: Observations) -> Observations:
         return observed
     factor = _factor(observed)
     return replace(observed, shown=shown, shown_by="" if factor is None else in_sentence(title_of(factor)))
-
-
-def _axis_name(observed: Observations) -> str:
-    """Name what the groups are levels of, at an axis: a factor of the book by its title."""
-    factor = _factor(observed)
-    return _sentence_case(observed.by if factor is None else title_of(factor))
 
 
 def _sentence_case(words: str) -> str:
@@ -781,8 +658,7 @@ def drawn_name(observed: Observations, label: str, *, gain: bool = False) -> str
     """
     configuration, factor = observed.configuration, _factor(observed)
     if configuration is None or factor is None:
-        name = observed.name(label)
-        return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}\u2026"
+        return observed.name(label)
     of_gain = configuration.gains.get(observed.by)
     if observed.by == pairing.swept_factor(configuration):
         if label == observed.rest:

@@ -1,4 +1,4 @@
-"""What `labbook stats` is asked about: the values, at which level, and the figures wanted. Light: help loads it."""
+"""What `labbook stats` is asked about: the values, at which level, and the figure wanted. Light: help loads it."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,7 +11,7 @@ from data_schema.outcomes import Outcome
 
 @dataclass(frozen=True, slots=True)
 class Values:
-    """The values that a command is about, at which level, and the figures wanted: the options of every command.
+    """The values that a command is about, at which level, and the figure wanted: the options of every command.
 
     Without `file` the values are the book's; `value`, `by` and `day` name columns of a table, or `by` a factor of a
     book.
@@ -68,15 +68,3 @@ class Values:
         Path | None,
         typer.Option(metavar="FILE", help="All values and the differences: a .png, .svg or .pdf file."),
     ] = None
-    qq: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The residuals beside normal quantiles: a figure.")
-    ] = None
-    residuals: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="The residuals by group and by day: a figure.")
-    ] = None
-
-    @property
-    def pictures(self) -> dict[str, Path]:
-        """The figures wanted, by what they show: an estimation plot, normal quantiles and residuals."""
-        files = {"plot": self.plot, "qq": self.qq, "residuals": self.residuals}
-        return {name: path for name, path in files.items() if path is not None}
