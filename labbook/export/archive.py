@@ -2,7 +2,7 @@
 
 Files are stored and not compressed: raw copies and samples are compressed already, and compressed bytes would depend on
 the version of the library that made them. So every byte of a capsule is either one of a file, whose hash the crate
-states, or one that `write_archive` writes of names, sizes and the time, and `first_difference` finds it altered.
+states, or one that `write_archive` writes of names, sizes and the time: written again, the archive has the same bytes.
 
 Another program may have packed the files anew and compressed them: they are read all the same, into a folder that is
 named, each no further than its crate states, all together no further than `MOST_EXPANSION` times the archive.
@@ -39,13 +39,7 @@ MOST_DIRECTORY = 32 * 2**20
 """Bytes of the list of names at the end of an archive, which is in memory as a whole: of 200 000 files."""
 LONGEST_NAME, LONGEST_PART = 1000, 200
 
-_LOCAL = struct.Struct("<4s5H3L2H")
-_CENTRAL = struct.Struct("<4s6H3L5H2L")
-_END = struct.Struct("<4s4H2LH")
-_END_64 = struct.Struct("<4sQ2H2L4Q")
-_PLACE_64 = struct.Struct("<4sLQL")
-_FULL_32, _FULL_16 = 0xFFFFFFFF, 0xFFFF
-_UNIX, _UTF_8, _ENCRYPTED = 3, 0x800, 0x1
+_UNIX, _ENCRYPTED = 3, 0x1
 _RIGHTS = (stat.S_IFREG | 0o644) << 16
 
 
@@ -86,16 +80,17 @@ def write_archive(file: Path, root: str, members: Sequence[Member], at: datetime
     """
     _refuse_existing(file)
     part = partial_path(file)
+    year = min(max(at.year, 1980), 2107)
     try:
-        with path_in_errors(file), part.open("wb") as stream:
-            for one, header in zip(members, _headers(root, members, at), strict=True):
-                stream.write(header)
-                written = 0
-                for block in _blocks(one.source):
-                    written += stream.write(block)
-                if written != one.n_bytes:
+        with path_in_errors(file), zipfile.ZipFile(part, "w") as archive:
+            for one in members:
+                about = zipfile.ZipInfo(f"{root}/{one.path}", (year, at.month, at.day, at.hour, at.minute, at.second))
+                about.create_system, about.external_attr, about.file_size = _UNIX, _RIGHTS, one.n_bytes
+                with archive.open(about, "w") as stream:
+                    for block in _blocks(one.source):
+                        stream.write(block)
+                if one.crc32 != about.CRC:
                     raise UsageError(f"{one.path} changed while it was packed: give the command again.")
-            stream.write(_directory(root, members, at))
         _refuse_existing(file)
         put_in_place(file)
     finally:
@@ -107,70 +102,18 @@ def _refuse_existing(file: Path) -> None:
         raise UsageError(f"{str(file)!r} exists, and is not replaced: name another file, or remove it.")
 
 
-def _headers(root: str, members: Iterable[Member], at: datetime) -> Iterator[bytes]:
-    """Yield what stands before each file's bytes."""
-    for one in members:
-        name, flags = _encoded(f"{root}/{one.path}")
-        large = one.n_bytes >= _FULL_32
-        size = _FULL_32 if large else one.n_bytes
-        extra = struct.pack("<2H2Q", 1, 16, one.n_bytes, one.n_bytes) if large else b""
-        numbers = (_version(large), flags, zipfile.ZIP_STORED, *_dos_time(at), one.crc32, size, size)
-        yield _LOCAL.pack(b"PK\3\4", *numbers, len(name), len(extra)) + name + extra
-
-
-def _directory(root: str, members: Sequence[Member], at: datetime) -> bytes:
-    """Return what stands behind the last file's bytes: the list of names, and where it begins."""
-    rows, place = [], 0
-    for one, header in zip(members, _headers(root, members, at), strict=True):
-        name, flags = _encoded(f"{root}/{one.path}")
-        large = [number for number in (one.n_bytes, one.n_bytes, place) if number >= _FULL_32]
-        extra = struct.pack(f"<2H{len(large)}Q", 1, 8 * len(large), *large) if large else b""
-        size, offset = min(one.n_bytes, _FULL_32), min(place, _FULL_32)
-        version = _version(bool(large))
-        numbers = (_UNIX << 8 | version, version, flags, zipfile.ZIP_STORED, *_dos_time(at), one.crc32, size, size)
-        rows.append(_CENTRAL.pack(b"PK\1\2", *numbers, len(name), len(extra), 0, 0, 0, _RIGHTS, offset) + name + extra)
-        place += len(header) + one.n_bytes
-    listed, count = b"".join(rows), len(members)
-    end = _END.pack(
-        *(b"PK\5\6", 0, 0, min(count, _FULL_16), min(count, _FULL_16)),
-        *(min(len(listed), _FULL_32), min(place, _FULL_32), 0),
-    )
-    if count < _FULL_16 and max(len(listed), place) < _FULL_32:
-        return listed + end
-    large_end = _END_64.pack(b"PK\6\6", _END_64.size - 12, _UNIX << 8 | 45, 45, 0, 0, count, count, len(listed), place)
-    return listed + large_end + _PLACE_64.pack(b"PK\6\7", 0, place + len(listed), 1) + end
-
-
-def _version(large: bool) -> int:
-    return 45 if large else 20
-
-
-def _encoded(name: str) -> tuple[bytes, int]:
-    return (name.encode(), 0) if name.isascii() else (name.encode(), _UTF_8)
-
-
-def _dos_time(at: datetime) -> tuple[int, int]:
-    year = min(max(at.year, 1980), 2107) - 1980
-    return at.hour << 11 | at.minute << 5 | at.second // 2, year << 9 | at.month << 5 | at.day
-
-
-def first_difference(file: Path, root: str, members: Sequence[Member], at: datetime) -> int | None:
-    """Return the first byte of an archive, but for its files' own, that `write_archive` would write otherwise.
-
-    None where there is none; the members are those of the archive, in its order.
-    """
+def first_difference(file: Path, other: Path) -> int | None:
+    """Return the first byte in which two files differ; None where there is none."""
     place = 0
-    with file.open("rb") as stream:
-        headers = _headers(root, members, at)
-        pieces = [*((header, one.n_bytes) for header, one in zip(headers, members, strict=True))]
-        for piece, behind in [*pieces, (_directory(root, members, at), 0)]:
-            found = stream.read(len(piece))
-            if found != piece:
-                same = takewhile(lambda pair: pair[0] == pair[1], zip(found, piece, strict=False))
+    with file.open("rb") as stream, other.open("rb") as beside:
+        while True:
+            one, two = stream.read(BLOCK), beside.read(BLOCK)
+            if one != two:
+                same = takewhile(lambda pair: pair[0] == pair[1], zip(one, two, strict=False))
                 return place + sum(1 for _pair in same)
-            place += len(piece) + behind
-            stream.seek(place)
-        return place if stream.read(1) else None
+            if not one:
+                return None
+            place += len(one)
 
 
 _UNREADABLE = (
@@ -250,11 +193,11 @@ class Archive:
                 self.file,
                 f"its files state {n_bytes} bytes together, where an archive of {self.n_bytes} has at most {most}",
             )
-        free = shutil.disk_usage(folder).free
-        if n_bytes > free:
+        needed, free = 2 * n_bytes, shutil.disk_usage(folder).free  # unpacked, and packed again to be compared
+        if needed > free:
             raise UsageError(
-                f"{self.file} needs {n_bytes} bytes in {folder}, which has {free}: make room, or set TMPDIR to a "
-                "folder on another disk."
+                f"{self.file} needs {needed} bytes in {folder}, which has {free}: make room, or set TMPDIR to a folder "
+                "on another disk."
             )
 
     def _read(self, path: str, most: int) -> Iterator[bytes]:
@@ -270,6 +213,11 @@ class Archive:
             raise InputRefused(f"{path} cannot be read from the archive ({error}): {ASK_AGAIN}.") from error
 
 
+_END = struct.Struct("<4s4H2LH")
+_END_64_BYTES, _SIZE_64 = 76, slice(40, 48)
+"""Of both records that an archive of more than 4 GB has before its end, and where they have its size."""
+
+
 def _refuse_large_directory(stream: IO[bytes], n_bytes: int, file: Path) -> None:
     """Raise `InputRefused` for what is no archive, and for one whose list of names would fill the memory."""
     stream.seek(max(0, n_bytes - _END.size))
@@ -277,9 +225,9 @@ def _refuse_large_directory(stream: IO[bytes], n_bytes: int, file: Path) -> None
     if len(end) < _END.size or not end.startswith(b"PK\5\6"):
         raise _not_a_capsule(file, "it is not a zip archive, was cut off, or something was added at its end")
     size = _END.unpack(end)[5]
-    if size == _FULL_32 and n_bytes >= _END.size + _PLACE_64.size + _END_64.size:
-        stream.seek(n_bytes - _END.size - _PLACE_64.size - _END_64.size)
-        size = _END_64.unpack(stream.read(_END_64.size))[8]
+    if size == 0xFFFFFFFF and n_bytes >= _END.size + _END_64_BYTES:
+        stream.seek(n_bytes - _END.size - _END_64_BYTES)
+        size = int.from_bytes(stream.read(_END_64_BYTES)[_SIZE_64], "little")
     if size > MOST_DIRECTORY:
         raise _not_a_capsule(file, f"its list of names has {size} bytes, more than {MOST_DIRECTORY}")
     stream.seek(0)

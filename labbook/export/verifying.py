@@ -15,7 +15,7 @@ import hashlib
 import io
 import re
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise, zip_longest
 from pathlib import Path
@@ -30,7 +30,7 @@ from data_schema.file_cache import without_caches
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.queries.files import signal_files
-from data_schema.queries.history import ReportRow, list_reports, report_as_of
+from data_schema.queries.history import list_reports, report_as_of
 from data_schema.queries.study import config_in_force, the_study
 from data_schema.vocabulary import Action
 from ingest.model import DEFAULT_LIMITS
@@ -41,7 +41,7 @@ from labbook.book.opening import JOURNAL
 from labbook.book.replaying import Replay, replayed
 from labbook.book.report_numbers import NUMBERS, ReportedNumber, ReportNumbers, numbers_bytes, numbers_of_report
 from labbook.config.parsing import parse_configuration
-from labbook.export.archive import ASK_AGAIN, Archive, Member, first_difference
+from labbook.export.archive import ASK_AGAIN, Archive, Member, first_difference, write_archive
 from labbook.export.capsule import (
     REPORT,
     SUMS,
@@ -53,7 +53,7 @@ from labbook.export.capsule import (
     time_of,
 )
 from labbook.export.crate import METADATA, StatedFile, stated_files
-from labbook.export.sharing import ORIGIN, Origin, read_origin
+from labbook.export.sharing import ORIGIN, read_origin
 from reports.content import ReportContent
 from reports.page.writing import files_beside_figures
 from reports.tables.word import WORD
@@ -68,10 +68,11 @@ MOST_LIMITS = 10
 ROUNDING = 1e-9
 """Relative differences up to this are those of another processor or library, and said to be."""
 _SHA256 = re.compile(r"[0-9a-f]{64}")
+_OF_REPORT = f"{REPORT}/"
 Step = Callable[[str], None]
 
 
-@dataclass(frozen=True, slots=True)
+@dataclass(slots=True)
 class Verified:
     """What was found of a capsule: what differs, nothing where it is whole, and what was compared.
 
@@ -79,14 +80,14 @@ class Verified:
     """
 
     file: str
-    files: int
-    entries: int
-    raw_copies: int
-    report: str
-    numbers: int
-    tables: int
-    differences: tuple[str, ...]
-    remarks: tuple[str, ...] = ()
+    files: int = 0
+    entries: int = 0
+    raw_copies: int = 0
+    report: str = ""
+    numbers: int = 0
+    tables: int = 0
+    differences: list[str] = field(default_factory=list)
+    remarks: list[str] = field(default_factory=list)
 
     @property
     def whole(self) -> bool:
@@ -108,39 +109,30 @@ class Verified:
             f"{self.raw_copies} raw files, are the same to the last digit."
         )
 
-
-@dataclass
-class _Found:
-    """What was found so far."""
-
-    file: Path
-    differences: list[str] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-    files: int = 0
-    entries: int = 0
-    raw_copies: int = 0
-    report: str = ""
-    numbers: int = 0
-    tables: int = 0
-
     def add(self, sentences: Sequence[str], what: str) -> None:
         """Add differences of a kind, of many the first and how many more there are."""
         self.differences += sentences[:MOST_NAMED]
         if len(sentences) > MOST_NAMED:
             self.differences.append(f"and {len(sentences) - MOST_NAMED} more {what}.")
 
-    def verified(self) -> Verified:
-        return Verified(
-            file=str(self.file),
-            files=self.files,
-            entries=self.entries,
-            raw_copies=self.raw_copies,
-            report=self.report,
-            numbers=self.numbers,
-            tables=self.tables,
-            differences=tuple(self.differences),
-            remarks=tuple(self.remarks),
-        )
+
+@dataclass(frozen=True, slots=True)
+class _Unpacked:
+    """A capsule, unpacked into a folder: its files by path, and what was found so far; `step` is told what is done."""
+
+    archive: Archive
+    folder: Path
+    found: Verified
+    step: Step
+    members: dict[str, Member] = field(default_factory=dict)
+
+    def bytes_of(self, path: str) -> bytes:
+        """Return what a file holds."""
+        return (self.folder / path).read_bytes()
+
+    def beyond(self, folder: str, known: Container[str]) -> list[str]:
+        """Return the files of a folder that are not known."""
+        return [path for path in self.members if path.startswith(f"{folder}/") and path not in known]
 
 
 def verify(file: Path, step: Step = lambda _what: None) -> Verified:
@@ -152,56 +144,51 @@ def verify(file: Path, step: Step = lambda _what: None) -> Verified:
     """
     if not file.is_file():
         raise UsageError(f"there is no file {str(file)!r}: name a capsule, which `labbook export --capsule` writes.")
-    found = _Found(file)
+    found = Verified(str(file))
     with tempfile.TemporaryDirectory(prefix="labbook-verify-") as name, Archive(file) as archive:
-        folder = Path(name)
+        capsule = _Unpacked(archive, Path(name) / "files", found, step)
+        capsule.folder.mkdir()
         step("unpacking")
-        members = _unpacked(archive, folder, found, step)
+        _unpack(capsule)
         if not found.differences:
-            _check_book(archive, folder, members, found, step)
-    return found.verified()
+            _check_book(capsule)
+    return found
 
 
-def _unpacked(archive: Archive, folder: Path, found: _Found, step: Step) -> dict[str, Member]:
+def _unpack(capsule: _Unpacked) -> None:
     """Unpack the files that the crate states, and compare each with it."""
+    archive = capsule.archive
     if METADATA not in archive.paths:
         raise InputRefused(
             f"{str(archive.file)!r} has no {METADATA} in its folder: name a file of `labbook export --capsule`."
         )
     metadata = archive.read(METADATA, MOST_METADATA)
     stated = stated_files(metadata)
-    archive.refuse_more_than(len(metadata) + sum(one.n_bytes for one in stated.values()), folder)
-    found.files = len(archive.paths)
-    members: dict[str, Member] = {}
+    archive.refuse_more_than(len(metadata) + sum(one.n_bytes for one in stated.values()), capsule.folder)
+    capsule.found.files = len(archive.paths)
     differing: list[str] = [f"{path} is missing from the archive." for path in stated if path not in archive.paths]
     for path in archive.paths:
-        step(f"unpacking {path}")
+        capsule.step(f"unpacking {path}")
         about = StatedFile(len(metadata), "") if path == METADATA else stated.get(path)
         if about is None:
             differing.append(f"{path} is in the archive, and the crate does not state it.")
             continue
         try:
-            members[path] = archive.extract(path, about.n_bytes, folder)
+            one = capsule.members[path] = archive.extract(path, about.n_bytes, capsule.folder)
         except InputRefused as error:
             differing.append(str(error))
             continue
-        if about.sha256:
-            differing += _misfit(members[path], about)
-    found.add(differing, "files that differ")
-    return members
+        if about.sha256 and one.n_bytes != about.n_bytes:
+            differing.append(f"{path} has {one.n_bytes} bytes, and the crate states {about.n_bytes}.")
+        elif about.sha256 not in ("", one.sha256):
+            differing.append(f"{path} was altered: its SHA-256 is {one.sha256}, and the crate states {about.sha256}.")
+    capsule.found.add(differing, "files that differ")
 
 
-def _misfit(one: Member, about: StatedFile) -> list[str]:
-    if one.n_bytes != about.n_bytes:
-        return [f"{one.path} has {one.n_bytes} bytes, and the crate states {about.n_bytes}."]
-    if one.sha256 != about.sha256:
-        return [f"{one.path} was altered: its SHA-256 is {one.sha256}, and the crate states {about.sha256}."]
-    return []
-
-
-def _check_book(archive: Archive, folder: Path, members: Mapping[str, Member], found: _Found, step: Step) -> None:
+def _check_book(capsule: _Unpacked) -> None:
     """Check the journal and the raw copies, then play the journal back and make everything again."""
-    step("following the journal")
+    archive, folder, found = capsule.archive, capsule.folder, capsule.found
+    capsule.step("following the journal")
     mirror = JournalFile(folder / JOURNAL)
     try:
         entries = list(mirror.entries())
@@ -216,18 +203,21 @@ def _check_book(archive: Archive, folder: Path, members: Mapping[str, Member], f
         found.differences.append(f"{JOURNAL} ends in {left_out.n_bytes} bytes that are no whole command: {ASK_AGAIN}.")
         return
     found.entries = len(entries)
-    order = [members[path] for path in archive.paths]
-    if not _has_raw(entries, folder, members, found, step):
+    _check_raw(capsule, entries)
+    if found.differences:
         return
-    place = first_difference(archive.file, archive.root, order, time_of(entries[-1]))
+    again = folder.with_name("again.eln")
+    write_archive(again, archive.root, [capsule.members[path] for path in archive.paths], time_of(entries[-1]))
+    place = first_difference(archive.file, again)
+    again.unlink()
     if place is not None:
         found.differences.append(
             f"the archive around the files was altered, or packed anew by another program: byte {place} is not as "
             "labbook writes it."
         )
     try:
-        with replayed(Store(folder), mirror, 0, step, use_cache=False) as (engine, replay):
-            _check_made(engine, replay, entries, folder, members, found, step)
+        with replayed(Store(folder), mirror, 0, capsule.step, use_cache=False) as (engine, replay):
+            _check_made(capsule, engine, replay, entries)
     except LabbookError as error:
         found.differences.append(f"the journal cannot be played back: {_of_capsule(error, folder)}")
     except OSError:
@@ -241,35 +231,28 @@ def _of_capsule(error: LabbookError, folder: Path) -> str:
     return str(error).replace(f"{folder}/", "").replace(journal.MEND_FILE, ASK_AGAIN)
 
 
-def _has_raw(entries: Sequence[Entry], folder: Path, members: Mapping[str, Member], found: _Found, step: Step) -> bool:
-    """Compare each raw copy with its name and with how many bytes were imported; tells whether all are as they were.
-
-    None may be missing or too many.
-    """
-    n_bytes = {str((entry.new or {}).get("sha256")): (entry.new or {}).get("n_bytes") for entry in _readings(entries)}
-    differing = [sentence for entry in _readings(entries) for sentence in _beyond_limits(entry)]
+def _check_raw(capsule: _Unpacked, entries: Sequence[Entry]) -> None:
+    """Compare each raw copy with its name and with how many bytes were imported; none may be missing or too many."""
+    readings = [entry for entry in entries if entry.action in (Action.INGEST, Action.READ)]
+    n_bytes = {str((entry.new or {}).get("sha256")): (entry.new or {}).get("n_bytes") for entry in readings}
+    differing = [sentence for entry in readings for sentence in _beyond_limits(entry)]
     for sha256, most in n_bytes.items():
         path = raw_path(sha256)
-        if not _SHA256.fullmatch(sha256) or path not in members:
+        if not _SHA256.fullmatch(sha256) or path not in capsule.members:
             differing.append(f"{path[:200]}, which the journal names, is not in the archive.")
             continue
-        step(f"reading raw file {sha256[:12]}")
+        capsule.step(f"reading raw file {sha256[:12]}")
         try:
-            held = raw_content(folder / path, sha256, most if isinstance(most, int) else None, ASK_AGAIN)
+            held = raw_content(capsule.folder / path, sha256, most if isinstance(most, int) else None, ASK_AGAIN)
         except BookDamaged as error:
             differing.append(str(error))
             continue
         if held != most:
             differing.append(f"{path} holds {held} bytes, and the journal says {most}.")
     of_journal = {raw_path(sha256) for sha256 in n_bytes}
-    differing += [f"{path} is of no entry of the journal." for path in members if _is_beyond(path, "raw", of_journal)]
-    found.raw_copies = len(n_bytes)
-    found.add(differing, "raw files that differ")
-    return not differing
-
-
-def _readings(entries: Sequence[Entry]) -> Iterator[Entry]:
-    return (entry for entry in entries if entry.action in (Action.INGEST, Action.READ))
+    differing += [f"{path} is of no entry of the journal." for path in capsule.beyond("raw", of_journal)]
+    capsule.found.raw_copies = len(n_bytes)
+    capsule.found.add(differing, "raw files that differ")
 
 
 def _beyond_limits(entry: Entry) -> list[str]:
@@ -288,28 +271,17 @@ def _beyond_limits(entry: Entry) -> list[str]:
     ]
 
 
-def _is_beyond(path: str, folder: str, known: set[str]) -> bool:
-    return path.startswith(f"{folder}/") and path not in known
-
-
-def _check_made(
-    engine: sa.Engine,
-    replay: Replay,
-    entries: Sequence[Entry],
-    folder: Path,
-    members: Mapping[str, Member],
-    found: _Found,
-    step: Step,
-) -> None:
+def _check_made(capsule: _Unpacked, engine: sa.Engine, replay: Replay, entries: Sequence[Entry]) -> None:
     """Make the report and all else again, as the journal and the raw copies give it."""
-    stated = _entry_of_report(entries, members)
+    found, step = capsule.found, capsule.step
+    stated = _entry_of_report(capsule, entries)
     if stated is None:
         found.differences.append(
             f"the files under {REPORT}/ are those of no report in the journal: a page, table or figure was exchanged."
         )
         return
     of_report = stated.new or {}
-    origin = read_origin((folder / ORIGIN).read_bytes()) if ORIGIN in members else None
+    origin = read_origin(capsule.bytes_of(ORIGIN)) if ORIGIN in capsule.members else None
     if origin is not None:
         found.remarks.append(f"It was {origin.sentence}; only who has the book can show that.")
     replay.apply_to(engine, report_as_of(stated.seq, of_report, stated.origin is not None))
@@ -318,34 +290,33 @@ def _check_made(
         again = made_again(connection, replay.store, of_report["where"], of_report["made_at"])
         data = numbers_bytes(numbers_of_report(again))
     found.numbers = of_report["numbers"]
-    given = (folder / REPORT / NUMBERS).read_bytes()
+    given = capsule.bytes_of(f"{REPORT}/{NUMBERS}")
     if data != given:
         found.add(_numbers_that_differ(given, data), "numbers that differ")
     step("writing the report's pages")
-    figures = [path for path in members if path.startswith(f"{REPORT}/figures/")]
-    found.add(
-        [
-            f"{path} holds a script or a link, which no figure of labbook does."
-            for path in figures
-            if is_active((folder / path).read_bytes())
-        ],
-        "such figures",
-    )
+    figures = [path for path in capsule.members if path.startswith(f"{REPORT}/figures/")]
+    active = [path for path in figures if is_active(capsule.bytes_of(path))]
+    found.add([f"{path} holds a script or a link, which no figure of labbook does." for path in active], "such figures")
     found.remarks += _not_proved(entries, len(figures))
-    _compare_pages(again.content, folder, members, found, own_page=bool(of_report.get("own_page")))
+    _compare_pages(capsule, again.content, own_page=bool(of_report.get("own_page")))
     replay.apply_to(engine)
     step("making tables")
     with reading(engine) as connection, without_caches():
         found.add(_study_that_differs(connection), "settings of the study that differ")
+        row = config_in_force(connection)
+        if row is None:
+            raise BookDamaged("the journal has no configuration.")
         made_of = next(one for one in list_reports(connection) if one.seq == stated.seq)
-        anew = _made_anew(connection, replay.store, entries, made_of, members, origin)
+        about, made = made_files(connection, replay.store, configuration_of(row), entries, made_of, origin)
+        as_stored = [one for path, one in capsule.members.items() if path.startswith(("raw/", "signals/", _OF_REPORT))]
+        anew = {one.path: one for one in crate_members(about, made, as_stored)}
         samples = {stored.store_path: stored.sha256 for stored in signal_files(connection)}
         other_readers = differences(connection, journal.stored(connection), replay.without_rows).other_versions
     found.report = made_of.called
     found.tables = sum(path.startswith("tables/") for path in anew)
-    _compare_made(anew, folder, members, found)
+    _compare_made(capsule, anew)
     step("comparing samples")
-    _compare_samples(samples, replay.store, folder, members, found)
+    _compare_samples(capsule, samples, replay.store)
     if other_readers or again.versions != of_report["versions"]:
         found.remarks.append(
             "other versions of readers or algorithms made it than this labbook has, so that numbers may differ without "
@@ -397,50 +368,34 @@ def _not_proved(entries: Sequence[Entry], n_figures: int) -> list[str]:
     ]
 
 
-def _entry_of_report(entries: Sequence[Entry], members: Mapping[str, Member]) -> Entry | None:
+def _entry_of_report(capsule: _Unpacked, entries: Sequence[Entry]) -> Entry | None:
     """Return the last entry whose report has just the files that are here."""
-    folder = f"{REPORT}/"
-    here = {path.removeprefix(folder): one.sha256 for path, one in members.items() if path.startswith(folder)}
+    members = capsule.members.items()
+    here = {path.removeprefix(_OF_REPORT): one.sha256 for path, one in members if path.startswith(_OF_REPORT)}
     reports = (entry for entry in reversed(entries) if entry.action is Action.REPORT and entry.origin is None)
     return next((entry for entry in reports if (entry.new or {}).get("files") == here), None)
 
 
-def _made_anew(
-    connection: sa.Connection,
-    store: Store,
-    entries: Sequence[Entry],
-    made_of: ReportRow,
-    members: Mapping[str, Member],
-    origin: Origin | None,
-) -> dict[str, Member]:
-    """Make every file again that a capsule makes of its book."""
-    row = config_in_force(connection)
-    if row is None:
-        raise BookDamaged("the journal has no configuration.")
-    about, made = made_files(connection, store, configuration_of(row), entries, made_of, origin)
-    as_stored = [one for path, one in members.items() if path.startswith(("raw/", "signals/", f"{REPORT}/"))]
-    return {one.path: one for one in crate_members(about, made, as_stored)}
-
-
-def _compare_made(anew: Mapping[str, Member], folder: Path, members: Mapping[str, Member], found: _Found) -> None:
+def _compare_made(capsule: _Unpacked, anew: Mapping[str, Member]) -> None:
     """Compare what a capsule made of its book with the same made anew."""
+    members = capsule.members
     differing = [f"{path} is missing, which this book gives." for path in anew if path not in members]
     differing += [f"{path} is nothing that this book gives." for path in members if path not in anew]
     for path, one in anew.items():
         if path not in members or members[path].sha256 == one.sha256 or path in (METADATA, SUMS):
             continue
         assert isinstance(one.source, bytes), "all that is made is in memory"  # noqa: S101
-        given = (folder / path).read_bytes()
+        given = capsule.bytes_of(path)
         if path.startswith("tables/"):
             differing += _cells_that_differ(path, given, one.source)
         else:
             differing.append(f"{path} is not as the book gives it: {_first_line(given, one.source)}.")
-    if not differing and not found.differences:
+    if not differing and not capsule.found.differences:
         for path in (SUMS, METADATA):
-            one, given = anew[path], (folder / path).read_bytes()
-            if given != one.source and isinstance(one.source, bytes):
-                differing.append(f"{path} is not as labbook writes it: {_first_line(given, one.source)}.")
-    found.add(differing, "things that differ")
+            made, given = anew[path].source, capsule.bytes_of(path)
+            if isinstance(made, bytes) and given != made:
+                differing.append(f"{path} is not as labbook writes it: {_first_line(given, made)}.")
+    capsule.found.add(differing, "things that differ")
 
 
 def _first_line(given: bytes, anew: bytes) -> str:
@@ -512,18 +467,20 @@ def _by_how_much(given: object, anew: object) -> str:
     return f", a difference of {one - other:.3g} ({100 * part:.2g} %){rounding}"
 
 
-def _compare_pages(
-    content: ReportContent, folder: Path, members: Mapping[str, Member], found: _Found, *, own_page: bool
-) -> None:
+OWN_PAGES = ("report.html", "summary.html")
+"""What a lab's own templates make."""
+
+
+def _compare_pages(capsule: _Unpacked, content: ReportContent, *, own_page: bool) -> None:
     """Compare the report's pages and tables with those made anew, around the figures that the capsule has.
 
     A page of a lab's own is compared with the journal's hash alone, as figures and tables for Word are.
     """
-    beginning = f"{REPORT}/"
-    given = {path.removeprefix(beginning): folder / path for path in members if path.startswith(beginning)}
+    found, names = capsule.found, [path for path in capsule.members if path.startswith(_OF_REPORT)]
+    given = {path.removeprefix(_OF_REPORT): capsule.bytes_of(path) for path in names}
     if PAGE not in given:
         return
-    page = given[PAGE].read_text(encoding="utf-8", errors="replace")
+    page = given[PAGE].decode(errors="replace")
     made_with = [f"labbook {content.software_version}", *(f"{name} {version}" for name, version in content.software)]
     others = [software for software in made_with if software not in page]
     if others:
@@ -532,7 +489,7 @@ def _compare_pages(
             "those that they would be compared with."
         )
         return
-    drawn = {name: path.read_bytes() for name, path in given.items() if name.startswith("figures/")}
+    drawn = {name: data for name, data in given.items() if name.startswith("figures/")}
     try:
         anew = files_beside_figures(content, drawn, summary="summary.html" in given)
     except (KeyError, ValueError) as error:
@@ -540,44 +497,33 @@ def _compare_pages(
         return
     if own_page:
         found.remarks.append("the report's page is of the lab's own: its numbers were compared, its words were not.")
-        anew = {name: given[name].read_bytes() if name in OWN_PAGES and name in given else anew[name] for name in anew}
+        anew = {name: given.get(name, data) if name in OWN_PAGES else data for name, data in anew.items()}
     differing = [
-        f"{beginning}{name} is not the page or table that comes out anew: {_first_line(path.read_bytes(), anew[name])}."
-        for name, path in given.items()
-        if name in anew and path.read_bytes() != anew[name]
+        f"{_OF_REPORT}{name} is not the page or table that comes out anew: {_first_line(data, anew[name])}."
+        for name, data in given.items()
+        if name in anew and data != anew[name]
     ]
-    differing += [f"{beginning}{name} is missing, which this report has." for name in anew if name not in given]
-    differing += [
-        f"{beginning}{name} is nothing that this report has."
-        for name in given
-        if name not in anew and name not in (NUMBERS, WORD) and not name.startswith("figures/")
-    ]
+    differing += [f"{_OF_REPORT}{name} is missing, which this report has." for name in anew if name not in given]
+    known = {*anew, *drawn, NUMBERS, WORD}
+    differing += [f"{_OF_REPORT}{name} is nothing that this report has." for name in given if name not in known]
     found.add(differing, "pages and tables that differ")
 
 
-OWN_PAGES = ("report.html", "summary.html")
-"""What a lab's own templates make."""
-
-
-def _compare_samples(
-    samples: Mapping[str, str], again: Store, folder: Path, members: Mapping[str, Member], found: _Found
-) -> None:
+def _compare_samples(capsule: _Unpacked, samples: Mapping[str, str], again: Store) -> None:
     """Compare the files of samples with those that the raw copies gave: their bytes, or else what they hold."""
+    members, folder = capsule.members, capsule.folder
     differing = [f"{path} is missing, which the raw files give." for path in samples if path not in members]
-    differing += [
-        f"{path} is nothing that the raw files give." for path in members if _is_beyond(path, "signals", {*samples})
-    ]
-    given = Store(folder)
+    differing += [f"{path} is nothing that the raw files give." for path in capsule.beyond("signals", samples)]
     for path, sha256 in samples.items():
         if path not in members or _same_bytes(members[path], again.root / path):
             continue
         try:
             if not _same_shape(folder / path, again.root / path):
                 raise BookDamaged("other columns or rows")
-            given.check_samples(path, sha256, "the capsule")
+            Store(folder).check_samples(path, sha256, "the capsule")
         except BookDamaged:
             differing.append(f"{path} does not hold the samples that its raw file gives.")
-    found.add(differing, "files of samples that differ")
+    capsule.found.add(differing, "files of samples that differ")
 
 
 def _same_bytes(one: Member, path: Path) -> bool:

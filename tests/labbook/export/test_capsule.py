@@ -207,5 +207,5 @@ def test_the_command_says_what_was_written(book: SmallBook) -> None:
 
 def test_a_book_on_postgresql_gives_a_capsule_that_is_whole(tmp_path: Path, postgres_url: str) -> None:
     file = written(whole_book(tmp_path / "book", postgres_url))
-    assert verify(file).differences == ()
+    assert not verify(file).differences
     assert postgres_url.encode() in files_of(file)["labbook.toml"]

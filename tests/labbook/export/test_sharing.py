@@ -53,7 +53,7 @@ def test_nothing_says_what_is_left_out_and_all_of_it_can_be_checked(book: SmallB
     assert b'"person":"BO"' in files["journal.jsonl"]
     assert b"AN timed it" in files["journal.jsonl"]
     found = verify(file)
-    assert found.differences == ()
+    assert not found.differences
     original = book.journal.read_text(encoding="utf-8").splitlines()
     head = json.loads(original[-1])["hash"]
     assert json.loads(files["origin.json"]) == {
