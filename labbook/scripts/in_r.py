@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
 
-from labbook.scripts.assembling import TEMPLATES, needed_by
+from labbook.scripts.assembling import needed_by
 from labbook.scripts.script import Script
 
 FOLDER = Path(__file__).parent / "r"
@@ -22,21 +22,12 @@ def assemble_in_r(script: Script, heading: str, last_line: str) -> str:
     heading : what stands at the head, as a comment
     last_line : what stands at the end, as a comment
     """
-    parts = [_file(name).read_text(encoding="utf-8").rstrip() for name in _needed(script)]
+    parts = [(FOLDER / f"{name}.R").read_text(encoding="utf-8").rstrip() for name in needed_by(script.steps)]
     used = [name for name in script.settings if any(re.search(rf"\b{name}\b", part) for part in parts)]
     settings = {"LEVEL": 0.95, **script.settings}
     named = [f"{name} <- {_in_r(settings[name])}" for name in dict.fromkeys([*used, "LEVEL"])]
     comment = "\n".join(f"# {line}".rstrip() for line in heading.rstrip().splitlines())
     return "\n\n".join([comment, "\n".join(named), *parts, _main(script), f"# {last_line}"]) + "\n"
-
-
-def _needed(script: Script) -> Sequence[str]:
-    needed = needed_by(["runs.read", *script.steps, "runs.show"])
-    return [name for name in TEMPLATES if name in needed]
-
-
-def _file(name: str) -> Path:
-    return FOLDER / f"{name}.R"
 
 
 def _main(script: Script) -> str:

@@ -240,15 +240,20 @@ def test_a_prediction_whose_varied_jump_has_no_apex_has_no_error() -> None:
 def test_every_template_is_listed_and_names_are_its_own() -> None:
     files = {file.stem for file in assembling.FOLDER.glob("*.py")} - {"__init__"}
     assert set(assembling.TEMPLATES) == files
-    names = Counter(name for each in assembling.TEMPLATES for name in assembling.template(each).defined)
+    statements = [node for each in assembling.TEMPLATES for node in assembling.statements_of(each)]
+    names = Counter(node.name for node in statements if isinstance(node, ast.FunctionDef | ast.ClassDef))
+    for node in statements:
+        if isinstance(node, ast.Assign | ast.AnnAssign):
+            targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+            names.update(one.id for target in targets for one in ast.walk(target) if isinstance(one, ast.Name))
     assert [name for name, count in names.items() if count > 1] == []
 
 
 def test_templates_in_r_have_the_numbers_of_those_in_python() -> None:
     numbers = [
-        (where, name)
+        (where, node.name)
         for where in assembling.TEMPLATES
-        for name, node in assembling.template(where).defined.items()
+        for node in assembling.statements_of(where)
         if isinstance(node, ast.FunctionDef) and node.returns is not None
         if ast.unparse(node.returns) == "Number" and node.args.args[0].arg in ("runs", "rows")
     ]
