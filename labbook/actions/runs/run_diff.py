@@ -116,36 +116,40 @@ def _alike(first: Value, second: Value, unit: str) -> bool:
     return first == second
 
 
+_UNITS = {"s": "s", "mah": "mAh", "v": "V", "hz": "Hz", "utc": UTC}
+"""Units by the ending of a field's name."""
+_OF_RUN = (
+    *("kind", "state", "day", "position_in_day", "planned", "robot", "battery"),
+    *("started_utc", "duration_s", "starts", "jumps_made"),
+)
+_OF_CHARGE = (
+    *("charge_mah", "resolution_mah", "recharge_s", "end_voltage_v"),
+    *("mode", "stated_pack", "ended_utc", "added"),
+)
+
+
+def _fields(of: str, item: object, names: Sequence[str]) -> Things:
+    """Give fields of a thing; what stands for its unit at the end of a field's name is that."""
+    for name in names:
+        what, _mark, ending = name.rpartition("_")
+        thing = Thing(of, what, _UNITS[ending]) if what and ending in _UNITS else Thing(of, name)
+        yield thing._replace(what=thing.what.replace("_", " ")), getattr(item, name)
+
+
 def _facts(view: RunView) -> Things:
-    run = view.run
-    yield Thing("", "kind"), run.kind
-    yield Thing("", "state"), run.state
-    yield from ((Thing("", name), label) for name, label in run.levels.items())
-    yield Thing("", "day"), run.day
-    yield Thing("", "position in the day"), run.position_in_day
-    yield Thing("", "planned"), run.planned
-    yield Thing("", "robot"), run.robot
-    yield Thing("", "pack"), run.battery
-    yield Thing("", "started", UTC), run.started_utc
-    yield Thing("", "duration", "s"), run.duration_s
-    yield Thing("", "starts"), run.starts
-    yield Thing("", "jumps made"), run.jumps_made
+    yield from _fields("", view.run, _OF_RUN)
+    yield from ((Thing("", name), label) for name, label in view.run.levels.items())
     yield Thing("", "notes"), tuple(note.text for note in view.notes)
 
 
 def _files(view: RunView) -> Things:
     for name, file in _named(view.files):
-        yield Thing(name, "name"), file.name
-        yield Thing(name, "size", "bytes"), file.n_bytes
-        yield Thing(name, "format"), file.reader
-        yield Thing(name, "version of the format"), file.reader_version
+        yield from _fields(name, file, ("name", "n_bytes", "reader", "reader_version"))
         for setting, value in _settings(file.settings):
             if setting != "declared.file_name":  # its name, once more
                 yield Thing(name, setting.removeprefix("declared.")), value
     for name, signal, gaps in _signals(view):
-        yield Thing(name, "rate", "Hz"), signal.rate_hz
-        yield Thing(name, "samples"), signal.n_samples
-        yield Thing(name, "begins", UTC), signal.start_utc
+        yield from _fields(name, signal, ("rate_hz", "n_samples", "start_utc"))
         for kind, count in Counter(gap.kind for gap in gaps).items():
             yield Thing(name, f"gaps ({kind})"), count
             missing = sum(gap.samples_missing for gap in gaps if gap.kind == kind)
@@ -188,26 +192,14 @@ def _channels(view: RunView) -> Things:
         yield Thing(name, "channels"), len(signal.channels)
         yield from ((Thing(name, channel), True) for channel in signal.channels)
     for channel in view.calibrated:
-        line, name = channel.calibration, f"calibration of {channel.name}"
+        name = f"calibration of {channel.name}"
         yield Thing(name, "column"), channel.source_name
-        yield Thing(name, "scale", channel.calibrated_unit), line.scale
-        yield Thing(name, "offset", channel.calibrated_unit), line.offset
-        yield Thing(name, "standard errors"), line.errors
-        yield Thing(name, "source"), line.source
-        yield Thing(name, "holds"), line.period
+        yield from _fields(name, channel.calibration, ("scale", "offset", "errors", "source", "period"))
 
 
 def _charges(view: RunView) -> Things:
     for number, charge in enumerate(view.charges, start=1):
-        name = _numbered("charge", number)
-        yield Thing(name, "put back", "mAh"), charge.charge_mah
-        yield Thing(name, "step of the charger", "mAh"), charge.resolution_mah
-        yield Thing(name, "recharged in", "s"), charge.recharge_s
-        yield Thing(name, "end voltage", "V"), charge.end_voltage_v
-        yield Thing(name, "mode"), charge.mode
-        yield Thing(name, "pack"), charge.stated_pack
-        yield Thing(name, "ended", UTC), charge.ended_utc
-        yield Thing(name, "added"), charge.added
+        yield from _fields(_numbered("charge", number), charge, _OF_CHARGE)
 
 
 def _numbers(view: RunView) -> Things:

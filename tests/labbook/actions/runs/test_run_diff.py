@@ -50,11 +50,11 @@ def test_two_runs_of_a_day_differ_in_their_levels_logs_charges_and_numbers(whole
         found = compared(book, "r001", "r002")
         first, second = views(book, "r001", "r002")
     assert found["facts", "", "b_ad_gain"] == ("0", "100")
-    assert found["facts", "", "position in the day"] == (1, 2)
+    assert found["facts", "", "position in day"] == (1, 2)
     assert found["files", "log", "name"] == ("r001.csv", "r002.csv")
     assert found["numbers", "", "joules a jump"] == (first.joules_per_jump, second.joules_per_jump)
-    assert found["charges", "charge", "put back"] == (first.charges[0].charge_mah, second.charges[0].charge_mah)
-    alike = {"foot", "k_gain", "day", "robot", "rate", "format", "body_height", "jumps found"}
+    assert found["charges", "charge", "charge"] == (first.charges[0].charge_mah, second.charges[0].charge_mah)
+    alike = {"foot", "k_gain", "day", "robot", "rate", "reader", "body_height", "jumps found"}
     assert not alike & {what for _subject, _of, what in found}
     assert not any(of == "charge" for subject, of, _what in found if subject == "files")  # one sheet has both
 
