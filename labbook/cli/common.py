@@ -7,7 +7,6 @@ import functools
 import inspect
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import fields, is_dataclass
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -31,18 +30,6 @@ AsOption = Annotated[
     ),
 ]
 _JsonOption = Annotated[bool, typer.Option("--json", help="Print JSON for programs.")]
-
-
-class Fold(StrEnum):
-    """Which reading of a local time: by the offset from UTC before the change of clocks, or after it."""
-
-    FIRST = "first"
-    SECOND = "second"
-
-
-FoldOption = Annotated[
-    Fold | None, typer.Option("--fold", help="Which of a local time that clocks show twice, or skip.")
-]
 WhereOption = Annotated[
     str | None,
     typer.Option("--where", metavar="TEXT", help='Which runs, for example "k_gain=400 and day>=2021-06-01".'),

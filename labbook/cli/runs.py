@@ -11,7 +11,6 @@ import typer
 from labbook.cli.common import (
     AsOption,
     BookOption,
-    FoldOption,
     MaybeWhyOption,
     WhereOption,
     opened,
@@ -99,7 +98,6 @@ def diff_command(
 def import_command(
     sheet: Annotated[Path, typer.Argument(help="The run sheet: CSV, or a workbook.")],
     dates: Annotated[DateOrder | None, typer.Option(help="How dates with slashes are written, as 03/04/2021.")] = None,
-    fold: FoldOption = None,
     encoding: Annotated[str | None, typer.Option(help="The page of text that is not UTF-8; else cp1252.")] = None,
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Say what would be stated; store nothing.")] = False,
     book: BookOption = None,
@@ -128,7 +126,7 @@ def import_command(
                     raise DryRun
             return done
 
-        done = with_answers(attempt, {"dates": dates, "fold": fold})
+        done = with_answers(attempt, {"dates": dates})
     line = (
         f"{len(done.stated)} runs stated, {len(done.filled_in)} filled in, {len(done.unchanged)} there already, "
         f"{len(done.not_made)} still to be made{' (dry run: nothing stored)' if dry_run else ''}."

@@ -1,10 +1,10 @@
 """Commands that state what a person knows: note, charge, check, correct, void, assign."""
 
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, FoldOption, opened, stating, tell
+from labbook.cli.common import AsOption, BookOption, opened, stating, tell
 from labbook.terminal import Shown
 
 
@@ -91,7 +91,6 @@ def correct(
     target: Annotated[str, typer.Argument(help="A run, or study, robot:NAME, battery:NAME, charge:UID.")],
     fields: Annotated[list[str], typer.Argument(metavar="FIELD=VALUE...", help="What it should say.")],
     why: Annotated[str, typer.Option("--why", "--reason", help="Why the old value was wrong.")],
-    fold: FoldOption = None,
     book: BookOption = None,
     person: AsOption = None,
 ) -> Shown:
@@ -111,38 +110,31 @@ def correct(
     from labbook.actions.runs.rig_line import OF_JOULES, rig_lines_of_runs
     from labbook.book.naming import changes_in_words
     from labbook.book.report_numbers import outdated_reports
-    from labbook.cli.reading import with_answers
     from labbook.config.places import toml_changes
 
     with opened(book) as opened_book:
         configuration = opened_book.configuration
-
-        def attempt(answers: dict[str, str | None]) -> tuple[dict[str, Any], str, list[str]]:
-            with opened_book.session(person, correcting=True) as session:
-                waiting = waiting_charges(session.connection)
-                changed = state_correction(opened_book, session, target, fields, why, fold=answers["fold"])
-                shown = {name: values for name, values in changed.items() if name != "planned_run"}
-                old, new = ({name: values[place] for name, values in shown.items()} for place in (0, 1))
-                words = changes_in_words(session.connection, old, new)
-                runs = runs_corrected(session.connection, target, changed)
-                remarks = remarks_on(session.connection, configuration, runs, changed)
-                settled = known_now(session.connection, waiting)
-                reports = outdated_reports(session)
-                data = {"changed": changed, "remarks": remarks, "settled": settled, "reports": reports}
-                return data, words, runs
-
-        data, words, runs = with_answers(attempt, {"fold": fold})
-        changed = data["changed"]
+        with opened_book.session(person, correcting=True) as session:
+            waiting = waiting_charges(session.connection)
+            changed = state_correction(opened_book, session, target, fields, why)
+            shown = {name: values for name, values in changed.items() if name != "planned_run"}
+            old, new = ({name: values[place] for name, values in shown.items()} for place in (0, 1))
+            words = changes_in_words(session.connection, old, new)
+            runs = runs_corrected(session.connection, target, changed)
+            remarks = remarks_on(session.connection, configuration, runs, changed)
+            settled = known_now(session.connection, waiting)
+            reports = outdated_reports(session)
         about = runs if OF_JOULES & changed.keys() else ()
         rig = [line.text for line in rig_lines_of_runs(opened_book, about, jumps="jumps_made" in changed)]
+    data = {"changed": changed, "remarks": remarks, "settled": settled, "reports": reports, "rig": rig}
     in_file = toml_changes(configuration, target, {name: new for name, (_old, new) in changed.items()})
     said = [f"{target}: {', '.join(fields)}.", f"changed: {words}."]
     lines = [
         *(said if changed else [f"{target} says that already: nothing was changed."]),
         *in_file,
-        *(f"{row} waited and says so too: it waits no more." for row in data["settled"]),
+        *(f"{row} waited and says so too: it waits no more." for row in settled),
     ]
-    return tell({"target": target, **data, "rig": rig, "labbook_toml": in_file}, lines)
+    return tell({"target": target, **data, "labbook_toml": in_file}, lines)
 
 
 def void(

@@ -10,7 +10,6 @@ from zoneinfo import ZoneInfo
 from data_schema.errors import InputRefused
 from ingest.timebase.clock import Unclear, date_order, day_of, parse_stamp, seconds_of
 
-FIRST, SECOND = "first", "second"
 _CLOCK = re.compile(r"([0-9]{1,2}):([0-9]{2})(?::([0-9]{2}))?(Z|[+-][0-9]{2}:[0-9]{2})?")
 
 
@@ -62,41 +61,22 @@ def parse_clock(cell: str) -> datetime.time:
         raise InputRefused(f"{cell!r} is not a time of day: write hours and minutes, such as 14:05.") from None
 
 
-def to_utc(
-    date: datetime.date,
-    clock: datetime.time,
-    zone: ZoneInfo,
-    fold: str | None = None,
-    *,
-    known_utc: str | None = None,
-    what: str = "the run",
-) -> str:
+def to_utc(date: datetime.date, clock: datetime.time, zone: ZoneInfo, what: str = "the run") -> str:
     """Return the instant of a local time as ISO text in UTC.
 
-    A time that the change of clocks skips or repeats has two readings, by the offset before the change and after it:
-    `fold` says which, or `known_utc`, where it is one of them. Raises `SheetQuestion`, about `what`, without both.
+    Raises `InputRefused`, about `what`, for a time without an offset that the change of clocks skips or repeats.
     """
     if clock.tzinfo is not None:
         return _text(datetime.datetime.combine(date, clock))
-    readings = {
-        choice: datetime.datetime.combine(date, clock, zone).replace(fold=place)
-        for place, choice in enumerate((FIRST, SECOND))
-    }
-    offsets = {moment.utcoffset() for moment in readings.values()}
-    if len(offsets) == 1:
-        return _text(readings[FIRST])
-    if fold is not None:
-        return _text(readings[fold])
-    if known_utc is not None and known_utc in map(_text, readings.values()):
-        return known_utc
-    there = readings[FIRST].astimezone(datetime.UTC).astimezone(zone).replace(tzinfo=None, fold=0)
-    skipped = there != datetime.datetime.combine(date, clock)
-    how = "clocks skip" if skipped else "clocks show twice"
-    raise SheetQuestion(
-        f"{what} started at {clock:%H:%M}, which {how} on {date} in {zone.key}",
-        "fold",
-        {choice: moment.isoformat(timespec="minutes")[11:] for choice, moment in readings.items()},
-    )
+    moment = datetime.datetime.combine(date, clock, zone)
+    readings = [moment, moment.replace(fold=1)]
+    if moment.utcoffset() != readings[1].utcoffset():
+        either = " or ".join(one.isoformat(timespec="minutes")[11:] for one in readings)
+        raise InputRefused(
+            f"{what} started at {clock:%H:%M}, which clocks skip or show twice on {date} in {zone.key}: write it with "
+            f"its offset from UTC, {either}."
+        )
+    return _text(moment)
 
 
 def _text(moment: datetime.datetime) -> str:

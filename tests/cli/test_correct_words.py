@@ -90,9 +90,9 @@ def test_a_run_without_charge_is_told_how_to_state_one(stated: SmallBook) -> Non
     refused(labbook("correct", "r001", "mah=812", "--why", "x", at=stated.folder), 2, "`labbook charge r001 MAH`")
 
 
-def test_a_start_that_clocks_show_twice_needs_the_flag(whole: SmallBook) -> None:
-    text = ["correct", "r001", "date=2021-11-07", "started=01:30", "--why", "misread"]
+def test_a_start_that_clocks_show_twice_needs_its_offset(whole: SmallBook) -> None:
+    date = ["correct", "r001", "date=2021-11-07", "--why", "misread"]
     with unchanged(whole.folder):
-        refused(labbook(*text, at=whole.folder), 2, "show twice", "`--fold first`")
-    good(labbook(*text, "--fold", "second", at=whole.folder))
+        refused(labbook(*date, "started=01:30", at=whole.folder), 2, "show twice", "01:30-04:00 or 01:30-05:00")
+    good(labbook(*date, "started=01:30-05:00", at=whole.folder))
     assert facts(whole, "r001")[1] == "2021-11-07T06:30:00Z"

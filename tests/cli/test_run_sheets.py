@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.shell import at_a_terminal, good, labbook, refused, rows, unchanged
+from tests.cli.shell import good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
 from tests.helpers.tomls import without
 
@@ -31,18 +31,11 @@ def test_a_german_sheet_is_read_and_its_page_is_said(fresh: SmallBook, tmp_path:
     assert found == [("r1", 722.5, "2021-06-14", NOTE)]
 
 
-def test_a_time_that_came_twice_is_refused_with_the_flag_and_asked_about_at_a_terminal(
-    fresh: SmallBook, tmp_path: Path
-) -> None:
+def test_a_time_that_came_twice_is_wanted_with_its_offset(fresh: SmallBook, tmp_path: Path) -> None:
     """The first of the two was stored without a word."""
     without(fresh.folder, r"(?<=time_zone = )[^\n]*", '"Europe/Berlin"')
-    path = sheet(tmp_path, date="31.10.2021", started="02:30")
+    twice = sheet(tmp_path, date="31.10.2021", started="02:30")
     with unchanged(fresh.folder):
-        refused(labbook("runs", "import", path, at=fresh.folder), 2, "run r1 (line 2)", "show twice", "`--fold second`")
-    code, out, asked = at_a_terminal("runs", "import", path, at=fresh.folder, typed="perhaps\nsecond\n")
-    assert code == 0, out
-    assert "02:30+01:00" in asked
+        refused(labbook("runs", "import", twice, at=fresh.folder), 2, "run r1 (line 2)", "show twice", "02:30+01:00")
+    good(labbook("runs", "import", sheet(tmp_path, date="31.10.2021", started="02:30+01:00"), at=fresh.folder))
     assert rows(fresh.folder, "SELECT started_utc FROM run") == [("2021-10-31T01:30:00Z",)]
-    with unchanged(fresh.folder):  # the book knows which was meant
-        again = good(labbook("runs", "import", path, at=fresh.folder))
-    assert "1 there already" in again.out

@@ -60,19 +60,18 @@ _NO_LEVELS = "levels"
 
 
 def correct(
-    book: Book, session: WriteSession, target: str, assignments: Sequence[str], why: str, *, fold: str | None = None
+    book: Book, session: WriteSession, target: str, assignments: Sequence[str], why: str
 ) -> dict[str, tuple[Any, Any]]:
     """State corrections of one row; returns (old, new) by column.
 
-    Words of the run sheet stand for their columns (`corrected_values`); `fold` settles a local time with two
-    readings. The charge of a run is a row of its own, corrected with it.
+    Words of the run sheet stand for their columns. The charge of a run is a row of its own, corrected with it.
     """
     refuse_empty("--why", why)
     kind, uid, run = _target(session.connection, target)
     zone = ZoneInfo(study_of(session.connection).time_zone)
     assigned = _assignments(assignments)
     charged = {MAH: assigned.pop(MAH)} if run is not None and MAH in assigned else {}
-    given = in_columns(kind, assigned, run, zone, fold)
+    given = in_columns(kind, assigned, run, zone)
     new: dict[str, Any] = {}
     levels = dict(run.levels) if run else {}
     for name, text in given.items():
@@ -93,7 +92,7 @@ def correct(
         new |= _planned_as(session.connection, new["name"])
     done = _state_changes(session, kind, uid, new, why)
     if run is not None and charged:
-        ((column, text),) = in_columns("charge", charged, None, zone, fold).items()
+        ((column, text),) = in_columns("charge", charged, None, zone).items()
         done |= _state_changes(
             session,
             "charge",
@@ -397,12 +396,10 @@ def text_by_column(kind: str) -> tuple[str, ...]:
     return (*_COLUMNS.get(kind, {}), *((MAH,) if kind == "run" else ()))
 
 
-def in_columns(
-    kind: str, given: Mapping[str, str], run: RunRow | None, zone: ZoneInfo, fold: str | None
-) -> dict[str, str]:
+def in_columns(kind: str, given: Mapping[str, str], run: RunRow | None, zone: ZoneInfo) -> dict[str, str]:
     """Return what was given by column; a new date takes the time of day of the start along.
 
-    Raises `UsageError` where a word and its column are both given, `SheetQuestion` for a time with two readings.
+    Raises `UsageError` where a word and its column are both given.
     """
     columns = _COLUMNS.get(kind, {})
     texts: dict[str, str] = {}
@@ -415,10 +412,10 @@ def in_columns(
         return texts
     date = _date(texts["day"]) if _DATE in given else None
     if _STARTED in given:
-        texts["started_utc"] = _started(given[_STARTED], _date(texts.get("day", run.day)), zone, fold)
+        texts["started_utc"] = _started(given[_STARTED], _date(texts.get("day", run.day)), zone)
     elif date is not None and run.started_utc is not None and "started_utc" not in texts:
         clock = datetime.datetime.fromisoformat(run.started_utc).astimezone(zone).time()
-        texts["started_utc"] = to_utc(date, clock, zone, fold)
+        texts["started_utc"] = to_utc(date, clock, zone)
     return texts
 
 
@@ -445,9 +442,9 @@ def _text(word: str, text: str) -> str:
     return text if number is None or "," not in text else repr(number)
 
 
-def _started(text: str, date: datetime.date, zone: ZoneInfo, fold: str | None) -> str:
+def _started(text: str, date: datetime.date, zone: ZoneInfo) -> str:
     """Return the instant of a time of day; an instant, or nothing, is left as it is."""
-    return text if not text or "T" in text else to_utc(date, parse_clock(text), zone, fold)
+    return text if not text or "T" in text else to_utc(date, parse_clock(text), zone)
 
 
 def _date(text: str) -> datetime.date:

@@ -46,13 +46,10 @@ class RunsImported:
     encoding: str = "utf-8"
 
 
-def import_runs(
-    book: Book, session: WriteSession, sheet: SheetFile, *, dates: str | None = None, fold: str | None = None
-) -> RunsImported:
+def import_runs(book: Book, session: WriteSession, sheet: SheetFile, *, dates: str | None = None) -> RunsImported:
     """State the runs of a sheet; raises with every contradiction at once, nothing being stored.
 
-    `dates` is the order of dates with slashes, `fold` which reading is meant of local times that the change of clocks
-    repeats or skips; raises `SheetQuestion` where one of them is needed.
+    `dates` is the order of dates with slashes; raises `SheetQuestion` where it is needed.
     """
     configuration = book.configuration
     rows, page = read_run_sheet(
@@ -64,7 +61,7 @@ def import_runs(
     )
     done = RunsImported(encoding=page)
     waiting = inbox(session.connection)
-    known = _Known(session, configuration, fold)
+    known = _Known(session, configuration)
     withdrawn = withdrawn_names(session.connection)
     planned = {row.name: row.uid for row in planned_runs(session.connection) if row.run_name is None}
     standing = {run.name: run for run in list_runs(session.connection)}
@@ -74,8 +71,7 @@ def import_runs(
         if not row.done:
             (done.withdrawn if row.name in withdrawn else done.not_made).append(row.name)
             continue
-        before = standing.get(row.name)
-        values = _values(known, row, before.started_utc if before else None)
+        values = _values(known, row)
         if row.name in standing:
             _fill_in(session, known, standing[row.name], row, values, done, contradictions)
             continue
@@ -100,8 +96,8 @@ def import_runs(
 class _Known:
     """The uids of what rows name, asked for once each; days and conditions come into being with their first run."""
 
-    def __init__(self, session: WriteSession, configuration: Configuration, fold: str | None) -> None:
-        self.session, self.configuration, self.fold = session, configuration, fold
+    def __init__(self, session: WriteSession, configuration: Configuration) -> None:
+        self.session, self.configuration = session, configuration
         self.study = study_of(session.connection)
         self.days = day_uids(session.connection)
         self.zone = ZoneInfo(self.study.time_zone)
@@ -141,9 +137,8 @@ def plan_factors(configuration: Configuration) -> list[PlanFactor]:
     ]
 
 
-def _values(known: _Known, row: RunSheetRow, standing_utc: str | None) -> dict[str, Any]:
-    what = f"run {row.name} (line {row.line})"
-    started = row.started and to_utc(row.date, row.started, known.zone, known.fold, known_utc=standing_utc, what=what)
+def _values(known: _Known, row: RunSheetRow) -> dict[str, Any]:
+    started = row.started and to_utc(row.date, row.started, known.zone, f"run {row.name} (line {row.line})")
     complete = row.duration_s is not None and (row.jumps_made is not None or row.kind is RunKind.IDLE)
     return {
         "study": known.study.uid,
