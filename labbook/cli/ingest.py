@@ -9,7 +9,7 @@ import typer
 if TYPE_CHECKING:
     from labbook.book.opening import Book
 
-from data_schema.errors import BookError, UsageError
+from data_schema.errors import BookError
 from data_schema.vocabulary import IngestStatus
 from labbook.cli.common import AsOption, BookOption, opened
 from labbook.cli.declaring import Declared
@@ -27,9 +27,6 @@ def ingest(
     draft_profile: Annotated[
         bool, typer.Option("--draft-profile", help="Print the [profiles.NAME] of a file, to be corrected.")
     ] = False,
-    out: Annotated[
-        Path | None, typer.Option("--out", "--output", metavar="FILE", help="Write the drafted profile to a new file.")
-    ] = None,
     again: Annotated[
         bool, typer.Option("--again", help="In a folder: what is declared also holds for files that the book has.")
     ] = False,
@@ -48,6 +45,7 @@ def ingest(
     Example: labbook ingest logs/ charges.csv; labbook ingest r007.csv --run r007; labbook ingest odd.txt --explain
     """
     from ingest.formats.registry import plugins
+    from labbook.actions.files.explaining import draft_profile as draft
     from labbook.actions.files.ingesting import (
         MADE_ANEW,
         FileOutcome,
@@ -63,8 +61,6 @@ def ingest(
     from labbook.cli.ingest_lines import Taken, batch_lines, taken_json
 
     options = declared_options(declared)
-    if out is not None and not draft_profile:
-        raise UsageError("--out is where a drafted profile is written: give --draft-profile too.")
     for fault in plugins().faults:
         say(fault, err=True)
     if explain or draft_profile:
@@ -74,7 +70,8 @@ def ingest(
             if meant.skipped:
                 say(meant.skipped_line, err=True)
             if draft_profile:
-                return _draft(opened_book, files, options, out)
+                drafts = [draft(opened_book, path, options) for path in files]
+                return Shown(drafts, [line for each in drafts for line in each.toml.splitlines()])
             return _explain(opened_book, meant.names, options, run)
     outcomes: list[FileOutcome] = []
     taken: list[Taken] = []
@@ -155,15 +152,3 @@ def _explain(book: "Book", names: dict[Path, str], options: dict[str, Any], run:
         [line for each in explained for line in explained_lines(each)],
         2 if any(each.refused for each in explained) else 0,
     )
-
-
-def _draft(book: "Book", files: list[Path], options: dict[str, Any], out: Path | None) -> Shown:
-    """Print the drafted profiles of files, or write them to the new file `out`."""
-    from labbook.actions.files.explaining import draft_profile, write_drafts
-
-    drafts = [draft_profile(book, path, options) for path in files]
-    lines = [line for each in drafts for line in each.toml.splitlines()]
-    if out is not None:
-        write_drafts(drafts, out)
-        lines = [f"wrote {out}: correct it, then put it into labbook.toml."]
-    return Shown(drafts, lines)

@@ -125,17 +125,6 @@ def test_a_column_of_a_log_that_is_called_as_one_of_a_sheet_is_left_open(fresh: 
     says(draft, '#"pack [V]" = { channel = "own.')
 
 
-def test_a_draft_is_written_to_a_new_file_only(fresh: SmallBook, odd: Path, tmp_path: Path) -> None:
-    target = tmp_path / "odd.toml"
-    words = ("ingest", odd, "--draft-profile")
-    printed = good(labbook(*words, at=fresh.folder)).out
-    assert str(target) in good(labbook(*words, "--out", target, at=fresh.folder)).out
-    assert target.read_text() == printed
-    for there in (target, fresh.toml):
-        with unchanged(there.parent):
-            refused(labbook(*words, "--out", there, at=fresh.folder), 2, there.name, "another")
-
-
 def test_words_that_are_none_are_refused_with_the_nearest(fresh: SmallBook, odd: Path) -> None:
     for flag, given, named in (
         ("--format", "delimited", "delimited_log"),

@@ -8,12 +8,12 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from data_schema.errors import InputRefused, nearest
+from data_schema.errors import nearest
 from data_schema.queries.facts import find_uid
 from data_schema.vocabulary import CHANNELS
 from ingest.channels.names import channel_kind, clean_name, parse_header
@@ -143,15 +143,6 @@ def draft_profile(book: Book, path: Path, options: Mapping[str, Any]) -> Draft:
     stem = clean_name(re.sub(r"\d+", " ", Path(file_name).stem)) or "logger"
     name = next(n for n in (stem, *(f"{stem}_{number}" for number in range(2, len(taken) + 3))) if n not in taken)
     return Draft(file_name, name, "\n".join(_lines(name, file_name, read, data)) + "\n")
-
-
-def write_drafts(drafts: Sequence[Draft], path: Path) -> None:
-    """Write drafts to a new file; raises `InputRefused` where one of that name is there already."""
-    try:
-        with path.open("x", encoding="utf-8") as file:
-            file.write("\n".join(draft.toml for draft in drafts))
-    except FileExistsError as error:
-        raise InputRefused(f"{path} is there already: name another file, or move it away.") from error
 
 
 def _lines(name: str, file_name: str, read: ReadFile, data: bytes) -> Iterator[str]:

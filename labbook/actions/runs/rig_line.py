@@ -18,7 +18,7 @@ from data_schema.queries.files import find_files
 from data_schema.queries.runs import RunRow, list_runs, runs_named, runs_of_conditions
 from data_schema.queries.signals import SignalRow
 from data_schema.reasons import Reason
-from data_schema.vocabulary import CHANNELS, FileRole, GapKind, IngestStatus, RunKind, Undefined
+from data_schema.vocabulary import FileRole, GapKind, IngestStatus, RunKind, Undefined
 from ingest.channels.names import channel_kind, squash
 from ingest.declared import flag_of
 from ingest.model import ChannelData, SignalPart
@@ -250,20 +250,18 @@ _LENGTHS = ("m", "cm", "mm", "um", "in", "ft")
 _WITHOUT_UNIT = (None, "1")
 _ALIKE = 0.5
 """A name less alike is none of a height."""
-_CLOSE = 0.7
-"""A name this alike may be the channel misspelt; less alike it only shares letters with it."""
 _QUOTED = set('"$`\\!')
 """What a shell reads within double quotes."""
 
 
 @dataclass(frozen=True, slots=True)
 class MissingHeight:
-    """The columns of a log as (name in the file, stored name, nearest channel or None), and how to declare one of them.
+    """The columns of a log by their names in the file, and how to declare one of them.
 
     `command` declares the column; of a file that was only tried it is the options alone.
     """
 
-    columns: tuple[tuple[str, str, str | None], ...]
+    columns: tuple[str, ...]
     command: str
 
 
@@ -286,20 +284,12 @@ def missing_heights(book: Book, outcomes: Sequence[FileOutcome]) -> list[Missing
 
 def missing_height_lines(name: str, missing: MissingHeight) -> list[str]:
     """Say it for people, before anything else of the file."""
-    columns = [
-        f"{name!r}"
-        + (f" (kept as {stored_name}{'' if near is None else f', nearest channel {near}'})" if stored_name else "")
-        for name, stored_name, near in missing.columns
-    ]
+    its_unit = ", UNIT being the file's, such as mm, or counts" if "UNIT" in missing.command else ""
     return [
         f"{name}: NO {BODY_HEIGHT}: no jump can be found in this log.",
-        f"  its columns: {listed(columns)}.",
-        f"  say which one it is{_its_unit(missing)}: `{missing.command}` (`labbook channels` lists all channels).",
+        f"  its columns: {listed([*map(repr, missing.columns)])}.",
+        f"  say which one it is{its_unit}: `{missing.command}` (`labbook channels` lists all channels).",
     ]
-
-
-def _its_unit(missing: MissingHeight) -> str:
-    return ", UNIT being the file's, such as mm, or counts" if "UNIT" in missing.command else ""
 
 
 def _is_log_without_height(outcome: FileOutcome) -> bool:
@@ -325,21 +315,10 @@ def _read_again(connection: sa.Connection, outcome: FileOutcome) -> str:
 def _missing(outcome: FileOutcome, again: str) -> MissingHeight:
     assert outcome.read is not None  # noqa: S101 - it was looked at
     channels = {channel.source_name: channel for part in outcome.read.parts for channel in part.channels}
-    columns = tuple(
-        (name, "", None)
-        if channel_kind(channel.name) is not None and squash(name) == squash(channel.name)
-        else (name, channel.name, None if channel_kind(channel.name) else _nearest_channel(channel.name))
-        for name, channel in channels.items()
-    )
     name, unit = _likeliest(list(channels.values()))
     column = f"{flag_of(outcome.read.explanation.tables, name)}={BODY_HEIGHT}:{unit}"
     quoted = shlex.quote(column) if set(column) & _QUOTED else f'"{column}"'
-    return MissingHeight(columns, f"{again}--column {quoted}")
-
-
-def _nearest_channel(name: str) -> str | None:
-    close = difflib.get_close_matches(name, CHANNELS, n=1, cutoff=_CLOSE)
-    return close[0] if close else None
+    return MissingHeight(tuple(channels), f"{again}--column {quoted}")
 
 
 def _likeliest(channels: Sequence[ChannelData]) -> tuple[str, str]:
