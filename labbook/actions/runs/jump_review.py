@@ -14,7 +14,8 @@ from data_schema.queries.detections import DecisionRow, DetectionRow, WaitingVer
 from data_schema.queries.files import waiting_files
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
-from data_schema.vocabulary import Action, FileRole, ReasonCode, RunKind, TargetKind, Undefined, Verdict
+from data_schema.reasons import Reason
+from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Undefined, Verdict
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, placed_apex, rest_length_m
 from labbook.analysis.outcomes.run_apexes import (
     JudgedJump,
@@ -62,33 +63,36 @@ def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
 def _usable(connection: sa.Connection, name: str) -> tuple[RunRow, tuple[SignalRow, ...]]:
     """Return a run and its logs; raises as `review` does."""
     run = run_named(connection, name)
-    for file in waiting_files(connection):
-        if run.uid in file.runs and file.role == FileRole.LOG:
-            raise UsageError(f"{file.why.reason}.")
-    logs = [
-        signal
-        for signal in signals_of_runs(connection, FileRole.LOG, run_uids=[run.uid])
-        if BODY_HEIGHT in signal.channels
-    ]
-    if run.kind != RunKind.JUMPS and not logs:
-        raise UsageError(
-            f"run {name} has no log with a body_height channel, and as one of kind {run.kind} no jumps: "
-            f"`labbook show {name}` lists what it has."
-        )
-    if not logs:
-        others = sorted({str(signal.role) for signal in signals_of_runs(connection, run_uids=[run.uid])})
-        only = f", only {' and '.join(others)}" if others else ""
-        raise UsageError(
-            f"run {name} has no log with a body_height channel{only}: add its log with `labbook ingest FILE --run "
-            f"{name}`, or declare the column of the height with --column."
-        )
-    signals = usable_logs(run, logs)
-    if isinstance(signals, Undefined):
-        raise UsageError(
-            f"run {name} has {signals.reason}: `labbook show {name}` lists its files; take one off with `labbook "
-            f"assign FILE none`, or state the starts with `labbook correct {name} starts=...`."
-        )
-    return run, signals
+    logs, without = logs_of(connection, [run])
+    why = without.get(run.uid)
+    if why is None:
+        return run, logs[run.uid]
+    if why.code in (Reason.FILE_WAITS, Reason.FILE_LOST):
+        raise UsageError(f"{why.reason}.")
+    raise UsageError(
+        f"run {name} has {why.reason}: `labbook show {name}` lists its files, `labbook ingest FILE --run {name}` adds "
+        f"one, `labbook assign FILE none` takes one off, `labbook correct {name} starts=...` states its starts."
+    )
+
+
+def logs_of(
+    connection: sa.Connection, runs: Sequence[RunRow]
+) -> tuple[dict[str, tuple[SignalRow, ...]], dict[str, Undefined]]:
+    """Return by the run's uid the logs that count, and why runs have none."""
+    waits = {uid: file.why for file in waiting_files(connection) if file.role == FileRole.LOG for uid in file.runs}
+    by_run: dict[str, list[SignalRow]] = {}
+    for signal in signals_of_runs(connection, FileRole.LOG, [run.uid for run in runs]):
+        if BODY_HEIGHT in signal.channels:
+            by_run.setdefault(signal.run_uid, []).append(signal)
+    logs: dict[str, tuple[SignalRow, ...]] = {}
+    without: dict[str, Undefined] = {}
+    for run in runs:
+        found = waits[run.uid] if run.uid in waits else usable_logs(run, by_run.get(run.uid, []))
+        if isinstance(found, Undefined):
+            without[run.uid] = found
+        else:
+            logs[run.uid] = found
+    return logs, without
 
 
 def _judged(

@@ -8,17 +8,16 @@ alone, not on what was said of them, so that a review can go on another day.
 from __future__ import annotations
 
 import statistics
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 from data_schema.errors import UsageError
 from data_schema.queries.detections import DecisionRow, jump_decisions
-from data_schema.queries.files import waiting_files
 from data_schema.queries.runs import RunRow, list_runs, refuse_empty_selection, where_columns
-from data_schema.queries.signals import SignalRow, signals_of_runs
-from data_schema.vocabulary import FileRole, ReviewOrder, RunKind, RunState, Undefined
+from data_schema.vocabulary import ReviewOrder, RunKind, RunState
 from data_schema.where import compile_where
-from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
+from labbook.actions.runs.jump_review import logs_of
+from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import (
     JudgedJump,
     Judgement,
@@ -26,7 +25,6 @@ from labbook.analysis.outcomes.run_apexes import (
     by_protocol,
     judge_runs,
     to_review,
-    usable_logs,
 )
 from labbook.config.parsing import Configuration
 from labbook.plan.drawing import SeededChance
@@ -114,29 +112,11 @@ def jumps_by_run(
     refuse_empty_selection(connection, where)
     selected = list_runs(connection, compile_where(where, where_columns(connection)) if where else None)
     runs = [run for run in selected if run.kind is RunKind.JUMPS and run.state is not RunState.VOID]
-    logs, left_out = _logs(detections, runs)
+    logs, without = logs_of(connection, runs)
+    left_out = {run.name: without[run.uid].reason for run in runs if run.uid in without}
     hashes = sorted({log.sha256 for several in logs.values() for log in several})
     judged = judge_runs(detections, runs, logs, jump_decisions(connection, hashes), by_protocol(configuration.protocol))
     return [item for run in runs if run.uid in judged for item in _queued(run, judged[run.uid].judgement)], left_out
-
-
-def _logs(detections: Detections, runs: Sequence[RunRow]) -> tuple[dict[str, tuple[SignalRow, ...]], dict[str, str]]:
-    """Return the logs that count by the run's uid, and by name why runs have none."""
-    connection = detections.connection
-    waits = {uid: file.why for file in waiting_files(connection) if file.role == FileRole.LOG for uid in file.runs}
-    by_run: dict[str, list[SignalRow]] = {}
-    for signal in signals_of_runs(connection, FileRole.LOG, [run.uid for run in runs]):
-        if BODY_HEIGHT in signal.channels:
-            by_run.setdefault(signal.run_uid, []).append(signal)
-    logs: dict[str, tuple[SignalRow, ...]] = {}
-    left_out: dict[str, str] = {}
-    for run in runs:
-        found = waits[run.uid] if run.uid in waits else usable_logs(run, by_run.get(run.uid, []))
-        if isinstance(found, Undefined):
-            left_out[run.name] = found.reason
-        else:
-            logs[run.uid] = found
-    return logs, left_out
 
 
 def _queued(run: RunRow, judgement: Judgement) -> Iterable[QueuedJump]:
