@@ -7,7 +7,7 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 from data_schema.errors import UsageError
@@ -37,7 +37,7 @@ class WrittenScript:
 
     files: tuple[Path, ...]
     number: ReportedNumber
-    printed: float | None = None
+    printed: float
 
     @property
     def same(self) -> bool:
@@ -47,15 +47,14 @@ class WrittenScript:
     @property
     def lines(self) -> list[str]:
         """Say which files there are, and what the script printed."""
-        names = ", ".join(file.name for file in self.files)
-        printed = f"{PYTHON} prints {self.printed!r}"
-        if self.same:
-            return [f"{self.files[0].parent}: {names}", f"{printed}, as the report does to 1e-9."]
-        return [
-            f"{self.files[0].parent}: {names}",
-            f"{printed}, and the report {self.number.value!r}: `labbook why {self.number.id} --check` says whether an "
-            "input was altered.",
-        ]
+        written = f"{self.files[0].parent}: {', '.join(file.name for file in self.files)}"
+        verdict = "as the report does to 1e-9."
+        if not self.same:
+            verdict = (
+                f"and the report {self.number.value!r}: `labbook why {self.number.id} --check` says whether an input "
+                "was altered."
+            )
+        return [written, f"{PYTHON} prints {self.printed!r}, {verdict}"]
 
 
 def error_of(number: ReportedNumber) -> float | None:
@@ -67,16 +66,10 @@ def error_of(number: ReportedNumber) -> float | None:
     return 1.0 if number.name.partition("_")[0] == "t" else None
 
 
-def refuse_filled(folder: Path) -> None:
-    """Raise `UsageError` for a folder that holds anything, or that is a file."""
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise UsageError(f"--script {folder} is not an empty folder: name an empty one, or one that is not there yet.")
-
-
-def write_script(
+def write_and_run(
     book: Book, found: ReportOfNumber, folder: Path, step: Callable[[str], None], *, in_r: bool = False
 ) -> WrittenScript:
-    """Write a script that computes one number, and its table.
+    """Write a script that computes one number, and its table, and run the script in Python.
 
     Parameters
     ----------
@@ -86,23 +79,22 @@ def write_script(
     step : called with what is being done
     in_r : whether the same is written in R, too
 
-    Returns
-    -------
-    The files, and the number as the report has it.
-
     Raises
     ------
     UsageError
-        For a folder with files in it, a number that is undefined, and one that has no script.
+        For a folder with files in it, a number that is undefined, one that has no script, and a script that fails.
     """
-    refuse_filled(folder)
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise UsageError(f"--script {folder} is not an empty folder: name an empty one, or one that is not there yet.")
     refuse_without_script(found)
     with facts_of(book, found.shown_in[-1], step) as facts:
         files = files_of(script_of(found, facts), found, in_r=in_r)
     folder.mkdir(parents=True, exist_ok=True)
     for name, data in files.items():
         (folder / name).write_bytes(data)
-    return WrittenScript(tuple(folder / name for name in files), found.number)
+    step("running it")
+    printed = printed_by(folder / PYTHON)["value"]
+    return WrittenScript(tuple(folder / name for name in files), found.number, printed)
 
 
 def refuse_without_script(found: ReportOfNumber) -> None:
@@ -132,15 +124,6 @@ def files_of(script: Script, found: ReportOfNumber, *, in_r: bool = False) -> di
     if in_r:
         files[R] = assemble_in_r(script, heading, last_line).encode()
     return files
-
-
-def write_and_run(
-    book: Book, found: ReportOfNumber, folder: Path, step: Callable[[str], None], *, in_r: bool = False
-) -> WrittenScript:
-    """Write a script as `write_script` does, and run the one in Python; raises `UsageError` where it fails, too."""
-    written = write_script(book, found, folder, step, in_r=in_r)
-    step("running it")
-    return replace(written, printed=printed_by(folder / PYTHON)["value"])
 
 
 def printed_by(script: Path) -> dict[str, float]:
