@@ -31,7 +31,6 @@ from data_schema.queries.files import (
     runs_of_file,
 )
 from data_schema.queries.history import reading_entries, statements_about
-from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Action, ChargeState, IngestStatus
 from ingest.model import DEFAULT_LIMITS, Finding, ReadFile
 from ingest.read import read_file
@@ -44,9 +43,6 @@ from labbook.actions.files.against_book import (
     state_refusal,
     with_findings_of_book,
 )
-from labbook.actions.runs.charges import refuse_second_of_file
-from labbook.actions.runs.remarks import remark_lines, remarks_on
-from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from labbook.book.report_numbers import newest_depending_on
 from labbook.book.write_session import DryRun, Statement, WriteSession, new_uid
@@ -345,7 +341,7 @@ def take_known(
     dry_run: bool,
     batch: str | None,
 ) -> tuple[Reread | None, tuple[str, ...]]:
-    """Read the stored copy again where other things are declared about it, and assign a run where it has none.
+    """Read the stored copy again where other things are declared about it.
 
     Returns that reading, None where none was asked for, and messages about it.
 
@@ -356,6 +352,7 @@ def take_known(
         assert row is not None  # noqa: S101 - only known bytes come here
         assert row.file_uid is not None  # noqa: S101
         withdrawals = statements_about(connection, row.file_uid, [Action.WITHDRAW])
+        runs = runs_of_file(connection, sha256)
     if row.status is IngestStatus.WITHDRAWN:
         by = "".join(f" by {last.person} on {last.at_utc}: {last.reason}" for last in withdrawals[-1:])
         return None, (f"withdrawn{by}; `labbook files restore {row.name}` takes it into use again.",)
@@ -373,8 +370,8 @@ def take_known(
         )
     elif not options and would_differ(book, row):
         messages.append(OUTDATED)
-    if run is not None and not (done is not None and done.read.refused):
-        messages += _to_run(book, row, run, person, dry_run)
+    if run not in (None, *runs) and not (done is not None and done.read.refused):
+        messages.append(f"--run {run} is for new files: `labbook assign {row.name} {run}` gives it one.")
     return done, tuple(messages)
 
 
@@ -394,32 +391,3 @@ def _refusal_line(finding: Finding) -> str:
     more = f" and {finding.count - 1} more" if finding.count > 1 else ""
     place = "" if finding.line is None else f" (line {finding.line}{more})"
     return f"{finding.severity}: {finding.rule}{place}: {finding.message}"
-
-
-def _to_run(book: Book, row: ReadingRow, run: str, person: str | None, dry_run: bool) -> list[str]:
-    """Assign a file without a run to this one; a file that has a run is moved by another command."""
-    if dry_run:
-        with book.reading() as connection:
-            lines, _meant = _may_belong(connection, row, run)
-        return [f"it would belong to run {run}."] if lines is None else lines
-    with book.session(person) as session:
-        lines, meant = _may_belong(session.connection, row, run)
-        if lines is not None:
-            return lines
-        new = {"run": meant.uid, "role": row.role}
-        session.state(Statement(Action.ASSIGN, "file", row.file_uid or "", new=new))
-        remarks = remarks_on(session.connection, book.configuration, [run], ["log"])
-    return [f"it belongs to run {run} now.", *remark_lines(remarks)]
-
-
-def _may_belong(connection: sa.Connection, row: ReadingRow, run: str) -> tuple[list[str] | None, RunRow]:
-    """Return None and the run that a file may be assigned to, or what is said instead where it has one."""
-    meant = run_named(connection, run)
-    runs = runs_of_file(connection, row.sha256)
-    if run in runs:
-        return [], meant
-    if runs or links_of_file(connection, row.file_uid or ""):
-        move = f"`labbook assign {row.name} {run} --why ...` moves it"
-        return [f"--run {run} was not heeded, for the file belongs to run {', '.join(runs)}: {move}."], meant
-    refuse_second_of_file(connection, row.file_uid or "", row.role, meant)
-    return None, meant
