@@ -6,7 +6,7 @@ from typing import Annotated
 import typer
 
 from labbook.cli.common import AsOption, BookOption, WhereOption, opened, options_given, say_waiting
-from labbook.terminal import Shown, progress
+from labbook.terminal import Shown, listed, progress
 
 
 def report(
@@ -45,7 +45,6 @@ def report(
     labbook report --summary --pdf
     """
     from data_schema.queries.files import inbox
-    from labbook.actions.files.stored_files import waiting_lines, why_waiting
     from labbook.actions.report_command import selection, write
     from labbook.studies.registry import studies_of_book
 
@@ -73,7 +72,7 @@ def report(
         studies: list[str] = []
         if as_of is None:
             with opened_book.reading() as connection:
-                waiting = waiting_lines(why_waiting(connection, inbox(connection)))
+                waiting = [item.name for item in inbox(connection)]
                 # the bed's is the report itself
                 studies = [study for study in studies_of_book(connection, opened_book.configuration) if study != "bed"]
     not_stored = ["nothing was stored: `labbook why` knows those of its numbers that a stored report has too."]
@@ -87,7 +86,11 @@ def report(
             *([written.pdf] if written.pdf else []),
             *([f"studies beside it: {', '.join(studies)} (`labbook study all`)"] if studies else []),
             *([f"look again: {written.no_pdf}"] if written.no_pdf else []),
-            *(f"look again: {line}" for line in waiting),
+            *(
+                [f"look again: {listed(waiting, 4)} in the inbox, which `labbook runs inbox` explains"]
+                if waiting
+                else []
+            ),
         ],
     )
 

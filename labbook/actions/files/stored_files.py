@@ -262,32 +262,6 @@ def why_waiting(connection: sa.Connection, items: Sequence[InboxItem]) -> list[W
     return found
 
 
-def waiting_lines(waiting: Sequence[Waiting]) -> list[str]:
-    """Say after a report which items of the inbox it lacks and what mends it: a sentence for each cause."""
-    lines = []
-    contradicting = [each for each in waiting if each.contradicts]
-    others = [each for each in waiting if not each.contradicts]
-    if contradicting:
-        first = contradicting[0]
-        lines.append(
-            f"{_and_others(contradicting, 'wait')} in the inbox, since {first.why}: if that is wrong, correct it "
-            "(`labbook correct RUN mah=VALUE --why ...`), which settles rows of that value; if the pack was charged in "
-            f"two parts, add the row (`labbook assign {first.item.name} {first.item.stated_run} --add`); else dismiss "
-            f"it (`labbook runs dismiss {first.item.name} --why ...`); `labbook runs inbox` lists all."
-        )
-    if others:
-        lines.append(
-            f"{_and_others(others, 'belong')} to no run, so that no number rests on what waits: state the runs with "
-            "`labbook runs import`, and see `labbook runs inbox`."
-        )
-    return lines
-
-
-def _and_others(waiting: Sequence[Waiting], verb: str) -> str:
-    first, more = waiting[0].item.name, len(waiting) - 1
-    return f"{first} and {more} more {verb}" if more else f"{first} {verb}s"
-
-
 def restore_item(session: WriteSession, what: str, why: str | None) -> str:
     """State that an item is in the inbox again."""
     what, charge = item_named(session.connection, what)
