@@ -222,11 +222,6 @@ def _folded(name: str) -> str:
     return "".join(name.split()).casefold()
 
 
-def remark_lines(remarks: Sequence[Remark]) -> list[str]:
-    """Write remarks for people."""
-    return [f"look again: {remark.message}" for remark in remarks]
-
-
 def _remark(rule: str, messages: Mapping[str, str]) -> list[Remark]:
     if not messages:
         return []

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from typing import Any
 from zoneinfo import ZoneInfo
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.queries.files import inbox
 from data_schema.queries.runs import RunRow, list_runs
-from data_schema.queries.study import day_uids, planned_runs, withdrawn_names
+from data_schema.queries.study import planned_runs, withdrawn_names
 from data_schema.vocabulary import Action, RunKind, RunState
 from ingest.tables.sheet import SheetFile
 from labbook.actions.runs.remarks import Remark, remarks_on, remarks_on_names, remarks_on_places
@@ -97,36 +98,15 @@ class _Known:
     """The uids of what rows name, asked for once each; days and conditions come into being with their first run."""
 
     def __init__(self, session: WriteSession, configuration: Configuration) -> None:
-        self.session, self.configuration = session, configuration
-        self.study = study_of(session.connection)
-        self.days = day_uids(session.connection)
-        self.zone = ZoneInfo(self.study.time_zone)
-        self._conditions: dict[tuple[tuple[str, str], ...], str] = {}
-        self._equipment: dict[tuple[str, str], str] = {}
-
-    def day(self, date: str) -> str:
-        if date not in self.days:
-            self.days[date] = ensure_day(self.session, self.study.uid, date)
-        return self.days[date]
+        connection, study = session.connection, study_of(session.connection)
+        self.configuration, self.study, self.zone = configuration, study, ZoneInfo(study.time_zone)
+        self.day = cache(lambda date: ensure_day(session, study.uid, date))
+        self.condition_of = cache(lambda levels: ensure_condition(session, configuration, study.uid, dict(levels)))
+        self.robot = cache(lambda name: named_uid(connection, "robot", name, configuration.robots))
+        self.battery = cache(lambda name: named_uid(connection, "battery", name, configuration.batteries))
 
     def condition(self, levels: Mapping[str, str]) -> str | None:
-        if not levels:
-            return None
-        key = tuple(levels.items())
-        if key not in self._conditions:
-            self._conditions[key] = ensure_condition(self.session, self.configuration, self.study.uid, levels)
-        return self._conditions[key]
-
-    def robot(self, name: str) -> str:
-        return self._uid("robot", name, self.configuration.robots)
-
-    def battery(self, name: str) -> str:
-        return self._uid("battery", name, self.configuration.batteries)
-
-    def _uid(self, kind: str, name: str, declared: Mapping[str, Any]) -> str:
-        if (kind, name) not in self._equipment:
-            self._equipment[kind, name] = named_uid(self.session.connection, kind, name, declared)
-        return self._equipment[kind, name]
+        return self.condition_of(tuple(levels.items())) if levels else None
 
 
 def plan_factors(configuration: Configuration) -> list[PlanFactor]:
