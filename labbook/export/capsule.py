@@ -12,7 +12,6 @@ import hashlib
 import importlib.metadata
 import json
 import re
-import tempfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
@@ -22,10 +21,8 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.disk import SPECIAL, is_special
-from data_schema.engine import reading
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal import Entry
-from data_schema.journal_file import JournalFile
 from data_schema.queries.files import signal_files
 from data_schema.queries.history import ReportRow, list_reports
 from data_schema.queries.study import ConfigRow, config_in_force, people
@@ -34,13 +31,12 @@ from labbook.actions.upkeep.report_differences import report_named
 from labbook.analysis.preregistration.planned import planned_analysis, planned_sentences
 from labbook.book.copies.copying import raw_of
 from labbook.book.opening import CONFIGURATION, JOURNAL, Book
-from labbook.book.replaying import replayed
 from labbook.book.report_numbers import NUMBERS, numbers_path
 from labbook.config.parsing import Configuration, own_text, parse_configuration
 from labbook.export.archive import BLOCK, Member, member, write_archive
 from labbook.export.crate import METADATA, About, crate_bytes
 from labbook.export.selection import Selection
-from labbook.export.sharing import ORIGIN, Origin, SharedBook, origin_bytes, parts_left, shared_book
+from labbook.export.sharing import ORIGIN, Origin, origin_bytes, parts_left, played_back, shared_book
 from labbook.export.table_files import (
     DICTIONARY,
     PACKAGE,
@@ -101,7 +97,12 @@ def write_capsule(
         if for_sharing:
             shared = shared_book(book.store, entries, people(connection), configuration, made_of, step)
             entries = shared.entries
-            about, made = _made_of_shared(book.store, shared, made_of, step)
+            with played_back(book.store, entries, len(entries), step) as again:
+                row = config_in_force(again)
+                assert row is not None, "a report was made of it"  # noqa: S101
+                made_now = next(one for one in list_reports(again) if one.seq == made_of.seq)
+                step("making tables")
+                about, made = made_files(again, book.store, configuration_of(row), entries, made_now, shared.origin)
             shared.refuse_names(made)
             remarks = parts_left({**made, **shared.report}, shared.names)
             sources |= {f"{REPORT}/{name}": data for name, data in shared.report.items()}
@@ -112,7 +113,7 @@ def write_capsule(
     step("hashing files")
     members = crate_members(about, made, [member(path, source) for path, source in sources.items()])
     step("packing")
-    write_archive(file, root_of(file), members, _time_of(entries))
+    write_archive(file, root_of(file), members, time_of(entries[-1]))
     with file.open("rb") as stream:
         sha256 = hashlib.file_digest(stream, "sha256").hexdigest()
     return WrittenCapsule(
@@ -125,24 +126,6 @@ def write_capsule(
         report=made_of.called,
         remarks=remarks,
     )
-
-
-def _made_of_shared(
-    store: Store, shared: SharedBook, made_of: ReportRow, step: Callable[[str], None]
-) -> tuple[About, dict[str, bytes]]:
-    """Make a capsule's files of the journal that is to be shared, played back."""
-    with tempfile.TemporaryDirectory(prefix="labbook-capsule-") as name:
-        mirror = JournalFile(Path(name) / JOURNAL)
-        mirror.path.write_text("".join(f"{entry.line}\n" for entry in shared.entries), encoding="utf-8")
-        with (
-            replayed(store, mirror, len(shared.entries), step, use_cache=True) as (engine, _replay),
-            reading(engine) as connection,
-        ):
-            row = config_in_force(connection)
-            assert row is not None, "a report was made of it"  # noqa: S101
-            made_now = next(one for one in list_reports(connection) if one.seq == made_of.seq)
-            step("making tables")
-            return made_files(connection, store, configuration_of(row), shared.entries, made_now, shared.origin)
 
 
 def _report_of(connection: sa.Connection, named: str | None) -> ReportRow:
@@ -325,10 +308,6 @@ def crate_members(about: About, made: Mapping[str, bytes], stored: Iterable[Memb
 def root_of(file: Path) -> str:
     """Return the name of the folder in a capsule's archive, which is that of the file."""
     return re.sub(r"[^\w .+-]", "_", file.stem)[:100].strip(". ") or "capsule"
-
-
-def _time_of(entries: Sequence[Entry]) -> datetime:
-    return time_of(entries[-1])
 
 
 def time_of(entry: Entry) -> datetime:

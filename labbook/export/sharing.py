@@ -10,17 +10,19 @@ with no more left out than stated, only who has the book can show: the same comm
 
 from __future__ import annotations
 
+import contextlib
 import functools
 import hashlib
 import json
 import re
 import tempfile
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 import msgspec
+import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.engine import reading
@@ -231,14 +233,8 @@ def shared_book(
     """
     private = private_of(people, configuration)
     without = list(_chained(map(private.entry, entries)))
-    with tempfile.TemporaryDirectory(prefix="labbook-capsule-") as name:
-        mirror = JournalFile(Path(name) / JOURNAL)
-        mirror.path.write_text("".join(f"{entry.line}\n" for entry in without), encoding="utf-8")
-        with (
-            replayed(store, mirror, made_of.as_of, step, use_cache=True) as (engine, _replay),
-            reading(engine) as connection,
-        ):
-            made = made_again(connection, store, made_of.selection or None, made_of.made_utc)
+    with played_back(store, without, made_of.as_of, step) as connection:
+        made = made_again(connection, store, made_of.selection or None, made_of.made_utc)
     step("writing the report's pages")
     report = _files(made, made_of)
     hashes = {name: hashlib.sha256(data).hexdigest() for name, data in report.items()}
@@ -249,6 +245,21 @@ def shared_book(
     shared = list(_chained(map(with_files, without)))
     left_out = tuple(configuration.privacy.leave_out)
     return SharedBook(shared, report, Origin(left_out, len(entries), entries[-1].hash), tuple(private.names))
+
+
+@contextlib.contextmanager
+def played_back(
+    store: Store, entries: Sequence[Entry], seq: int, step: Callable[[str], None]
+) -> Iterator[sa.Connection]:
+    """Read the book that a journal gives, played back to an entry."""
+    with tempfile.TemporaryDirectory(prefix="labbook-capsule-") as name:
+        mirror = JournalFile(Path(name) / JOURNAL)
+        mirror.path.write_text("".join(f"{entry.line}\n" for entry in entries), encoding="utf-8")
+        with (
+            replayed(store, mirror, seq, step, use_cache=True) as (engine, _replay),
+            reading(engine) as connection,
+        ):
+            yield connection
 
 
 def _chained(entries: Iterable[Entry]) -> Iterable[Entry]:
