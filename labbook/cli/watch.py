@@ -71,7 +71,7 @@ def watch(
         with contextlib.closing(happenings):
             for happened in happenings:
                 sum_up.add(happened)
-                if not tell_now(_as_json(happened), _as_lines(happened)):
+                if not tell_now(*_told(happened)):
                     break
     return Shown(sum_up.data, [sum_up.line], 2 if once and (sum_up.refused or sum_up.trouble) else 0, one_line=True)
 
@@ -151,42 +151,29 @@ def _until_ctrl_c() -> "Iterator[Callable[[], bool]]":
         signal.signal(signal.SIGINT, before)
 
 
-def _as_json(happened: "Happening") -> dict[str, Any]:
-    """Return what happened for programs."""
-    from labbook.actions.files.watching import Arrived, Known, Left, Trouble, Watching
-    from labbook.cli.ingest_lines import Taken, taken_json
-
-    match happened:
-        case Watching(folders):
-            return {"event": "watching", "folders": folders}
-        case Arrived(outcome, rig, missing):
-            return {"event": "file", **taken_json(Taken(outcome, rig, missing)), "runs_now": rig}
-        case Known(files, outdated):
-            return {"event": "known", "files": files, "outdated": outdated}
-        case Trouble(about, message):
-            return {"event": "trouble" if message else "over", "about": about, "said": message}
-        case Left(files):
-            return {"event": "left", "files": files}
-
-
-def _as_lines(happened: "Happening") -> list[str]:
-    """Return what happened for people: what became of a file, and below it, apart from the rest, how its runs do."""
+def _told(happened: "Happening") -> tuple[dict[str, Any], list[str]]:
+    """Return what happened for programs, and for people: what became of a file, and below it how its runs do."""
     from labbook.actions.files.rereading import OUTDATED
     from labbook.actions.files.watching import Arrived, Known, Left, Trouble, Watching
-    from labbook.cli.ingest_lines import file_line, outcome_lines
+    from labbook.cli.ingest_lines import Taken, file_line, outcome_lines, taken_json
 
     match happened:
         case Watching(folders):
-            return [f"watching {listed([str(folder) for folder in folders])}; Ctrl-C ends it."]
+            lines = [f"watching {listed([*map(str, folders)])}; Ctrl-C ends it."]
+            return {"event": "watching", "folders": folders}, lines
         case Arrived(outcome, rig, missing):
-            if outcome.first is not None:
-                return [file_line(outcome)]
-            lines = outcome_lines(outcome, missing, remarks=False)
-            return [*lines, *(f"  {'LOOK' if line.concern else 'ok  '}  {line.text}" for line in rig), ""]
+            lines = [file_line(outcome)]
+            if outcome.first is None:
+                of_runs = [f"  {'LOOK' if line.concern else 'ok  '}  {line.text}" for line in rig]
+                lines = [*outcome_lines(outcome, missing, remarks=False), *of_runs, ""]
+            return {"event": "file", **taken_json(Taken(outcome, rig, missing)), "runs_now": rig}, lines
         case Known(files, outdated):
             more = f" Of {outdated}: {OUTDATED}" if outdated else ""
-            return [f"{len(files)} files are in the book already: {listed(files, 4)}.{more}"]
+            lines = [f"{len(files)} files are in the book already: {listed(files, 4)}.{more}"]
+            return {"event": "known", "files": files, "outdated": outdated}, lines
         case Trouble(about, message):
-            return [f"{about}: {message or 'that is over.'}"]
+            event = "trouble" if message else "over"
+            return {"event": event, "about": about, "said": message}, [f"{about}: {message or 'that is over.'}"]
         case Left(files):
-            return [f"not taken in, for they are empty or were still being written: {listed(files)}."]
+            lines = [f"not taken in, for they are empty or were still being written: {listed(files)}."]
+            return {"event": "left", "files": files}, lines
