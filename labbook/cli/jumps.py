@@ -224,43 +224,32 @@ def clear_command(jumps: OfJumps) -> Shown:
 
 
 def _decide(jumps: OfJumps, verdict: str, reason: str) -> Shown:
-    from labbook.actions.runs.jump_review import decide, reason_remarks, resolve_jumps, review, without_apex
+    from labbook.actions.runs.jump_review import decide, judging, reason_remarks, resolve_jumps, without_apex
     from labbook.book.report_numbers import outdated_reports
 
-    run, person = jumps.run, jumps.person
-    with opened(jumps.book) as opened_book:
-        opened_book.speaker(person)  # who may not speak need not wait for the jumps to be found
-        opened_book.catch_up()
-        with opened_book.reading() as connection:
-            found = review(opened_book, connection, run)
+    run = jumps.run
+    with opened(jumps.book) as book, judging(book, jumps.person, run) as (session, found):
         decided = resolve_jumps(jumps.numbers, found)
-        with opened_book.session(person) as session:
-            recorded = decide(opened_book, session, run, decided, verdict, reason, jumps.note, found)
-            reports = outdated_reports(session)
-            rejecting = verdict == "reject"
-            about = (session.connection, opened_book.configuration, reason, "every comparison of apex heights")
-            remarks = reason_remarks(*about) if rejecting else []
-            remarks += [] if verdict == "clear" else without_apex(found, decided)
+        recorded = decide(book, session, run, decided, verdict, reason, jumps.note, found)
+        reports = outdated_reports(session)
+        about = (session.connection, book.configuration, reason, "every comparison of apex heights")
+        remarks = reason_remarks(*about) if verdict == "reject" else []
+        remarks += [] if verdict == "clear" else without_apex(found, decided)
     nothing = "" if recorded else " says nothing new: nothing was stated"
     data = {"run": run, "jumps": decided, "verdict": verdict, "reports": reports, "remarks": remarks}
     return tell(data, [f"{run}: {verdict} {', '.join(map(str, decided))}{nothing}."])
 
 
 def _put(
-    run: str, verdict: str, book: Path | None, person: str | None, state: "Callable[..., tuple[JudgedJump, bool]]"
+    run: str, verdict: str, folder: Path | None, person: str | None, state: "Callable[..., tuple[JudgedJump, bool]]"
 ) -> Shown:
     """State where an apex is, and answer the jump as it is now."""
-    from labbook.actions.runs.jump_review import review
+    from labbook.actions.runs.jump_review import judging
     from labbook.book.report_numbers import outdated_reports
 
-    with opened(book) as opened_book:
-        opened_book.speaker(person)
-        opened_book.catch_up()
-        with opened_book.reading() as connection:
-            found = review(opened_book, connection, run)
-        with opened_book.session(person) as session:
-            item, stated = state(opened_book, session, found)
-            reports = outdated_reports(session)
+    with opened(folder) as book, judging(book, person, run) as (session, found):
+        item, stated = state(book, session, found)
+        reports = outdated_reports(session)
     jump, before = item.jump, item.before.apex_height_m
     was = f", {before * 1e3:.2f} mm before" if verdict == "move" and before is not None else ""
     counts = "it counts" if item.excluded is None else f"it does not count: {item.excluded}"

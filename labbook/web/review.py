@@ -12,7 +12,7 @@ from data_schema import journal
 from data_schema.errors import UsageError
 from data_schema.vocabulary import ReasonCode, ReviewOrder, Verdict
 from labbook.actions.runs.jump_agreement import agreement, agreement_lines
-from labbook.actions.runs.jump_review import RunReview, add, decide, judged_now, move, review
+from labbook.actions.runs.jump_review import RunReview, add, decide, judged_now, judging, move, review
 from labbook.actions.runs.review_queue import QueuedJump, review_queue
 from labbook.analysis.outcomes.run_apexes import anchor_of
 from labbook.terminal import plain
@@ -86,41 +86,38 @@ _Anchor = tuple[str, float]
 """What a verdict is tied to, and a jump is named by: its samples, and the time at which it was found."""
 
 
-def _numbers(found: RunReview) -> dict[_Anchor, int]:
-    """Return the number that each jump of a run has now: others may have been added since the page was read."""
-    return {(item.signal_sha256, anchor_of(item.before)): item.jump.number for item in found.jumps}
+def _anchor(jump: Mapping[str, Any]) -> _Anchor:
+    return str(jump["signal"]), float(jump["anchor_s"])
 
 
-def _number(found: RunReview, numbers: Mapping[_Anchor, int], jump: Mapping[str, Any]) -> int:
-    anchor = str(jump["signal"]), float(jump["anchor_s"])
-    if anchor not in numbers:
-        raise UsageError(
-            f"run {found.run.name} has no jump at {anchor[1]:g} s any more: reload the page, which has those of now."
-        )
-    return numbers[anchor]
+def _number(found: RunReview, anchor: _Anchor) -> int:
+    """Return the number that a jump has now: others may have been added since the page was read."""
+    for item in found.jumps:
+        if (item.signal_sha256, anchor_of(item.before)) == anchor:
+            return item.jump.number
+    raise UsageError(
+        f"run {found.run.name} has no jump at {anchor[1]:g} s any more: reload the page, which has those of now."
+    )
 
 
 def _decide(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
     """State a verdict on jumps of a run, and return how they stand when read again."""
+    current = book.current()
     try:
         name, jumps = str(given["run"]), [dict(jump) for jump in given["jumps"]]
         verdict, reason, note = Verdict(given["verdict"]), str(given["reason"]), given.get("note")
-        current = book.current()
-        current.catch_up()
-        with current.reading() as connection:
-            found = review(current, connection, name)
-        known = _numbers(found)
-        numbers = [_number(found, known, jump) for jump in jumps]
+        anchors = [_anchor(jump) for jump in jumps]
     except (KeyError, TypeError, ValueError) as error:
         raise UsageError(f"this is no verdict ({error}): give run, jumps, verdict and reason.") from error
     if verdict not in _VERDICTS:
         raise UsageError(f"{verdict} is no verdict on a jump that is there: give {', '.join(_VERDICTS)}.")
-    blind, text = given.get("blind") is True, str(note) if note else None
-    with current.session(book.person) as session:
+    with judging(current, book.person, name) as (session, found):
+        numbers = [_number(found, anchor) for anchor in anchors]
         if "undo" in given:
             found = judged_now(current, session, name, found)
             _refuse_undo_of_other(found, numbers, book.person, given["undo"])
-        decide(current, session, name, numbers, verdict, reason, text, found, blind=blind)
+        text = str(note) if note else None
+        decide(current, session, name, numbers, verdict, reason, text, found, blind=given.get("blind") is True)
     with current.reading() as connection:
         found, entries = review(current, connection, name), journal.head(connection)[0]
     now = {item.jump.number: item for item in found.jumps}
@@ -154,23 +151,21 @@ def _refuse_undo_of_other(found: RunReview, numbers: Collection[int], person: st
 
 def _put(book: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
     """State where the apex of a jump is, or that there is one that the detector missed, in s of one log of the run."""
+    current, blind = book.current(), given.get("blind") is True
     try:
         name, at_s, jump, sha256 = str(given["run"]), float(given["at_s"]), given.get("jump"), str(given["signal"])
-        current, blind = book.current(), given.get("blind") is True
-        current.catch_up()
-        with current.reading() as connection:
-            found = review(current, connection, name)
-        moved = None if jump is None else _number(found, _numbers(found), jump)
+        anchor = None if jump is None else _anchor(jump)
     except (KeyError, TypeError, ValueError) as error:
         raise UsageError(f"this is no place of an apex ({error}): give run, signal, at_s, jump to move one.") from error
-    logs = [signal.sha256 for signal in found.signals]
-    if sha256 not in logs:
-        raise UsageError(f"run {name} has no log with these samples now: load the page again.")
-    with current.session(book.person) as session:
-        if moved is None:
+    with judging(current, book.person, name) as (session, found):
+        logs = [signal.sha256 for signal in found.signals]
+        if sha256 not in logs:
+            raise UsageError(f"run {name} has no log with these samples now: load the page again.")
+        if anchor is None:
             log = logs.index(sha256) + 1
             item, _stated = add(current, session, name, at_s, ReasonCode.OTHER, None, found, log=log, blind=blind)
         else:
+            moved = _number(found, anchor)
             item, _stated = move(current, session, name, moved, at_s, ReasonCode.WRONG_APEX, None, found, blind=blind)
     return {"run": name, "signal": item.signal_sha256, "anchor_s": anchor_of(item.before)}
 

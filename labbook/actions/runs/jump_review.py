@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -58,6 +59,17 @@ class RunReview:
 def review(book: Book, connection: sa.Connection, name: str) -> RunReview:
     """Find and judge the jumps of a run; raises when it has no log, or too many, or one waits for a declaration."""
     return _judged(book, connection, *_usable(connection, name))
+
+
+@contextlib.contextmanager
+def judging(book: Book, person: str | None, name: str) -> Iterator[tuple[WriteSession, RunReview]]:
+    """Review a run, then open a session of who judges it: others wait while a session finds jumps."""
+    book.speaker(person)  # who may not speak need not wait for the jumps to be found
+    book.catch_up()
+    with book.reading() as connection:
+        found = review(book, connection, name)
+    with book.session(person) as session:
+        yield session, found
 
 
 def _usable(connection: sa.Connection, name: str) -> tuple[RunRow, tuple[SignalRow, ...]]:
