@@ -18,7 +18,7 @@ from labbook.cli.common import (
     tell,
     tell_statement,
 )
-from labbook.terminal import Shown, columns, for_program, listed, plain, with_files
+from labbook.terminal import Shown, asking, columns, for_program, listed, plain, say, with_files
 
 app = typer.Typer(no_args_is_help=True)
 
@@ -113,20 +113,29 @@ def import_command(
     from labbook.actions.files.named_files import own_name, read_bytes
     from labbook.actions.runs.runs_importing import RunsImported, import_runs
     from labbook.book.write_session import DryRun
-    from labbook.cli.reading import with_answers
+    from labbook.plan.local_time import SheetQuestion
 
     file = SheetFile(own_name(sheet), read_bytes(sheet), encoding)
     with opened(book) as opened_book:
 
-        def attempt(answers: dict[str, str | None]) -> RunsImported:
+        def attempt(dates: str | None) -> RunsImported:
             done = RunsImported()
             with contextlib.suppress(DryRun), opened_book.session(person) as session:
-                done = import_runs(opened_book, session, file, **answers)
+                done = import_runs(opened_book, session, file, dates=dates)
                 if dry_run:
                     raise DryRun
             return done
 
-        done = with_answers(attempt, {"dates": dates})
+        try:
+            done = attempt(dates)
+        except SheetQuestion as question:
+            if dates is not None or not asking():
+                raise
+            say(f"{question.sentence} (d/m/y: the day, m/d/y: the month).", err=True)
+            chosen = ""
+            while chosen not in question.choices:
+                chosen = typer.prompt(" or ".join(question.choices), err=True).strip()
+            done = attempt(chosen)
     line = (
         f"{len(done.stated)} runs stated, {len(done.filled_in)} filled in, {len(done.unchanged)} there already, "
         f"{len(done.not_made)} still to be made{' (dry run: nothing stored)' if dry_run else ''}."

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import datetime
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from zoneinfo import ZoneInfo
 
 from data_schema.errors import InputRefused
@@ -14,12 +14,13 @@ _CLOCK = re.compile(r"([0-9]{1,2}):([0-9]{2})(?::([0-9]{2}))?(Z|[+-][0-9]{2}:[0-
 
 
 class SheetQuestion(InputRefused):
-    """What a person wrote could be two things: `option` (without `--`) with one of `choices` says which."""
+    """A date could be two days: `--dates` with one of `choices` says which."""
 
-    def __init__(self, sentence: str, option: str, choices: Mapping[str, str]) -> None:
-        self.sentence, self.option, self.choices = sentence, option, choices
-        options = " or ".join(f"`--{option} {choice}` ({meaning})" for choice, meaning in choices.items())
-        super().__init__(f"{sentence}: say {options}.")
+    choices = ("d/m/y", "m/d/y")
+
+    def __init__(self, sentence: str) -> None:
+        self.sentence = sentence
+        super().__init__(f"{sentence}: say `--dates d/m/y` (the day) or `--dates m/d/y` (the month).")
 
 
 def order_of_dates(cells: Sequence[str], declared: str | None) -> str | None:
@@ -30,11 +31,7 @@ def order_of_dates(cells: Sequence[str], declared: str | None) -> str | None:
     order = date_order([stamp for stamp in map(parse_stamp, cells) if stamp is not None], declared)
     if isinstance(order, Unclear):
         slashed = next(cell for cell in cells if not cell[:4].isdigit())
-        raise SheetQuestion(
-            f"the date {slashed!r} does not say whether the day or the month comes first",
-            "dates",
-            {"d/m/y": "the day", "m/d/y": "the month"},
-        )
+        raise SheetQuestion(f"the date {slashed!r} does not say whether the day or the month comes first")
     return order
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.shell import good, labbook, refused, rows, unchanged
+from tests.cli.shell import at_a_terminal, good, labbook, refused, rows, unchanged
 from tests.helpers.books import SmallBook
 from tests.helpers.tomls import without
 
@@ -39,3 +39,13 @@ def test_a_time_that_came_twice_is_wanted_with_its_offset(fresh: SmallBook, tmp_
         refused(labbook("runs", "import", twice, at=fresh.folder), 2, "run r1 (line 2)", "show twice", "02:30+01:00")
     good(labbook("runs", "import", sheet(tmp_path, date="31.10.2021", started="02:30+01:00"), at=fresh.folder))
     assert rows(fresh.folder, "SELECT started_utc FROM run") == [("2021-10-31T01:30:00Z",)]
+
+
+def test_a_date_that_could_be_two_is_asked_about_at_a_terminal(fresh: SmallBook, tmp_path: Path) -> None:
+    path = sheet(tmp_path, date="03/06/2021")
+    with unchanged(fresh.folder):
+        refused(labbook("runs", "import", path, at=fresh.folder), 2, "03/06/2021", "`--dates d/m/y`")
+    code, out, asked = at_a_terminal("runs", "import", path, at=fresh.folder, typed="perhaps\nm/d/y\n")
+    assert code == 0, out
+    assert "m/d/y: the month" in asked
+    assert rows(fresh.folder, "SELECT date_local FROM day") == [("2021-03-06",)]
