@@ -17,7 +17,6 @@ from labbook.config.model import ClaimKind
 from labbook.scripts.facts import Facts, conditions_in, keys_of
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import idle_rows, reading_of, rows_of, rows_with_simulated
-from reports.content import IN_ALL
 from stats.days.overall import overall_savings
 
 Settings = Mapping[str, object]
@@ -30,9 +29,13 @@ def _script(
     conditions: Sequence[ConditionValues],
     settings: Settings | None = None,
     *,
+    pick: str = "",
     simulated: bool = False,
 ) -> Script | None:
-    """Return the script that takes these steps once the values of the runs are read; None without a step or a run."""
+    """Return the script that takes these steps once the values of the runs are read; None without a step or a run.
+
+    `pick` is the number that is asked for, of several that the last step computes together.
+    """
     if not steps or not conditions:
         return None
     rows = (
@@ -40,8 +43,9 @@ def _script(
         if simulated
         else rows_of(facts, conditions, asked.outcome, asked.variant)
     )
-    steps = [steps] if isinstance(steps, str) else steps
-    return Script(rows, (reading_of(asked.outcome), *steps), {**facts.settings, **(settings or {})})
+    every = [reading_of(asked.outcome), *([steps] if isinstance(steps, str) else steps)]
+    picking: dict[str, object] = {"PICKED": pick} if pick else {}
+    return Script(rows, [*every, *(["runs.picked"] if pick else [])], {**facts.settings, **(settings or {}), **picking})
 
 
 def _conditions(asked: Asked, facts: Facts) -> list[ConditionValues]:
@@ -78,14 +82,15 @@ def _drain(asked: Asked, facts: Facts) -> Script | None:
 
 
 _CLAIMED = {"difference": "days.difference_of_means", "savings": "days.savings", "control_mean": "days.mean_of_control"}
-_TESTED = {"p": "days.p_of_difference", "run_sd": "days.run_sd"}
+_TESTED = {"p": "days.difference_of_means", "run_sd": "days.run_sd"}
 
 
 def _decision(asked: Asked, facts: Facts) -> Script | None:
     """The test that decides a comparison: difference, saving, t, p, mean of the control, SD of runs."""
     pair, outcome = _pair(asked, facts), asked.outcome
-    of_t = {"t": "days.t_of_saving" if outcome.has_savings else "days.t_of_difference"}
+    of_t = {"t": "days.t_of_saving" if outcome.has_savings else "days.difference_of_means"}
     step = (_CLAIMED | _TESTED | of_t).get(asked.name)
+    pick = asked.name if asked.name in ("t", "p") and step == "days.difference_of_means" else ""
     if pair is None or step is None:
         return None
     if asked.name in _CLAIMED and contrast_of(pair).rule is Rule.NONE:
@@ -96,10 +101,10 @@ def _decision(asked: Asked, facts: Facts) -> Script | None:
         "ONE_SIDED": facts.planned.settings.one_sided and outcome.has_savings,
     }
     if asked.variant != ADJUSTED:
-        return _script(asked, facts, step, conditions_in([pair]), settings)
+        return _script(asked, facts, step, conditions_in([pair]), settings, pick=pick)
     pooled = facts.pooled(outcome)
     settings["GROUPS"] = {each.label.partition(":")[0]: keys_of(each) for each in pooled}
-    return _script(asked, facts, ["position.at_mean_position", step], conditions_in(pooled), settings)
+    return _script(asked, facts, ["position.at_mean_position", step], conditions_in(pooled), settings, pick=pick)
 
 
 def _family(asked: Asked, facts: Facts) -> Script | None:
@@ -154,16 +159,20 @@ def _bounds(facts: Facts, low: str, high: str) -> dict[str, object] | None:
     }
 
 
-_EQUIVALENCE = ("estimate", "t_low", "p_low", "t_high", "p_high", "p")
-
-
 def _equivalence(asked: Asked, facts: Facts) -> Script | None:
     """Two one-sided tests that apex heights changed within bounds, of one comparison."""
     pair, settings = _pair(asked, facts), _bounds(facts, "LOW", "HIGH")
-    if pair is None or settings is None or asked.name not in _EQUIVALENCE:
+    if pair is None or settings is None:
         return None
-    step = f"equivalence.{'p_of_both' if asked.name == 'p' else asked.name}"
-    return _script(asked, facts, step, conditions_in([pair]), {**settings, "PAIR": keys_of(pair)})
+    settings |= {"PAIR": keys_of(pair)}
+    return _script(
+        asked, facts, "equivalence.equivalence", conditions_in([pair]), settings, pick=_but(asked, "estimate")
+    )
+
+
+def _but(asked: Asked, first: str) -> str:
+    """Return a number's name, "" of the one that its function is called after."""
+    return "" if asked.name == first else asked.name
 
 
 def _effects(contrast: AskedContrast) -> tuple[tuple[float, tuple[tuple[str, ...], tuple[str, ...]]], ...]:
@@ -171,54 +180,38 @@ def _effects(contrast: AskedContrast) -> tuple[tuple[float, tuple[tuple[str, ...
     return tuple((weight, keys_of(pair)) for weight, pair in contrast.terms)
 
 
-_CONTRAST = {"estimate": "contrasts.contrast", "t": "contrasts.contrast_t", "p": "contrasts.contrast_p"}
-
-
 def _contrast(asked: Asked, facts: Facts) -> Script | None:
     """Contrasts of means: estimate, t and p of differences between levels, interactions and trends."""
-    contrast, step = facts.contrasts().get(str(asked.scope["label"])), _CONTRAST.get(asked.name)
-    if contrast is None or not contrast.terms or step is None:
+    contrast = facts.contrasts().get(str(asked.scope["label"]))
+    if contrast is None or not contrast.terms:
         return None
     alpha = facts.planned.settings.alpha
-    if contrast_result(contrast, facts.swept, alpha).rule is Rule.NONE:
-        step = "contrasts.contrast_without_claim"
+    claims = contrast_result(contrast, facts.swept, alpha).rule is not Rule.NONE
+    step = f"contrasts.contrast{'' if claims else '_without_claim'}"
     settings = {"LEVEL": 1.0 - alpha, "PERCENT": contrast.percent, "EFFECTS": _effects(contrast)}
-    return _script(asked, facts, step, conditions_in([pair for _weight, pair in contrast.terms]), settings)
-
-
-_OVERALL = {
-    "savings": "overall.overall_savings",
-    "t": "overall.overall_t",
-    "p": "overall.overall_p",
-    "spread": "overall.spread",
-    "heterogeneity_p": "overall.heterogeneity_p",
-}
-_OVERALL_WITHIN = {
-    "estimate": "overall.overall_change",
-    "t_low": "overall.overall_t_low",
-    "p_low": "overall.overall_p_low",
-    "t_high": "overall.overall_t_high",
-    "p_high": "overall.overall_p_high",
-    "p": "overall.overall_p_of_both",
-}
+    conditions = conditions_in([pair for _weight, pair in contrast.terms])
+    return _script(asked, facts, step, conditions, settings, pick=_but(asked, "estimate"))
 
 
 def _overall(asked: Asked, facts: Facts) -> Script | None:
     """The effect over all groups: mean saving, its test, and whether groups saved the same."""
     settings = facts.planned.settings
     about = {"LEVEL": 1.0 - settings.outside, "ONE_SIDED_OVERALL": settings.one_sided}
-    return _over_groups(asked, facts, _OVERALL.get(asked.name), about)
+    own = {"spread": "overall.spread", "heterogeneity_p": "overall.heterogeneity_p"}
+    if asked.name in own:
+        return _over_groups(asked, facts, own[asked.name], about)
+    return _over_groups(asked, facts, "overall.overall_savings", about, _but(asked, "savings"))
 
 
 def _overall_equivalence(asked: Asked, facts: Facts) -> Script | None:
     """The equivalence of heights over all groups."""
     settings = _bounds(facts, "LOWEST_CHANGE", "HIGHEST_CHANGE")
-    return None if settings is None else _over_groups(asked, facts, _OVERALL_WITHIN.get(asked.name), settings)
-
-
-def _over_groups(asked: Asked, facts: Facts, step: str | None, about: Settings) -> Script | None:
-    if step is None:
+    if settings is None:
         return None
+    return _over_groups(asked, facts, "overall.overall_equivalence", settings, _but(asked, "estimate"))
+
+
+def _over_groups(asked: Asked, facts: Facts, step: str, about: Settings, pick: str = "") -> Script | None:
     pooled, adjusted = facts.pooled(asked.outcome), asked.variant == ADJUSTED
     compared = facts.pooled(asked.outcome, ADJUSTED) if adjusted else pooled
     claimed = overall_savings({group_label(pair.group): contrast_of(pair) for pair in compared}).scope.groups
@@ -226,16 +219,7 @@ def _over_groups(asked: Asked, facts: Facts, step: str | None, about: Settings) 
     settings = {**about, "CLAIMED": {name: pair for name, pair in groups.items() if name in claimed}, "GROUPS": groups}
     wanted = [pair for pair in pooled if adjusted or group_label(pair.group) in claimed]
     steps = ["position.at_mean_position", step] if adjusted else [step]
-    return _script(asked, facts, steps, conditions_in(wanted), settings)
-
-
-_THESIS_ROUTE = {
-    "f": "two_samples.f_of_variances",
-    "f_p": "two_samples.p_of_variances",
-    "t": "two_samples.t_of_samples",
-    "p": "two_samples.p_of_samples",
-    "difference": "two_samples.difference_of_samples",
-}
+    return _script(asked, facts, steps, conditions_in(wanted), settings, pick=pick)
 
 
 def _thesis_route(asked: Asked, facts: Facts) -> Script | None:
@@ -244,16 +228,14 @@ def _thesis_route(asked: Asked, facts: Facts) -> Script | None:
     if pair is None:
         return None
     settings = {"PAIR": keys_of(pair), "ALPHA": facts.planned.settings.alpha}
-    return _script(asked, facts, _THESIS_ROUTE.get(asked.name), conditions_in([pair]), settings)
+    pick = _but(asked, "difference")
+    return _script(asked, facts, "two_samples.thesis_route", conditions_in([pair]), settings, pick=pick)
 
 
 def _thesis_route_over_jumps(asked: Asked, facts: Facts) -> Script | None:
     """The same over jumps."""
     script = _thesis_route(asked, facts)
-    return script and Script(script.rows, ("heights.heights_of_jumps", script.steps[-1]), script.settings)
-
-
-_ANOVA = {"f": "anova.anova_f", "p": "anova.anova_p"}
+    return script and Script(script.rows, ("heights.heights_of_jumps", *script.steps[1:]), script.settings)
 
 
 def _anova(asked: Asked, facts: Facts) -> Script | None:
@@ -264,7 +246,7 @@ def _anova(asked: Asked, facts: Facts) -> Script | None:
     }
     treated = groups.get(str(asked.scope["label"]), ())
     settings = {"CONDITIONS": tuple(one.key for one in treated)}
-    return _script(asked, facts, _ANOVA.get(asked.name), treated, settings)
+    return _script(asked, facts, "anova.analysis_of_variance", treated, settings, pick=asked.name)
 
 
 def _pack(asked: Asked, facts: Facts) -> Script | None:
@@ -298,24 +280,9 @@ def _hypothesis(asked: Asked, facts: Facts) -> Script | None:
     return _script(asked, facts, f"hypotheses.change{'' if claims else '_without_claim'}", conditions, settings)
 
 
-_BUDGET = {
-    "scatter between runs": "budget.run_by_scatter",
-    "drain fit": "budget.run_by_drain",
-    "charger resolution": "budget.run_by_step",
-    "reference voltage": "budget.of_voltage",
-    IN_ALL: "budget.run_in_all",
-    "scatter between runs, mean": "budget.mean_by_scatter",
-    "drain fit, mean": "budget.mean_by_drain",
-    "charger resolution, mean": "budget.mean_by_step",
-    "reference voltage, mean": "budget.of_voltage",
-    f"{IN_ALL}, mean": "budget.mean_in_all",
-    "1 mAh": "budget.one_mah",
-}
-
-
 def _budget(asked: Asked, facts: Facts) -> Script | None:
     """What the uncertainty of joules a jump is made of, of one run and of a condition's mean."""
-    return _script(asked, facts, _BUDGET.get(asked.name), _conditions(asked, facts))
+    return _script(asked, facts, "budget.budget", _conditions(asked, facts), pick=asked.name)
 
 
 _PREDICTED_MEAN = {
@@ -352,7 +319,7 @@ def _prediction(asked: Asked, facts: Facts) -> Script | None:
 _BIAS = {
     "bias": "biases.bias",
     "of_measured": "biases.bias_of_measured",
-    "p": "biases.bias_p",
+    "p": "biases.bias",
     "measured": "biases.measured_over_days",
     "predicted": "biases.predicted_over_days",
 }
@@ -377,7 +344,8 @@ def _simulated_groups(asked: Asked, facts: Facts) -> dict[str, list[ConditionVal
 def _bias(asked: Asked, facts: Facts) -> Script | None:
     """How far predictions of a group lie from what was measured."""
     group = _simulated_groups(asked, facts).get(str(asked.scope["group"]), [])
-    return _script(asked, facts, _BIAS.get(asked.name), group, simulated=True)
+    pick = "p" if asked.name == "p" else ""
+    return _script(asked, facts, _BIAS.get(asked.name), group, pick=pick, simulated=True)
 
 
 def _joint_bias(asked: Asked, facts: Facts) -> Script | None:

@@ -1,7 +1,6 @@
 # One-way analysis of variance over the treated conditions of a group (thesis 5.2.1).
 
-analysed <- function(runs) oneway.test(value ~ condition, of_conditions(runs, CONDITIONS), var.equal = TRUE)
-
-anova_f <- function(runs) list(value = analysed(runs)$statistic[[1]])
-
-anova_p <- function(runs) list(value = analysed(runs)$p.value)
+analysis_of_variance <- function(runs) {
+  found <- oneway.test(value ~ condition, of_conditions(runs, CONDITIONS), var.equal = TRUE)
+  list(f = found$statistic[[1]], p = found$p.value)
+}

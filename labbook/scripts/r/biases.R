@@ -39,8 +39,6 @@ bias <- function(runs) bias_of(runs, TRUE)
 
 bias_of_measured <- function(runs) bias_of(runs, FALSE)
 
-bias_p <- function(runs) list(value = bias_of(runs, TRUE)$p)
-
 measured_over_days <- function(runs) list(value = mean(by_day_of(runs)$measured))
 
 predicted_over_days <- function(runs) list(value = mean(by_day_of(runs)$predicted))

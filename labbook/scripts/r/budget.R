@@ -10,29 +10,20 @@ of_one_step <- function(runs) joules_of_mah(runs) * rounding_sd_mah(max(runs$res
 # What rounding gives the mean where repeats are rounded alike; 0 where they are not.
 rounded_alike <- function(runs) shared_se(colMeans(parted(runs, TRUE)))
 
-run_by_scatter <- function(runs) list(value = sd(runs$value))
-
-mean_by_scatter <- function(runs) list(value = sd(runs$value) / sqrt(nrow(runs)))
-
-run_by_drain <- function(runs) list(value = sqrt(mean(rowSums(parted(runs, FALSE)^2))))
-
-mean_by_drain <- function(runs) list(value = shared_se(colMeans(parted(runs, FALSE))))
-
-run_by_step <- function(runs) list(value = of_one_step(runs))
-
-mean_by_step <- function(runs) {
-  list(value = if (rounded_alike(runs) > 0) rounded_alike(runs) else of_one_step(runs) / sqrt(nrow(runs)))
+# What each source gives one run and the mean, all in quadrature, and what 1 mAh is worth.
+budget <- function(runs) {
+  n <- nrow(runs)
+  alike <- rounded_alike(runs)
+  step <- of_one_step(runs)
+  scatter <- sd(runs$value)
+  drains <- parted(runs, FALSE)
+  drain <- sqrt(mean(rowSums(drains^2)))
+  drain_of_mean <- shared_se(colMeans(drains)) # all runs share it
+  list(
+    "scatter between runs" = scatter, "drain fit" = drain, "charger resolution" = step, "reference voltage" = 0,
+    "in all" = sqrt(scatter^2 + drain^2 + (if (alike > 0) step else 0)^2),
+    "scatter between runs, mean" = scatter / sqrt(n), "drain fit, mean" = drain_of_mean,
+    "charger resolution, mean" = if (alike > 0) alike else step / sqrt(n), "reference voltage, mean" = 0,
+    "in all, mean" = sqrt(scatter^2 / n + drain_of_mean^2 + alike^2), "1 mAh" = joules_of_mah(runs)
+  )
 }
-
-of_voltage <- function(runs) list(value = 0 * nrow(runs))
-
-run_in_all <- function(runs) {
-  step <- if (rounded_alike(runs) > 0) of_one_step(runs) else 0
-  list(value = sqrt(var(runs$value) + run_by_drain(runs)$value^2 + step^2))
-}
-
-mean_in_all <- function(runs) {
-  list(value = sqrt(var(runs$value) / nrow(runs) + mean_by_drain(runs)$value^2 + rounded_alike(runs)^2))
-}
-
-one_mah <- function(runs) list(value = joules_of_mah(runs))

@@ -86,16 +86,6 @@ contrast_of <- function(runs, effects, percent) {
 
 contrast <- function(runs) contrast_of(runs, EFFECTS, PERCENT)
 
-contrast_t <- function(runs) {
-  found <- contrast_of(runs, EFFECTS, PERCENT)
-  list(value = found$t, df = found$df)
-}
-
-contrast_p <- function(runs) {
-  found <- contrast_of(runs, EFFECTS, PERCENT)
-  list(value = found$p, df = found$df)
-}
-
 # The sum of which nothing is claimed, because the days of an effect allow no test.
 contrast_without_claim <- function(runs) {
   gains <- mapply(function(effect, paired) {

@@ -83,7 +83,7 @@ difference_of_means <- function(runs) {
   half <- t_quantile(LEVEL, means$df) * error_of(means, 1)
   list(
     value = value, se = sqrt(own_variance(means, 1)), shared_se = shared_se(shared_difference(means, 1)),
-    ci_low = value - half, ci_high = value + half, df = means$df
+    ci_low = value - half, ci_high = value + half, df = means$df, t = t_of(means), p = p_of(means)
   )
 }
 
@@ -118,11 +118,6 @@ savings <- function(runs) saving_of(compare(runs, PAIR))
 
 t_of <- function(means) (means$treated - means$control) / error_of(means, 1)
 
-t_of_difference <- function(runs) {
-  means <- compare(runs, PAIR)
-  list(value = t_of(means), df = means$df)
-}
-
 # t of the test of no difference, positive for a saving.
 t_of_saving <- function(runs) {
   means <- compare(runs, PAIR)
@@ -131,11 +126,6 @@ t_of_saving <- function(runs) {
 
 p_of <- function(means) {
   if (ONE_SIDED) pt(-t_of(means), means$df, lower.tail = FALSE) else two_sided_p(t_of(means), means$df)
-}
-
-p_of_difference <- function(runs) {
-  means <- compare(runs, PAIR)
-  list(value = p_of(means), df = means$df)
 }
 
 mean_of_control <- function(runs) list(value = compare(runs, PAIR)$control)

@@ -51,21 +51,12 @@ overall_savings <- function(runs) {
   found <- over_groups(savings_of_groups(runs))
   value <- 100 * found$saved
   half <- 100 * t_quantile(LEVEL, found$df) * found$error
+  t <- found$saved / found$error
   list(
     value = value, se = 100 * found$own_se, shared_se = 100 * found$shared_se,
-    ci_low = value - half, ci_high = value + half, df = found$df
+    ci_low = value - half, ci_high = value + half, df = found$df, t = t,
+    p = if (ONE_SIDED_OVERALL) pt(t, found$df, lower.tail = FALSE) else two_sided_p(t, found$df)
   )
-}
-
-overall_t <- function(runs) {
-  found <- over_groups(savings_of_groups(runs))
-  list(value = found$saved / found$error, df = found$df)
-}
-
-overall_p <- function(runs) {
-  found <- overall_t(runs)
-  p <- if (ONE_SIDED_OVERALL) pt(found$value, found$df, lower.tail = FALSE) else two_sided_p(found$value, found$df)
-  list(value = p, df = found$df)
 }
 
 spread <- function(runs) list(value = sd(100 * of_each(savings_of_groups(runs), "saved")))
@@ -89,43 +80,14 @@ heterogeneity_p <- function(runs) {
   list(value = pf(drop(s %*% m %*% s) / trace, box, df_within, lower.tail = FALSE))
 }
 
-# The mean change in percent of each control, its standard error and its degrees of freedom.
-change_over_groups <- function(runs) {
+# The mean change in percent of each control, with its interval of level 1 - 2 alpha, and both tests.
+overall_equivalence <- function(runs) {
   found <- over_groups(savings_of_groups(runs))
-  list(change = -100 * found$saved, error = 100 * found$error, df = found$df)
-}
-
-overall_change <- function(runs) {
-  found <- change_over_groups(runs)
-  half <- t_quantile(LEVEL, found$df) * found$error
-  list(value = found$change, ci_low = found$change - half, ci_high = found$change + half)
-}
-
-overall_t_low <- function(runs) {
-  found <- change_over_groups(runs)
-  list(value = (found$change - LOWEST_CHANGE) / found$error, df = found$df)
-}
-
-overall_p_low <- function(runs) {
-  found <- overall_t_low(runs)
-  list(value = pt(found$value, found$df, lower.tail = FALSE), df = found$df)
-}
-
-overall_t_high <- function(runs) {
-  found <- change_over_groups(runs)
-  list(value = (found$change - HIGHEST_CHANGE) / found$error, df = found$df)
-}
-
-overall_p_high <- function(runs) {
-  found <- overall_t_high(runs)
-  list(value = pt(found$value, found$df), df = found$df)
-}
-
-# The larger p of both tests, or that of the one bound there is.
-overall_p_of_both <- function(runs) {
-  p_values <- c(
-    if (is.finite(LOWEST_CHANGE)) overall_p_low(runs)$value,
-    if (is.finite(HIGHEST_CHANGE)) overall_p_high(runs)$value
+  change <- -100 * found$saved
+  error <- 100 * found$error
+  half <- t_quantile(LEVEL, found$df) * error
+  c(
+    list(value = change, ci_low = change - half, ci_high = change + half, df = found$df),
+    one_sided_tests((change - LOWEST_CHANGE) / error, (change - HIGHEST_CHANGE) / error, found$df)
   )
-  list(value = max(p_values))
 }

@@ -13,6 +13,9 @@ of_conditions <- function(runs, conditions) {
   runs[order(match(runs$condition, conditions), na.last = NA), ]
 }
 
+# Of several numbers that were computed together the one that is asked for, with the degrees of freedom.
+picked <- function(found) c(list(value = found[[PICKED]]), found[intersect("df", names(found))])
+
 show <- function(number) {
   cat(sprintf("%.17g\n", number[["value"]]))
   for (name in setdiff(names(number), "value")) cat(sprintf("%s = %.17g\n", name, number[[name]]))

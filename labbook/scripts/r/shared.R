@@ -6,6 +6,13 @@ t_quantile <- function(level, df) qt((1 - level) / 2, df, lower.tail = FALSE)
 
 two_sided_p <- function(t, df) 2 * pt(abs(t), df, lower.tail = FALSE)
 
+# t and p of the tests against a lower and an upper bound, and the larger p.
+one_sided_tests <- function(t_low, t_high, df) {
+  p_low <- pt(t_low, df, lower.tail = FALSE)
+  p_high <- pt(t_high, df)
+  list(t_low = t_low, p_low = p_low, t_high = t_high, p_high = p_high, p = max(p_low, p_high))
+}
+
 # Degrees of freedom of a sum of variances, each with its own (Welch 1938, Satterthwaite 1946).
 satterthwaite_df <- function(variances, dfs) {
   doubt <- if (sum(variances) > 0) sum((variances / sum(variances))^2 / dfs) else 0

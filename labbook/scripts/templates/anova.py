@@ -10,17 +10,7 @@ CONDITIONS: Sequence[str] = ()
 """The conditions whose means are compared."""
 
 
-def analysed(runs: Runs) -> tuple[float, float]:
+def analysis_of_variance(runs: Runs) -> Number:
     """Return F, the mean square between conditions over that within, and the upper tail of F."""
     found = stats.f_oneway(*(values_of(of_conditions(runs, [condition])) for condition in CONDITIONS))
-    return float(found.statistic), float(found.pvalue)
-
-
-def anova_f(runs: Runs) -> Number:
-    """Return F."""
-    return {"value": analysed(runs)[0]}
-
-
-def anova_p(runs: Runs) -> Number:
-    """Return p."""
-    return {"value": analysed(runs)[1]}
+    return {"f": float(found.statistic), "p": float(found.pvalue)}

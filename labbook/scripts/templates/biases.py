@@ -89,11 +89,6 @@ def bias_of_measured(runs: Runs) -> Number:
     return bias_of(runs, assumed=False)
 
 
-def bias_p(runs: Runs) -> Number:
-    """Return the two-sided p of no bias."""
-    return {"value": bias_of(runs, assumed=True)["p"]}
-
-
 def measured_over_days(runs: Runs) -> Number:
     """Return the mean over days of what was measured."""
     return {"value": float(np.mean(by_day_of(runs).measured))}

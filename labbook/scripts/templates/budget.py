@@ -33,54 +33,23 @@ def rounded_alike(runs: Runs) -> float:
     return shared_se(of_mean([parted(run.shared, rounding=True) for run in runs]))
 
 
-def run_by_scatter(runs: Runs) -> Number:
-    """Return the standard deviation of runs."""
-    return {"value": float(np.std(values_of(runs), ddof=1))}
-
-
-def mean_by_scatter(runs: Runs) -> Number:
-    """Return the standard error of the mean that the scatter gives it."""
-    return {"value": run_by_scatter(runs)["value"] / math.sqrt(len(runs))}
-
-
-def run_by_drain(runs: Runs) -> Number:
-    """Return what the drain line gives one run: the root of the mean square over runs."""
-    errors = [shared_se(parted(run.shared, rounding=False)) for run in runs]
-    return {"value": math.sqrt(float(np.mean(np.square(errors))))}
-
-
-def mean_by_drain(runs: Runs) -> Number:
-    """Return what the drain line gives the mean: all runs share it."""
-    return {"value": shared_se(of_mean([parted(run.shared, rounding=False) for run in runs]))}
-
-
-def run_by_step(runs: Runs) -> Number:
-    """Return what the step of the charger gives one run."""
-    return {"value": of_one_step(runs)}
-
-
-def mean_by_step(runs: Runs) -> Number:
-    """Return what the step of the charger gives the mean."""
-    return {"value": rounded_alike(runs) or of_one_step(runs) / math.sqrt(len(runs))}
-
-
-def of_voltage(runs: Runs) -> Number:
-    """Return what the reference voltage gives: nothing, for it counts as known."""
-    return {"value": 0.0 * len(runs)}
-
-
-def run_in_all(runs: Runs) -> Number:
-    """Return all sources of one run in quadrature; the step where the scatter does not hold it."""
-    step = of_one_step(runs) if rounded_alike(runs) else 0.0
-    return {"value": math.hypot(run_by_scatter(runs)["value"], run_by_drain(runs)["value"], step)}
-
-
-def mean_in_all(runs: Runs) -> Number:
-    """Return all sources of the mean in quadrature."""
-    parts = mean_by_scatter(runs)["value"], mean_by_drain(runs)["value"], rounded_alike(runs)
-    return {"value": math.hypot(*parts)}
-
-
-def one_mah(runs: Runs) -> Number:
-    """Return what 1 mAh is worth in joules a jump."""
-    return {"value": joules_of_mah(runs)}
+def budget(runs: Runs) -> Number:
+    """Return what each source gives one run and the mean, all in quadrature, and what 1 mAh is worth."""
+    n, alike, step = len(runs), rounded_alike(runs), of_one_step(runs)
+    scatter = float(np.std(values_of(runs), ddof=1))
+    drains = [parted(run.shared, rounding=False) for run in runs]
+    drain = math.sqrt(float(np.mean(np.square([shared_se(each) for each in drains]))))
+    drain_of_mean = shared_se(of_mean(drains))  # all runs share it
+    return {
+        "scatter between runs": scatter,
+        "drain fit": drain,
+        "charger resolution": step,
+        "reference voltage": 0.0,
+        "in all": math.hypot(scatter, drain, step if alike else 0.0),
+        "scatter between runs, mean": scatter / math.sqrt(n),
+        "drain fit, mean": drain_of_mean,
+        "charger resolution, mean": alike or step / math.sqrt(n),
+        "reference voltage, mean": 0.0,
+        "in all, mean": math.hypot(scatter / math.sqrt(n), drain_of_mean, alike),
+        "1 mAh": joules_of_mah(runs),
+    }

@@ -145,18 +145,6 @@ def contrast(runs: Runs) -> Number:
     return contrast_of(runs, EFFECTS, percent=PERCENT)
 
 
-def contrast_t(runs: Runs) -> Number:
-    """Return the t of the contrast."""
-    found = contrast_of(runs, EFFECTS, percent=PERCENT)
-    return {"value": found["t"], "df": found["df"]}
-
-
-def contrast_p(runs: Runs) -> Number:
-    """Return the two-sided p of the contrast."""
-    found = contrast_of(runs, EFFECTS, percent=PERCENT)
-    return {"value": found["p"], "df": found["df"]}
-
-
 def contrast_without_claim(runs: Runs) -> Number:
     """Return the contrast of which nothing is claimed, because the days of an effect allow no test."""
     rules, gains = days_are_units(runs, EFFECTS), []

@@ -11,6 +11,7 @@ from labbook.scripts.templates.runs import Number, Pair, Run, Runs, Shared, of_c
 from labbook.scripts.templates.shared import (
     LEVEL,
     of_mean,
+    over_error,
     quantile,
     shared_covariance,
     shared_se,
@@ -128,8 +129,20 @@ def error_of(means: Means, ratio: float) -> float:
     return math.sqrt(own_variance(means, ratio) + shared_covariance(shared, shared, LEVEL, means.df))
 
 
+def t_of(means: Means) -> float:
+    """Return t of the difference T - C."""
+    return over_error(means.treated - means.control, error_of(means, 1.0))
+
+
+def p_of(means: Means) -> float:
+    """Return the p of no difference, two-sided or against a saving alone."""
+    if ONE_SIDED:
+        return float(stats.t.sf(-t_of(means), means.df))
+    return two_sided_p(t_of(means), means.df)
+
+
 def difference_of_means(runs: Runs) -> Number:
-    """Return T - C with its interval."""
+    """Return T - C with its interval, and t and p of no difference."""
     means = compare(runs, PAIR)
     value, half = means.treated - means.control, quantile(LEVEL, means.df) * error_of(means, 1.0)
     return {
@@ -139,6 +152,8 @@ def difference_of_means(runs: Runs) -> Number:
         "ci_low": value - half,
         "ci_high": value + half,
         "df": means.df,
+        "t": t_of(means),
+        "p": p_of(means),
     }
 
 
@@ -179,34 +194,10 @@ def savings(runs: Runs) -> Number:
     return saving_of(compare(runs, PAIR))
 
 
-def t_of(means: Means) -> float:
-    """Return t of the difference T - C."""
-    return (means.treated - means.control) / error_of(means, 1.0)
-
-
-def t_of_difference(runs: Runs) -> Number:
-    """Return t = (T - C) / sqrt(V(1)) with its degrees of freedom."""
-    means = compare(runs, PAIR)
-    return {"value": t_of(means), "df": means.df}
-
-
 def t_of_saving(runs: Runs) -> Number:
     """Return t of the test of no difference, positive for a saving, with its degrees of freedom."""
     means = compare(runs, PAIR)
     return {"value": -t_of(means), "df": means.df}
-
-
-def p_of(means: Means) -> float:
-    """Return the p of no difference, two-sided or against a saving alone."""
-    if ONE_SIDED:
-        return float(stats.t.sf(-t_of(means), means.df))
-    return two_sided_p(t_of(means), means.df)
-
-
-def p_of_difference(runs: Runs) -> Number:
-    """Return the p of the test of no difference."""
-    means = compare(runs, PAIR)
-    return {"value": p_of(means), "df": means.df}
 
 
 def mean_of_control(runs: Runs) -> Number:

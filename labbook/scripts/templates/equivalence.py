@@ -2,8 +2,6 @@
 
 import math
 
-from scipy import stats
-
 from labbook.scripts.templates.days import (
     PAIR,
     Means,
@@ -12,7 +10,7 @@ from labbook.scripts.templates.days import (
     fieller,
 )
 from labbook.scripts.templates.runs import Number, Runs
-from labbook.scripts.templates.shared import LEVEL, quantile
+from labbook.scripts.templates.shared import LEVEL, one_sided_tests, over_error, quantile
 
 LOW = -5.0
 """The lower bound, in percent of the control's mean or in the unit of the values; infinite where there is none."""
@@ -24,8 +22,10 @@ IN_PERCENT = True
 
 def t_at(means: Means, bound: float) -> float:
     """Return t of T - (1 + bound / 100) C, or of T - C - bound where the bound is no percentage."""
+    if math.isinf(bound):
+        return -bound
     ratio, shift = (1.0 + bound / 100.0, 0.0) if IN_PERCENT else (1.0, bound)
-    return (means.treated - ratio * means.control - shift) / error_of(means, ratio)
+    return over_error(means.treated - ratio * means.control - shift, error_of(means, ratio))
 
 
 def ends_of_change(means: Means) -> tuple[float, float] | None:
@@ -37,41 +37,13 @@ def ends_of_change(means: Means) -> tuple[float, float] | None:
     return means.treated - means.control - half, means.treated - means.control + half
 
 
-def estimate(runs: Runs) -> Number:
-    """Return the change from the control with its interval of level 1 - 2 alpha."""
+def equivalence(runs: Runs) -> Number:
+    """Return the change from the control with its interval of level 1 - 2 alpha, and the tests against both bounds."""
     means = compare(runs, PAIR)
     change, ends = means.treated - means.control, ends_of_change(means)
     return {
         "value": 100.0 * change / means.control if IN_PERCENT else change,
         **({} if ends is None else {"ci_low": ends[0], "ci_high": ends[1]}),
+        "df": means.df,
+        **one_sided_tests(t_at(means, LOW), t_at(means, HIGH), means.df),
     }
-
-
-def t_low(runs: Runs) -> Number:
-    """Return t of the test that the change lies above the lower bound."""
-    means = compare(runs, PAIR)
-    return {"value": t_at(means, LOW), "df": means.df}
-
-
-def p_low(runs: Runs) -> Number:
-    """Return the upper tail of t at the lower bound."""
-    means = compare(runs, PAIR)
-    return {"value": float(stats.t.sf(t_at(means, LOW), means.df)), "df": means.df}
-
-
-def t_high(runs: Runs) -> Number:
-    """Return t of the test that the change lies below the upper bound."""
-    means = compare(runs, PAIR)
-    return {"value": t_at(means, HIGH), "df": means.df}
-
-
-def p_high(runs: Runs) -> Number:
-    """Return the lower tail of t at the upper bound."""
-    means = compare(runs, PAIR)
-    return {"value": float(stats.t.cdf(t_at(means, HIGH), means.df)), "df": means.df}
-
-
-def p_of_both(runs: Runs) -> Number:
-    """Return the larger p of both tests, or that of the one bound there is."""
-    tested = ([p_low(runs)] if math.isfinite(LOW) else []) + ([p_high(runs)] if math.isfinite(HIGH) else [])
-    return {"value": max(each["value"] for each in tested)}

@@ -22,6 +22,8 @@ from labbook.scripts.templates.runs import Number, Pair, Runs, Shared
 from labbook.scripts.templates.shared import (
     LEVEL,
     of_mean,
+    one_sided_tests,
+    over_error,
     quantile,
     satterthwaite_df,
     shared_covariance,
@@ -98,9 +100,10 @@ def over_groups(savings: Sequence[Saving]) -> Overall:
 
 
 def overall_savings(runs: Runs) -> Number:
-    """Return the mean saving over groups in percent, with its interval."""
+    """Return the mean saving over groups in percent, with its interval, t, and p: two-sided, or of a saving alone."""
     found = over_groups(savings_of_groups(runs))
     value, half = 100.0 * found.saved, 100.0 * quantile(LEVEL, found.df) * found.error
+    t = over_error(found.saved, found.error)
     return {
         "value": value,
         "se": 100.0 * found.own_se,
@@ -108,20 +111,9 @@ def overall_savings(runs: Runs) -> Number:
         "ci_low": value - half,
         "ci_high": value + half,
         "df": found.df,
+        "t": t,
+        "p": float(stats.t.sf(t, found.df)) if ONE_SIDED_OVERALL else two_sided_p(t, found.df),
     }
-
-
-def overall_t(runs: Runs) -> Number:
-    """Return t of the mean saving."""
-    found = over_groups(savings_of_groups(runs))
-    return {"value": found.saved / found.error, "df": found.df}
-
-
-def overall_p(runs: Runs) -> Number:
-    """Return the p of the mean saving, two-sided or against a saving alone."""
-    found = over_groups(savings_of_groups(runs))
-    t = found.saved / found.error
-    return {"value": float(stats.t.sf(t, found.df)) if ONE_SIDED_OVERALL else two_sided_p(t, found.df), "df": found.df}
 
 
 def spread(runs: Runs) -> Number:
@@ -160,45 +152,10 @@ def heterogeneity_p(runs: Runs) -> Number:
     return {"value": float(stats.f.sf(float(np.sum(away * away)) / trace, box, df_within))}
 
 
-def change_over_groups(runs: Runs) -> tuple[float, float, float]:
-    """Return the mean change in percent of each control, its standard error and its degrees of freedom."""
+def overall_equivalence(runs: Runs) -> Number:
+    """Return the mean change in percent of each control, with its interval of level 1 - 2 alpha, and both tests."""
     found = over_groups(savings_of_groups(runs))
-    return -100.0 * found.saved, 100.0 * found.error, found.df
-
-
-def overall_change(runs: Runs) -> Number:
-    """Return the mean change with its interval of level 1 - 2 alpha."""
-    change, error, df = change_over_groups(runs)
+    change, error, df = -100.0 * found.saved, 100.0 * found.error, found.df
     half = quantile(LEVEL, df) * error
-    return {"value": change, "ci_low": change - half, "ci_high": change + half}
-
-
-def overall_t_low(runs: Runs) -> Number:
-    """Return t of the test that the mean change lies above the lower bound."""
-    change, error, df = change_over_groups(runs)
-    return {"value": (change - LOWEST_CHANGE) / error, "df": df}
-
-
-def overall_p_low(runs: Runs) -> Number:
-    """Return the upper tail of that t."""
-    found = overall_t_low(runs)
-    return {"value": float(stats.t.sf(found["value"], found["df"])), "df": found["df"]}
-
-
-def overall_t_high(runs: Runs) -> Number:
-    """Return t of the test that the mean change lies below the upper bound."""
-    change, error, df = change_over_groups(runs)
-    return {"value": (change - HIGHEST_CHANGE) / error, "df": df}
-
-
-def overall_p_high(runs: Runs) -> Number:
-    """Return the lower tail of that t."""
-    found = overall_t_high(runs)
-    return {"value": float(stats.t.cdf(found["value"], found["df"])), "df": found["df"]}
-
-
-def overall_p_of_both(runs: Runs) -> Number:
-    """Return the larger p of both tests, or that of the one bound there is."""
-    low = [overall_p_low(runs)] if math.isfinite(LOWEST_CHANGE) else []
-    high = [overall_p_high(runs)] if math.isfinite(HIGHEST_CHANGE) else []
-    return {"value": max(each["value"] for each in (*low, *high))}
+    tests = one_sided_tests(over_error(change - LOWEST_CHANGE, error), over_error(change - HIGHEST_CHANGE, error), df)
+    return {"value": change, "ci_low": change - half, "ci_high": change + half, "df": df, **tests}

@@ -53,6 +53,15 @@ def values_of(runs: Runs) -> list[float]:
     return [run.value for run in runs]
 
 
+PICKED = "value"
+"""Which of several numbers that were computed together is asked for."""
+
+
+def picked(found: Number) -> Number:
+    """Return the number that is asked for, with the degrees of freedom."""
+    return {"value": found[PICKED], **({"df": found["df"]} if "df" in found else {})}
+
+
 def show(number: Number) -> None:
     """Print the number with all its digits, and below it what belongs to it."""
     for name, value in number.items():

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from scipy import stats
 
-from labbook.scripts.templates.runs import Shared, Source
+from labbook.scripts.templates.runs import Number, Shared, Source
 
 LEVEL = 0.95
 """Of the intervals."""
@@ -21,6 +21,17 @@ def quantile(level: float, df: float) -> float:
 def two_sided_p(t: float, df: float) -> float:
     """Return the chance of a t as far from 0 as this, to either side."""
     return 2.0 * float(stats.t.sf(abs(t), df))
+
+
+def over_error(value: float, error: float) -> float:
+    """Return t, a value over its standard error; infinite where there is none."""
+    return value / error if error else math.copysign(math.inf, value)
+
+
+def one_sided_tests(t_low: float, t_high: float, df: float) -> Number:
+    """Return t and p of the tests against a lower and an upper bound, and the larger p; no bound rejects nothing."""
+    p_low, p_high = float(stats.t.sf(t_low, df)), float(stats.t.cdf(t_high, df))
+    return {"t_low": t_low, "p_low": p_low, "t_high": t_high, "p_high": p_high, "p": max(p_low, p_high)}
 
 
 def satterthwaite_df(parts: Sequence[tuple[float, float]]) -> float:
