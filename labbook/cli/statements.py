@@ -75,15 +75,11 @@ def check(
 
     Example: labbook check rail_angle --value 0.4 --unit deg
     """
-    from data_schema.queries.study import checks_by_day
     from labbook.actions.runs.day_checks import state_check
-    from labbook.actions.runs.remarks import remarks_on_check
 
     with stating(book, person) as (opened_book, session):
-        earlier = [check for checks in checks_by_day(session.connection).values() for check in checks]
         date = state_check(session, opened_book.configuration, kind, value, unit, not failed, day)
-    remarks = remarks_on_check(earlier, kind, value, unit)
-    data = {"day": date, "kind": kind, "passed": not failed, "remarks": remarks}
+    data = {"day": date, "kind": kind, "passed": not failed}
     return tell(data, [f"{date}: {kind} {'did not pass' if failed else 'passed'}."])
 
 

@@ -216,11 +216,9 @@ def test_what_is_odd_is_told_after_the_summary_and_refuses_nothing(fresh: SmallB
     summary, remark = good(labbook("runs", "import", sheet, at=fresh.folder)).out.splitlines()
     assert summary.startswith("16 runs stated")
     says(remark, "look again", "r001", "72 s", "720 s", "r002", "r003")
-    good(labbook("check", "rail_angle", "--value", "0.4", "--unit", "deg", at=fresh.folder))
     for words, said in (
         ("charge r001 0", "0 mAh"),
         ("correct r001 duration_s=7200 --why x", "7200 s"),
-        ("check rail_angle --value 0.4", "rail_angle"),
     ):
         says(good(labbook(*words.split(), at=fresh.folder)).out, "look again", said)
 

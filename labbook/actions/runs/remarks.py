@@ -29,7 +29,7 @@ from data_schema.queries.signals import (
     same_samples,
     signals_of_runs,
 )
-from data_schema.queries.study import CheckRow, PlannedRow, StudyRow, days_with_runs, planned_runs
+from data_schema.queries.study import PlannedRow, StudyRow, days_with_runs, planned_runs
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from labbook.actions.runs.finding import Blank, Finding, Word, correcting, found
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
@@ -175,16 +175,6 @@ def _other_levels(
         if run.kind is RunKind.JUMPS and run.state is not RunState.VOID and (days is None or run.day in days)
     ]
     return other_levels(recorded, runs, declared)
-
-
-def remarks_on_check(earlier: Sequence[CheckRow], kind: str, value: float | None, unit: str | None) -> list[Remark]:
-    """Compare a check just made with the earlier ones of its kind."""
-    units = [check.unit for check in earlier if check.kind == kind and check.unit]
-    if value is None or not units or unit in units:
-        return []
-    has = f"is in {unit}" if unit else "has no unit"
-    message = f"{kind} {value:g} {has} and earlier ones were in {units[-1]}: make the check again if that is wrong"
-    return _remark("check_in_other_unit" if unit else "check_without_unit", {kind: message})
 
 
 def remarks_on_names(names: Sequence[str], known: Collection[str], scheme: RunNames) -> list[Remark]:

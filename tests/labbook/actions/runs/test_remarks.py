@@ -9,12 +9,11 @@ from pathlib import Path
 import pytest
 
 from data_schema.queries.charges import charges_of_run
-from data_schema.queries.study import checks_by_day
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.charges import state_charge
 from labbook.actions.runs.correcting import correct, runs_corrected, void
-from labbook.actions.runs.remarks import MOST_NAMED, remarks_on, remarks_on_check
+from labbook.actions.runs.remarks import MOST_NAMED, remarks_on
 from labbook.actions.runs.rig_line import rig_lines_of
 from labbook.actions.runs.runs_importing import RunsImported, import_runs
 from labbook.book.naming import run_named
@@ -158,16 +157,3 @@ def test_a_charge_that_cannot_be_is_questioned_at_ingest(
     (lines,) = rig_lines_of(book, [ingest_file(book, path, IngestRequest(person=ADA))])
     assert [line.concern for line in lines][1:] == rules
     assert after_correction(book, charge_of(book, "r001"), f"charge_mah={float(mah) + 1}") == rules
-
-
-def test_a_check_without_the_unit_of_earlier_ones_is_remarked(book: Book) -> None:
-    with book.reading() as connection:
-        earlier = [check for checks in checks_by_day(connection).values() for check in checks]
-    for kind, value, unit, rules in (
-        ("rail_angle", 0.4, None, ["check_without_unit"]),
-        ("rail_angle", 400.0, "parsec", ["check_in_other_unit"]),
-        ("rail_angle", 0.4, "deg", []),
-        ("rail_angle", None, None, []),
-        ("lubrication", 3.0, None, []),
-    ):
-        assert [remark.rule for remark in remarks_on_check(earlier, kind, value, unit)] == rules
