@@ -8,7 +8,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.queries.charges import SheetRow
+from data_schema.queries.charges import SheetRow, charges_of_run
 from data_schema.queries.files import (
     FileRow,
     Link,
@@ -136,7 +136,15 @@ def _assign_charge(session: WriteSession, file: FileRow, charge: SheetRow, run: 
         moves = run is not None and charge.run_uid is not None
         _state_charge(session, Action.CORRECT if moves else Action.ASSIGN, charge, run, why)
 
-    return _moved(f"charge {charge.row_number} of {file.name}", [charge], run, why, state)
+    return _moved(f"charge {charge.row_number} of {file.name}", [charge], run, why, state) + _instead(session, charge)
+
+
+def _instead(session: WriteSession, charge: SheetRow) -> str:
+    """Say which row that waited is the charge of the run that a charge has left."""
+    of_run = [] if charge.run_uid is None or charge.added else charges_of_run(session.connection, charge.run_uid)
+    others = [row for row in of_run if row.uid != charge.uid and row.mode == charge.mode and not row.added]
+    places = [place_of_charge(session.connection, row.uid) for row in others]
+    return f" {places[0]} waited, and is the charge of run {charge.run_name} now." if places else ""
 
 
 def _add_charge(session: WriteSession, file: FileRow, charge: SheetRow, run: RunRow, why: str | None) -> str:

@@ -80,7 +80,7 @@ def install(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Install
         (works(amount="-1.0"), "charge 1"),
         (works(name="None"), "ValueError"),
         (works(unit=repr("\ud800")), "UnicodeEncodeError"),
-        ("return None", "TypeError"),
+        ("return None", "ValueError"),
     ],
 )
 def test_a_rebuild_does_not_stop_for_a_plugin(tmp_path: Path, install: Install, body: str, said: str) -> None:
