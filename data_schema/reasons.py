@@ -122,7 +122,6 @@ class Reason(Code):
     FIT_WITHOUT_SCATTER = "the fit has no scatter"
     NOT_IDENTIFIED = "the data do not tell the parameters apart"
     NO_QUARTILE_RANGE = "the measured {unit}s have no interquartile range"
-    FIT_IS_EXACT = "the fit is exact"
     TWO_EACH_FOR_VARIANCE = "each group needs at least 2 {unit}s for its variance"
     TWO_EACH = "each group needs at least 2 {unit}s"
     TOO_FEW_FOR_POOLED_VARIANCE = "there are too few {unit}s for a pooled variance"

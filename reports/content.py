@@ -145,11 +145,6 @@ class Flow:
     jumps_rejected: int = 0
     verdicts_blind: int = 0
 
-    @property
-    def has_jump_runs(self) -> bool:
-        """Whether any run of jumps counts, with numbers or without."""
-        return any(self.runs_with.values()) or any(self.runs_without.values())
-
 
 @dataclass(frozen=True, slots=True)
 class Day:

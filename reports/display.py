@@ -255,7 +255,7 @@ class LogJump:
 class LogGap:
     """A stretch without samples: dropped packets, a pause of the logger, or a restart between two logs.
 
-    Where `length_known` is false nobody knows how long it was: the axis is broken there, and its times begin again.
+    Where `length_known` is false nobody knows how long it was: its times begin again there.
     """
 
     start_s: float

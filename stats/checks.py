@@ -57,7 +57,7 @@ def as_groups(groups: Any) -> dict[str, ArrayLike]:
 
     Raises `InputRefused` for what is no sequence of samples.
     """
-    if hasattr(groups, "keys"):
+    if callable(getattr(groups, "keys", None)):
         return {str(name): groups[name] for name in groups}
     if not isinstance(groups, Sequence) or not groups or any(np.ndim(values) == 0 for values in groups):
         raise InputRefused("the groups are no samples: give one sample of numbers for each, by name or in a list.")
@@ -108,7 +108,7 @@ def _one(name: str, value: Any) -> float:
     if type(value) is float:  # nearly always, and asking for the others takes most of the time
         return value
     try:
-        if isinstance(value, bool | np.bool_ | str):
+        if isinstance(value, bool | np.bool_ | str | complex):
             raise TypeError
         return float(value)
     except OverflowError:

@@ -60,7 +60,9 @@ def insert_all(
     if driver is None:
         connection.execute(table.insert(), [dict(zip(names, row, strict=True)) for row in rows])
     else:
-        text, _order, _fixed = _compiled(_insert(table), names)
+        text, order, _fixed = _compiled(_insert(table), names)
+        if tuple(order) != names:
+            raise ValueError(f"{names} stand in another order than the columns of {table.name}.")
         _refuse_not_finite(chain.from_iterable(rows))
         _translated(driver.executemany, text, rows)
 

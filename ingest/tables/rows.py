@@ -255,6 +255,8 @@ def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
     if layout.complete or cells[-1] == cell_above:
         return False
     above = layout.last_cells
+    if above and all(b"e" in one.lower() for one in above) and b"e" not in cells[-1].lower():
+        return True  # cut before its exponent
     return not above or len(cells[-1]) < max(map(len, above)) or _end_digits(cells[-1]) < max(map(_end_digits, above))
 
 

@@ -50,6 +50,13 @@ BYTES = [
     Case("no final newline", LOG[:-1], "no_final_newline"),
     Case("last line cut in a cell", LOG[:-3], "last_line_cut", 599),
     Case("last line cut between cells", LOG[:-15], "last_line_cut", 599),
+    Case(
+        "last number cut before its exponent",
+        text(LOG_HEADER, [f"{row.rpartition(',')[0]},0.{at % 9}e-05" for at, row in enumerate(ROWS)])[:-9]
+        + b",1.23456",
+        "last_line_cut",
+        599,
+    ),
     Case("gzip", gzip.compress(LOG)),
     Case("gzip with a bad checksum", gzip.compress(LOG)[:-8] + bytes(8), "archive_refused", REFUSED),
     Case("zip in a zip", zipped({"inner.zip": zipped({"log.csv": LOG})}), "member_read"),

@@ -371,7 +371,10 @@ def take_known(
     elif not options and would_differ(book, row):
         messages.append(OUTDATED)
     if run not in (None, *runs) and not (done is not None and done.read.refused):
-        messages.append(f"--run {run} is for new files: `labbook assign {row.name} {run}` gives it one.")
+        messages.append(
+            f"--run {run} is for new files: `labbook assign {row.name} {run}` gives it one"
+            f"{', with --why where it has another' if runs else ''}."
+        )
     return done, tuple(messages)
 
 

@@ -339,7 +339,7 @@ def _zero(run: RunRow, facts: Facts) -> Finding | None:
     if all(charge.charge_mah for charge in charges):
         return None
     is_idle = run.kind is RunKind.IDLE
-    costs = "it pulls the drain line down" if is_idle else "its joules a jump are below 0, and count"
+    costs = "it pulls the drain line down" if is_idle else ""
     what = f"run {run.name}{' (idle)' if is_idle else ''} has a charge of 0 mAh"
     return found(what, *correcting_charge(run, charges), run=run, costs=costs)
 

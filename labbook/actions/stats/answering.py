@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, cast
@@ -18,6 +18,7 @@ from typing import Any, cast
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
+from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.rounding import error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Rule, Undefined
@@ -43,7 +44,7 @@ from labbook.analysis.observations import Observation, ObservationRequest, Obser
 from labbook.book.opening import opened
 from labbook.config.model import Bounds
 from reports.content import Factor, Level
-from reports.display import NO_BREAK, in_sentence
+from reports.display import NO_BREAK, in_sentence, list_text
 from reports.figures.estimation import Estimation, EstimationGroup
 from reports.figures.kind import check_form
 from reports.naming import level_name, swept_words, title_of
@@ -578,12 +579,15 @@ def _of_table(given: Values, file: Path) -> Observations:
         by=by,
         control=control,
         rows=rows,
-        notes=tuple(_about(given, table, control, len(lacking), len(selected))),
+        notes=tuple(_about(given, table, control, {row.label for row in rows}, len(lacking), len(selected))),
     )
 
 
-def _about(given: Values, table: Sheet, control: str, lacking: int, of: int) -> Iterator[str]:
+def _about(given: Values, table: Sheet, control: str, labels: Collection[str], lacking: int, of: int) -> Iterator[str]:
     """Say what was done with a table that nobody asked for."""
+    for same in grouped(sorted(labels), str.casefold).values():
+        if len(same) > 1:
+            yield f"{list_text([*map(repr, same)])} count as several groups: they differ in capital letters alone."
     if lacking:
         yield f"{lacking} of {of} rows lack a value or a label, and are left out."
     if given.control is None:

@@ -368,7 +368,7 @@ def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
             title = in_sentence(factor_title(analysis, factor.name))
             sentences.append(
                 f"On {single} of the {len(days_of)} days with two or more runs all runs had one level of the {title}: "
-                "differences between its levels are confounded with differences between days."
+                f"differences between its levels are {_confounded(single, len(days_of))} differences between days."
             )
     swept = analysis.swept
     if swept is not None and swept not in named and any(run.is_control for run in runs):
@@ -376,9 +376,13 @@ def confounded_with_day(analysis: StudyAnalysis) -> list[str]:
         if 2 * without > len(days_of):
             sentences.append(
                 f"On {without} of the {len(days_of)} days with two or more runs there was no control run: differences "
-                "from the control are confounded with differences between days."
+                f"from the control are {_confounded(without, len(days_of))} differences between days."
             )
     return sentences
+
+
+def _confounded(count: int, days: int) -> str:
+    return "confounded with" if count == days else "largely confounded with"
 
 
 def runs_by_robot(analysis: StudyAnalysis) -> dict[str, int]:

@@ -175,7 +175,8 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
             notes.append(f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {have} no {outcome.plural}: {cause}.")
     notes += [*_same_logs(analysis.evidence), *_impossible_charges(analysis), *_lost_fits(analysis)]
     found_in = {uid: apexes.jumps_found.n for uid, apexes in analysis.apexes.items()}
-    odd = [run for run in analysis.evidence.runs if found_in.get(run.uid, run.jumps_made) != run.jumps_made]
+    made = [run for run in analysis.evidence.runs if run.jumps_made]
+    odd = [run for run in made if found_in.get(run.uid, run.jumps_made) != run.jumps_made]
     if differing := [f"{run.name}: {found_in[run.uid]} of {run.jumps_made}" for run in odd]:
         notes.append(
             f"In {_count(len(differing), 'run', 'runs')} the jumps found are not the jumps made "

@@ -7,6 +7,7 @@ from simulator.kernel.composition import Composition
 from simulator.kernel.events.guards import make_due
 from simulator.kernel.layout import (
     BETWEEN,
+    FALLS,
     FOLDS,
     GUARDS,
     GUARDS_AFTER,
@@ -28,6 +29,7 @@ from simulator.kernel.layout import (
     SWITCHES,
     TOUCHES,
     TRIAL,
+    V_BODY,
     V_FOOT,
     WIDTH,
 )
@@ -116,6 +118,8 @@ def make_land(guards: Function, interpolate: Function, attempt: Function, count:
         for other in range(count):
             if other != guard and work[GUARDS_BETWEEN + other] > allowed and is_prompt(other):
                 return other
+        if guard != FALLS and work[NOW + V_BODY] > 0.0 and work[GUARDS_BETWEEN + FALLS] > 0.0:
+            return FALLS  # the landing of a guard that rises slowly ran past the body's turn
         return -1
 
     @inner

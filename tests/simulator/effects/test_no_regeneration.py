@@ -92,6 +92,22 @@ def test_the_motion_is_the_same_and_braking_no_longer_pays(scene: Scene) -> None
         assert abs(one.energy_residual_J) < 1e-9 * one.energy_at_play_J
 
 
+@pytest.mark.parametrize("goal", [1e-4, 1e-6])
+def test_a_power_that_dies_out_in_flight_hides_no_apex(goal: float) -> None:
+    """It crosses zero so flatly there that a step may end behind the body's turn."""
+    values = {
+        "k_extension": 1237.507903571753,
+        "b_extension": 25.95040305496497,
+        "initial_velocity": -1.471615958628937,
+        "motor_resistance": 1.0580163420833615,
+        "b_ad": 0.0,
+    }
+    scene = load_scene("sim2").changed(values)
+    without = interpreted(simulate, scene, goal).jump
+    braked = interpreted(simulate, scene.changed(effects_on=("no_regeneration",)), goal).jump
+    assert braked.apex_height_m == pytest.approx(without.apex_height_m, rel=goal)
+
+
 @pytest.mark.parametrize("scene", [WITH["sim2"], WITH["emulator"], GEARED], ids=["sampled", "emulator", "geared"])
 @pytest.mark.parametrize("goal", [1e-3, 1e-5, 1e-7])
 def test_goals_are_kept_and_error_bars_hold(goal: float, scene: Scene) -> None:
