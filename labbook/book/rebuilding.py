@@ -224,23 +224,33 @@ def _take_over_views(path: Path, fresh: Path) -> list[str]:
 
     None is taken over from a database that is too damaged. A table's rows follow from nothing in the journal.
     """
-    left: list[str] = []
+    left = [f"table {name}" for name in own_tables(path)]
     with contextlib.suppress(sqlite3.DatabaseError):
         if not path.exists():
             return left
         with contextlib.closing(_connect(path)) as old, contextlib.closing(_connect(fresh)) as new:
-            made = old.execute(
-                "SELECT name, type, sql FROM sqlite_master WHERE type IN ('table', 'view') ORDER BY rowid"
-            )
-            for name, kind, statement in made.fetchall():
-                if name in VIEWS or name in METADATA.tables or name.startswith("sqlite_"):
+            views = old.execute("SELECT name, sql FROM sqlite_master WHERE type = 'view' ORDER BY rowid").fetchall()
+            for name, statement in views:
+                if name in VIEWS:
                     continue
-                with contextlib.suppress(sqlite3.Error):
-                    if kind == "view":
-                        new.execute(statement)
-                        continue
-                left.append(f"{kind} {name}")
+                try:
+                    new.execute(statement)
+                    new.execute(f'SELECT * FROM "{name}" LIMIT 0')  # noqa: S608 - the name stands in the database
+                except sqlite3.Error:
+                    left.append(f"view {name}")
     return left
+
+
+def own_tables(path: Path) -> list[str]:
+    """Return names of the tables in a SQLite database that labbook did not make; none of one too damaged to say."""
+    with contextlib.suppress(sqlite3.DatabaseError):
+        if path.exists():
+            with contextlib.closing(_connect(path)) as database:
+                names = database.execute(
+                    "SELECT name FROM sqlite_master WHERE type = 'table' ORDER BY rowid"
+                ).fetchall()
+                return [name for (name,) in names if name not in METADATA.tables and not name.startswith("sqlite_")]
+    return []
 
 
 def rewrite_journal(folder: Path) -> int:

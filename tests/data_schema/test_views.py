@@ -116,6 +116,9 @@ def test_ones_own_views_are_there_after_a_rebuild(tmp_path: Path) -> None:
         connection.commit()
     before = queried(at, "SELECT * FROM mine")
     says(good(labbook("rebuild", at=at)).out, "table shoe_sizes")
+    says(good(labbook("db", "prune", at=at)).out, "shoe_sizes")
+    good(labbook("db", "prune", "--yes", at=at))
+    assert len(list(at.glob("labbook.db.before-rebuild.*"))) == 1
     assert queried(at, "SELECT * FROM mine") == before
     good(labbook("db", "check", at=at))
 

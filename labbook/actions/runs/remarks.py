@@ -278,7 +278,8 @@ def _logs(run: RunRow, facts: Facts) -> Finding | None:
     if not isinstance(why, Undefined):
         return None
     other = facts.other_levels().get(run.uid)
-    one = next((log for log in logs if other is not None and log.uid == other.signal_uid), logs[-1])
+    one = next((log for log in logs if other is not None and log.uid == other.signal_uid), None)
+    one = one or min(reversed(logs), key=lambda log: log.n_samples)  # what was cut off has the fewest
     names = listed(list(dict.fromkeys(log.file_name for log in logs)), 4)
     what = (
         f"run {run.name} has {why.reason}, so none of them counts: {names}; take one off, or correct how often it was "

@@ -25,13 +25,14 @@ from ingest.store import STORED, is_store_name, raw_path
 from labbook.actions.upkeep.health import check_book
 from labbook.book.copies.copying import Counted, raw_of
 from labbook.book.opening import DATABASE, JOURNAL, Book
-from labbook.book.rebuilding import REBUILDING, drop_old, old_schemas
+from labbook.book.rebuilding import REBUILDING, drop_old, old_schemas, own_tables
 from labbook.book.report_numbers import numbers_files, numbers_path
 
 _OLD_NAME = re.compile(rf"{re.escape(DATABASE)}\.before-rebuild\.\d{{8}}T\d{{12}}Z(-wal|-shm)?")
 QUIET_S = 3600.0
 """A file that was written to less long ago may belong to a command that is at work."""
 _OLD, _CUT_OFF, _ORPHAN = "an old database", "left by a command that was cut off", "a file of the store without a row"
+_WITH_OWN = "an old database with tables of your own"
 _FOREIGN = "not labbook's, never removed"
 _SET_ASIDE = "set aside from the journal, removed only by its name"
 
@@ -54,7 +55,7 @@ class Leftover:
 
 def leftovers(book: Book, connection: sa.Connection) -> list[Leftover]:
     """List what nothing needs."""
-    found = [_file(book, path, what) for path, what in _files(book, connection)]
+    found = [_file(book, path, what, what.startswith(_WITH_OWN)) for path, what in _files(book, connection)]
     if connection.dialect.name == "postgresql":
         found += [Leftover(name, _OLD, n_bytes) for name, n_bytes in old_schemas(connection)]
     found += [_file(book, path, _SET_ASIDE, True) for path in _leftover_journals(book)]
@@ -104,7 +105,10 @@ def _file(book: Book, path: Path, what: str, by_name_only: bool = False) -> Left
 
 def _files(book: Book, connection: sa.Connection) -> Iterator[tuple[Path, str]]:
     old = sorted(book.folder.glob(f"{DATABASE}.before-rebuild.*"))
-    yield from ((path, _OLD) for path in old if _OLD_NAME.fullmatch(path.name))
+    for path in old:
+        if _OLD_NAME.fullmatch(path.name):
+            own = own_tables(path.with_name(path.name.removesuffix("-wal").removesuffix("-shm")))
+            yield path, f"{_WITH_OWN} ({', '.join(own)}), removed only by its name" if own else _OLD
     begun = [*book.folder.glob(f".{DATABASE}.*"), *(book.folder / "reports").rglob(".*.part")]
     begun += [*book.store.root.glob(f".{JOURNAL}.*"), *book.store.root.glob(".last-backup.json.*")]
     yield from ((path, _CUT_OFF) for path in sorted(begun) if _is_quiet(path))

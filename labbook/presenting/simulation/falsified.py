@@ -52,7 +52,8 @@ def _answer(question: Question, searched: Searched) -> list[str]:
     if region is None:
         low, high = searched.shares[failing].min(axis=0), searched.shares[failing].max(axis=0)
         where = _box(question, low.tolist(), high.tolist())
-        return [found, f"It costs more at {where}: there lie the {count_text(len(failing), 'ground')} that were found."]
+        grounds = "the one ground" if len(failing) == 1 else f"the {len(failing)} grounds"
+        return [found, f"It costs more at {where}, of {grounds} that were found."]
     return [found, _region_sentence(question, region)]
 
 
