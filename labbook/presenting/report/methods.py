@@ -175,12 +175,12 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
             notes.append(f"{_count(len(names), 'run', 'runs')} ({_names(names)}) {have} no {outcome.plural}: {cause}.")
     notes += [*_same_logs(analysis.evidence), *_impossible_charges(analysis), *_lost_fits(analysis)]
     found_in = {uid: apexes.jumps_found.n for uid, apexes in analysis.apexes.items()}
-    made = [run for run in analysis.evidence.runs if run.jumps_made]
-    odd = [run for run in made if found_in.get(run.uid, run.jumps_made) != run.jumps_made]
+    odd = [run for run in analysis.evidence.runs if found_in.get(run.uid, run.jumps_made) != run.jumps_made]
     if differing := [f"{run.name}: {found_in[run.uid]} of {run.jumps_made}" for run in odd]:
         notes.append(
             f"In {_count(len(differing), 'run', 'runs')} the jumps found are not the jumps made "
-            f"({_listed(differing, FEW)}); joules are divided by the jumps made."
+            f"({_listed(differing, FEW)}); joules are divided by the jumps made, and unknown where none was made "
+            "(`labbook correct RUN jumps=N --why ...`)."
         )
     waiting = sum(len(judgement.waiting) for judgement in analysis.judgements.values())
     if waiting:
