@@ -37,7 +37,8 @@ def test_line_and_its_errors_are_those_of_least_squares(
     (slope, level), covariance = np.polyfit(raw, value, 1, cov=True)
     assert (line.scale, line.offset) == pytest.approx((slope, level), rel=1e-6, abs=1e-6)
     place = np.array([at, 1.0])
-    assert se_at(line, at) == pytest.approx(math.sqrt(place @ covariance @ place), rel=1e-4)
+    rounding = 1e-15 * max(map(abs, value)) * (1.0 + abs(at) / float(np.ptp(raw)))
+    assert se_at(line, at) == pytest.approx(math.sqrt(place @ covariance @ place), rel=1e-4, abs=1e-9 + rounding)
     assert line.df == len(raw) - 2
 
 
