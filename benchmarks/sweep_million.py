@@ -23,7 +23,7 @@ TITLE = "A sweep of a million jumps"
 ACCURACY = 1e-4
 REPEATS = {1_000: 5, 10_000: 3, 100_000: 2, 1_000_000: 1}
 """Sweeps of so many jumps, and how often each is run."""
-MILLION_S, MILLION_MB = 14.0, 2000.0
+MILLION_S, MILLION_MB = 12.0, 2000.0
 IN_TURNS, TURNS, LANES_FASTER = 8192, 6, 1.8
 """Jumps that both kernels simulate in turns on one thread, how often, and how much faster lanes should be."""
 _OVER = ("--over", "b_ad=0:300", "--over", "foot_radius=0.02:0.04")

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import sys
+from fractions import Fraction
 
 import numpy as np
 import pytest
@@ -20,6 +22,18 @@ def se_at(line: Calibration, raw: float) -> float:
     return math.hypot(*(slope * raw + level for slope, level in line.errors))
 
 
+def exact_se_at(raw: list[float], value: list[float], at: float) -> tuple[float, float]:
+    """Standard error of a fitted line by rational arithmetic, and by what share of an error of residuals it shifts."""
+    x, y, place = [*map(Fraction, raw)], [*map(Fraction, value)], Fraction(at)
+    x_mean, y_mean = sum(x) / len(x), sum(y) / len(y)
+    spread = sum((one - x_mean) ** 2 for one in x)
+    slope = sum((one - x_mean) * (other - y_mean) for one, other in zip(x, y, strict=True)) / spread
+    squares = sum((other - y_mean - slope * (one - x_mean)) ** 2 for one, other in zip(x, y, strict=True))
+    leverage = Fraction(1, len(x)) + (place - x_mean) ** 2 / spread
+    df = len(x) - 2
+    return math.sqrt(squares / df * leverage), math.sqrt(leverage * len(x) / df)
+
+
 @given(
     raw=st.lists(NUMBERS, min_size=3, max_size=8, unique=True),
     scale=st.floats(0.01, 10.0),
@@ -34,11 +48,11 @@ def test_line_and_its_errors_are_those_of_least_squares(
     line = line_through(raw, value)
     if np.ptp(raw) < 1.0 or not line.errors:
         return
-    (slope, level), covariance = np.polyfit(raw, value, 1, cov=True)
+    slope, level = np.polyfit(raw, value, 1)
     assert (line.scale, line.offset) == pytest.approx((slope, level), rel=1e-6, abs=1e-6)
-    place = np.array([at, 1.0])
-    rounding = 1e-15 * max(map(abs, value)) * (1.0 + abs(at) / float(np.ptp(raw)))
-    assert se_at(line, at) == pytest.approx(math.sqrt(place @ covariance @ place), rel=1e-4, abs=1e-9 + rounding)
+    expected, share = exact_se_at(raw, value, at)
+    most = max(map(abs, value)) + abs(line.scale) * max(map(abs, raw))
+    assert abs(se_at(line, at) - expected) <= 1e-9 * expected + 8.0 * sys.float_info.epsilon * most * share
     assert line.df == len(raw) - 2
 
 

@@ -205,7 +205,6 @@ def test_a_page_for_reading_has_no_buttons_and_states_nothing(tmp_path: Path) ->
 def test_in_a_browser_a_button_mends_and_no_reason_is_lost(page: Any, tmp_path: Path) -> None:
     from playwright.sync_api import expect
 
-    expect.set_options(timeout=60_000)
     place, _found = planted("logs_too_many", tmp_path)
     with served(place.book.folder, "--as", ADA) as server:
         page.goto(server.url)
