@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from stats.apexes.detectors import find_jumps, jump_at
     from stats.compare.agreement import cohen_kappa, limits_of_agreement
+    from stats.compare.prediction_error import rmse_over_iqr
     from stats.compare.shared_error import SharedError, describe_shared
     from stats.compare.summary import autocorrelation, describe
     from stats.compare.two_sample import compare_two
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from stats.days.decision import contrast_by_day
     from stats.groups.anova import one_way_anova, welch_anova
     from stats.groups.multiple import holm
-    from stats.groups.residuals import normal_quantiles, residuals_of_groups, rmse_over_iqr
     from stats.groups.tukey import compare_all_pairs
     from stats.groups.variances import brown_forsythe
     from stats.lines.passive_drain import fit_passive_drain
@@ -50,9 +50,7 @@ _MODULE_OF = {
     "one_way_anova": "groups.anova",
     "welch_anova": "groups.anova",
     "holm": "groups.multiple",
-    "normal_quantiles": "groups.residuals",
-    "residuals_of_groups": "groups.residuals",
-    "rmse_over_iqr": "groups.residuals",
+    "rmse_over_iqr": "compare.prediction_error",
     "compare_all_pairs": "groups.tukey",
     "brown_forsythe": "groups.variances",
     "fit_passive_drain": "lines.passive_drain",
@@ -89,7 +87,6 @@ __all__ = [
     "jump_at",
     "limits_of_agreement",
     "linear_contrast",
-    "normal_quantiles",
     "one_way_anova",
     "power_anova",
     "power_by_day",
@@ -97,7 +94,6 @@ __all__ = [
     "power_equivalence_by_day",
     "power_t",
     "power_welch",
-    "residuals_of_groups",
     "rmse_over_iqr",
     "sample_size",
     "slope_through_origin",

@@ -49,9 +49,9 @@ from reports.page.study import Study
 from simulator.kinematics import lever_m
 from simulator.steady.published_results import published_numbers
 from stats.clocks import Clocks, align_clocks, corner, leg_touchdowns, moving_average
+from stats.compare.prediction_error import RmseOverIqr, rmse_over_iqr
 from stats.compare.shared_error import SharedError
 from stats.force_plate import Contact, find_contacts, force_above_zero
-from stats.groups.residuals import RmseOverIqr, rmse_over_iqr
 from stats.lines.regression import SlopeThroughOrigin, slope_through_origin
 from stats.results import plural
 

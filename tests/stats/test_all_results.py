@@ -54,8 +54,6 @@ DEFINED: dict[str, Callable[[], Any]] = {
     "fit_stiffness": lambda: stats.fit_stiffness(X, V, 600.0 * X + 20.0 * V + RNG.normal(size=300)),
     "fit_gain_line": lambda: stats.fit_gain_line([100.0, 200.0, 300.0, 400.0], [320.0, 580.0, 836.0, 1090.0]),
     "rmse_over_iqr": lambda: stats.rmse_over_iqr(A, B),
-    "residuals_of_groups": lambda: stats.residuals_of_groups({"a": A, "b": B}),
-    "normal_quantiles": lambda: stats.normal_quantiles(stats.residuals_of_groups({"a": A, "b": B})),
 }
 UNDEFINED: dict[str, Callable[[], Any]] = {
     "describe": lambda: stats.describe([]),
@@ -77,8 +75,6 @@ UNDEFINED: dict[str, Callable[[], Any]] = {
     "LinearFit.at": lambda: stats.fit_linear([1.0, 2.0], {"x": [3.0, 4.0]}).at({"x": 9.0}),
     "fit_passive_drain": lambda: stats.fit_passive_drain([600.0, 1200.0, 1800.0], [70.0, 70.0, 70.0]),
     "sample_size": lambda: stats.sample_size(lambda n: stats.power_t(0.0, 1.0, n, n)),
-    "residuals_of_groups": lambda: stats.residuals_of_groups({"a": [1.0], "b": [2.0]}),
-    "normal_quantiles": lambda: stats.normal_quantiles(stats.residuals_of_groups({"a": [1.0], "b": [2.0]})),
     "rmse_over_iqr": lambda: stats.rmse_over_iqr(FLAT, FLAT),
 }
 
