@@ -87,8 +87,8 @@ def measure_demonstration(say: Callable[[str], None]) -> Section:
         "Reports of the demonstration",
         "`labbook report`, a whole process, on the demonstration's book; jumps are found already.",
         (
-            Budget("the first report", 8.0, "s", first.run.wall_s),
-            Budget("a second report", 2.0, "s", again.run.wall_s),
+            Budget("the first report", 5.0, "s", first.run.wall_s),
+            Budget("a second report", 1.5, "s", again.run.wall_s),
             Budget("a report of one foot", 3.0, "s", foot.run.wall_s),
         ),
         (_table((first, again, foot, foot_again)),),
@@ -137,6 +137,6 @@ def _report(book: Path, what: str, say: Callable[[str], None], *options: str) ->
 
 BENCHMARKS = (
     Benchmark("reports", measure_demonstration),
-    Benchmark("reports-10000", lambda say: measure_days(say, 10_000, (5.0, 1500.0))),
-    Benchmark("reports-100000", lambda say: measure_days(say, 100_000, (60.0, 1500.0)), long=True),
+    Benchmark("reports-10000", lambda say: measure_days(say, 10_000, (4.0, 1000.0))),
+    Benchmark("reports-100000", lambda say: measure_days(say, 100_000, (30.0, 1000.0)), long=True),
 )

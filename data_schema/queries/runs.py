@@ -122,9 +122,26 @@ def list_runs(connection: sa.Connection, where: sa.ColumnElement[bool] | None = 
         battery=battery.c.name,
         planned=run.c.planned_run.is_not(None),
     )
+    texts: dict[Any, Any] = {}
+    one = texts.setdefault  # a hundred thousand runs are of the same few days, conditions and packs
     return [
-        RunRow(*[uid, name, _KINDS[kind], _STATES[state], *rest[:5], levels.get(rest[5], nothing), *rest[6:]])
-        for uid, name, kind, state, *rest in connection.execute(_in_order(columns, where)).all()
+        RunRow(
+            uid,
+            name,
+            _KINDS[kind],
+            _STATES[state],
+            one(day_local, day_local),
+            position,
+            one(condition_uid, condition_uid),
+            one(key, key),
+            control,
+            levels.get(condition_id, nothing),
+            *(one(named, named) for named in rest[:3]),
+            *rest[3:],
+        )
+        for uid, name, kind, state, day_local, position, condition_uid, key, control, condition_id, *rest in (
+            connection.execute(_in_order(columns, where))
+        )
     ]
 
 

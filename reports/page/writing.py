@@ -139,9 +139,10 @@ def _tables(content: ReportContent) -> tuple[dict[str, Table], dict[str, bytes]]
     many = not run_anchors(content)  # so many runs are for programs, and no paper prints them
     tables, files = {}, {}
     for kind in tables_of(content):
-        table = tables[kind.name] = kind.make(content)
+        table = kind.make(content)
         files[f"{kind.name}.csv"] = csv_bytes(table)
-        files[f"{kind.name}.tex"] = latex_bytes(replace(table, rows=()) if many and kind.by_run else table)
+        tables[kind.name] = table = replace(table, rows=()) if many and kind.by_run else table
+        files[f"{kind.name}.tex"] = latex_bytes(table)
     return tables, files
 
 

@@ -36,7 +36,15 @@ def factor_columns(content: ReportContent, of: Callable[[T], Condition]) -> Colu
     The swept factor's are shown, since the others head the groups; all where none is swept.
     """
     columns = tuple(one for factor in content.factors for one in _columns(content, factor))
-    return columns, lambda item: factor_cells(content, of(item))
+    cells: dict[int, tuple[Cell, ...]] = {}  # of all rows of a condition: a table of each run has as many as runs
+
+    def make(item: T) -> tuple[Cell, ...]:
+        condition = of(item)
+        if id(condition) not in cells:
+            cells[id(condition)] = factor_cells(content, condition)
+        return cells[id(condition)]
+
+    return columns, make
 
 
 def _columns(content: ReportContent, factor: Factor) -> tuple[Column, Column]:

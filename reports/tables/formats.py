@@ -45,16 +45,19 @@ def csv_bytes(table: Table) -> bytes:
     """
     names = [name for column in table.columns for name in column.fields]
     with_block = any(row.block for row in table.rows)
-    rows = [[value for cell in row.cells for value in cell.values] for row in table.rows]
-    reasons = [_reasons(names, values) for values in rows]
-    with_reasons = any(reasons)
+    with_reasons = any(isinstance(value, Undefined) for row in table.rows for value in _values(row))
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["block"] * with_block + names + ["undefined"] * with_reasons)
-    for row, values, reason in zip(table.rows, rows, reasons, strict=True):
-        line = [row.block] * with_block + values + [reason] * with_reasons
+    for row in table.rows:  # one at a time: there are as many as runs
+        values = list(_values(row))
+        line = [row.block] * with_block + values + [_reasons(names, values)] * with_reasons
         writer.writerow([csv_field(value) for value in line])
     return stream.getvalue().encode("utf-8")
+
+
+def _values(row: Row) -> Iterator[Raw]:
+    return (value for cell in row.cells for value in cell.values)
 
 
 def _reasons(names: list[str], values: list[Raw]) -> str:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeAlias, TypeVar
 
 from data_schema.notebook import table_html
@@ -284,6 +285,7 @@ def ids(of: Callable[[T], str], title: str = "id", name: str = PROVENANCE, *, sh
     return column(title, name, cell, numeric=False, shown=shown)
 
 
+@lru_cache(maxsize=1024)  # of many runs on few days
 def words(text: str) -> Cell:
     """Make a cell of plain text."""
     return Cell(text, (text,))
