@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import itertools
 import os
@@ -262,20 +261,17 @@ def _refuse_replacing(book: Book, out: Path) -> None:
 
 
 def _check_writable(folder: Path) -> None:
-    """Make the folder and a file in it, before the report is stated, and remove both again."""
-    is_new = not folder.exists()
+    """Try to write in the folder, or the nearest one above it that is there, before the report is stated."""
     try:
-        make_folder(folder)
-        with tempfile.TemporaryFile(dir=folder):
+        with tempfile.TemporaryFile(
+            dir=next(place for place in (folder, *folder.absolute().parents) if place.exists())
+        ):
             pass
     except OSError as error:
         raise UsageError(
             f"the report cannot be written to {str(folder)!r} ({error.strerror or error}): give a folder that can be "
             "written, with --out."
         ) from error
-    if is_new:
-        with contextlib.suppress(OSError):  # somebody has put something there meanwhile
-            folder.rmdir()
 
 
 def state_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
