@@ -72,7 +72,7 @@ class Run:
     position: int
     pack: str
     robot: str
-    heights_m: Mapping[int, float] = field(default_factory=dict, repr=False)
+    heights_m: Mapping[int, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)

@@ -88,6 +88,15 @@ def test_one_changed_number_draws_the_figures_anew_that_show_it(content, cache, 
     assert cache == ["passive_drain"]
 
 
+def test_a_changed_height_draws_a_figure_of_runs_anew(content, cache, figures_not_drawn):
+    kind = dataclasses.replace(FIGURES["passive_drain"], name="of_runs", shows=("runs",))
+    name, run = next(iter(content.runs.items()))
+    for height_m in (0.31, 0.33):
+        runs = {**content.runs, name: dataclasses.replace(run, heights_m={2: height_m})}
+        one_drawn(dataclasses.replace(content, runs=runs), Wanted(kind, ONE_COLUMN_IN, ("svg",)))
+    assert cache == ["of_runs", "of_runs"]
+
+
 @pytest.mark.parametrize(
     "damage",
     [
