@@ -47,7 +47,8 @@ class FigureKind:
 
     `shows` names the fields of the content that are drawn: nothing else reaches `draw`, and where they are what they
     were, so is the drawing. `outcome` is the only one whose conditions and comparisons the figure shows; without one it
-    knows conditions by their levels alone. `reports.page.sections` says where it stands.
+    knows conditions by their levels alone. It stands at the end of the page's `section` of this anchor, where there is
+    something to draw; without one `reports.page.sections` says where.
     """
 
     name: str
@@ -58,6 +59,7 @@ class FigureKind:
     absent: Callable[[ReportContent], str | None]
     shows: Sequence[str]
     outcome: Outcome | None = None
+    section: str = ""
 
     def drawn(self, content: ReportContent) -> ReportContent:
         """Return the content with nothing in it but what the figure draws."""

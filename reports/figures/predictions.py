@@ -121,4 +121,6 @@ def absent(content: ReportContent) -> str | None:
 
 
 _SHOWS = ("factors", "conditions", "predictions")
-PREDICTIONS = FigureKind("predictions", "Predicted and measured", draw, caption, alternative, absent, _SHOWS)
+PREDICTIONS = FigureKind(
+    "predictions", "Predicted and measured", draw, caption, alternative, absent, _SHOWS, section="predicted"
+)

@@ -8,7 +8,7 @@ from __future__ import annotations
 import importlib.resources
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 from data_schema.outcomes import Outcome
@@ -16,6 +16,7 @@ from data_schema.vocabulary import Undefined
 from reports.claims import group_claim, groups_in_one_sentence
 from reports.content import ReportContent
 from reports.display import in_sentence, list_text
+from reports.figures.registry import figures_of
 from reports.naming import control_name, gains_text, swept_factor, title_of
 from reports.tables.each_run import run_anchors
 from reports.tables.formats import latex_text
@@ -99,7 +100,12 @@ def sections_of(content: ReportContent) -> tuple[Section, ...]:
         Section("measured", "Days and runs", (*_tables("flow", "days"), *each_run), True),
         Section("provenance", "Provenance", _tables("provenance") if content.provenance else (), True),
     )
-    return tuple(section for section in sections if section.parts)
+    drawn = [kind for kind in figures_of(content) if kind.section and kind.absent(content) is None]
+    full = (
+        replace(one, parts=(*one.parts, *(FigureHere(kind.name) for kind in drawn if kind.section == one.anchor)))
+        for one in sections
+    )
+    return tuple(section for section in full if section.parts)
 
 
 _TESTS = (
@@ -196,7 +202,7 @@ def _predicted(content: ReportContent) -> tuple[Part, ...]:
     hypotheses = _tables("hypotheses") if content.hypotheses else ()
     if not content.predictions.items:
         return hypotheses
-    return (*hypotheses, *_said(verdict_text(content)), TableHere("prediction_bias"), FigureHere("predictions"))
+    return (*hypotheses, *_said(verdict_text(content)), TableHere("prediction_bias"))
 
 
 def _predictions_in_full(content: ReportContent) -> tuple[Part, ...]:
