@@ -21,6 +21,7 @@ from reports.tables.table import (
     text,
     value_cell,
 )
+from stats.days.decision import CONTROL, TREATED
 
 _NOTHING = "runs are missing of what it compares"
 
@@ -51,7 +52,7 @@ def _reason(content: ReportContent, part: HypothesisPart) -> str:
     if part.no_interval is None:
         return ""
     of, against = _sides(content, part)
-    return part.no_interval.called({"group control": against, "group treated": of}, "run").text
+    return part.no_interval.called({CONTROL: against, TREATED: of}, "run").text
 
 
 def _sides(content: ReportContent, part: HypothesisPart) -> tuple[str, str]:

@@ -265,7 +265,8 @@ def _hypotheses(maker, comparisons):
                               low, high, **other)  # fmt: skip
 
     pooled = [c for c in comparisons if c.decision.savings is not None and c.level == "pooled"]
-    untold = Undefined(Reason.NO_DAY_HOLDS_BOTH, a="group control", b="group treated")
+    days = {"days_treated": ["2021-06-01"] * 2, "days_control": ["2021-06-02"] * 2}
+    untold = contrast_by_day([41.0, 42.0], [40.0, 41.0], **days).savings().ci
     feet = HypothesisPart(
         {"k_gain": "400", "foot": "small"}, {"foot": "large"}, Number(2.4, "%", n=20, provenance=maker.id("feet", 30)),
         Number(Undefined(Reason.NOT_SIMULATED), "%"), Verdict.CANNOT_TELL, Verdict.CANNOT_TELL, -10.0, 10.0, untold,

@@ -54,6 +54,13 @@ def test_comparisons_carry_tests_and_savings(content):
         assert float(test["ci_low_j"]) == route.difference.ci_low
 
 
+def test_a_hypothesis_that_no_day_can_tell_names_the_levels_that_it_compares(content):
+    """Its sides are levels of a factor, neither of them the control."""
+    for name in ("hypotheses", "hypotheses_in_full"):
+        [why] = [note for note in TABLES[name].make(content).footnotes if "day" in note]
+        says(why, "large foot", "small foot")
+
+
 @pytest.mark.parametrize(("difference", "t"), [(-2.6, 2.75), (2.6, -2.75), (-2.6, -2.75)])
 def test_the_sign_of_t_is_that_of_the_difference_beside_it(content, difference, t):
     """The t of savings is stored as positive for a saving, which is a negative difference."""
