@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class ForestRow:
-    """A row: its name and its numbers, close together where there are several; a heading has none.
+    """A row: its name and its numbers, close together where there are several; a `heading` is bold and has none.
 
     What is `strong` is drawn as a diamond; `beside` stands at the right.
     """
@@ -25,6 +25,7 @@ class ForestRow:
     numbers: tuple[Number, ...] = ()
     strong: bool = False
     beside: str = ""
+    heading: bool = False
 
 
 def draw_forest(axes: Axes, rows: Sequence[ForestRow], size_pt: float = 7) -> None:
@@ -32,7 +33,7 @@ def draw_forest(axes: Axes, rows: Sequence[ForestRow], size_pt: float = 7) -> No
     for place, row in enumerate(rows):
         colour, marker = (VERMILLION, "D") if row.strong else (BLUE, "o")
         for index, number in enumerate(row.numbers):
-            shift = 0.0 if len(row.numbers) == 1 else 0.6 * (index / (len(row.numbers) - 1) - 0.5)
+            shift = 0.0 if len(row.numbers) == 1 else 0.8 * (index / (len(row.numbers) - 1) - 0.5)
             draw_estimate(axes, number, place + shift, colour, marker, 1.0 / len(row.numbers) ** 0.4)
         if row.beside:
             axes.annotate(
@@ -45,7 +46,7 @@ def draw_forest(axes: Axes, rows: Sequence[ForestRow], size_pt: float = 7) -> No
                 fontsize=size_pt,
                 annotation_clip=False,
             )
-    name_rows(axes, [(row.label, not row.numbers) for row in rows], size_pt)
+    name_rows(axes, [(row.label, row.heading) for row in rows], size_pt)
 
 
 def draw_estimate(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from data_schema.grouping import grouped
@@ -51,7 +52,7 @@ def _rows(content: ReportContent) -> list[ForestRow]:
     )
     for heading, block in blocks.items():
         several = len(block) > 1 or len(block[0][0].group) < factors
-        rows += [ForestRow(heading)] if several else []
+        rows += [ForestRow(heading, heading=True)] if several else []
         for each, savings in sorted(block, key=lambda row: not row[0].opens):
             level, lead = level_of(content, each), each.decision
             label = level if several and len(each.group) == factors else f"{_group(content, each)}, {level}"
@@ -79,7 +80,7 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     axes = figure.add_subplot()
     axes.axvline(0.0, color=GREY, linewidth=0.8, zorder=1)
     if narrow:
-        rows = [ForestRow(row.label, row.numbers, row.strong) for row in rows]
+        rows = [replace(row, beside="") for row in rows]
     draw_forest(axes, rows, 6 if narrow else 7)
     axes.set_xlabel(f"{sentence_start(display.SAVINGS)} {_formula(content)} (%)")
     axes.xaxis.set_major_locator(plain_ticks(5))

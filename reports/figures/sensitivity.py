@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import textwrap
 from typing import TYPE_CHECKING
 
@@ -49,8 +50,19 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 
 def _numbers(comparison: Comparison, varied: list[Varied]) -> dict[str, list[Number]]:
     """Return the numbers of each row by its label."""
-    rows = {label: [one.result.headline for one in several] for label, several in grouped(varied, _label).items()}
-    return {_AS_REPORTED: [comparison.decision.headline], **rows}
+    reported = comparison.decision.headline
+    changed = [one for one in varied if not (one.day and _same(one.result.headline, reported))]
+    rows = {label: [one.result.headline for one in several] for label, several in grouped(changed, _label).items()}
+    return {_AS_REPORTED: [reported], **rows}
+
+
+def _same(number: Number, reported: Number) -> bool:
+    """Tell whether a number and its interval are those reported but for rounding."""
+    pairs = [(each.known, *(each.interval or ())) for each in (as_shown(number), as_shown(reported))]
+    return len(pairs[0]) == len(pairs[1]) and all(
+        a == b or (a is not None and b is not None and math.isclose(a, b, rel_tol=1e-9))
+        for a, b in zip(*pairs, strict=True)
+    )
 
 
 def _label(varied: Varied) -> str:
@@ -67,7 +79,8 @@ def caption(content: ReportContent) -> str:
     """Say what is drawn."""
     return (
         f"{count_text(len(content.headlines), 'headline').capitalize()} as reported (diamond, vertical line) and "
-        "recomputed (circles), with the confidence interval of each; n: runs that a number is computed from."
+        "recomputed (circles), with the confidence interval of each; n: runs that a number is computed from. Days that "
+        "change nothing are not drawn."
     )
 
 

@@ -153,6 +153,20 @@ def test_a_control_that_is_a_plain_number_stands_at_its_value(content):
     says(FIGURES["joules_by_level"].caption(changed).replace("\u00a0", " "), "The control", "2 kg")
 
 
+def test_days_that_change_a_headline_are_drawn_and_a_variant_that_one_lacks_is_no_heading(content):
+    """Of the first headline: one day changes it, the others do not, and it has no other variant."""
+    (first, varied), *_ = content.headlines
+    one, *others = [each for each in varied if each.day]
+    same = [dataclasses.replace(each, result=first.decision) for each in others]
+    rest = [each for each in content.variations if each not in varied]
+    changed = dataclasses.replace(content, variations=(one, *same, *rest))
+    panel = draw_figure(FIGURES["sensitivity"], changed, TWO_COLUMNS_IN).axes[0]
+    drawn = [line.get_xdata()[0] for line in panel.lines if line.get_marker() in ("D", "o")]
+    assert drawn == [first.decision.headline.value, one.result.headline.value]
+    assert len(others) > 1
+    assert {label.get_fontweight() for label in panel.get_yticklabels()} == {"normal"}
+
+
 @pytest.mark.parametrize(("shared", "said"), [(0.4, True), (0.0, False), (None, False)])
 def test_the_caption_says_where_bars_hold_the_error_of_the_drain(content, shared, said):
     conditions = []
