@@ -15,7 +15,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.claims import group_claim, groups_in_one_sentence
 from reports.content import ReportContent
-from reports.display import in_sentence, list_text
+from reports.display import in_sentence, list_text, true_minus
 from reports.figures.registry import figures_of
 from reports.naming import control_name, gains_text, swept_factor, title_of
 from reports.tables.each_run import run_anchors
@@ -236,7 +236,7 @@ def _certainty(content: ReportContent) -> tuple[Part, ...]:
 
 
 def _plan(content: ReportContent) -> tuple[Part, ...]:
-    return (*_said(*content.decided), *_listed(content.departures), *_said(content.void))
+    return (*_said(*map(true_minus, content.decided)), *_listed(content.departures), *_said(content.void))
 
 
 def _methods(content: ReportContent) -> tuple[Part, ...]:

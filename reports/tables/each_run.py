@@ -10,8 +10,10 @@ import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from html import escape
+from statistics import median
 
 from data_schema.outcomes import Outcome
+from data_schema.rounding import decimals_for
 from reports.content import Condition, ReportContent, Run, joule_deviations
 from reports.display import DASH, decimal_text, general_text, shown_unit
 from reports.figures.series import series_of
@@ -59,7 +61,7 @@ def each_run(content: ReportContent) -> Table:
         text("day", "day", lambda run: days.get(run.name, DASH)),
         column("in the day", "position pack deviation_j", _in_day, shown=False),
         factor_columns(content, lambda run: run.condition),
-        *(_outcome_column(one, shown=bool(anchors)) for one in content.outcomes),
+        *(_outcome_column(one, runs, shown=bool(anchors)) for one in content.outcomes),
         text("jumps", "jumps_analysed lowest_m highest_m", lambda run: _jumps(run, spans.get(run.block, (0.0, 0.0)))),
     )
     caption = (
@@ -76,14 +78,20 @@ def _in_day(run: _Run) -> Cell:
     return Cell("", (None,) * 3 if run.deviation_j is None else (about.position, about.pack, run.deviation_j))
 
 
-def _outcome_column(outcome: Outcome, *, shown: bool) -> ColumnOf[_Run]:
-    """Make the column of an outcome; of more runs than a page shows (`run_anchors`) CSV alone has the values."""
+def _outcome_column(outcome: Outcome, runs: Sequence[_Run], *, shown: bool) -> ColumnOf[_Run]:
+    """Make the column of an outcome, with the decimals that give its median value three digits.
+
+    Of more runs than a page shows (`run_anchors`) CSV alone has the values.
+    """
+    factor = shown_unit(outcome.unit)[1]
+    sizes = [abs(run.values[outcome]) for run in runs if outcome in run.values]
+    places = decimals_for(0.1 * factor * median(sizes)) if sizes else 0
 
     def cell(run: _Run) -> Cell:
         value = run.values.get(outcome)
         if value is None:
             return Cell(DASH, (None,))
-        return Cell(general_text(value * shown_unit(outcome.unit)[1]) if shown else "", (value,))
+        return Cell(decimal_text(value * factor, places) if shown else "", (value,))
 
     return column(outcome.heading, f"{outcome.key}_{outcome.unit}", cell, unit=outcome.unit)
 

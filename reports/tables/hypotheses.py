@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from data_schema.reasons import Reason
+from data_schema.rounding import level_text as level_in_percent
 from data_schema.vocabulary import Undefined
 from reports.content import Hypothesis, HypothesisPart, ReportContent
-from reports.display import DASH, common_places, given_text, with_unit
+from reports.display import DASH, common_places, given_text, level_text, with_unit
 from reports.naming import control_name, levels_name, treatment_name
 from reports.tables.table import (
     Cell,
@@ -14,7 +17,6 @@ from reports.tables.table import (
     TableKind,
     column,
     ids,
-    interval,
     interval_cell,
     number,
     table_of,
@@ -84,13 +86,19 @@ def _make(content: ReportContent) -> Table:
 def _in_full(content: ReportContent) -> Table:
     parts = [(one, part) for one in content.hypotheses for part in one.parts]
     places = common_places([part.measured for _, part in parts])
-    with_interval = [part.measured for _, part in parts if part.no_interval is None]
+    levels = dict.fromkeys(level_text(part.measured) for _, part in parts if part.no_interval is None)
+    several = len(levels) > 1
     columns: Columns[tuple[Hypothesis, HypothesisPart]] = (
         column("name", "name", lambda row: Cell("", (row[0].name,)), shown=False),
         text("compared", "of against", lambda row: _compared(content, row[1])),
         text("true if", "low_percent high_percent", lambda row: Cell(_bounds_text(row[1]), (row[1].low, row[1].high))),
         number("measured", "measured_percent", "%", lambda row: row[1].measured, places),
-        (interval(with_interval, "%", lambda _row: None, None)[0], lambda row: _interval(content, row[1], places)),
+        column(
+            "CI" if len(levels) != 1 else "".join(levels),
+            "ci_low_percent ci_high_percent ci_level",
+            lambda row: _interval(content, row[1], places, several),
+            unit="%",
+        ),
         text("verdict", "verdict", lambda row: str(row[1].verdict)),
         number("simulated", "simulated_percent", "%", lambda row: row[1].simulated, places),
         column("std. error", "simulated_se_percent", lambda row: _simulated_error(row[1], places), unit="%"),
@@ -101,6 +109,7 @@ def _in_full(content: ReportContent) -> Table:
         "Hypotheses, comparison by comparison: change of a mean in percent, or difference of savings in percentage "
         "points. A hypothesis holds where all of its comparisons do, and fails where one does, each at alpha divided "
         "by their number (a wider interval than the one shown). That a group saves is as page one claims it, by Holm."
+        f"{' In brackets: the level of the interval.' if several else ''}"
     )
     return table_of("hypotheses_in_full", caption, parts, columns, block=lambda row: row[0].text)
 
@@ -110,9 +119,11 @@ def _compared(content: ReportContent, part: HypothesisPart) -> Cell:
     return Cell(f"{of} against {against}" if against else of or "all runs", (of, against))
 
 
-def _interval(content: ReportContent, part: HypothesisPart, places: int) -> Cell:
-    reason = _reason(content, part)
-    return Cell(DASH, (None, None, None), note=reason) if reason else interval_cell(part.measured, places)
+def _interval(content: ReportContent, part: HypothesisPart, places: int, with_level: bool) -> Cell:
+    if reason := _reason(content, part):
+        return Cell(DASH, (None, None, None), note=reason)
+    cell = interval_cell(part.measured, places)
+    return replace(cell, text=f"{cell.text} ({level_in_percent(part.measured.ci_level)})") if with_level else cell
 
 
 def _simulated_error(part: HypothesisPart, places: int) -> Cell:

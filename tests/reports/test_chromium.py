@@ -105,7 +105,15 @@ def test_long_names_are_wrapped_and_nothing_of_a_table_is_cut(content, tmp_path)
 
 ON_A_TELEPHONE = """addEventListener("load", () => {
 const box = document.querySelector("#answer .table");
-tell(`${innerWidth} px: ${Math.max(0, box.scrollWidth - box.clientWidth)} hidden`);
+const hidden = Math.max(0, box.scrollWidth - box.clientWidth), range = document.createRange();
+for (const fold of document.querySelectorAll(".fold details")) fold.open = true;
+const lines = (text, word) => {
+range.setStart(text, word.index);
+range.setEnd(text, word.index + word[0].length);
+return range.getClientRects().length; };
+const torn = [...document.querySelectorAll("td:first-child")].map(cell => cell.firstChild)
+.flatMap(text => text?.data ? [...text.data.matchAll(/[^ ]*\u00a0[^ ]*/g)].filter(word => lines(text, word) > 1) : []);
+tell(`${innerWidth} px: ${hidden} hidden, ${torn.length} torn`);
 });"""
 IN_A_NARROW_WINDOW = """const width = document.documentElement.scrollWidth;
 addEventListener("load", () => {
@@ -160,8 +168,8 @@ def with_jumps(content):
     return dataclasses.replace(content, runs={**content.runs, **jumped})
 
 
-def test_the_table_of_page_one_does_not_scroll_on_a_telephone(told):
-    assert told["telephone"] == "360 px: 0 hidden"
+def test_on_a_telephone_the_table_of_page_one_does_not_scroll_and_no_unit_is_torn_from_its_number(told):
+    assert told["telephone"] == "360 px: 0 hidden, 0 torn"
 
 
 def test_in_a_narrow_window_nothing_runs_off_a_point_opens_the_rows_of_runs_and_a_figure_zooms(told):

@@ -23,7 +23,7 @@ from labbook.analysis.preregistration.planned import FAMILY_OF
 from labbook.analysis.study import StudyAnalysis
 from labbook.analysis.study_data import StudyData, outdated_sentence
 from reports.content import Assumed, Source
-from reports.display import list_text
+from reports.display import MINUS, list_text
 from reports.naming import swept_words
 from stats.apexes.detectors import DETECTORS
 from stats.single_jump import QUIET_S
@@ -40,7 +40,7 @@ def methods(analysis: StudyAnalysis) -> tuple[str, ...]:
     protocol = evidence.configuration.protocol
     swept = None if analysis.swept is None else pairing.study_factor(evidence.configuration, analysis.swept)
     control, treatment = swept_words(swept).control, (swept.treatment if swept else "") or "treatment"
-    ratio = f"({control} - {treatment}) / {control}"
+    ratio = f"({control} {MINUS} {treatment}) / {control}"
     return (
         f"Joules a jump are 3.6 C/mAh times {evidence.study.reference_voltage_v:g} V times (charge minus passive "
         "charge) divided by the jumps made. The passive charge is read at each run's duration, power on to power off, "
@@ -177,10 +177,11 @@ def limitations(analysis: StudyAnalysis) -> tuple[str, ...]:
     found_in = {uid: apexes.jumps_found.n for uid, apexes in analysis.apexes.items()}
     odd = [run for run in analysis.evidence.runs if found_in.get(run.uid, run.jumps_made) != run.jumps_made]
     if differing := [f"{run.name}: {found_in[run.uid]} of {run.jumps_made}" for run in odd]:
+        none = not all(run.jumps_made for run in odd)
+        unknown = ", and unknown where none was made (`labbook correct RUN jumps=N --why ...`)" if none else ""
         notes.append(
             f"In {_count(len(differing), 'run', 'runs')} the jumps found are not the jumps made "
-            f"({_listed(differing, FEW)}); joules are divided by the jumps made, and unknown where none was made "
-            "(`labbook correct RUN jumps=N --why ...`)."
+            f"({_listed(differing, FEW)}); joules are divided by the jumps made{unknown}."
         )
     waiting = sum(len(judgement.waiting) for judgement in analysis.judgements.values())
     if waiting:

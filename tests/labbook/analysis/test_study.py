@@ -175,7 +175,7 @@ def added(charges: list[Any]) -> list[Any]:
         (without_heights("r005"), ["1 run (r005) has", "no apex heights"]),
         (without_heights("r002", "r005"), ["2 runs (r002, r005) have", "no apex heights"]),
         (made_jumps(5), ["jumps found", "1 run", "not the jumps", "r002", "3", "5"]),
-        (made_jumps(0), ["jumps found", "1 run", "not the jumps", "r002", "3 of 0"]),
+        (made_jumps(0), ["jumps found", "1 run", "not the jumps", "r002", "3 of 0", "labbook correct"]),
     ],
 )
 def test_runs_whose_facts_are_in_doubt_are_named_with_the_way_out(

@@ -142,7 +142,7 @@ def test_a_page_names_this_study_s_levels_with_units_and_no_other_s(surfaces: To
     for text in (surfaces.page, without_control.page):
         assert not re.search(r"\b(CE|AD|[Aa]ctive damping)\b", text)
         assert "stands at 0" not in text
-    says(surfaces.page, "(control - treatment) / control")
+    says(surfaces.page, "(control \u2212 treatment) / control")
     says(surfaces.page, "with gravel against the control (sand)", "by the days")
     says(surfaces.page, "Drop height", "30 cm", "45 cm")
     assert "30 30" not in surfaces.page

@@ -61,6 +61,33 @@ def test_a_hypothesis_that_no_day_can_tell_names_the_levels_that_it_compares(con
         says(why, "large foot", "small foot")
 
 
+def test_intervals_of_hypotheses_that_differ_in_level_say_each_their_own(content):
+    """A claim of the first page has its own level, a mean that of two one-sided tests."""
+    first, *others = content.hypotheses
+    one, *rest = first.parts
+    claimed = dataclasses.replace(one, measured=dataclasses.replace(one.measured, ci_level=0.95))
+    changed = dataclasses.replace(first, parts=(claimed, *rest))
+    table = TABLES["hypotheses_in_full"].make(dataclasses.replace(content, hypotheses=(changed, *others)))
+    texts = [" ".join(row) for row in shown(table)]
+    assert [("95 %" in text, "90 %" in text) for text in texts] == [
+        *[(True, False)], *[(False, True)] * len(rest), (False, False)
+    ]  # fmt: skip
+    assert not any("90 %" in text for row in shown(TABLES["hypotheses_in_full"].make(content)) for text in row)
+
+
+def test_values_of_runs_in_one_column_have_the_same_decimals(content):
+    """Round ones, too: 42 J beside 39.5 J is 42.0 J."""
+    first, *others = content.conditions
+    joules = first.summaries[Outcome.JOULES]
+    (name, _), *runs = joules.runs
+    changed = with_summary(first, Outcome.JOULES, dataclasses.replace(joules, runs=((name, 42.0), *runs)))
+    table = TABLES["each_run"].make(dataclasses.replace(content, conditions=(changed, *others)))
+    place = [head.head for head in table.heads].index("Energy of a jump (J)")
+    texts = [row[place] for row in shown(table)]
+    assert "42.0" in texts
+    assert {len(text.partition(".")[2]) for text in texts} == {1}
+
+
 @pytest.mark.parametrize(("difference", "t"), [(-2.6, 2.75), (2.6, -2.75), (-2.6, -2.75)])
 def test_the_sign_of_t_is_that_of_the_difference_beside_it(content, difference, t):
     """The t of savings is stored as positive for a saving, which is a negative difference."""
