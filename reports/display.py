@@ -67,6 +67,10 @@ def unit_slug(unit: str) -> str:
     return {"%": "percent"}.get(unit) or re.sub(r"[^a-z0-9]+", "_", unit.lower()).strip("_")
 
 
+SUPERSCRIPTS = dict(
+    zip("-0123456789", "\u207b\u2070\u00b9\u00b2\u00b3\u2074\u2075\u2076\u2077\u2078\u2079", strict=True)
+)
+"""What an exponent is written with."""
 _POWER = re.compile(r"(\d)e([+-]?\d+)")
 _MINUS = re.compile(r"(?<![\w.)+-])-(?=\.?\d)")
 
@@ -79,8 +83,12 @@ def true_minus(text: str) -> str:
 def typeset(text: str) -> str:
     """Set a number's text as a page has it: true minus signs, no line breaks, powers of ten."""
     if "e" in text:
-        text = _POWER.sub(lambda found: f"{found[1]} × 10^{int(found[2])}", text)
+        text = _POWER.sub(lambda found: f"{found[1]} × 10{_raised(int(found[2]))}", text)
     return text.replace("-", MINUS).replace("inf", "\u221e").replace(" ", NO_BREAK)
+
+
+def _raised(exponent: int) -> str:
+    return "".join(SUPERSCRIPTS[each] for each in str(exponent))
 
 
 def decimal_text(value: float, places: int) -> str:

@@ -29,7 +29,16 @@ from dataclasses import dataclass
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.content import Comparison, Decision, OverallEquivalence, OverallSavings, ReportContent
-from reports.display import NO_BREAK, as_shown, interval_text, p_text, places_of, value_text, with_unit
+from reports.display import (
+    NO_BREAK,
+    SUPERSCRIPTS,
+    as_shown,
+    interval_text,
+    p_text,
+    places_of,
+    value_text,
+    with_unit,
+)
 from reports.naming import swept_factor
 from reports.numbers import Number, Value
 from reports.tables.table import PROVENANCE, Cell, Column, Raw, Row, Table
@@ -189,8 +198,7 @@ _ESCAPES = str.maketrans(
         "\u2265": r"\ensuremath{\geq}",
         "\u00b1": r"\ensuremath{\pm}",
         "\u00d7": r"\ensuremath{\times}",
-        "\u00b2": r"\ensuremath{^2}",
-        "\u00b3": r"\ensuremath{^3}",
+        **{raised: rf"\ensuremath{{^{{{plain}}}}}" for plain, raised in SUPERSCRIPTS.items()},
         "\u00b0": r"\ensuremath{^\circ}",
         "\u221e": r"\ensuremath{\infty}",
         "\n": " ",

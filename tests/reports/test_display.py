@@ -70,7 +70,7 @@ def test_a_column_has_one_number_of_decimals():
 
 @pytest.mark.parametrize(
     ("value", "text"),
-    [(835.36, "835"), (185.67, "186"), (400.0, "400"), (0.038, "0.038"), (0.0, "0"), (1.5e-9, "1.5\u00a0×\u00a010^−9")],
+    [(835.36, "835"), (185.67, "186"), (400.0, "400"), (0.038, "0.038"), (0.0, "0"), (1.5e-9, "1.5\u00a0×\u00a010⁻⁹")],
 )
 def test_general_text(value, text):
     assert general_text(value) == text
