@@ -33,7 +33,14 @@ from ingest.model import (
 )
 from ingest.read import read_file
 from ingest.store import FileInStore, Store, raw_path
-from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detection, detect_part, detection_row
+from labbook.analysis.outcomes.detection import (
+    BODY_HEIGHT,
+    FOUND,
+    Detection,
+    detect_part,
+    detection_row,
+    remember_other_detectors,
+)
 from labbook.config.model import ProfileSettings
 from labbook.config.parsing import Configuration
 from labbook.config.profiles import declared_channel
@@ -182,17 +189,20 @@ def store_reading(
     """Store the copy and the samples of a file that was read, and find its jumps; of a refused file nothing is stored.
 
     With `anew`, samples that are there already are read back and compared, because a rebuild must not trust them; the
-    bytes are those of the raw copy then.
+    bytes are those of the raw copy then. Without, what other detectors find is cached for the first report.
     """
     in_force = with_used_profile(settings, read)
     if read.refused:
         return PreparedImport(sha256, len(data), read, in_force, ())
+    cached = not anew and FOUND.folder is not None  # made before threads make files
     with ThreadPoolExecutor(max_workers=2) as pool:
         raw = pool.submit(store.put_raw, data, sha256)
         stored_signals = [pool.submit(store.put_signal, part, anew=anew) for part in read.parts]
         found = [_detected(part, settings) for part in read.parts]
         pairs = zip(read.parts, stored_signals, found, strict=True)
         stored = tuple(_stored_part(part, *done.result(), jumps) for part, done, jumps in pairs)
+        for part, of_part in zip(read.parts, stored if cached else (), strict=False):
+            remember_other_detectors(part, of_part.sha256, settings.detector, settings.rest_length_m)
         copy_sha256 = store.file_sha256(raw_path(sha256)) if anew else raw.result().file_sha256
         return PreparedImport(sha256, len(data), read, in_force, stored, copy_sha256)
 

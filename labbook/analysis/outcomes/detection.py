@@ -1,7 +1,7 @@
 """Finding the jumps of logs with the detector that the study's configuration names, now or before.
 
-What the protocol's detector found in a log as it was ingested is in the book; what others find, or it after a change of
-the protocol, is in a cache of files.
+What the protocol's detector found in a log as it was ingested is in the book. What others find, or it after a change of
+the protocol, is in a cache of files. The others look over a log as it is ingested, too: every report sets them beside.
 """
 
 from __future__ import annotations
@@ -183,6 +183,17 @@ def _sources() -> Iterable[Path]:
 FOUND = FileCache("jumps", _sources, ("numpy", "scipy"))
 _MOST_BYTES = 2**30
 """Of found jumps: those of 100 000 runs."""
+
+
+def remember_other_detectors(part: SignalPart, signal_sha256: str, algorithm: str, rest_length_m: float | None) -> None:
+    """Put into the cache what the detectors but `algorithm` find in a part just read, while its samples are at hand."""
+    for other in DETECTORS.keys() - {algorithm}:
+        found = detect_part(part, other, rest_length_m)
+        if found is not None:
+            row = detection_row(found, signal_sha256)
+            FOUND.write(row.key, msgspec.msgpack.encode(row))
+
+
 LOGS_AT_ONCE = 2
 """Reading and most of detecting let other threads run; more would cost memory and gain little."""
 

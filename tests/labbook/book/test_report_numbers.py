@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.queries.history import list_reports
+from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import state_report, write
 from labbook.actions.runs.correcting import correct
 from labbook.actions.upkeep.tracing import find_number, recompute
@@ -19,6 +20,7 @@ from labbook.book.report_numbers import (
     numbers_path,
     read_numbers,
 )
+from stats.apexes.detectors import DETECTORS
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.statements import state
@@ -133,3 +135,21 @@ def test_a_check_computes_all_of_a_number_whatever_the_caches_hold(
         with standing.reading() as connection:
             asked = [find_number(standing, connection, uid) for uid in made.shown]
         assert {one.stands for one in recompute(standing, asked, lambda _step: None)} == {True}
+
+
+def test_what_other_detectors_find_is_there_after_an_ingest_and_the_same_as_a_report_finds(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("LABBOOK_CACHE", str(tmp_path / "cache"))
+    book = small_book(tmp_path, ingested=False)
+    logs = sorted((book.instruments / "logs").iterdir())
+    with book.open() as standing:
+        for log in logs:
+            ingest_file(standing, log, IngestRequest(person=ADA))
+        assert FOUND.folder is not None
+        found = {path.name: path.read_bytes() for path in FOUND.folder.iterdir()}
+        assert len(found) == len(logs) * (len(DETECTORS) - 1) > 0
+        for path in FOUND.folder.iterdir():
+            path.unlink()
+        state_report(standing, None, ADA, lambda _step: None)
+        assert {path.name: path.read_bytes() for path in FOUND.folder.iterdir()} == found
