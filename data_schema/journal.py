@@ -28,7 +28,7 @@ from data_schema.tables.journal import journal, person
 from data_schema.tables.plain import insert as insert_row
 from data_schema.vocabulary import Action
 
-JOURNAL_SCHEMA = 3
+JOURNAL_SCHEMA = 4
 """The number of the form of a journal's lines: rises with what an earlier labbook could not read."""
 GENESIS = "0" * 64
 """The hash that the first entry follows."""
@@ -42,8 +42,9 @@ MEND_TABLE = "run `labbook rebuild` to make the database anew from journal.jsonl
 class Entry:
     """One statement: person, time, the thing it is about, its values before and after, and the reason.
 
-    `old` and `new` hold columns by name; a reference to another row is that row's uid. `following` is the number of
-    entries of the same command that come after this one. Until its command is complete, an entry has no place in the
+    `old` and `new` hold columns by name; a reference to another row is that row's uid. One that makes a thing, or takes
+    a file in for the first time, has nothing `old`. `following` is the number of entries of the same command that come
+    after this one. Until its command is complete, an entry has no place in the
     chain; `chain_entries` gives it one. `origin` is number and hash of the entry of another book that this one was
     merged from. `schema` stands in the first entry alone. A line names neither where there is none.
     """
@@ -69,6 +70,11 @@ class Entry:
         return _sha256(f"{before},{after}")
 
     @property
+    def reads(self) -> bool:
+        """Whether it is of a reading of a file; that of a refused one holds the findings."""
+        return self.action is Action.INGEST and "findings" not in (self.new or {})
+
+    @property
     def line(self) -> str:
         """The line of `journal.jsonl`, without its newline: canonical, too, with the hash among its sorted keys."""
         before, after = self._halves
@@ -90,7 +96,7 @@ class Entry:
                 )
             if record["seq"] != 1 and schema is not None:
                 raise ValueError("schema stands in the first entry alone")
-            record["action"] = _action(record["action"])
+            record["action"] = action_of(record["action"])
             entry = cls(**record)
             changed = entry.hash != recorded or entry.line != text
         except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
@@ -121,7 +127,8 @@ _LEFT_OUT = ("origin", "schema")
 """Fields that a line has only where they have a value."""
 
 
-def _action(text: str) -> Action:
+def action_of(text: str) -> Action:
+    """Return the action of this word, sooner than `Action` does."""
     return _ACTIONS.get(text) or Action(text)
 
 
@@ -263,4 +270,4 @@ def _entry_of(row: Any) -> Entry:
     values: dict[str, Any] = {name: getattr(row, name) for name in _PLAIN if name != "hash"}
     values |= {name: None if text is None else json.loads(text) for name, text in texts.items()}
     schema = JOURNAL_SCHEMA if row.seq == 1 else None
-    return Entry(**values, person=row.person_name, action=_action(row.action), schema=schema)
+    return Entry(**values, person=row.person_name, action=action_of(row.action), schema=schema)

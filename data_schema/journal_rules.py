@@ -16,7 +16,7 @@ from typing import Any
 from data_schema.errors import BookDamaged, InputRefused
 from data_schema.journal import MEND_FILE, Entry
 from data_schema.tables import FACTS
-from data_schema.vocabulary import Action
+from data_schema.vocabulary import Action, Verdict
 
 MOST_NESTED = 20
 """How deep lists and tables of an entry may lie in each other; none of labbook's has more than 7."""
@@ -24,20 +24,29 @@ _LARGEST = 2**53
 _TIME = re.compile(r"\d{4}-\d\d-\d\dT\d\d:\d\d:\d\d(\.\d{1,6})?Z", re.ASCII)
 _UID = re.compile(r"[\w.:-]{1,80}", re.ASCII)
 _SHA256 = re.compile(r"[0-9a-f]{64}", re.ASCII)
-_WITH_COLUMNS = (Action.DECLARE, Action.CORRECT, Action.NOTE, Action.DECIDE)
-_BESIDE = {"condition": {"levels"}, "plan": {"runs", "looks"}}
-"""What a declaration holds that is no column of its table."""
-_COLUMNS = {kind: {column.name for column in table.c} | _BESIDE.get(kind, set()) for kind, table in FACTS.items()}
-_OF_FILES = (Action.INGEST, Action.READ, Action.REFUSE)
-_NEEDED: Mapping[Action, Collection[str]] = {
-    **dict.fromkeys(_OF_FILES, ("sha256", "original_name", "options", "settings", "reader", "reader_version", "rows")),
+_USED = ("run", "file", "charge", "decision")
+_KINDS: Mapping[Action, Collection[str]] = {
+    Action.SET: FACTS.keys() - {"note", "plan", "report"},
+    Action.EXCLUDE: (*_USED, "plan"),
+    Action.INCLUDE: _USED,
+    Action.MERGE: ("book",),
+}
+"""What entries are about, by action; the others are about the kind of their name."""
+BESIDE = {
+    "condition": {"levels"},
+    "plan": {"runs", "looks"},
+    "file": {"run", "role", "part", "runs", "charges"},
+}
+"""What statements on a kind hold that is no column of its table."""
+_COLUMNS = {kind: {column.name for column in table.c} | BESIDE.get(kind, set()) for kind, table in FACTS.items()}
+_NEEDED: Mapping[str, Collection[str]] = {
+    Action.INGEST: ("sha256", "original_name", "options", "settings", "reader", "reader_version", "rows"),
     Action.REPORT: ("where", "made_at", "numbers", "versions", "folder", "files"),
     Action.MERGE: ("until", "uids"),
-    Action.DECLARE: (),
-    Action.NOTE: (),
-    Action.DECIDE: ("target_kind", "target_uid", "verdict"),
+    **dict.fromkeys((Action.SET, Action.NOTE, Action.PLAN), ()),
+    "decision": ("target_kind", "target_uid", "verdict"),
 }
-"""What `new` must have, by action; for others it may be missing."""
+"""What `new` must have, by action, and of a decision; for others it may be missing."""
 
 
 def checked(entries: Iterable[Entry], remedy: str = MEND_FILE) -> Iterator[Entry]:
@@ -67,8 +76,7 @@ def _faults(entry: Any) -> Iterator[str]:  # of any kind are the values that JSO
         yield f"at_utc {_shown(entry.at_utc)} is no time in UTC"
     if not (isinstance(entry.person, str) and entry.person):
         yield f"person {_shown(entry.person)} is no name"
-    kinds = ("ingest",) if entry.action in _OF_FILES else ("book",) if entry.action is Action.MERGE else FACTS
-    if not isinstance(entry.entity_kind, str) or entry.entity_kind not in kinds:
+    if not isinstance(entry.entity_kind, str) or entry.entity_kind not in _KINDS.get(entry.action, (entry.action,)):
         yield f"entity_kind {_shown(entry.entity_kind)} is nothing that one can {entry.action}"
     if not (isinstance(entry.entity_uid, str) and _UID.fullmatch(entry.entity_uid)):
         yield f"entity_uid {_shown(entry.entity_uid)} is no name of a row"
@@ -91,17 +99,20 @@ def _faults(entry: Any) -> Iterator[str]:  # of any kind are the values that JSO
 
 
 def _faults_of_values(entry: Entry, new: Mapping[str, Any]) -> Iterator[str]:
-    missing = [name for name in _NEEDED.get(entry.action, ()) if name not in new]
-    if missing or (entry.new is None and entry.action in _NEEDED):
+    about = "decision" if entry.entity_kind == "decision" else entry.action
+    missing = [name for name in _NEEDED.get(about, ()) if name not in new]
+    if missing or (entry.new is None and about in _NEEDED):
         yield f"its values lack {', '.join(missing) or 'everything'}"
-    if entry.action in _WITH_COLUMNS:
+    if about == "decision" and new["verdict"] not in [one for one in Verdict if one.action is entry.action]:
+        yield f"verdict {_shown(new['verdict'])} is none by which one can {entry.action}"
+    if entry.entity_kind in _COLUMNS and entry.action is not Action.REPORT:
         odd = sorted(new.keys() - _COLUMNS[entry.entity_kind])
         if odd:
             yield f"{_shown(odd[0])} is nothing that a {entry.entity_kind} has"
     for name, value in new.items():
         if name.endswith("sha256") and not (value is None or _is_hash(value)):
             yield f"{name} {_shown(value)} is no SHA-256"
-    listed = {name: new[name] for name in ("signals", "times") if name in new and entry.action in _OF_FILES}
+    listed = {name: new[name] for name in ("signals", "times") if name in new and entry.action is Action.INGEST}
     if entry.action is Action.REPORT:
         as_of = new.get("as_of", 1)
         if type(as_of) is not int or not 1 <= as_of < (_LARGEST if entry.origin else entry.seq):

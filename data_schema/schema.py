@@ -11,7 +11,7 @@ from data_schema.tables import METADATA
 from data_schema.tables.journal import labbook
 from data_schema.views import create_statements
 
-SCHEMA = 12
+SCHEMA = 13
 """Rises with every change of the tables, or of what is stored in them."""
 
 

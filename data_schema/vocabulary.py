@@ -178,6 +178,24 @@ class TargetKind(StrEnum):
     FILE = "file"
 
 
+class Action(StrEnum):
+    """What a journal row does to the book.
+
+    `ingest` takes in what was read of a file, or why it was refused; `set` states facts of a thing, which it makes
+    where no values before it are named; `exclude` and `include` say whether a thing counts. `merge` stands before the
+    entries of another book.
+    """
+
+    INGEST = "ingest"
+    SET = "set"
+    EXCLUDE = "exclude"
+    INCLUDE = "include"
+    NOTE = "note"
+    PLAN = "plan"
+    REPORT = "report"
+    MERGE = "merge"
+
+
 class Verdict(StrEnum):
     """What a person decided; `clear` takes the earlier verdict back.
 
@@ -189,6 +207,11 @@ class Verdict(StrEnum):
     MOVE = "move"
     ADD = "add"
     CLEAR = "clear"
+
+    @property
+    def action(self) -> Action:
+        """What the journal calls its statement."""
+        return {Verdict.ACCEPT: Action.INCLUDE, Verdict.REJECT: Action.EXCLUDE}.get(self, Action.SET)
 
 
 class ReasonCode(StrEnum):
@@ -224,25 +247,6 @@ class ContrastKind(StrEnum):
     """By how much the saving rises with the levels of the factor that has a control: a straight line."""
     LEVELS_OFF = "levels_off"
     """By how much it rises less from a level on than up to it."""
-
-
-class Action(StrEnum):
-    """What a journal row does to the book."""
-
-    DECLARE = "declare"
-    CORRECT = "correct"
-    VOID = "void"
-    ASSIGN = "assign"
-    DECIDE = "decide"
-    NOTE = "note"
-    INGEST = "ingest"
-    REFUSE = "refuse"
-    REPORT = "report"
-    READ = "read"
-    WITHDRAW = "withdraw"
-    RESTORE = "restore"
-    DISMISS = "dismiss"
-    MERGE = "merge"
 
 
 @dataclass(frozen=True, slots=True)

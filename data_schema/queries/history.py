@@ -12,6 +12,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.journal import action_of
 from data_schema.tables import FACTS
 from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
@@ -123,14 +124,11 @@ class FileLink:
 
 
 _KINDS = ("run", "charge", "run_file", "file", "ingest", "decision")
-_ACTIONS = (Action.DECLARE, Action.CORRECT, Action.VOID, Action.ASSIGN, Action.DECIDE, Action.INGEST, Action.WITHDRAW,
-            Action.RESTORE)  # fmt: skip
-_BY_WORD = {str(action): action for action in Action}
 
 
 def entries_about_runs(connection: sa.Connection) -> list[EntryRow]:
-    """Return the entries that declare, import, assign, correct, judge and void runs, charges and files, in order."""
-    return _entries(connection, sa.and_(journal.c.entity_kind.in_(_KINDS), journal.c.action.in_(_ACTIONS)))
+    """Return the entries about runs, charges, files and jumps, in order."""
+    return _entries(connection, journal.c.entity_kind.in_(_KINDS))
 
 
 def entries_about_plans(connection: sa.Connection) -> list[EntryRow]:
@@ -145,12 +143,6 @@ def history_of_run(connection: sa.Connection, run_uid: str, charge_uids: Sequenc
     about_charge = sa.or_(journal.c.entity_uid.in_(charge_uids), of_run)
     about = (journal.c.entity_uid == run_uid, sa.and_(journal.c.entity_kind == "charge", about_charge))
     return _entries(connection, sa.or_(*about))
-
-
-def corrections_of(connection: sa.Connection, uid: str) -> list[EntryRow]:
-    """Return what was corrected or declared void of a thing, oldest first."""
-    corrected = journal.c.action.in_((Action.CORRECT, Action.VOID))
-    return _entries(connection, sa.and_(journal.c.entity_uid == uid, corrected))
 
 
 def entries_between(connection: sa.Connection, after_seq: int, until_seq: int) -> list[EntryRow]:
@@ -211,14 +203,14 @@ def _entries(connection: sa.Connection, wanted: sa.ColumnElement[bool], most: in
         .limit(most)
     )
     return [
-        EntryRow(seq, command, at_utc, name, _BY_WORD[action], *about)
+        EntryRow(seq, command, at_utc, name, action_of(action), *about)
         for seq, command, at_utc, name, action, *about in connection.execute(query)
     ]
 
 
 def void_reasons(connection: sa.Connection, run_uids: Sequence[str]) -> dict[str, str]:
     """Return why these runs were declared void, by their uid, the last time that each was."""
-    void = _entries(connection, sa.and_(journal.c.entity_uid.in_(run_uids), journal.c.action == Action.VOID))
+    void = _entries(connection, sa.and_(journal.c.entity_uid.in_(run_uids), journal.c.action == Action.EXCLUDE))
     return {entry.uid: entry.reason or "" for entry in void}
 
 
@@ -275,18 +267,22 @@ def words_by_uid(connection: sa.Connection, kind: str, column: str) -> dict[str,
 
 def first_measurement(connection: sa.Connection) -> EntryRow | None:
     """Return the entry with which the first measurement came into the book; None before it."""
-    typed_charge = sa.and_(journal.c.action == Action.DECLARE, journal.c.entity_kind == "charge")
-    return next(iter(_entries(connection, sa.or_(journal.c.action == Action.INGEST, typed_charge), most=1)), None)
+    typed_charge = sa.and_(
+        journal.c.action == Action.SET, journal.c.entity_kind == "charge", journal.c.old_json.is_(None)
+    )
+    read = journal.c.entity_uid.in_(sa.select(ingest.c.uid).where(ingest.c.file.is_not(None)))
+    return next(iter(_entries(connection, sa.or_(typed_charge, read), most=1)), None)
 
 
 def recorded_configurations(connection: sa.Connection) -> list[EntryRow]:
     """List the entries that took over a labbook.toml, whose `new` has its text, in the order of the journal."""
-    return _entries(connection, sa.and_(journal.c.entity_kind == "config", journal.c.action == Action.DECLARE))
+    return _entries(connection, journal.c.entity_kind == "config")
 
 
-def statements_about(connection: sa.Connection, uid: str, actions: Sequence[Action]) -> list[EntryRow]:
-    """Return the statements of some actions about a thing, in order."""
-    return _entries(connection, sa.and_(journal.c.entity_uid == uid, journal.c.action.in_(actions)))
+def statements_about(connection: sa.Connection, uid: str, action: Action | None = None) -> list[EntryRow]:
+    """Return the statements about a thing, or those of one action, in order."""
+    about = journal.c.entity_uid == uid
+    return _entries(connection, about if action is None else sa.and_(about, journal.c.action == action))
 
 
 def history_of_charges(connection: sa.Connection, uids: Sequence[str]) -> dict[str, list[EntryRow]]:
@@ -301,9 +297,8 @@ def history_of_charges(connection: sa.Connection, uids: Sequence[str]) -> dict[s
 
 def reading_entries(connection: sa.Connection, sha256: str) -> list[Mapping[str, Any]]:
     """Return the content of the journal entry of each reading of an imported file, in order."""
-    readings = sa.select(ingest.c.uid).where(ingest.c.sha256 == sha256)
-    read = journal.c.action.in_((Action.INGEST, Action.READ))
-    return [entry.new for entry in _entries(connection, sa.and_(journal.c.entity_uid.in_(readings), read))]
+    readings = sa.select(ingest.c.uid).where(ingest.c.sha256 == sha256, ingest.c.file.is_not(None))
+    return [entry.new for entry in _entries(connection, journal.c.entity_uid.in_(readings))]
 
 
 @dataclass(frozen=True, slots=True)

@@ -272,6 +272,6 @@ def withdrawn_names(connection: sa.Connection) -> set[str]:
 def _withdrawn_plans() -> sa.Select[tuple[int]]:
     """Select the plans that are void by the journal; a run made after that belongs to none of them."""
     voids_plan = sa.and_(
-        journal.c.entity_uid == plan.c.uid, journal.c.entity_kind == "plan", journal.c.action == Action.VOID
+        journal.c.entity_uid == plan.c.uid, journal.c.entity_kind == "plan", journal.c.action == Action.EXCLUDE
     )
     return sa.select(plan.c.id).join(journal, voids_plan)

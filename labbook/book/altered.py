@@ -27,11 +27,12 @@ from data_schema.queries.history import list_reports
 from data_schema.tables import FACTS, METADATA
 from data_schema.tables.base import TEXT
 from data_schema.tables.plain import scan
-from data_schema.vocabulary import Action
+from labbook.book.naming import words_of
 from labbook.book.report_numbers import readable_numbers
 
 if TYPE_CHECKING:
-    from labbook.book.replaying import Replay
+    from labbook.book.naming import words_of
+from labbook.book.replaying import Replay
 
 MOST_NAMED = 20
 """So many rows are described with the reports that depend on them; a careless command alters all there are."""
@@ -315,7 +316,7 @@ def differences(connection: sa.Connection, entries: Iterable[Entry], without_row
     now = readings(connection)
     anew = []
     for entry in entries:
-        if entry.action in (Action.INGEST, Action.READ) and entry.entity_uid in now:
+        if entry.reads and entry.entity_uid in now:
             content, reading = entry.new or {}, now[entry.entity_uid]
             if (content["reader"], content["reader_version"]) != (reading.reader, reading.reader_version):
                 anew.append((content["rows"], content["signals"]) != (reading.rows, reading.signals))
@@ -335,8 +336,8 @@ def differences(connection: sa.Connection, entries: Iterable[Entry], without_row
 def _without_row(entry: Entry) -> str:
     why = f" ({entry.reason})" if entry.reason else ""
     return (
-        f"Entry {entry.seq} of {entry.person}, {entry.action} {entry.entity_kind} {entry.entity_uid}{why}, speaks of "
-        "what no reading of its file gives now: it has no effect until one does, see `labbook files show`."
+        f"Entry {entry.seq} of {entry.person}, {words_of(entry).did} {entry.entity_kind} {entry.entity_uid}{why}, "
+        "speaks of what no reading of its file gives now: it has no effect until one does, see `labbook files show`."
     )
 
 

@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import sqlalchemy as sa
 
 from data_schema.errors import UnknownName, UsageError, unknown_name
+from data_schema.journal import Entry
 from data_schema.queries.facts import find_uid, read_fact
+from data_schema.queries.history import EntryRow
 from data_schema.queries.runs import RunRow, find_run, run_names
 from data_schema.queries.study import StudyRow, conditions_by_key, day_uids, factors, open_plans, the_study
 from data_schema.vocabulary import Action
@@ -108,23 +110,62 @@ def old_values(connection: sa.Connection, kind: str, uid: str, new: Mapping[str,
 
 
 _UTC = "_utc"
-DONE: Mapping[Action, str] = {
-    Action.DECLARE: "declared",
-    Action.CORRECT: "corrected",
-    Action.VOID: "declared void",
-    Action.ASSIGN: "assigned",
-    Action.DECIDE: "judged",
-    Action.NOTE: "noted",
-    Action.INGEST: "took in",
-    Action.REFUSE: "refused",
-    Action.REPORT: "wrote",
-    Action.READ: "read again",
-    Action.WITHDRAW: "withdrew",
-    Action.RESTORE: "restored",
-    Action.DISMISS: "dismissed",
-    Action.MERGE: "merged",
+
+
+class Words(NamedTuple):
+    """What people call an entry: what it did, what such entries are in a list, what became of their file or jump.
+
+    Without `listed` they are listed as things of their kind; without `became` nothing did that a number can move by.
+    """
+
+    did: str
+    listed: str | None = None
+    became: str | None = None
+
+
+VOID = Words("declared void", "void run or plan")
+CORRECTED = Words("corrected", "correction")
+_RESTORED = Words("restored", "file or charge restored", "taken into use again")
+_WORDS: Mapping[tuple[Action, str], Words] = {
+    (Action.INGEST, "first"): Words("took in", "file", "ingested"),
+    (Action.INGEST, "again"): Words("read again", "file read again", "read anew"),
+    (Action.INGEST, "refused"): Words("refused", "refused file"),
+    (Action.SET, "first"): Words("declared"),
+    (Action.SET, "again"): CORRECTED,
+    (Action.SET, "its run"): Words("assigned", "assignment"),
+    (Action.SET, "move"): Words("moved", "verdict", "given another apex"),
+    (Action.SET, "add"): Words("added", "verdict", "added"),
+    (Action.SET, "clear"): Words("cleared", "verdict", "left to the protocol again"),
+    (Action.EXCLUDE, "reject"): Words("rejected", "verdict", "rejected"),
+    (Action.EXCLUDE, "run"): VOID,
+    (Action.EXCLUDE, "plan"): VOID,
+    (Action.EXCLUDE, "file"): Words("withdrew", "file withdrawn", "withdrawn"),
+    (Action.EXCLUDE, "charge"): Words("dismissed", "charge dismissed"),
+    (Action.INCLUDE, "accept"): Words("accepted", "verdict", "accepted"),
+    (Action.INCLUDE, "run"): CORRECTED,
+    (Action.INCLUDE, "file"): _RESTORED,
+    (Action.INCLUDE, "charge"): _RESTORED,
+    (Action.NOTE, "note"): Words("noted"),
+    (Action.PLAN, "plan"): Words("declared"),
+    (Action.REPORT, "report"): Words("wrote", "report"),
+    (Action.MERGE, "book"): Words("merged"),
 }
-"""What an entry did, in words."""
+
+
+def words_of(entry: Entry | EntryRow) -> Words:
+    """Return what people call an entry, by what commands are called."""
+    old, new = entry.old or {}, entry.new or {}
+    kind = entry.entity_kind if isinstance(entry, Entry) else entry.kind
+    case = new.get("verdict", kind)
+    if "findings" in new:
+        case = "refused"
+    elif entry.action in (Action.INGEST, Action.SET) and case == kind:
+        # a charge gets a run, or loses the one that it had: to move it is to correct that
+        given = new.keys() <= {"run", "added"} and None in (old.get("run", ""), new.get("run", ""))
+        case = "its run" if given or kind == "file" else "again" if old else "first"
+    return _WORDS[entry.action, case]
+
+
 NAME_OF = {"condition": "key", "day": "date_local", "robot": "name", "battery": "name", "run": "name", "study": "name"}
 """The column that has what people call a thing of a kind."""
 

@@ -258,7 +258,7 @@ def propose(session: WriteSession, configuration: Configuration, *, correcting: 
     for change in changes:
         new, old = {change.field: change.proposed}, {change.field: change.standing}
         reason = "labbook.toml was changed before anything was measured"
-        session.state(Statement(Action.CORRECT, change.kind, change.uid, new=new, old=old, reason=reason))
+        session.state(Statement(Action.SET, change.kind, change.uid, new=new, old=old, reason=reason))
     text = text_without_password(configuration.text, configuration)
     session.declare("config", sha256=configuration.sha256, text=text, read_utc=now_utc())
 

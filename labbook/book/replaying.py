@@ -256,7 +256,7 @@ class ReadingAhead:
 
     def _must_read(self, entry: Entry) -> bool:
         """Tell whether an entry's file has to be read; what is known of another is kept for its turn."""
-        if entry.action not in (Action.INGEST, Action.READ):
+        if not entry.reads:
             return False
         new = entry.new or {}
         if new["sha256"] in self.lost:

@@ -253,13 +253,13 @@ _NUMBERS_DEPEND_ON = {
 def _things_touched(connection: sa.Connection, entry: Entry) -> Iterator[tuple[str, str]]:
     """Give what a number can depend on that an entry, which has taken effect, bears on."""
     old, new = entry.old or {}, entry.new or {}
-    if entry.action is Action.CORRECT and entry.entity_kind == "run" and new.keys() == {"position_in_day"}:
+    if entry.entity_kind == "run" and new.keys() == {"position_in_day"}:
         yield "position", entry.entity_uid
         return
-    if entry.action is Action.CORRECT and new.keys().isdisjoint(_NUMBERS_DEPEND_ON.get(entry.entity_kind, new.keys())):
+    if new and new.keys().isdisjoint(_NUMBERS_DEPEND_ON.get(entry.entity_kind, new.keys())):
         return
     yield entry.entity_kind, entry.entity_uid
-    if entry.action is Action.DECIDE:
+    if entry.entity_kind == "decision":
         yield "signal", new.get("signal_sha256", "")
         yield new["target_kind"], new["target_uid"]
     elif entry.entity_kind == "robot":
@@ -275,7 +275,7 @@ def _things_touched(connection: sa.Connection, entry: Entry) -> Iterator[tuple[s
     runs = {one["run"] for one in (old, new) if one.get("run")} | set(old.get("runs", ()))
     if entry.entity_kind == "charge":
         runs |= {read_fact(connection, "charge", entry.entity_uid, ["run"])["run"]} - {None}
-    if entry.action in (Action.WITHDRAW, Action.RESTORE) and entry.entity_kind == "file":
+    if entry.entity_kind == "file" and entry.action is not Action.SET:
         yield from (("charge", uid) for uid in old.get("charges", ()))
         runs |= {link.run_uid for link in links_of_file(connection, entry.entity_uid)}
     for run_uid in sorted(runs):

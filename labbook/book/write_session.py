@@ -85,7 +85,7 @@ class WriteSession:
     def declare(self, entity: str, /, **values: Any) -> str:
         """State that a thing exists; returns its new uid."""
         uid = new_uid()
-        self.state(Statement(Action.DECLARE, entity, uid, new=values))
+        self.state(Statement(Action.PLAN if entity == "plan" else Action.SET, entity, uid, new=values))
         return uid
 
     def merge(self, entries: Iterable[Entry]) -> None:

@@ -139,7 +139,7 @@ class Private:
     def entry(self, entry: Entry) -> Entry:
         """Return an entry without it."""
         new, old = self.value(entry.new), self.value(entry.old)
-        if entry.action is Action.DECLARE and entry.entity_kind == "config":
+        if entry.entity_kind == "config":
             text = self.toml((entry.new or {})["text"])
             new |= {"text": text, "sha256": hashlib.sha256(text.encode()).hexdigest()}
         reason = None if entry.reason is None else self.text(entry.reason)
@@ -148,7 +148,7 @@ class Private:
             for values in (new, old):
                 if values and values.get(key):
                     values[key] = LEFT_OUT
-            if reason and entry.action is Action.DECIDE:  # a verdict's is its note
+            if reason and entry.entity_kind == "decision":  # a verdict's is its note
                 reason = LEFT_OUT
         if self.paths and entry.action is Action.REPORT:
             new |= {"folder": PurePosixPath((entry.new or {})["folder"]).name}

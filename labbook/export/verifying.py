@@ -233,7 +233,7 @@ def _of_capsule(error: LabbookError, folder: Path) -> str:
 
 def _check_raw(capsule: _Unpacked, entries: Sequence[Entry]) -> None:
     """Compare each raw copy with its name and with how many bytes were imported; none may be missing or too many."""
-    readings = [entry for entry in entries if entry.action in (Action.INGEST, Action.READ)]
+    readings = [entry for entry in entries if entry.reads]
     n_bytes = {str((entry.new or {}).get("sha256")): (entry.new or {}).get("n_bytes") for entry in readings}
     differing = [sentence for entry in readings for sentence in _beyond_limits(entry)]
     for sha256, most in n_bytes.items():

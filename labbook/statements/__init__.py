@@ -10,27 +10,25 @@ from labbook.statements.apply_context import ApplyContext
 
 __all__ = ["ApplyContext", "apply_entry"]
 
+_FACTS = ("facts", "apply_set")
 _HOMES = {
-    Action.DECLARE: ("facts", "apply_declare"),
-    Action.CORRECT: ("facts", "apply_correct"),
-    Action.VOID: ("facts", "apply_correct"),
-    Action.ASSIGN: ("assigning", "apply_assign"),
-    Action.DECIDE: ("facts", "apply_decide"),
-    Action.NOTE: ("facts", "apply_declare"),
-    Action.INGEST: ("ingesting", "apply_ingest"),
-    Action.READ: ("ingesting", "apply_read"),
-    Action.WITHDRAW: ("withdrawing", "apply_withdraw"),
-    Action.RESTORE: ("withdrawing", "apply_restore"),
-    Action.DISMISS: ("withdrawing", "apply_dismiss"),
-    Action.REFUSE: ("ingesting", "apply_refuse"),
-    Action.REPORT: ("reporting", "apply_report"),
+    (Action.INGEST, "ingest"): ("ingesting", "apply_ingest"),
+    (Action.SET, "file"): ("assigning", "apply_assign"),
+    (Action.SET, "run_file"): ("assigning", "apply_link"),
+    (Action.EXCLUDE, "file"): ("withdrawing", "apply_use"),
+    (Action.INCLUDE, "file"): ("withdrawing", "apply_use"),
+    (Action.EXCLUDE, "charge"): ("counted_charges", "apply_to_charge"),
+    (Action.INCLUDE, "charge"): ("counted_charges", "apply_to_charge"),
+    (Action.REPORT, "report"): ("reporting", "apply_report"),
 }
-"""The module and function of each kind, loaded when first needed: a note does not wait for readers of files."""
+"""The module and function of each kind that is not a row alone, loaded when first needed: a note does not wait for
+readers of files.
+"""
 
 
 def apply_entry(context: ApplyContext, entry: Entry, prepared: object) -> None:
     """Apply an entry to the tables."""
     if entry.action is Action.MERGE:  # what was merged stands in the entries that follow in the same command
         return
-    module, function = _HOMES[entry.action]
+    module, function = _HOMES.get((entry.action, entry.entity_kind), _FACTS)
     getattr(import_module(f"labbook.statements.{module}"), function)(context, entry, prepared)

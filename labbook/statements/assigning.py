@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from data_schema.journal import Entry
-from data_schema.queries.facts import insert_fact, update_fact
+from data_schema.queries.facts import fact_exists, insert_fact, update_fact
 from data_schema.queries.files import (
     links_of_file,
     links_of_run,
@@ -18,16 +18,13 @@ from data_schema.queries.history import statements_about
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, FileRole
 from labbook.statements.apply_context import ApplyContext, derived_uid, missing_row, run_named
-from labbook.statements.counted_charges import apply_to_charge, state_of_charge
+from labbook.statements.counted_charges import state_of_charge
 
 
 def apply_assign(context: ApplyContext, entry: Entry, _prepared: object) -> None:
-    """Link the file or charge, or take it off its run; the only charge of a file goes with it."""
-    values = entry.new or {}
-    kind, uid = entry.entity_kind, entry.entity_uid
-    if kind == "charge":
-        apply_to_charge(context, entry)
-    elif values["run"] is None:
+    """Link the file, or take it off its run; the only charge of a file goes with it."""
+    values, uid = entry.new or {}, entry.entity_uid
+    if values["run"] is None:
         unlink_file(context.connection, uid, values.get("part"))
     else:
         role, part = FileRole(values["role"]), values.get("part")
@@ -37,7 +34,18 @@ def apply_assign(context: ApplyContext, entry: Entry, _prepared: object) -> None
         assign_file(context, uid, values["run"], role, part)
         charges = unassigned_charges_of_file(context.connection, uid)
         if part is None and role is FileRole.CHARGE and len(charges) == 1:
-            state_of_charge(context.connection, charges[0], Action.ASSIGN, {"run": values["run"]})
+            state_of_charge(context.connection, charges[0], {"run": values["run"]})
+
+
+def apply_link(context: ApplyContext, entry: Entry, _prepared: object) -> None:
+    """Let a part of a file belong to another run."""
+    uid, uids = entry.entity_uid, [entry.entity_uid]
+    if not fact_exists(context.connection, "run_file", uid):
+        uids = resolve_links(context, uid, (entry.old or {}).get("run"))
+    if not uids:
+        missing_row(context, entry)
+    for each in uids:
+        update_fact(context.connection, "run_file", each, entry.new or {})
 
 
 def assign_file(
@@ -72,8 +80,8 @@ def link_parts_again(
     stated_run: str | None,
     before: Sequence[str],
     parts: Sequence[str],
-) -> list[str]:
-    """Let the parts of a new reading belong to runs as those of the reading `before` did; returns the runs concerned.
+) -> None:
+    """Let the parts of a new reading belong to runs as those of the reading `before` did.
 
     A part keeps its run, or that it has none. Where all parts belonged to one run, so do new ones; a file that belongs
     to none goes to the run that its name states, unless a person has decided where it belongs.
@@ -81,21 +89,18 @@ def link_parts_again(
     links = links_of_file(context.connection, file_uid)
     if not links:
         run_uid = run_named(context, stated_run)
-        if run_uid is None or statements_about(context.connection, file_uid, [Action.ASSIGN]):
-            return []
-        assign_file(context, file_uid, run_uid, role, parts=parts)
-        return [run_uid]
+        if run_uid is not None and not statements_about(context.connection, file_uid, Action.SET):
+            assign_file(context, file_uid, run_uid, role, parts=parts)
     for link in links:
         if link.part not in parts:
             unlink_file(context.connection, file_uid, link.part)
         elif link.role != role:
             update_fact(context.connection, "run_file", link.uid, {"role": str(role)})
-    runs = list(dict.fromkeys(link.run_uid for link in links))
+    runs = {link.run_uid for link in links}
     if len(runs) == 1 and {link.part for link in links}.issuperset(before):
         for part in parts:
             if part not in before:
-                link_part(context, file_uid, runs[0], role, part)
-    return runs
+                link_part(context, file_uid, links[0].run_uid, role, part)
 
 
 def resolve_links(context: ApplyContext, link_uid: str, run_uid: str | None) -> list[str]:

@@ -141,27 +141,27 @@ def placed_about(
     return placed
 
 
-def apply_to_charge(context: ApplyContext, entry: Entry) -> None:
+def apply_to_charge(context: ApplyContext, entry: Entry, _prepared: object = None) -> None:
     """Let what a person said of a charge take effect."""
     if fact_exists(context.connection, "charge", entry.entity_uid):
-        state_of_charge(context.connection, entry.entity_uid, entry.action, entry.new or {})
+        state_of_charge(context.connection, entry.entity_uid, entry.new or {}, entry.action)
     else:
         missing_row(context, entry)
 
 
-def state_of_charge(connection: sa.Connection, uid: str, action: Action, new: Mapping[str, Any]) -> None:
+def state_of_charge(connection: sa.Connection, uid: str, new: Mapping[str, Any], action: Action = Action.SET) -> None:
     """Write down what a person said of a charge, and place anew what it concerns."""
     before = rows_with_uids(connection, [uid])
-    write_statement(connection, uid, action, new)
+    write_statement(connection, uid, new, action)
     settle(connection, [uid], before)
 
 
-def write_statement(connection: sa.Connection, uid: str, action: Action, new: Mapping[str, Any]) -> None:
+def write_statement(connection: sa.Connection, uid: str, new: Mapping[str, Any], action: Action) -> None:
     """Write down what a person said of a charge: that it is dismissed or not, its run, or values that are right."""
     values: dict[str, Any] = {}
-    if action in (Action.DISMISS, Action.RESTORE):
-        values["dismissed"] = int(action is Action.DISMISS)
-    if action is Action.CORRECT and (right := {name: new[name] for name in new if name not in ("run", "added")}):
+    if action is not Action.SET:
+        values["dismissed"] = int(action is Action.EXCLUDE)
+    if right := {name: new[name] for name in new if name not in ("run", "added")}:
         stands = read_fact(connection, "charge", uid, [*right, "corrected"])
         read = json.loads(stands["corrected"] or "{}")
         corrected = {name: (read[name][0] if name in read else stands[name], value) for name, value in right.items()}

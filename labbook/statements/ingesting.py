@@ -5,6 +5,7 @@ from __future__ import annotations
 import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
+from itertools import product
 from typing import Any
 
 from data_schema.errors import BookBusy, BookError, InputRefused, UsageError
@@ -42,32 +43,51 @@ _ZERO_SE_M = 0.005
 
 
 def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> None:
-    """Add the file, what was read from it, and its run where that is known.
+    """Add the file, what was read from it, and its run where that is known; of a refused one the findings.
 
     A file that this labbook's reader refuses, on rebuilding, waits for a declaration; it belongs to its run all the
-    same.
+    same. Another reading of a file is in force from now on, and what belongs to the file is brought up to it: parts
+    that there are no longer belong to no run, and parts that are new belong to the one run that the file belongs to.
+    Statements about a file that were made while it waited take effect then.
     """
-    new = entry.new or {}
+    connection, new = context.connection, entry.new or {}
+    if not entry.reads:  # no copy is stored
+        reader = (new["reader"], new["reader_version"])
+        ingest_key = _add(context, entry, IngestStatus.REFUSED, None, reader, None, new["rows"])
+        files.add_findings(connection, ingest_key, new["findings"])
+        return
     done = _reading_of(context, new, prepared)
-    file_uid = derived_uid("file", done.sha256)
-    values = {"sha256": done.sha256, "n_bytes": done.n_bytes, "store_path": raw_path(done.sha256)}
-    file_key = insert_fact(context.connection, "file", file_uid, values)
-    role = _role(new, done)
-    ingest_key = add_reading(context, entry, done, file_key, role)
-    run_uid = new.get("run") or run_named(context, new.get("stated_run"))
-    parts = _parts(new, done)
-    if run_uid:
-        for part in parts:
-            link_part(context, file_uid, run_uid, role, part)
-    if not done.read.refused:
-        add_signals(context, file_key, ingest_key, done, new, None)
-        of_file = run_uid if role is FileRole.CHARGE else None
-        if done.read.charges:
-            _update_charges(context, ingest_key, file_uid, done, new, of_file)
+    file_uid, role, parts = derived_uid("file", done.sha256), _role(new, done), _parts(new, done)
+    before = None if entry.old is None else last_reading(connection, done.sha256)
+    if before is None:
+        values = {"sha256": done.sha256, "n_bytes": done.n_bytes, "store_path": raw_path(done.sha256)}
+        file_key = insert_fact(connection, "file", file_uid, values)
+        ingest_key = add_reading(context, entry, done, file_key, role)
+        run_uid = new.get("run") or run_named(context, new.get("stated_run"))
+        of_runs = {run_uid: parts} if run_uid else {}
+        for run, part in product(of_runs, parts):
+            link_part(context, file_uid, run, role, part)
+    else:
+        before_parts = parts_of_file(connection, file_uid)
+        set_status(connection, before.uid, IngestStatus.SUPERSEDED)
+        file_key = key_of(connection, "file", file_uid)
+        ingest_key = add_reading(context, entry, done, file_key, role)
+        link_parts_again(context, file_uid, role, new.get("stated_run"), before_parts, parts)
+        of_runs = {}
+        for link in links_of_file(connection, file_uid):
+            of_runs.setdefault(link.run_uid, []).append(link.part)
+    if done.read.refused:
+        mark_charges_gone(context, file_uid)
+    else:
+        add_signals(context, file_key, ingest_key, done, new, None if before is None else entry.entity_uid)
+        if done.read.charges or before is not None:
+            of_file = next(iter(of_runs)) if role is FileRole.CHARGE and len(of_runs) == 1 else None
+            numbers = charge_numbers(connection, done.sha256, keys_of(done.read.charges), new)
+            update_charges(context, ingest_key, file_uid, done.read, numbers, of_file)
     contradicting = runs_contradict(new.get("stated_runs", ()), new["original_name"])
-    files.add_findings(context.connection, ingest_key, [finding_values(finding) for finding in contradicting])
-    if run_uid:
-        files.add_findings(context.connection, ingest_key, _against_run(context, run_uid, parts, done))
+    files.add_findings(connection, ingest_key, [finding_values(finding) for finding in contradicting])
+    for run_uid, of_run in of_runs.items():
+        files.add_findings(connection, ingest_key, _against_run(context, run_uid, of_run, done))
 
 
 def runs_contradict(stated: Sequence[str], name: str) -> list[Finding]:
@@ -81,56 +101,9 @@ def runs_contradict(stated: Sequence[str], name: str) -> list[Finding]:
     return [Finding(Severity.NOTE, RUN_CONTRADICTS, message, None, None, " ".join(stated), 1, ())]
 
 
-def apply_read(context: ApplyContext, entry: Entry, prepared: object) -> None:
-    """Add another reading of a file, which is in force from now on, and bring what belongs to the file up to it.
-
-    Parts that there are no longer belong to no run, and parts that are new belong to the one run that the file belongs
-    to. Statements about a file that were made while it waited take effect now.
-    """
-    new = entry.new or {}
-    done = _reading_of(context, new, prepared)
-    before = last_reading(context.connection, done.sha256)
-    assert before is not None, "a file is imported before it is read again"  # noqa: S101
-    assert before.file_uid is not None  # noqa: S101
-    before_parts = parts_of_file(context.connection, before.file_uid)
-    set_status(context.connection, before.uid, IngestStatus.SUPERSEDED)
-    role = _role(new, done)
-    file_key = key_of(context.connection, "file", before.file_uid)
-    ingest_key = add_reading(context, entry, done, file_key, role)
-    touched = link_parts_again(context, before.file_uid, role, new.get("stated_run"), before_parts, _parts(new, done))
-    if done.read.refused:
-        mark_charges_gone(context, before.file_uid)
-    else:
-        add_signals(context, file_key, ingest_key, done, new, entry.entity_uid)
-        runs = {link.run_uid for link in links_of_file(context.connection, before.file_uid)}
-        of_file = runs.pop() if role is FileRole.CHARGE and len(runs) == 1 else None
-        _update_charges(context, ingest_key, before.file_uid, done, new, of_file)
-    links = links_of_file(context.connection, before.file_uid) if touched else []
-    for run_uid in dict.fromkeys(touched):
-        of_run = {link.part for link in links if link.run_uid == run_uid}
-        files.add_findings(context.connection, ingest_key, _against_run(context, run_uid, of_run, done))
-
-
-def _update_charges(
-    context: ApplyContext,
-    ingest_key: int,
-    file_uid: str,
-    done: PreparedImport,
-    new: Mapping[str, Any],
-    of_file: str | None,
-) -> None:
-    numbers = charge_numbers(context.connection, done.sha256, keys_of(done.read.charges), new)
-    update_charges(context, ingest_key, file_uid, done.read, numbers, of_file)
-
-
 def _parts(new: Mapping[str, Any], done: PreparedImport) -> list[str]:
     """Return the parts of a reading; of one that is refused now, those that it gave when it was made."""
     return (new["parts"] if done.read.refused else [part.part for part in done.read.parts]) or [""]
-
-
-def apply_refuse(context: ApplyContext, entry: Entry, _prepared: object) -> None:
-    """Add the row with the findings of a refused file; they stand in the entry, for no copy is stored."""
-    add_refusal(context, entry)
 
 
 def _reading_of(context: ApplyContext, new: Mapping[str, Any], prepared: object) -> PreparedImport:
@@ -278,14 +251,6 @@ def add_reading(context: ApplyContext, entry: Entry, done: PreparedImport, file_
     key = _add(context, entry, status, file_key, (read.format, read.reader_version), role, counts)
     files.add_findings(context.connection, key, [finding_values(finding) for finding in read.findings])
     return key
-
-
-def add_refusal(context: ApplyContext, entry: Entry) -> None:
-    """Add the findings for which bytes were refused, from the entry."""
-    new = entry.new or {}
-    reader = (new["reader"], new["reader_version"])
-    key = _add(context, entry, IngestStatus.REFUSED, None, reader, None, new["rows"])
-    files.add_findings(context.connection, key, new["findings"])
 
 
 def _add(

@@ -79,7 +79,7 @@ def update_charges(
             update_fact(connection, "charge", old.uid, {**values, "state": str(ChargeState.COUNTED)})
     for uid, entries in history_of_charges(connection, new).items():  # said while no reading gave this charge
         for entry in entries:
-            write_statement(connection, uid, entry.action, entry.new)
+            write_statement(connection, uid, entry.new, entry.action)
     _set_gone(connection, standing.values())
     placed = settle(connection, held, before)
     found += findings_on(connection, placed, held)

@@ -1,4 +1,4 @@
-"""A file is taken out of use, or comes back; a charge that waits in the inbox is dismissed, or comes back.
+"""A file is taken out of use, or comes back.
 
 Nothing is deleted: the readings, the samples and the links to runs stay, and no query counts them.
 """
@@ -11,31 +11,15 @@ from data_schema.queries.files import findings_of, last_reading, set_status
 from data_schema.queries.history import reading_entries
 from data_schema.tables.base import private_keys
 from data_schema.tables.files import ingest
-from data_schema.vocabulary import IngestStatus, Severity
+from data_schema.vocabulary import Action, IngestStatus, Severity
 from labbook.statements.apply_context import ApplyContext
-from labbook.statements.counted_charges import apply_to_charge
 from labbook.statements.sheet_charges import mark_charges_gone, restore_charges
 
 
-def apply_withdraw(context: ApplyContext, entry: Entry, _prepared: object) -> None:
-    """Take a file out of use: its samples and charges count no more."""
-    _use(context, entry.entity_uid, IngestStatus.WITHDRAWN)
-
-
-def apply_restore(context: ApplyContext, entry: Entry, _prepared: object) -> None:
-    """Take a file into use again under the reading that it had, or a charge into the inbox."""
-    if entry.entity_kind == "charge":
-        apply_to_charge(context, entry)
-    else:
-        _use(context, entry.entity_uid, IngestStatus.IMPORTED)
-
-
-def apply_dismiss(context: ApplyContext, entry: Entry, _prepared: object) -> None:
-    """Take a charge that belongs to no run out of the inbox."""
-    apply_to_charge(context, entry)
-
-
-def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> None:
+def apply_use(context: ApplyContext, entry: Entry, _prepared: object) -> None:
+    """Take a file out of use: its samples and charges count no more; or into use again, under the reading it had."""
+    file_uid = entry.entity_uid
+    status = IngestStatus.WITHDRAWN if entry.action is Action.EXCLUDE else IngestStatus.IMPORTED
     sha256 = read_fact(context.connection, "file", file_uid, ["sha256"])["sha256"]
     reading = last_reading(context.connection, sha256)
     assert reading is not None, "a file in the book was read"  # noqa: S101
@@ -46,6 +30,6 @@ def _use(context: ApplyContext, file_uid: str, status: IngestStatus) -> None:
     if status is IngestStatus.WITHDRAWN:
         mark_charges_gone(context, file_uid)
     elif status is IngestStatus.IMPORTED:
-        entry = reading_entries(context.connection, sha256)[-1]
+        content = reading_entries(context.connection, sha256)[-1]
         key = private_keys(context.connection, ingest.c.uid, [reading.uid])[reading.uid]
-        restore_charges(context, file_uid, key, entry)
+        restore_charges(context, file_uid, key, content)

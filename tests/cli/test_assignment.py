@@ -97,7 +97,7 @@ def test_moving_a_file_or_a_charge_needs_a_reason_and_keeps_the_old_run(
     good(labbook("assign", "charges.csv#1", "r002", "--why", "read a line too low", at=stated.folder))
     assert rows(stated.folder, LINKS) == [("r001",)]
     assert rows(stated.folder, CHARGES)[0] == (1, "r002")
-    said = rows(stated.folder, "SELECT reason, old_json IS NOT NULL FROM journal WHERE action = 'correct'")
+    said = rows(stated.folder, "SELECT reason, old_json IS NOT NULL FROM journal WHERE action = 'set' AND reason <> ''")
     assert said == [("wrong card", 1), ("read a line too low", 1)]
 
 
@@ -111,7 +111,9 @@ def test_file_taken_off_its_run_is_in_the_inbox_and_can_be_assigned_again(whole:
     before = contents(whole.folder).rows
     good(labbook("rebuild", at=whole.folder))
     assert contents(whole.folder).rows == before
-    assert rows(whole.folder, "SELECT reason FROM journal WHERE action = 'assign'") == [("wrong card",)]
+    assert rows(whole.folder, "SELECT reason FROM journal WHERE action = 'set' AND entity_kind = 'file'") == [
+        ("wrong card",)
+    ]
     good(labbook("assign", "r001.csv", "r001", at=whole.folder))
     assert found_jumps(whole, "r001") == 3
 

@@ -161,7 +161,7 @@ def verdict_on_no_jump(place: Place) -> None:
             "target_kind": "jump", "target_uid": run, "signal_sha256": sha256, "anchor_s": 1e6, "verdict": "reject",
             "reason_code": "other", "note": None, "old_value": None, "algorithm": None, "version": None, "blind": 0,
         }  # fmt: skip
-        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new))
+        session.state(Statement(Action.EXCLUDE, "decision", new_uid(), new=new))
 
 
 def refused_file(place: Place) -> None:

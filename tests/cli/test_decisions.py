@@ -75,7 +75,7 @@ def test_correction_keeps_the_old_value_and_who_said_why(whole: SmallBook) -> No
         "SELECT action, person.name, reason, old_json != new_json FROM journal JOIN person ON person = person.id "
         "ORDER BY seq DESC LIMIT 1"
     )
-    assert rows(whole.folder, query) == [("correct", "Ada Nwosu", "typed wrong", 1)]
+    assert rows(whole.folder, query) == [("set", "Ada Nwosu", "typed wrong", 1)]
     several = ("correct", "r002", "duration_s=700", "jumps_made=2", "battery=C", "day=2021-06-15", "--why", "x")
     changed = good(labbook(*several, "--json", at=whole.folder)).json["changed"]
     assert set(changed) == {"duration_s", "jumps_made", "battery", "day"}

@@ -88,7 +88,7 @@ def test_entries_come_back_from_the_file(mirror: JournalFile, entries: list[Entr
 def test_entries_come_back_from_the_database(engine: sa.Engine) -> None:
     said: list[dict[str, Any]] = [
         {"old": {"foot": "small"}, "new": {"foot": "large"}, "reason": 'typed "wrong"; DROP TABLE'},
-        {"new": None, "person": "Zoë Ł", "action": Action.DECIDE},
+        {"new": None, "person": "Zoë Ł", "action": Action.EXCLUDE},
         {"new": {"a": 0.1 + 0.2, "b": [1, None, True, 2**53 + 1], "c": {"d": "ünïcode \u2028\n\\"}}, "old": {}},
         {"origin": {"seq": 7, "hash": "ab" * 32}},
     ]

@@ -51,7 +51,7 @@ def judge_blind(book: Book, run: str, number: int, verdict: Verdict, reason: Rea
             "version": found.detections[0].version,
             "blind": 1,
         }
-        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new))
+        session.state(Statement(verdict.action, "decision", new_uid(), new=new))
 
 
 def notes(book: Book) -> list[str]:

@@ -89,5 +89,9 @@ def check_backup(stick: Path, journal: Sequence[str] | None) -> None:
     assert journal is None or [entry.hash for entry in entries] == journal
 
 
-def kinds_of(entries: Sequence[Entry]) -> Counter[tuple[str, str]]:
-    return Counter((entry.action, entry.entity_kind) for entry in entries if entry.action is not Action.REPORT)
+def kinds_of(entries: Sequence[Entry]) -> Counter[tuple[str, str, bool]]:
+    return Counter(
+        (entry.action, entry.entity_kind, entry.old is not None)
+        for entry in entries
+        if entry.action is not Action.REPORT
+    )

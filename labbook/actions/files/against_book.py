@@ -69,7 +69,7 @@ def state_refusal(session: WriteSession, new: Mapping[str, Any], prepared: Prepa
         "rows": {"read": read.rows_read, "kept": read.rows_kept, "rejected": read.rows_rejected},
         "findings": [finding_values(finding) for finding in read.findings],
     }
-    session.state(Statement(Action.REFUSE, "ingest", new_uid(), new=record))
+    session.state(Statement(Action.INGEST, "ingest", new_uid(), new=record))
 
 
 def with_findings_of_book(connection: sa.Connection, ingest_uid: str, read: ReadFile, rules: Sequence[str]) -> ReadFile:

@@ -96,22 +96,22 @@ def _assign_file(session: WriteSession, file: FileRow, what: str, run: RunRow | 
     def state() -> None:
         if run is None:
             if links:
-                _state(session, Action.ASSIGN, "file", file.uid, {"runs": sorted(runs)}, {"run": None}, why)
+                _state(session, "file", file.uid, {"runs": sorted(runs)}, {"run": None}, why)
             for charge in charges:
-                _state_charge(session, Action.ASSIGN, charge, None, why)
+                _state_charge(session, charge, None, why)
         elif not links:
             refuse_second_of_file(session.connection, file.uid, file.role, run)
-            _state(session, Action.ASSIGN, "file", file.uid, None, {"run": run.uid, "role": file.role}, why)
+            _state(session, "file", file.uid, {"runs": []}, {"run": run.uid, "role": file.role}, why)
         else:
             for charge in charges:
                 if not charge.added:
                     refuse_second_charge(session.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
             for link in links:
-                _state(session, Action.CORRECT, "run_file", link.uid, {"run": link.run_uid}, {"run": run.uid}, why)
+                _state(session, "run_file", link.uid, {"run": link.run_uid}, {"run": run.uid}, why)
             for charge in charges:
                 added = {"added": 1} if charge.added else {}
                 old, new = {"run": charge.run_uid, **added}, {"run": run.uid, **added}
-                _state(session, Action.CORRECT, "charge", charge.uid, old, new, why)
+                _state(session, "charge", charge.uid, old, new, why)
 
     return _moved(what, [*links, *charges] if run is None else links, run, why, state)
 
@@ -121,10 +121,10 @@ def _assign_part(session: WriteSession, file: FileRow, part: str, run: RunRow | 
 
     def state() -> None:
         for link in links:
-            _state(session, Action.ASSIGN, "file", file.uid, {"runs": [link.run_uid]}, {"run": None, "part": part}, why)
+            _state(session, "file", file.uid, {"runs": [link.run_uid]}, {"run": None, "part": part}, why)
         if run is not None:
             new = {"run": run.uid, "role": file.role, "part": part}
-            _state(session, Action.ASSIGN, "file", file.uid, None, new, why)
+            _state(session, "file", file.uid, {"runs": []}, new, why)
 
     return _moved(f"part {part} of {file.name}", links, run, why, state)
 
@@ -133,8 +133,7 @@ def _assign_charge(session: WriteSession, file: FileRow, charge: SheetRow, run: 
     def state() -> None:
         if run is not None:
             refuse_second_charge(session.connection, run.uid, run.name, charge_uid=charge.uid, mode=charge.mode)
-        moves = run is not None and charge.run_uid is not None
-        _state_charge(session, Action.CORRECT if moves else Action.ASSIGN, charge, run, why)
+        _state_charge(session, charge, run, why)
 
     return _moved(f"charge {charge.row_number} of {file.name}", [charge], run, why, state) + _instead(session, charge)
 
@@ -160,29 +159,28 @@ def _add_charge(session: WriteSession, file: FileRow, charge: SheetRow, run: Run
         raise UsageError(f"{what} is a discharge, which adds nothing to the charge of a run: leave --add out.")
     refuse_added_to_nothing(session.connection, run)
     old, new = {"run": None, "added": 0}, {"run": run.uid, "added": 1}
-    _state(session, Action.ASSIGN, "charge", charge.uid, old, new, why)
+    _state(session, "charge", charge.uid, old, new, why)
     return f"{what} is added to that of run {run.name}: the sum counts."
 
 
-def _state_charge(session: WriteSession, action: Action, charge: SheetRow, run: RunRow | None, why: str | None) -> None:
+def _state_charge(session: WriteSession, charge: SheetRow, run: RunRow | None, why: str | None) -> None:
     """State which run a charge belongs to; one that was added to that of the run which it leaves is so no longer."""
     old: dict[str, Any] = {"run": charge.run_uid}
     new: dict[str, Any] = {"run": None if run is None else run.uid}
     if charge.added:
         old, new = {**old, "added": 1}, {**new, "added": 0}
-    _state(session, action, "charge", charge.uid, old if charge.run_uid is not None else None, new, why)
+    _state(session, "charge", charge.uid, old, new, why)
 
 
 def _state(
     session: WriteSession,
-    action: Action,
     kind: str,
     uid: str,
-    old: Mapping[str, Any] | None,
+    old: Mapping[str, Any],
     new: Mapping[str, Any],
     why: str | None,
 ) -> None:
-    session.state(Statement(action, kind, uid, new=new, old=old, reason=why))
+    session.state(Statement(Action.SET, kind, uid, new=new, old=old, reason=why))
 
 
 def resolve_item(connection: sa.Connection, what: str) -> str:

@@ -61,7 +61,7 @@ def beginnings(connection: sa.Connection, store: Store, name: str, data: bytes, 
     reading = last_reading(connection, last.sha256)
     assert reading is not None  # noqa: S101 - it is in use
     links = tuple(links_of_file(connection, last.uid))
-    unlinked = not links and bool(statements_about(connection, last.uid, [Action.ASSIGN]))
+    unlinked = not links and bool(statements_about(connection, last.uid, Action.SET))
     return Beginnings(tuple(found), json.loads(reading.options_json), links, unlinked)
 
 
@@ -119,7 +119,7 @@ def state_links(session: WriteSession, found: Beginnings, sha256: str, parts: Se
     for link in found.links:
         if link.part in parts:
             new = {"run": link.run_uid, "role": link.role, "part": link.part}
-            session.state(Statement(Action.ASSIGN, "file", derived_uid("file", sha256), new=new))
+            session.state(Statement(Action.SET, "file", derived_uid("file", sha256), new=new, old={"runs": []}))
 
 
 def _stand_in(before: Sequence[SheetRow], charges: Sequence[ChargeRow]) -> bool:

@@ -231,7 +231,10 @@ def _state(
     if _stands(connection, before, new):
         uid, contents = before.uid, old
     else:
-        session.state(Statement(Action.READ, "ingest", uid, new=new, reason=request.why, prepared=prepared))
+        standing = {"reading": before.uid}
+        session.state(
+            Statement(Action.INGEST, "ingest", uid, new=new, old=standing, reason=request.why, prepared=prepared)
+        )
         after = last_reading(connection, row.sha256)
         assert after is not None  # noqa: S101 - it was stated just now
         contents = ReadingContents.of(connection, after)
@@ -351,7 +354,7 @@ def take_known(
         row = last_reading(connection, sha256)
         assert row is not None  # noqa: S101 - only known bytes come here
         assert row.file_uid is not None  # noqa: S101
-        withdrawals = statements_about(connection, row.file_uid, [Action.WITHDRAW])
+        withdrawals = statements_about(connection, row.file_uid, Action.EXCLUDE)
         runs = runs_of_file(connection, sha256)
     if row.status is IngestStatus.WITHDRAWN:
         by = "".join(f" by {last.person} on {last.at_utc}: {last.reason}" for last in withdrawals[-1:])

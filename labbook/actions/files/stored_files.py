@@ -95,7 +95,7 @@ def show_file(connection: sa.Connection, name: str) -> ShownFile:
             row,
             tuple(parts_of_reading(connection, row.uid)),
             tuple(findings_of(connection, row.uid)),
-            statements_about(connection, row.uid, _READ)[-1].new.get("plugin"),
+            statements_about(connection, row.uid, Action.INGEST)[-1].new.get("plugin"),
         )
         for row in readings
     )
@@ -193,7 +193,7 @@ def withdraw(session: WriteSession, name: str, why: str) -> str:
     old = {"runs": sorted({*runs, *of_runs.values()}), "charges": of_runs}
     of_same_runs = charges_of_runs(session.connection, sorted({*of_runs.values()}))
     before = {charge.uid for of_run in of_same_runs.values() for charge in of_run}
-    session.state(Statement(Action.WITHDRAW, "file", file.uid, old=old, reason=why))
+    session.state(Statement(Action.EXCLUDE, "file", file.uid, old=old, reason=why))
     of_same_runs = charges_of_runs(session.connection, sorted({*of_runs.values()}))
     in_place = [other for of_run in of_same_runs.values() for other in of_run if other.uid not in before]
     lost = f", {len(charges)} charges count no more" if charges else ""
@@ -207,8 +207,8 @@ def restore(session: WriteSession, name: str, why: str | None) -> str:
     file = file_named(session.connection, name, withdrawn=True)
     if file.status is not IngestStatus.WITHDRAWN:
         return f"{file.name} is in use: there is nothing to restore."
-    left = statements_about(session.connection, file.uid, [Action.WITHDRAW])[-1].old
-    session.state(Statement(Action.RESTORE, "file", file.uid, new=left, reason=why))
+    left = statements_about(session.connection, file.uid, Action.EXCLUDE)[-1].old
+    session.state(Statement(Action.INCLUDE, "file", file.uid, new=left, reason=why))
     return f"{file.name} is in use again."
 
 
@@ -227,7 +227,7 @@ def dismiss(session: WriteSession, what: str, why: str) -> str:
         return f"{what} is dismissed already: `labbook runs restore {what}` brings it back."
     if charge.state is not ChargeState.COUNTED:
         raise UsageError(f"{what} is not in the inbox ({charge.state}): `labbook runs inbox` lists what is.")
-    session.state(Statement(Action.DISMISS, "charge", charge.uid, reason=why))
+    session.state(Statement(Action.EXCLUDE, "charge", charge.uid, reason=why))
     return f"{what} is dismissed: `labbook runs restore {what}` brings it back."
 
 
@@ -269,17 +269,16 @@ def restore_item(session: WriteSession, what: str, why: str | None) -> str:
         return restore(session, what, why)
     if charge.state is not ChargeState.DISMISSED:
         raise UsageError(f"{what} was not dismissed: there is nothing to restore.")
-    session.state(Statement(Action.RESTORE, "charge", charge.uid, reason=why))
+    session.state(Statement(Action.INCLUDE, "charge", charge.uid, reason=why))
     return f"{what} is in the inbox again."
 
 
-_READ = (Action.INGEST, Action.READ, Action.REFUSE)
 _LAST = (IngestStatus.IMPORTED, IngestStatus.WITHDRAWN, IngestStatus.WAITING)
 
 
 def _remark(connection: sa.Connection, status: str, file_uid: str, reading_uid: str) -> str:
     if status == IngestStatus.WITHDRAWN:
-        withdrawal = statements_about(connection, file_uid, [Action.WITHDRAW])[-1]
+        withdrawal = statements_about(connection, file_uid, Action.EXCLUDE)[-1]
         at = local_text(withdrawal.at_utc, study_of(connection).time_zone)
         return f"withdrawn by {withdrawal.person} on {at}: {withdrawal.reason}"
     if status == IngestStatus.WAITING:

@@ -358,7 +358,9 @@ def withdraw_plans(session: WriteSession, seed: int | None, why: str) -> PlansWi
         rest = f" with seed {seed}: runs are left of the plans with seed {seeds}." if plans else ": draw a plan first."
         raise UsageError(f"no planned run is left to withdraw{rest}")
     for plan in meant:
-        session.state(Statement(Action.VOID, "plan", plan.uid, old={"to_be_made": list(plan.to_be_made)}, reason=why))
+        session.state(
+            Statement(Action.EXCLUDE, "plan", plan.uid, old={"to_be_made": list(plan.to_be_made)}, reason=why)
+        )
     return PlansWithdrawn(
         tuple(name for plan in meant for name in plan.to_be_made), tuple(name for plan in meant for name in plan.made)
     )

@@ -116,7 +116,7 @@ def _state_changes(
         _refuse_second_charge(session.connection, uid, changed)
     before = {name: old[name] for name in changed}
     if changed:
-        session.state(Statement(Action.CORRECT, kind, uid, new=changed, old=before, reason=why))
+        session.state(Statement(Action.SET, kind, uid, new=changed, old=before, reason=why))
     return {name: (before[name], value) for name, value in changed.items()}
 
 
@@ -161,7 +161,7 @@ def void(session: WriteSession, name: str, reason: str) -> StateChange:
         text = f"run {name} is void already, and {journal}; for another reason, {other_reason(name)}"
         return StateChange(text, made=False)
     session.state(
-        Statement(Action.VOID, "run", run.uid, new={"state": "void"}, old={"state": str(run.state)}, reason=reason)
+        Statement(Action.EXCLUDE, "run", run.uid, new={"state": "void"}, old={"state": str(run.state)}, reason=reason)
     )
     return StateChange(f"run {name} is void", made=True)
 
@@ -180,7 +180,7 @@ def unvoid(session: WriteSession, name: str, reason: str) -> StateChange:
         return StateChange(f"run {name} is not void: there is nothing to take back", made=False)
     state = RunState.OPEN if run.duration_s is None else RunState.COMPLETE
     session.state(
-        Statement(Action.CORRECT, "run", run.uid, new={"state": str(state)}, old={"state": "void"}, reason=reason)
+        Statement(Action.INCLUDE, "run", run.uid, new={"state": str(state)}, old={"state": "void"}, reason=reason)
     )
     return StateChange(f"run {name} counts again", made=True)
 

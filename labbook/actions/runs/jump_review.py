@@ -16,7 +16,7 @@ from data_schema.queries.files import waiting_files
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Action, FileRole, ReasonCode, TargetKind, Undefined, Verdict
+from data_schema.vocabulary import FileRole, ReasonCode, TargetKind, Undefined, Verdict
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, placed_apex, rest_length_m
 from labbook.analysis.outcomes.run_apexes import (
     JudgedJump,
@@ -393,7 +393,7 @@ def _state_verdict(
         **found_as,
         "blind": int(blind),
     }
-    session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new, reason=note))
+    session.state(Statement(verdict.action, "decision", new_uid(), new=new, reason=note))
 
 
 def _refuse_unknown(found: RunReview, known: Collection[int], numbers: Iterable[int]) -> None:

@@ -40,7 +40,7 @@ from labbook.analysis.outcomes.run_apexes import (
 from labbook.analysis.outcomes.run_force import PushOffRules, force_of_run
 from labbook.analysis.results import Results
 from labbook.analysis.study_data import gather_about, records, waits
-from labbook.book.naming import DONE, changes_in_words, run_named, study_of
+from labbook.book.naming import changes_in_words, run_named, study_of, words_of
 from labbook.config.local_time import local_text
 from labbook.config.parsing import Configuration
 from reports.display import as_shown, number_text
@@ -236,4 +236,4 @@ def _in_words(connection: sa.Connection, item: EntryRow, zone: str) -> str:
     changes = changes_in_words(connection, item.old, item.new)
     reason = f" ({item.reason})" if item.reason else ""
     what = f" charge {item.uid}" if item.kind == "charge" else ""
-    return f"{local_text(item.at_utc, zone)} {item.person} {DONE[item.action]}{what}: {changes}{reason}"
+    return f"{local_text(item.at_utc, zone)} {item.person} {words_of(item).did}{what}: {changes}{reason}"

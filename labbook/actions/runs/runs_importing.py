@@ -191,7 +191,7 @@ def _fill_in(
     elif differing:
         old = {column: standing[column] for column in differing}
         session.state(
-            Statement(Action.CORRECT, "run", run.uid, new=differing, old=old, reason="filled in on the run sheet")
+            Statement(Action.SET, "run", run.uid, new=differing, old=old, reason="filled in on the run sheet")
         )
         done.filled_in.append(name)
     else:

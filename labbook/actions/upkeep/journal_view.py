@@ -13,7 +13,7 @@ from data_schema.queries.facts import read_fact
 from data_schema.queries.files import find_files
 from data_schema.queries.history import EntryRow, ends_of_commands, entries_between
 from data_schema.vocabulary import Action
-from labbook.book.naming import DONE, NAME_OF, changes_in_words
+from labbook.book.naming import NAME_OF, changes_in_words, words_of
 
 
 @dataclass(frozen=True, slots=True)
@@ -65,13 +65,12 @@ def _run_uid(connection: sa.Connection, entry: EntryRow) -> str | None:
     return None
 
 
-_VERDICTS = {"accept": "accepted", "reject": "rejected", "move": "moved", "add": "added", "clear": "cleared"}
 _KINDS = {"ingest": "file", "decision": "jump", "config": "labbook.toml", "run_file": "file"}
 
 
 def _counted(entries: Iterable[EntryRow]) -> str:
     """Say what several entries did, the kinds in the order in which they came."""
-    counts = Counter((_done(entry), _KINDS.get(entry.kind, entry.kind).replace("_", " ")) for entry in entries)
+    counts = Counter((words_of(entry).did, _KINDS.get(entry.kind, entry.kind).replace("_", " ")) for entry in entries)
     return ", ".join(
         f"{done} {n} {kind if n == 1 else _PLURALS.get(kind, f'{kind}s')}" for (done, kind), n in counts.items()
     )
@@ -80,15 +79,10 @@ def _counted(entries: Iterable[EntryRow]) -> str:
 _PLURALS = {"person": "people", "battery": "batteries"}
 
 
-def _done(entry: EntryRow) -> str:
-    verdict = entry.new.get("verdict") if entry.action is Action.DECIDE else None
-    return _VERDICTS.get(str(verdict), DONE[entry.action])
-
-
 def _what(connection: sa.Connection, entry: EntryRow, run: str | None) -> str:
     """Say what one entry did; a run is not named, it stands beside."""
-    new, done = entry.new, _done(entry)
-    if entry.action is Action.DECIDE:
+    new, done = entry.new, words_of(entry).did
+    if entry.kind == "decision":
         blind = ", blind" if new.get("blind") else ""
         return f"{done} a jump ({str(new['reason_code']).replace('_', ' ')}{blind})"
     if entry.action is Action.NOTE:
@@ -99,7 +93,7 @@ def _what(connection: sa.Connection, entry: EntryRow, run: str | None) -> str:
         return f"{done} {new['original_name']}"
     kind = "" if entry.kind == "run" else _KINDS.get(entry.kind, entry.kind).replace("_", " ")
     name = "" if run is not None else _name(connection, entry)
-    changes = changes_in_words(connection, entry.old, new) if entry.action in (Action.CORRECT, Action.ASSIGN) else ""
+    changes = changes_in_words(connection, entry.old, new) if entry.old and entry.action is not Action.EXCLUDE else ""
     return " ".join(word for word in (done, kind, name) if word) + (f": {changes}" if changes else "")
 
 

@@ -36,6 +36,7 @@ from data_schema.vocabulary import Action, ChargeMode, ChargeState, IngestStatus
 from ingest.store import Store, raw_path
 from labbook.book.copies.backing_up import MARKER as OF_BACKUP
 from labbook.book.copies.copying import refuse_cut_journal
+from labbook.book.naming import words_of
 from labbook.book.opening import CONFIGURATION, Book, open_book
 from labbook.book.write_session import DryRun, Statement, WriteSession, apply, new_uid
 from labbook.statements.apply_context import derived_uid
@@ -145,7 +146,7 @@ class _Merging:
         return Merged(
             str(self.other.folder),
             common,
-            dict(Counter(_WORDS.get(entry.action, entry.entity_kind) for entry in self.taken)),
+            dict(Counter(words_of(entry).listed or entry.entity_kind for entry in self.taken)),
             self.had,
             len(copies),
             tuple(self.conflicts),
@@ -205,7 +206,7 @@ class _Merging:
                     self._skip(entry, found)
                     continue
                 self.taken.append(ours)
-                verdicts += [ours] if ours.action is Action.DECIDE else []
+                verdicts += [ours] if ours.entity_kind == "decision" else []
                 self._apply(store, replace(ours, seq=number + len(self.taken), following=0, prev_hash=GENESIS), here)
             self.conflicts += verdicts_that_differ(connection, here.news, verdicts)
             there = self._of_our_runs(charges_by_run(self.there))
@@ -229,8 +230,8 @@ class _Merging:
         except (InputRefused, UsageError) as error:
             seq = (entry.origin or {})["seq"]
             self.conflicts.append(
-                f"entry {seq} there ({entry.action} {entry.entity_kind}, {entry.person}, {entry.at_utc[:10]}) has no "
-                f"place here ({error}): settle in one of the books what it is about."
+                f"entry {seq} there ({words_of(entry).did} {entry.entity_kind}, {entry.person}, {entry.at_utc[:10]}) "
+                f"has no place here ({error}): settle in one of the books what it is about."
             )
 
     def _skip(self, entry: Entry, found: AlreadyHere | Conflict) -> None:
@@ -326,21 +327,20 @@ def _original_hash(entry: Entry) -> str:
 
 def _read_from(entries: Sequence[Entry]) -> list[str]:
     """Return the SHA-256 of the files that entries are read from."""
-    reading = (Action.INGEST, Action.READ)
-    return list(dict.fromkeys((entry.new or {})["sha256"] for entry in entries if entry.action in reading))
+    return list(dict.fromkeys((entry.new or {})["sha256"] for entry in entries if entry.reads))
 
 
 def _final_states(entries: Sequence[Entry]) -> dict[str, Any]:
     """Return what columns of things, by uid, and readings of files, by SHA-256, come to."""
     found: dict[str, Any] = {}
     for entry in entries:
-        if entry.action is Action.READ:
+        if entry.reads and entry.old:
             found[(entry.new or {})["sha256"]] = how_read(entry)
-        elif entry.action in CHANGES:
+        elif _changes(entry):
             end = found.setdefault(entry.entity_uid, {})
             end.update(entry.new or {})
             if entry.action in USING:
-                end[IN_USE] = entry.action is Action.RESTORE
+                end[IN_USE] = entry.action is Action.INCLUDE
     return found
 
 
@@ -355,22 +355,6 @@ def _substituted(value: Any, uids: Mapping[str, str]) -> Any:
 def _described(text: str) -> dict[str, Any]:
     """Return the tables of labbook.toml, but for those on where the book's database and files lie."""
     return {name: table for name, table in tomllib.loads(text).items() if name not in ("database", "store")}
-
-
-_WORDS: Mapping[Action, str] = {
-    Action.INGEST: "file",
-    Action.READ: "file read again",
-    Action.REFUSE: "refused file",
-    Action.CORRECT: "correction",
-    Action.VOID: "void run or plan",
-    Action.ASSIGN: "assignment",
-    Action.DECIDE: "verdict",
-    Action.REPORT: "report",
-    Action.WITHDRAW: "file withdrawn",
-    Action.RESTORE: "file or charge restored",
-    Action.DISMISS: "charge dismissed",
-}
-"""The words for entries that do not declare a thing of a kind."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -388,13 +372,16 @@ class Conflict:
     uid: str | None = None
 
 
-USING = (Action.WITHDRAW, Action.DISMISS, Action.RESTORE)
-"""Statements on whether a file or a charge counts."""
-CHANGES = (Action.CORRECT, Action.VOID, Action.ASSIGN, *USING)
-"""Statements about a thing that is there."""
+USING = (Action.EXCLUDE, Action.INCLUDE)
+"""Statements on whether a thing counts."""
 
 IN_USE = "in use"
 """Stands beside the columns of a file or charge that was withdrawn, dismissed or restored."""
+
+
+def _changes(entry: Entry) -> bool:
+    """Tell whether an entry is about a thing that is there."""
+    return entry.action in USING or entry.old is not None
 
 
 @dataclass(frozen=True, slots=True)
@@ -420,27 +407,25 @@ class TargetBook:
         """Index the entries by files and things."""
         for entry in self.news:
             self.changes.setdefault(entry.entity_uid, []).append(entry)
-            if entry.action in (Action.DECLARE, Action.NOTE):
+            if entry.action in (Action.SET, Action.NOTE):
                 self.remarks[_remark(entry)] = entry.entity_uid
         for entry in self.entries:
             self.record(entry)
-            if entry.action is Action.DECLARE:
-                self.declared[entry.entity_uid] = entry
+            self.declared.setdefault(entry.entity_uid, entry)
 
     def changes_here(self, uid: str) -> list[Entry]:
         """Return the changes that this book made to a thing of both, and the other book does not know."""
-        return [entries for entries in self.changes.get(uid, ()) if entries.action in CHANGES]
+        return [entry for entry in self.changes.get(uid, ()) if _changes(entry)]
 
     def record(self, entry: Entry) -> None:
         """Take note of an entry that has taken effect."""
-        if entry.action in (Action.INGEST, Action.READ):
+        if entry.reads:
             self.readings.setdefault((entry.new or {})["sha256"], []).append(entry)
 
 
 def compare_entry(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     """Compare an entry, its uids being those of this book, with this book; None where it is to be taken over."""
-    rule = _RULES.get(entry.action)
-    return None if rule is None else rule(here, entry)
+    return _RULES.get(entry.entity_kind, _set)(here, entry)
 
 
 def display_name(connection: sa.Connection, kind: str, uid: str) -> str:
@@ -470,13 +455,15 @@ _NATURAL: Mapping[str, tuple[str, ...]] = {
 """By which columns two books call the same thing by the same name."""
 
 
-def _declare(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
+def _set(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     kind, new = entry.entity_kind, entry.new or {}
+    if kind == "charge" and entry.action in USING:
+        return _use(here, entry)
+    if _changes(entry):
+        return _change(here, entry)
     if kind == "config":  # the two in force are the same, and a file's entry holds how it was read
         in_force = config_in_force(here.connection)
         return AlreadyHere(None if in_force is None else in_force.uid)
-    if kind == "plan":
-        return _plan(here, entry)
     if kind == "charge":
         for row in charges_of_run(here.connection, new["run"]):
             if row.added == new.get("added", 0) and all(
@@ -507,7 +494,9 @@ def _declare(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
 
 
 def _plan(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
-    new = dict(entry.new or {})
+    new, withdrawn = dict(entry.new or {}), (Action.EXCLUDE, entry.entity_uid)
+    if entry.action is Action.EXCLUDE:
+        return AlreadyHere() if any((past.action, past.entity_uid) == withdrawn for past in here.entries) else None
     for uid, declared in here.declared.items():
         if declared.entity_kind == "plan" and {**(declared.new or {}), "created_utc": new["created_utc"]} == new:
             return AlreadyHere(uid)
@@ -533,6 +522,11 @@ def _remark(entry: Entry) -> tuple[str, ...]:
 
 def _ingest(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     new = entry.new or {}
+    if not entry.reads:
+        before = refused_with(here.connection, new["sha256"], new["reader"], canonical(new["options"]))
+        return AlreadyHere() if without_name(new["settings"]) in map(without_name, before) else None
+    if entry.old is not None:
+        return _read_again(here, entry)
     readings = here.readings.get(new["sha256"])
     if not readings:
         return None
@@ -556,7 +550,7 @@ def _named_run(here: TargetBook, entry: Entry) -> str | None:
     return find_uid(here.connection, "run", name=name) if name else None
 
 
-def _read(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
+def _read_again(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     new = entry.new or {}
     readings = here.readings.get(new["sha256"], [])
     name = new["original_name"]
@@ -564,7 +558,7 @@ def _read(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
         return Conflict(f"file {name} was read again there and is not here: check the other book, `labbook db check`.")
     if how_read(readings[-1]) == how_read(entry):
         return AlreadyHere(readings[-1].entity_uid)
-    if any(news.action is Action.READ and (news.new or {})["sha256"] == new["sha256"] for news in here.news):
+    if any(news.reads and news.old and (news.new or {})["sha256"] == new["sha256"] for news in here.news):
         if how_read(readings[-1]) == here.ends.get(new["sha256"]):
             return AlreadyHere(readings[-1].entity_uid)
         return Conflict(
@@ -579,16 +573,10 @@ def how_read(entry: Entry) -> str:
     return canonical(without_name((entry.new or {})["settings"]))
 
 
-def _refuse(here: TargetBook, entry: Entry) -> AlreadyHere | None:
-    new = entry.new or {}
-    before = refused_with(here.connection, new["sha256"], new["reader"], canonical(new["options"]))
-    return AlreadyHere() if without_name(new["settings"]) in map(without_name, before) else None
-
-
-def _assign(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
+def _file(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     new, old = entry.new or {}, entry.old or {}
-    if entry.entity_kind == "charge":
-        return _change(here, entry)
+    if entry.action in USING:
+        return _use(here, entry)
     part = new.get("part")
     links = [link for link in links_of_file(here.connection, entry.entity_uid) if part in (None, link.part)]
     runs = {link.run_uid for link in links}
@@ -637,13 +625,6 @@ def _change(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     )
 
 
-def _void(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
-    if entry.new:
-        return _change(here, entry)
-    same = (Action.VOID, entry.entity_uid)
-    return AlreadyHere() if any((past.action, past.entity_uid) == same for past in here.entries) else None
-
-
 def _use(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     """Compare whether a file (withdrawn or restored) or a charge of the inbox (dismissed or restored) is in use."""
     kind, uid = entry.entity_kind, entry.entity_uid
@@ -659,7 +640,7 @@ def _use(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
         name, used, run = f"charge:{uid}", charge["state"] != ChargeState.DISMISSED, charge["run"]
     ends = here.ends[uid][IN_USE]
     decided_here = any(statement.action in USING for statement in here.changes_here(uid))
-    if used == (ends if decided_here else entry.action is Action.RESTORE):
+    if used == (ends if decided_here else entry.action is Action.INCLUDE):
         return AlreadyHere()
     if not decided_here and run is None:
         return None
@@ -670,18 +651,14 @@ def _use(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
 _USED = {True: "in use", False: "out of use"}
 
 
-_RULES: Mapping[Action, Callable[[TargetBook, Entry], AlreadyHere | Conflict | None]] = {
-    Action.DECLARE: _declare,
-    Action.NOTE: _repeated_remark,
-    Action.INGEST: _ingest,
-    Action.READ: _read,
-    Action.REFUSE: _refuse,
-    Action.ASSIGN: _assign,
-    Action.CORRECT: _change,
-    Action.VOID: _void,
-    **dict.fromkeys(USING, _use),
+_RULES: Mapping[str, Callable[[TargetBook, Entry], AlreadyHere | Conflict | None]] = {
+    "ingest": _ingest,
+    "file": _file,
+    "plan": _plan,
+    "note": _repeated_remark,
+    **dict.fromkeys(("decision", "report"), lambda _here, _entry: None),
 }
-"""Verdicts and reports are only ever added; whether verdicts agree is asked when all are there."""
+"""By kind. Verdicts and reports are only ever added; whether verdicts agree is asked when all are there."""
 
 
 def _shown(here: TargetBook, value: Any, column: str) -> str:
@@ -776,7 +753,7 @@ def _said(entry: Entry) -> str:
 def _last_verdicts(entries: Iterable[Entry]) -> dict[tuple[str, str, str, float], Entry]:
     found = {}
     for entry in entries:
-        if entry.action is Action.DECIDE:
+        if entry.entity_kind == "decision":
             new = entry.new or {}
             place = (new["target_kind"], new["target_uid"], new.get("signal_sha256") or "", new.get("anchor_s") or 0.0)
             found[place] = entry

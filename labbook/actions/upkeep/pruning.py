@@ -20,7 +20,6 @@ from data_schema.disk import exclusive_lock
 from data_schema.engine import writing
 from data_schema.errors import BookDamaged, UsageError, unknown_name
 from data_schema.queries.files import raw_copies, signal_files
-from data_schema.vocabulary import Action
 from ingest.store import STORED, is_store_name, raw_path
 from labbook.actions.upkeep.health import check_book
 from labbook.book.copies.copying import Counted, raw_of
@@ -144,6 +143,6 @@ def _referenced_paths(book: Book, connection: sa.Connection) -> set[str]:
     referenced |= {raw_path(sha256) for sha256 in raw_of(entries)}
     referenced |= {numbers_path(Path(), sha256).as_posix() for sha256 in numbers_files(entries).values()}
     for entry in entries[journal.head(connection)[0] :]:
-        if entry.action in (Action.INGEST, Action.READ):
+        if entry.reads:
             referenced |= {f"signals/{sha256[:2]}/{sha256}.parquet" for sha256 in (entry.new or {}).get("signals", ())}
     return referenced

@@ -23,13 +23,13 @@ from data_schema.errors import UnknownName, nearest, unknown_name
 from data_schema.queries import history as queries
 from data_schema.queries.history import EntryRow, ReportRow, list_reports
 from data_schema.queries.signals import samples_of_files
-from data_schema.vocabulary import Action, ReasonCode, RunState, Verdict
+from data_schema.vocabulary import Action, ReasonCode, Verdict
 from labbook.analysis.comparison.deciding import DECISION, OVERALL
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.outcomes.run_apexes import UNKNOWN_FLIGHT_S
 from labbook.analysis.preregistration.book_state import Change, read_history
 from labbook.analysis.results import equals_printed
-from labbook.book.naming import changes_in_words
+from labbook.book.naming import changes_in_words, words_of
 from labbook.book.opening import Book
 from labbook.book.report_numbers import ReportedNumber, ReportedResult, ReportNumbers, read_numbers
 
@@ -290,34 +290,34 @@ class _Known:
 
     def cause_of(self, entry: EntryRow) -> tuple[CauseKind, str] | None:
         """Return what kind of cause an entry is, and the words for it; None where no number depends on it."""
-        new = entry.new
+        new, became = entry.new, words_of(entry).became
         match entry.action, entry.kind:
-            case Action.DECIDE, _:
+            case _, "decision":
                 where = f"jump at {new['anchor_s']:.2f} s of {self._run(new['target_uid'])}"
                 because = "" if new["reason_code"] == ReasonCode.OTHER else f", {new['reason_code']}"
                 to = f" at {new['at_s']:.2f} s" if new["verdict"] == Verdict.MOVE else ""
-                return CauseKind.VERDICT, f"{where} {_VERDICT_WORDS[Verdict(new['verdict'])]}{to}{because}"
-            case Action.DECLARE, "run":
+                return CauseKind.VERDICT, f"{where} {became}{to}{because}"
+            case Action.SET, "run" if not entry.old:
                 return CauseKind.RUN, f"{self._run(entry.uid)} stated"
-            case Action.DECLARE, "charge":
+            case Action.SET, "charge" if not entry.old:
                 return CauseKind.CHARGE, f"{new['charge_mah']:g} mAh typed for {self._run(new.get('run'))}"
-            case Action.DECLARE, "config":
+            case _, "config":
                 return CauseKind.CONFIGURATION, f"labbook.toml: {self._settings(entry.seq)}"
-            case Action.VOID, "run":
+            case Action.EXCLUDE, "run":
                 return CauseKind.VOID, f"{self._run(entry.uid)} declared void"
-            case Action.CORRECT, "run" if entry.old == {"state": RunState.VOID}:
+            case Action.INCLUDE, "run":
                 return CauseKind.VOID, f"{self._run(entry.uid)} counts again"
-            case Action.CORRECT, kind if kind != "run_file" and "run" not in new:
+            case Action.SET, kind if entry.old and "run" not in new:
                 changed = changes_in_words(self.connection, entry.old, new)
                 return CauseKind.CORRECTION, f"{self._called(kind, entry.uid)}: {changed}"
         name = self.history.file_names.get(self.file_of(entry) or "")
         called = f"part {new['part']} of {name}" if "part" in new else name or "a typed charge"
         called = f"charge of {name}" if name and entry.kind == "charge" else called
-        if entry.action in (Action.ASSIGN, Action.CORRECT):
+        if entry.action is Action.SET and entry.old:
             left = dict.fromkeys(self._run(change.was) for change in self.moves.get(entry.seq, ()) if change.was)
             moved = f" from {' and '.join(left)}" if left else ""
             return CauseKind.FILE, f"{called} assigned{moved} to {self._run(new['run'])}"
-        return (CauseKind.FILE, f"{called} {_DONE[entry.action]}") if entry.action in _DONE else None
+        return (CauseKind.FILE, f"{called} {became}") if became else None
 
     def things_touched(self, entry: EntryRow) -> Iterator[Thing]:
         """Yield those inputs of results that an entry touches."""
@@ -326,11 +326,11 @@ class _Known:
             yield "position", entry.uid
         if entry.kind == "robot":
             yield "robot_body", entry.uid
-        elif entry.kind == "run" and entry.action is Action.CORRECT and _GROUPING & entry.new.keys():
+        elif entry.kind == "run" and entry.old and _GROUPING & entry.new.keys():
             yield REGROUPED, entry.uid
         elif entry.kind == "config":
             yield SETTINGS
-        elif entry.action is Action.DECIDE:
+        elif entry.kind == "decision":
             for _seq, verdict in self.history.verdicts.get(entry.new["signal_sha256"], ()):
                 if abs(verdict.anchor_s - entry.new["anchor_s"]) <= UNKNOWN_FLIGHT_S / 2.0:
                     yield "decision", verdict.uid  # which it replaced, or took back
@@ -369,19 +369,6 @@ _MOST_SETTINGS = 3
 """So many settings of a configuration are named."""
 _NAMED_BY = {"level": "label", "condition": "key", "day": "date_local"}
 """The column that people know a thing by, where it is not its name."""
-_VERDICT_WORDS = {
-    Verdict.ACCEPT: "accepted",
-    Verdict.REJECT: "rejected",
-    Verdict.MOVE: "given another apex",
-    Verdict.ADD: "added",
-    Verdict.CLEAR: "left to the protocol again",
-}
-_DONE = {
-    Action.INGEST: "ingested",
-    Action.READ: "read anew",
-    Action.WITHDRAW: "withdrawn",
-    Action.RESTORE: "taken into use again",
-}
 
 
 def _flat(table: Mapping[str, Any], above: str = "") -> Iterator[tuple[str, Any]]:

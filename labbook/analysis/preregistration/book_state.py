@@ -33,7 +33,6 @@ from labbook.analysis.outcomes.run_energy import recharge_of, usable_charge
 from labbook.analysis.outcomes.run_force import usable_force
 from labbook.analysis.study_data import records
 
-_UNDONE = (Action.CORRECT, Action.VOID, Action.ASSIGN, Action.WITHDRAW, Action.RESTORE)
 _OF_RUNS = ("kind", "state", "condition", "jumps_made", "starts", "duration_s", "day", "robot", "battery", "name",
             "position_in_day", "started_utc")  # fmt: skip
 _NAMED_BY = {"day": "date_local", "robot": "name", "battery": "name"}
@@ -54,9 +53,9 @@ def read_history(connection: sa.Connection) -> BookHistory:
     }
     file_of = {uid: file_uid for uid, (file_uid, _) in sources.items()}
     changes = list(_changes(entries, links, charges, logs, file_of))
-    came = [entry for entry in entries if entry.action in (Action.DECLARE, Action.INGEST)]
     file_read = {uid: file_uid for uid, file_uid, _ in readings}
-    seqs = {entry.uid: entry.seq for entry in entries if entry.action is Action.DECIDE}
+    came = [entry for entry in entries if entry.uid in file_read or entry.kind in ("run", "charge")]
+    seqs = {entry.uid: entry.seq for entry in entries if entry.kind == "decision"}
     verdicts = {  # one that is being recorded has no entry yet
         sha256: [(seqs.get(row.uid, inf), row) for row in rows] for sha256, rows in jump_decisions(connection).items()
     }
@@ -66,13 +65,18 @@ def read_history(connection: sa.Connection) -> BookHistory:
         logs=logs,
         changes=changes,
         attributes=_attributes(connection, {change.column for _, change in changes}),
-        since={file_read.get(entry.uid, entry.uid): entry for entry in came},
+        since={file_read.get(entry.uid, entry.uid): entry for entry in came if _makes(entry)},
         file_of=file_of,
         file_names={file_uid: name for _, file_uid, name in readings},
         reports=queries.reports_made(connection),
         verdicts=verdicts,
-        void=[entry for entry in entries if entry.action is Action.VOID],
+        void=[entry for entry in entries if entry.kind == "run" and entry.action is Action.EXCLUDE],
     )
+
+
+def _makes(entry: EntryRow) -> bool:
+    """Tell whether a thing came into the book with an entry."""
+    return entry.action in (Action.SET, Action.INGEST) and not entry.old
 
 
 def _attributes(connection: sa.Connection, columns: Collection[str]) -> dict[str, dict[Any, dict[str, Any]]]:
@@ -110,7 +114,7 @@ def _changes(
         return (linked.get(part) if linked.get(part) in runs else next(iter(runs), None)) or NO_RUN
 
     for entry in reversed(entries):
-        if entry.action not in _UNDONE:
+        if _makes(entry):
             continue
         old, new, moved = entry.old, entry.new, dict[str | Part, tuple[str, str]]()
         if entry.kind in ("run", "charge"):
@@ -131,7 +135,7 @@ def _changes(
             moved = {part: (run_of(part, old), run_of(part, new)) for part in parts}
             taken_off |= {part for part in parts if moved[part][0] != NO_RUN}
             had, has = old.get("charges", {}), new.get("charges", {})
-            if entry.action is Action.ASSIGN and not old:  # the only charge of a file went with it
+            if entry.action is Action.SET and not old.get("runs"):  # the only charge of a file went with it
                 has = {item: new["run"] for item in items if isinstance(item, str) and at[item] == new["run"]}
             moved |= {uid: (had.get(uid, NO_RUN), has.get(uid, NO_RUN)) for uid in {**had, **has}}
         back = {was for uid, (was, _now) in moved.items() if uid in charges and uid not in parts_of_charges} - {NO_RUN}

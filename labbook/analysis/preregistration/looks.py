@@ -83,7 +83,7 @@ def _planned(connection: sa.Connection, first_seq: int) -> tuple[int, int]:
     for entry in entries_about_plans(connection):
         if entry.seq > first_seq:
             break
-        if entry.action is Action.VOID:
+        if entry.action is Action.EXCLUDE:
             plans.pop(entry.uid, None)
         else:
             plans[entry.uid] = entry.new

@@ -29,7 +29,6 @@ from data_schema.disk import (
 from data_schema.errors import BookDamaged, UsageError
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
-from data_schema.vocabulary import Action
 from ingest.store import Store, raw_path
 from labbook.config.model import Configuration
 
@@ -53,7 +52,7 @@ class CopiedRaw:
 
 def raw_of(entries: Iterable[Entry]) -> list[str]:
     """Return the SHA-256 of every raw copy that entries of a journal name, in the order of their first import."""
-    read = (entry.new or {} for entry in entries if entry.action in (Action.INGEST, Action.READ))
+    read = (entry.new or {} for entry in entries if entry.reads)
     return list(dict.fromkeys(str(new["sha256"]) for new in read if "sha256" in new))
 
 

@@ -266,7 +266,7 @@ class Statements(RuleBasedStateMachine):
 
     def lines_held(self) -> dict[str, list[int]]:
         """The lines of the charges that each reading gave, as the journal has it."""
-        query = "SELECT entity_uid, new_json FROM journal WHERE action IN ('ingest', 'read')"
+        query = "SELECT entity_uid, new_json FROM journal JOIN ingest ON uid = entity_uid WHERE file IS NOT NULL"
         with self.book.reading() as connection:
             return {row[0]: json.loads(row[1])["charge_lines"] for row in connection.exec_driver_sql(query)}
 

@@ -18,7 +18,6 @@ from data_schema.errors import BookDamaged
 from data_schema.journal import Entry
 from data_schema.queries.history import list_reports
 from data_schema.tables import METADATA
-from data_schema.vocabulary import Action
 from labbook.actions.report_command import state_report
 from labbook.actions.upkeep.tracing import ReportOfNumber, recompute
 from labbook.book.altered import Misfit, altered_rows
@@ -153,8 +152,7 @@ def test_rows_that_other_versions_made_are_no_alterations(judged: SmallBook) -> 
     """As if an earlier version of a reader had read every log: journal and tables say so alike."""
 
     def earlier(entry: Entry) -> Entry:
-        read = entry.action in (Action.INGEST, Action.READ)
-        return replace(entry, new={**(entry.new or {}), "reader_version": 1}) if read else entry
+        return replace(entry, new={**(entry.new or {}), "reader_version": 1}) if entry.reads else entry
 
     rebuilt_as_said(judged, earlier)
     execute(

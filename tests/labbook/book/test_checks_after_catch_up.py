@@ -75,7 +75,7 @@ def test_no_verdict_on_a_log_that_was_taken_off(tmp_path: Path, commands: Comman
         words = (*words, str(found["jumps"][0]["jump"]["apex_s"]))
     kill(book, commands, "assign", "r003.csv", "none", "--why", "of another run")
     assert give(book, "jumps", *words).code == 2
-    assert stated(book)[-1].action is Action.ASSIGN
+    assert (stated(book)[-1].action, stated(book)[-1].entity_kind) == (Action.SET, "file")
 
 
 def test_a_file_read_again_by_a_command_that_was_killed_is_read_again_once(tmp_path: Path, commands: Commands) -> None:
@@ -84,7 +84,7 @@ def test_a_file_read_again_by_a_command_that_was_killed_is_read_again_once(tmp_p
     good(give(book, "ingest", log))
     kill(book, commands, "ingest", log, *MM)
     good(give(book, "ingest", log, *MM))
-    assert [entry.action for entry in stated(book)].count(Action.READ) == 1
+    assert [entry.reads and entry.old is not None for entry in stated(book)].count(True) == 1
 
 
 def test_what_is_declared_adds_to_what_was_declared_meanwhile(tmp_path: Path, commands: Commands) -> None:

@@ -134,8 +134,8 @@ def check(lab: Lab, before: Sequence[Entry]) -> list[Entry]:
     return entries[len(before) :]
 
 
-def kinds_of(entries: Sequence[Entry]) -> Counter[tuple[str, str]]:
-    return Counter((entry.action, entry.entity_kind) for entry in entries)
+def kinds_of(entries: Sequence[Entry]) -> Counter[tuple[str, str, bool]]:
+    return Counter((entry.action, entry.entity_kind, entry.old is not None) for entry in entries)
 
 
 def check_copies(lab: Lab, kind: str, *, done: bool) -> None:
@@ -156,7 +156,7 @@ def check_copies(lab: Lab, kind: str, *, done: bool) -> None:
 
 
 def kill(
-    lab: Lab, kind: str, usual_s: float, usual: Counter[tuple[str, str]], chance: random.Random
+    lab: Lab, kind: str, usual_s: float, usual: Counter[tuple[str, str, bool]], chance: random.Random
 ) -> tuple[bool, bool]:
     """Kill one command, look, give it again, look again; returns whether it died, and with its entry written."""
     words: list[str | Path] = getattr(lab, kind)()
@@ -189,7 +189,7 @@ def kill(
 def kill_in_turn(lab: Lab, kinds: Sequence[str], kills: int, seed: int) -> list[Count]:
     """Kill each kind of command until it died so many times, in turn; at the end a rebuild makes the same book."""
     chance = random.Random(seed)
-    usual: dict[str, tuple[float, Counter[tuple[str, str]]]] = {}
+    usual: dict[str, tuple[float, Counter[tuple[str, str, bool]]]] = {}
     for kind in kinds:
         took: list[float] = []
         for _ in range(2):  # the first of a kind may have more to load

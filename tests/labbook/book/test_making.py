@@ -36,7 +36,7 @@ def test_a_new_book_holds_what_its_configuration_says(folder: Path) -> None:
         assert [factor.name for factor in factors(connection)] == ["foot", "k_gain", "b_ad_gain"]
         said = [(entry.person, str(entry.action)) for entry in book.mirror.entries()]
     assert said
-    assert set(said) == {(ADA, "declare")}
+    assert set(said) == {(ADA, "set")}
 
 
 def test_a_folder_without_configuration_gets_one_to_fill_in(tmp_path: Path) -> None:

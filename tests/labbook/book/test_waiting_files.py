@@ -13,7 +13,7 @@ import pytest
 from data_schema.errors import UsageError
 from data_schema.journal import Entry
 from data_schema.queries.files import find_files, links_of_file, waiting_files
-from data_schema.vocabulary import Action, FileRole
+from data_schema.vocabulary import FileRole
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.rereading import RereadRequest
 from labbook.actions.files.stored_files import files_to_reread, list_files, reread_named
@@ -36,7 +36,7 @@ def read_otherwise(book: SmallBook, declared: Mapping[str, Mapping[str, Any]]) -
 
     def said(entry: Entry) -> Entry:
         new = dict(entry.new or {})
-        if entry.action not in (Action.INGEST, Action.READ) or new["original_name"] not in declared:
+        if not entry.reads or new["original_name"] not in declared:
             return entry
         now = {**new["settings"]["declared"], **declared[new["original_name"]]}
         return replace(entry, new={**new, "settings": {**new["settings"], "declared": now}})

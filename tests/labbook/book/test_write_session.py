@@ -94,7 +94,7 @@ def test_what_the_tables_refuse_leaves_nothing_of_the_command(book: SmallBook) -
         return lambda session: session.declare("battery", name=name, cells=cells, capacity_mah=capacity_mah)
 
     def verdict(session: WriteSession) -> None:
-        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=WRONG_VERDICT))
+        session.state(Statement(Action.SET, "decision", new_uid(), new=WRONG_VERDICT))
 
     with book.open() as standing:
         for kind, says, state in (
@@ -234,10 +234,10 @@ def test_what_labbook_toml_adds_is_journalled_by_the_next_speaker(made: SmallBoo
         added = said_alike(standing)[before:]
         assert {entry.person for entry in added} == {BEN}
         assert [(str(entry.action), entry.entity_kind) for entry in added] == [
-            ("declare", "person"),
-            ("declare", "level"),
-            ("declare", "battery"),
-            ("declare", "config"),
+            ("set", "person"),
+            ("set", "level"),
+            ("set", "battery"),
+            ("set", "config"),
             ("note", "note"),
         ]
         with standing.reading() as connection:
@@ -290,7 +290,9 @@ def test_a_contradiction_is_refused_with_the_command_that_settles_it(
             assert in_force is not None
             assert in_force.sha256 == standing.configuration.sha256
             assert find_uid(connection, "battery", name="D") is not None
-        (corrected,) = [entry for entry in said_alike(standing)[len(before) :] if entry.action is Action.CORRECT]
+        (corrected,) = [
+            entry for entry in said_alike(standing)[len(before) :] if entry.action is Action.SET and entry.old
+        ]
         assert corrected.reason == "typed wrong"
         state(standing, note, "settled")
         assert said_alike(standing)[-1].entity_kind == "note"

@@ -148,7 +148,7 @@ def test_the_demonstration_reports_and_remembers_its_correction() -> None:
     journal = [
         json.loads(line) for line in (Path(done.book) / "journal.jsonl").read_text(encoding="utf-8").splitlines()
     ]
-    corrected = [entry for entry in journal if entry["action"] == "correct"]
+    corrected = [entry for entry in journal if entry["action"] == "set" and entry["old"]]
     assert [entry["reason"] for entry in corrected] == [correction.why]
     assert corrected[0]["old"] != corrected[0]["new"]
 

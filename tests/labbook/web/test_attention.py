@@ -23,23 +23,27 @@ from tests.helpers.wording import refuses, says
 
 WHY = "for this test"
 
-EACH_COMMAND: Mapping[str, Action] = {
-    "charge_date": Action.CORRECT,
-    "charge_waits": Action.DISMISS,
-    "check_not_made": Action.DECLARE,
-    "file_outdated": Action.READ,
-    "file_waits": Action.READ,
-    "logs_too_many": Action.ASSIGN,
-    "samples_twice": Action.WITHDRAW,
-    "verdict_waits": Action.DECIDE,
-    "zero_doubtful": Action.READ,
+Said = tuple[Action, str, bool]
+"""What is stated, of which kind of thing, and whether of one that was there."""
+CORRECTS: Said = (Action.SET, "run", True)
+READS_AGAIN: Said = (Action.INGEST, "ingest", True)
+EACH_COMMAND: Mapping[str, Said] = {
+    "charge_date": CORRECTS,
+    "charge_waits": (Action.EXCLUDE, "charge", False),
+    "check_not_made": (Action.SET, "day_check", False),
+    "file_outdated": READS_AGAIN,
+    "file_waits": READS_AGAIN,
+    "logs_too_many": (Action.SET, "file", True),
+    "samples_twice": (Action.EXCLUDE, "file", True),
+    "verdict_waits": (Action.SET, "decision", False),
+    "zero_doubtful": READS_AGAIN,
 }
 """A check for each command that has a button, and what that states; one more has a test of its own."""
-ALIKE: Mapping[str, Action] = {
-    "calibration_of_other_day": Action.READ,
-    "charges_several": Action.CORRECT,
-    "level_differs": Action.CORRECT,
-    "log_day_differs": Action.CORRECT,
+ALIKE: Mapping[str, Said] = {
+    "calibration_of_other_day": READS_AGAIN,
+    "charges_several": (Action.SET, "charge", True),
+    "level_differs": CORRECTS,
+    "log_day_differs": CORRECTS,
 }
 """The other checks whose findings have one."""
 
@@ -66,7 +70,7 @@ def said(place: Place) -> list[Entry]:
         return in_table(book)
 
 
-def stated(place: Place, found: Finding, before: list[Entry]) -> Action:
+def stated(place: Place, found: Finding, before: list[Entry]) -> Said:
     """Return what was stated since, after checking by whom and why, and that what was found is gone."""
     since = said(place)[len(before) :]
     assert {one.person for one in since} == {ADA}
@@ -74,10 +78,10 @@ def stated(place: Place, found: Finding, before: list[Entry]) -> Action:
     with place.book.open() as book:
         left = found_in(book).get(found.code, [])
     assert (found.day, found.run, found.file) not in [(one.day, one.run, one.file) for one in left]
-    return since[-1].action
+    return since[-1].action, since[-1].entity_kind, since[-1].old is not None
 
 
-def mended_from_page(place: Place, found: Finding) -> Action:
+def mended_from_page(place: Place, found: Finding) -> Said:
     before = said(place)
     with served(place.book.folder, "--as", ADA) as server:
         server.json("/api/mending", asked(found, why=WHY, day=found.day))
@@ -86,7 +90,7 @@ def mended_from_page(place: Place, found: Finding) -> Action:
 
 @pytest.mark.parametrize("code", EACH_COMMAND)
 def test_a_fault_is_mended_from_the_page(code: str, tmp_path: Path) -> None:
-    assert mended_from_page(*planted(code, tmp_path)) is EACH_COMMAND[code]
+    assert mended_from_page(*planted(code, tmp_path)) == EACH_COMMAND[code]
 
 
 def test_a_log_that_was_taken_off_its_run_is_given_back_from_the_page(tmp_path: Path) -> None:
@@ -94,7 +98,7 @@ def test_a_log_that_was_taken_off_its_run_is_given_back_from_the_page(tmp_path: 
     place.say("assign", "r001.csv", "none", "--why", "a slip")
     with place.book.open() as book:
         (found,) = found_in(book)["inbox"]
-    assert mended_from_page(place, found) is Action.ASSIGN
+    assert mended_from_page(place, found) == (Action.SET, "file", True)
 
 
 def test_exchanged_logs_are_given_back_alike(tmp_path: Path) -> None:
@@ -104,7 +108,7 @@ def test_exchanged_logs_are_given_back_alike(tmp_path: Path) -> None:
     with place.book.open() as book:
         found, _other = found_in(book)["level_differs"]
         mend(book, ADA, found, WHY)
-    assert stated(place, found, before) is Action.CORRECT
+    assert stated(place, found, before) == (Action.SET, "run_file", True)
 
 
 @pytest.mark.parametrize("code", ALIKE)
@@ -113,7 +117,7 @@ def test_a_fault_is_mended_alike(code: str, tmp_path: Path) -> None:
     before = said(place)
     with place.book.open() as book:
         mend(book, ADA, found, WHY)
-    assert stated(place, found, before) is ALIKE[code]
+    assert stated(place, found, before) == ALIKE[code]
 
 
 def test_a_reading_that_is_refused_says_why(tmp_path: Path) -> None:

@@ -369,7 +369,7 @@ def test_a_verdict_of_an_earlier_detector_stands_beside_its_jump_which_comes_bac
             "reason_code": "looks_right", "note": None, "old_value": (first.jump.apex_height_m or 0.0) + 0.1,
             "algorithm": "robust", "version": 1, "blind": 1,
         }  # fmt: skip
-        session.state(Statement(Action.DECIDE, "decision", new_uid(), new=new))
+        session.state(Statement(Action.INCLUDE, "decision", new_uid(), new=new))
     with served(book.folder, "--as", ADA) as server:
         assert [jump["earlier"] for jump in server.json("/api/runs/r003/log")["jumps"]] == [
             [{"verdict": "accept", "person": ADA}], [], []

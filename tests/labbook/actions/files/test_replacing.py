@@ -69,7 +69,7 @@ def test_the_whole_log_takes_the_place_of_its_half_in_one_command(small: SmallBo
         assert (half.status, whole.status) == (IngestStatus.IMPORTED, IngestStatus.IMPORTED)
         assert in_use(book) == {whole.sha256: ("r001",)}
         ((withdrawn, ingested),) = journal.commands(in_table(book)[before:])
-        assert (withdrawn.action, ingested.action) == (Action.WITHDRAW, Action.INGEST)
+        assert (withdrawn.action, ingested.action) == (Action.EXCLUDE, Action.INGEST)
         says(withdrawn.reason, "r001.csv", whole.sha256[:12])
         assert whole.replaced == (withdrawn.entity_uid,)
         ((line,),) = rig_lines_of(book, [whole])

@@ -12,7 +12,7 @@ from data_schema.errors import UsageError
 from data_schema.queries.files import ReadingRow, last_reading, parts_of_reading, readings_of
 from data_schema.queries.history import list_reports
 from data_schema.queries.signals import signals_of_runs
-from data_schema.vocabulary import Action, IngestStatus
+from data_schema.vocabulary import IngestStatus
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest
@@ -75,7 +75,7 @@ def test_a_log_that_came_in_with_nothing_declared_is_mended_in_its_book(desk: De
     assert part.channels == (("body_height", "m"),)
     assert take(desk, MM).changes is None  # the same declared again is no other reading
     assert take(desk).changes is None  # nothing declared changes nothing
-    entries = [entry for entry in said_alike(desk.book) if entry.action is Action.READ]
+    entries = [entry for entry in said_alike(desk.book) if entry.reads and entry.old]
     assert [entry.new["settings"]["declared"]["columns"]["z"]["unit"] for entry in entries if entry.new] == ["mm"]
 
 

@@ -41,8 +41,8 @@ FORGED: Mapping[str, tuple[Action, Callable[[Entry], Entry]]] = {
     "hash of samples": (INGEST, with_new(signals=[EVIL])),
     "no hash": (INGEST, lambda entry: replace(entry, new={"original_name": "x"})),
     "settings": (INGEST, with_new(settings={"declared": 5})),
-    "values": (NOTE, lambda entry: replace(entry, action=Action.ASSIGN, entity_kind="file", new={"role": "log"})),
-    "text": (NOTE, lambda entry: replace(entry, action=Action.DECLARE, entity_kind="condition", new={"levels": 5})),
+    "values": (NOTE, lambda entry: replace(entry, action=Action.SET, entity_kind="file", new={"role": "log"})),
+    "text": (NOTE, lambda entry: replace(entry, action=Action.SET, entity_kind="condition", new={"levels": 5})),
     "report": (Action.REPORT, with_new(files={"numbers.json": EVIL})),
     "entry of a report": (Action.REPORT, with_new(as_of=0)),
     "time": (NOTE, lambda entry: replace(entry, at_utc="2021-02-30T25:00:00Z")),
@@ -106,7 +106,7 @@ def test_none_is_rebuilt_or_called_whole(forged: SmallBook) -> None:
     refuses_it(lambda: rebuilt(forged))
 
 
-PLAN = {"action": Action.DECLARE, "entity_kind": "plan", "entity_uid": "p1"}
+PLAN = {"action": Action.PLAN, "entity_kind": "plan", "entity_uid": "p1"}
 
 
 @pytest.mark.parametrize(

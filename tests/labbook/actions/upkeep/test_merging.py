@@ -286,7 +286,7 @@ AGAINST: dict[str, tuple[Callable[..., object], tuple[Any, ...], tuple[Any, ...]
     ),
     "a file off its run": (
         *(on_book(moved, "r001.csv"), ("none",), ("r004",)),
-        ("correct run_file", "has no place here"),
+        ("corrected run_file", "has no place here"),
     ),
     "a charge that is dismissed": (take_inbox, ("r004",), (None,), ("of run r004", "out of use")),
     "two plans of the same runs": (on_book(plan_in), (7,), (8,), ("r040", "r042", "--withdraw")),

@@ -74,7 +74,7 @@ def test_what_was_decided_stands_in_the_journal_before_the_first_file(either: Sm
         with book.reading() as connection:
             first = first_measurement(connection)
             configurations = recorded_configurations(connection)
-    assert said[-2:] == [("config", Action.DECLARE), ("ingest", Action.INGEST)]
+    assert said[-2:] == [("config", Action.SET), ("ingest", Action.INGEST)]
     assert first is not None
     assert (first.seq, configurations[-1].seq) == (len(said), len(said) - 1)
     assert "[analysis]" in configurations[-1].new["text"]
@@ -89,7 +89,8 @@ def test_a_charge_typed_in_is_a_measurement_and_a_run_sheet_and_a_refused_file_a
     scan.write_bytes(b"%PDF-1.7 not a log at all\n")
     ingests(fresh, scan)
     with fresh.open() as book, book.reading() as connection:
-        assert said_alike(book)[-1].action is Action.REFUSE
+        assert said_alike(book)[-1].action is Action.INGEST
+        assert not said_alike(book)[-1].reads
         assert first_measurement(connection) is None
     decides(fresh, DECIDED)
     with fresh.open() as book, book.session(ADA) as session:
