@@ -54,7 +54,7 @@ def read_history(connection: sa.Connection) -> BookHistory:
     file_of = {uid: file_uid for uid, (file_uid, _) in sources.items()}
     changes = list(_changes(entries, links, charges, logs, file_of))
     file_read = {uid: file_uid for uid, file_uid, _ in readings}
-    came = [entry for entry in entries if entry.uid in file_read or entry.kind in ("run", "charge")]
+    came = [entry for entry in entries if _makes(entry) and (entry.uid in file_read or entry.kind in ("run", "charge"))]
     seqs = {entry.uid: entry.seq for entry in entries if entry.kind == "decision"}
     verdicts = {  # one that is being recorded has no entry yet
         sha256: [(seqs.get(row.uid, inf), row) for row in rows] for sha256, rows in jump_decisions(connection).items()
@@ -65,7 +65,7 @@ def read_history(connection: sa.Connection) -> BookHistory:
         logs=logs,
         changes=changes,
         attributes=_attributes(connection, {change.column for _, change in changes}),
-        since={file_read.get(entry.uid, entry.uid): entry for entry in came if _makes(entry)},
+        since={file_read.get(entry.uid, entry.uid): entry for entry in came},
         file_of=file_of,
         file_names={file_uid: name for _, file_uid, name in readings},
         reports=queries.reports_made(connection),

@@ -36,6 +36,7 @@ def nested(depth: int) -> list[Any]:
 
 
 INGEST, NOTE = Action.INGEST, Action.NOTE
+VERDICT = {"target_kind": "run", "target_uid": "x", "verdict": "accept", "reason_code": "other", "blind": 0}
 FORGED: Mapping[str, tuple[Action, Callable[[Entry], Entry]]] = {
     "hash": (INGEST, with_new(sha256=EVIL)),
     "hash of samples": (INGEST, with_new(signals=[EVIL])),
@@ -49,6 +50,8 @@ FORGED: Mapping[str, tuple[Action, Callable[[Entry], Entry]]] = {
     "no time": (NOTE, lambda entry: replace(entry, at_utc=5)),
     "uid": (NOTE, lambda entry: replace(entry, entity_uid=EVIL)),
     "kind": (NOTE, lambda entry: replace(entry, entity_kind="sqlite_master")),
+    "kind of an action": (NOTE, lambda entry: replace(entry, action=Action.EXCLUDE)),
+    "verdict": (NOTE, lambda entry: replace(entry, action=Action.EXCLUDE, entity_kind="decision", new=VERDICT)),
     "column": (NOTE, with_new(id=5, no_such_column=1)),
     "value": (NOTE, with_new(text=nested(3))),
     "nul": (NOTE, with_new(text="a\0b")),
