@@ -415,12 +415,12 @@ class _Rig:
             enough = found[:, apex] >= wanted
             low, high = np.where(enough, low, middle), np.where(enough, middle, high)
             below, above = np.where(enough[:, np.newaxis], below, found), np.where(enough[:, np.newaxis], found, above)
-        with np.errstate(invalid="ignore"):  # where one of both has no end
+        with np.errstate(invalid="ignore"):  # where one of both has no end, and neither is met
             change = above - below
-        apart, rest = change[:, apex], wanted - below[:, apex]
-        met = (rest >= 0.0) & (rest <= apart) & (apart <= _CLOSE_M)
-        per_m = change / np.where(apart > 0.0, apart, 1.0)[:, np.newaxis]
-        jump = below + per_m * rest[:, np.newaxis]
+            apart, rest = change[:, apex], wanted - below[:, apex]
+            met = (rest >= 0.0) & (rest <= apart) & (apart <= _CLOSE_M)
+            per_m = change / np.where(apart > 0.0, apart, 1.0)[:, np.newaxis]
+            jump = below + per_m * rest[:, np.newaxis]
         stiffness = low * (high / low) ** np.where(apart > 0.0, rest / np.where(apart > 0.0, apart, 1.0), 0.0)
         return met, stiffness, per_m[:, PLACE["cost_J"]], jump
 
