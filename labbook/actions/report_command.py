@@ -264,7 +264,7 @@ def _check_writable(folder: Path) -> None:
     """Try to write in the folder, or the nearest one above it that is there, before the report is stated."""
     try:
         with tempfile.TemporaryFile(
-            dir=next(place for place in (folder, *folder.absolute().parents) if place.exists())
+            dir=next(place for place in (folder, *folder.absolute().parents) if os.path.lexists(place))
         ):
             pass
     except OSError as error:

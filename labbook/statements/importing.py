@@ -201,8 +201,9 @@ def store_reading(
         found = [_detected(part, settings) for part in read.parts]
         pairs = zip(read.parts, stored_signals, found, strict=True)
         stored = tuple(_stored_part(part, *done.result(), jumps) for part, done, jumps in pairs)
-        for part, of_part in zip(read.parts, stored if cached else (), strict=False):
-            remember_other_detectors(part, of_part.sha256, settings.detector, settings.rest_length_m)
+        if cached:
+            for part, of_part in zip(read.parts, stored, strict=True):
+                remember_other_detectors(part, of_part.sha256, settings.detector, settings.rest_length_m)
         copy_sha256 = store.file_sha256(raw_path(sha256)) if anew else raw.result().file_sha256
         return PreparedImport(sha256, len(data), read, in_force, stored, copy_sha256)
 

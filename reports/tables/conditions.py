@@ -36,13 +36,13 @@ def factor_columns(content: ReportContent, of: Callable[[T], Condition]) -> Colu
     The swept factor's are shown, since the others head the groups; all where none is swept.
     """
     columns = tuple(one for factor in content.factors for one in _columns(content, factor))
-    cells: dict[int, tuple[Cell, ...]] = {}  # of all rows of a condition: a table of each run has as many as runs
+    known: dict[int, tuple[Condition, tuple[Cell, ...]]] = {}  # a table of each run has a condition as often as runs
 
     def make(item: T) -> tuple[Cell, ...]:
         condition = of(item)
-        if id(condition) not in cells:
-            cells[id(condition)] = factor_cells(content, condition)
-        return cells[id(condition)]
+        if id(condition) not in known:
+            known[id(condition)] = condition, factor_cells(content, condition)
+        return known[id(condition)][1]
 
     return columns, make
 

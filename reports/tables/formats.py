@@ -198,7 +198,6 @@ _ESCAPES = str.maketrans(
         "\u2265": r"\ensuremath{\geq}",
         "\u00b1": r"\ensuremath{\pm}",
         "\u00d7": r"\ensuremath{\times}",
-        **{raised: rf"\ensuremath{{^{{{plain}}}}}" for plain, raised in SUPERSCRIPTS.items()},
         "\u00b0": r"\ensuremath{^\circ}",
         "\u221e": r"\ensuremath{\infty}",
         "\n": " ",
@@ -240,7 +239,15 @@ _ESCAPES.update(_greek())
 
 def latex_text(text: str) -> str:
     """Escape text so that LaTeX prints it as it is; two hyphens stay two."""
-    return text.translate(_ESCAPES).replace("--", "-{}-")
+    return _RAISED.sub(_exponent, text.translate(_ESCAPES).replace("--", "-{}-"))
+
+
+_RAISED = re.compile(f"[{''.join(SUPERSCRIPTS.values())}]+")
+_LOWERED = str.maketrans({raised: plain for plain, raised in SUPERSCRIPTS.items()})
+
+
+def _exponent(raised: re.Match[str]) -> str:
+    return rf"\ensuremath{{^{{{raised[0].translate(_LOWERED)}}}}}"
 
 
 def latex_bytes(table: Table) -> bytes:

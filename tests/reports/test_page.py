@@ -173,7 +173,7 @@ def test_every_figure_of_the_registry_has_a_place_on_the_page(content):
     placed = {part.name for part in parts if isinstance(part, FigureHere)}
     placed |= {name for part in parts if isinstance(part, FiguresBeside) for name in part.names}
     without = sorted({kind.name for kind in figures_of(content)} - placed)
-    assert without == []  # give them a FigureHere in reports/sections.py
+    assert without == []  # give them a section, or a FigureHere in reports/page/sections.py
 
 
 def test_a_selection_with_little_in_it_says_why(minimal):
