@@ -59,6 +59,11 @@ class JournalFile:
         """Read and verify every entry of every complete command."""
         yield from verified_chain((self._entry(line) for line in self._read(None).lines), remedy=self.remedy)
 
+    def refuse_other_form(self) -> None:
+        """Raise `BookVersion` where the journal is of another form; whether it is damaged is not looked at."""
+        with contextlib.suppress(BookDamaged):
+            next(self.entries(), None)
+
     def held(self) -> HeldEntries:
         """Return all entries, not verified, in little memory."""
         return HeldEntries(self._read(None).lines, self.remedy)

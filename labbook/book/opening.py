@@ -152,19 +152,13 @@ def _without_configuration(folder: Path) -> BookMissing:
 def open_book(folder: Path) -> Book:
     """Open the book in a folder; raises when it is not there, or its database has another schema."""
     configuration = read_configuration(folder)
-    engine = engine_of(folder, configuration)
+    engine, mirror = engine_of(folder, configuration), JournalFile(journal_path(folder, configuration))
     try:
-        check_schema(engine)
+        check_schema(engine, mirror)
     except BaseException:
         engine.dispose()
         raise
-    return Book(
-        folder,
-        configuration,
-        engine,
-        store_of(folder, configuration),
-        JournalFile(journal_path(folder, configuration)),
-    )
+    return Book(folder, configuration, engine, store_of(folder, configuration), mirror)
 
 
 def read_configuration(folder: Path) -> Configuration:
@@ -203,8 +197,11 @@ def journal_path(folder: Path, configuration: Configuration) -> Path:
     return store_of(folder, configuration).root / JOURNAL
 
 
-def check_schema(engine: sa.Engine) -> None:
-    """Refuse a database that is not labbook's, or has another schema, with the next command to give."""
+def check_schema(engine: sa.Engine, mirror: JournalFile | None = None) -> None:
+    """Refuse a database that is not labbook's, or has another schema, with the next command to give.
+
+    No database is made from a journal of another form: where `mirror` is one, that is said instead.
+    """
     with reading(engine) as connection:
         found = schema_of(connection)
         tables = sorted(sa.inspect(connection).get_table_names())
@@ -215,6 +212,8 @@ def check_schema(engine: sa.Engine) -> None:
             "journal.jsonl with `labbook rebuild`, or point [database] url in labbook.toml to the right one."
         )
     if found != SCHEMA:
+        if mirror is not None:
+            mirror.refuse_other_form()
         raise BookVersion(
             f"the database {shown(engine)} has schema {found}, and this labbook works with schema {SCHEMA}: make it "
             "anew from journal.jsonl with `labbook rebuild`, which keeps the old one."

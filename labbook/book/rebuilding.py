@@ -262,7 +262,7 @@ def rewrite_journal(folder: Path) -> int:
     path = journal_path(folder, configuration)
     engine = engine_of(folder, configuration)
     try:
-        check_schema(engine)
+        check_schema(engine, JournalFile(path))
         with writing(engine) as connection:  # alone, so that nobody appends to the old file meanwhile
             remedy = journal.MEND_BOTH if path.exists() and _known(path) is None else journal.MEND_TABLE
             entries = list(journal.verified_chain(journal.stored(connection), remedy=remedy))

@@ -126,7 +126,8 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
     replays: list[Replay] = []
     problems: list[str] = []
     database = _attempt(
-        problems, lambda: _read_database(store.root, engine_of(folder, configuration), replayed_journal, problems)
+        problems,
+        lambda: _read_database(store.root, mirror, engine_of(folder, configuration), replayed_journal, problems),
     )
     database = database or _Database([], [], None)
     verified = replays[0].verified if replays else {}
@@ -142,6 +143,7 @@ def check_book(folder: Path, counted: Counted, *, deep: bool = False, pages: boo
     altered_numbers, missing_numbers = wrong_numbers(store.root, read.reports)
     problems += [*altered, *altered_numbers]
     if database.journal is None and written is None:
+        mirror.refuse_other_form()  # then no backup of it helps either
         problems.append("neither the database nor journal.jsonl holds the whole journal: `labbook restore` a backup.")
     checks: list[tuple[StoredFile, Callable[[], object]]] = [
         (stored, partial(store.raw, stored.store_path, stored.sha256))
@@ -203,11 +205,11 @@ def _attempt(problems: list[str], work: Callable[[], _T]) -> _T | None:
 
 
 def _read_database(
-    store: Path, engine: sa.Engine, replayed_journal: _ReplayedJournal, problems: list[str]
+    store: Path, mirror: JournalFile, engine: sa.Engine, replayed_journal: _ReplayedJournal, problems: list[str]
 ) -> _Database | None:
     """Read the database, as far as its tables are there; what is wrong with it is added to the problems."""
     try:
-        check_schema(engine)
+        check_schema(engine, mirror)
         with reading(engine) as connection:
             damage = _damage_of_sqlite(connection) if engine.dialect.name == "sqlite" else []
             problems += _with_remedy([*damage, *altered_schema(connection)], _MADE_ANEW)

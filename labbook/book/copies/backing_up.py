@@ -196,7 +196,7 @@ def _journal_of_book(folder: Path, configuration: Configuration) -> tuple[HeldEn
 def _head(folder: Path, configuration: Configuration) -> tuple[int, str]:
     engine = engine_of(folder, configuration)
     try:
-        check_schema(engine)
+        check_schema(engine, JournalFile(journal_path(folder, configuration)))
         with reading(engine) as connection:
             return journal.head(connection)
     finally:

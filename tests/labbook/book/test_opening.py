@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sqlite3
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,7 +12,9 @@ import sqlalchemy as sa
 
 from data_schema.engine import postgres_engine, reading
 from data_schema.errors import BookDamaged, BookVersion, UnknownName, UsageError
+from data_schema.journal import JOURNAL_SCHEMA, Entry
 from labbook.book.opening import check_schema
+from tests.cli.shell import labbook, refused
 from tests.helpers.books import ADA, BEN, SmallBook, small_book
 from tests.helpers.folders import contents
 from tests.helpers.wording import refuses
@@ -45,6 +48,24 @@ def test_a_database_of_another_schema_is_refused_with_what_mends_it(engine: sa.E
     with refuses(BookVersion, "schema", "4711", "labbook rebuild") as caught:
         check_schema(engine)
     assert caught.value.exit_code == 3
+
+
+@pytest.mark.parametrize(
+    "words", [("runs", "list"), ("rebuild",), ("rebuild", "--journal"), ("db", "check"), ("backup", "../copy")]
+)
+def test_no_rebuild_is_advised_where_the_journal_is_of_another_schema_too(
+    tmp_path: Path, words: tuple[str, ...]
+) -> None:
+    book = small_book(tmp_path)
+    with closing(sqlite3.connect(book.database)) as connection, connection:
+        connection.execute("UPDATE labbook SET schema = 4711")
+    with book.journal.open(encoding="utf-8") as lines:
+        first, *others = lines
+    other = replace(Entry.from_line(first.rstrip("\n")), schema=JOURNAL_SCHEMA + 1)
+    book.journal.write_text("".join([f"{other.line}\n", *others]), encoding="utf-8")
+    answer = labbook(*words, at=book.folder)
+    refused(answer, 3, f"journal.jsonl has schema {JOURNAL_SCHEMA + 1}")
+    assert "`labbook re" not in answer.err
 
 
 def test_a_password_is_never_shown(postgres_url: str) -> None:
