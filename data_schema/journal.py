@@ -26,7 +26,7 @@ import sqlalchemy as sa
 from data_schema.errors import BookDamaged, BookVersion
 from data_schema.tables.journal import journal, person
 from data_schema.tables.plain import insert as insert_row
-from data_schema.vocabulary import Action
+from data_schema.vocabulary import USING, Action
 
 JOURNAL_SCHEMA = 4
 """The number of the form of a journal's lines: rises with what an earlier labbook could not read."""
@@ -42,9 +42,8 @@ MEND_TABLE = "run `labbook rebuild` to make the database anew from journal.jsonl
 class Entry:
     """One statement: person, time, the thing it is about, its values before and after, and the reason.
 
-    `old` and `new` hold columns by name; a reference to another row is that row's uid. One that makes a thing, or takes
-    a file in for the first time, has nothing `old`. `following` is the number of entries of the same command that come
-    after this one. Until its command is complete, an entry has no place in the
+    `old` and `new` hold columns by name; a reference to another row is that row's uid. `following` is the number of
+    entries of the same command that come after this one. Until its command is complete, an entry has no place in the
     chain; `chain_entries` gives it one. `origin` is number and hash of the entry of another book that this one was
     merged from. `schema` stands in the first entry alone. A line names neither where there is none.
     """
@@ -73,6 +72,11 @@ class Entry:
     def reads(self) -> bool:
         """Whether it is of a reading of a file; that of a refused one holds the findings."""
         return self.action is Action.INGEST and "findings" not in (self.new or {})
+
+    @property
+    def makes(self) -> bool:
+        """Whether a thing, or a file, first comes in with it; that of a verdict is always new."""
+        return self.old is None and (self.entity_kind == "decision" or self.action not in USING)
 
     @property
     def line(self) -> str:

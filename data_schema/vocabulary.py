@@ -196,6 +196,10 @@ class Action(StrEnum):
     MERGE = "merge"
 
 
+USING = (Action.EXCLUDE, Action.INCLUDE)
+"""Statements on whether a thing counts."""
+
+
 class Verdict(StrEnum):
     """What a person decided; `clear` takes the earlier verdict back.
 

@@ -19,7 +19,7 @@ from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_fil
 from data_schema.tables.journal import journal, person
 from data_schema.tables.reports import report
 from data_schema.tables.runs import charge, note, run
-from data_schema.vocabulary import Action, ChargeState, IngestStatus
+from data_schema.vocabulary import USING, Action, ChargeState, IngestStatus
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +101,11 @@ class EntryRow:
     old_json: str | None
     new_json: str | None
     reason: str | None
+
+    @property
+    def makes(self) -> bool:
+        """Whether a thing, or a file, first comes in with it; that of a verdict is always new."""
+        return self.old_json is None and (self.kind == "decision" or self.action not in USING)
 
     @property
     def old(self) -> Mapping[str, Any]:

@@ -31,8 +31,7 @@ from labbook.book.naming import words_of
 from labbook.book.report_numbers import readable_numbers
 
 if TYPE_CHECKING:
-    from labbook.book.naming import words_of
-from labbook.book.replaying import Replay
+    from labbook.book.replaying import Replay
 
 MOST_NAMED = 20
 """So many rows are described with the reports that depend on them; a careless command alters all there are."""

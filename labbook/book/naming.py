@@ -123,26 +123,26 @@ class Words(NamedTuple):
     became: str | None = None
 
 
-VOID = Words("declared void", "void run or plan")
-CORRECTED = Words("corrected", "correction")
+_VOID = Words("declared void", "void run or plan")
+_CORRECTED = Words("corrected", "correction")
 _RESTORED = Words("restored", "file or charge restored", "taken into use again")
 _WORDS: Mapping[tuple[Action, str], Words] = {
     (Action.INGEST, "first"): Words("took in", "file", "ingested"),
     (Action.INGEST, "again"): Words("read again", "file read again", "read anew"),
     (Action.INGEST, "refused"): Words("refused", "refused file"),
     (Action.SET, "first"): Words("declared"),
-    (Action.SET, "again"): CORRECTED,
+    (Action.SET, "again"): _CORRECTED,
     (Action.SET, "its run"): Words("assigned", "assignment"),
     (Action.SET, "move"): Words("moved", "verdict", "given another apex"),
     (Action.SET, "add"): Words("added", "verdict", "added"),
     (Action.SET, "clear"): Words("cleared", "verdict", "left to the protocol again"),
     (Action.EXCLUDE, "reject"): Words("rejected", "verdict", "rejected"),
-    (Action.EXCLUDE, "run"): VOID,
-    (Action.EXCLUDE, "plan"): VOID,
+    (Action.EXCLUDE, "run"): _VOID,
+    (Action.EXCLUDE, "plan"): _VOID,
     (Action.EXCLUDE, "file"): Words("withdrew", "file withdrawn", "withdrawn"),
     (Action.EXCLUDE, "charge"): Words("dismissed", "charge dismissed"),
     (Action.INCLUDE, "accept"): Words("accepted", "verdict", "accepted"),
-    (Action.INCLUDE, "run"): CORRECTED,
+    (Action.INCLUDE, "run"): _CORRECTED,
     (Action.INCLUDE, "file"): _RESTORED,
     (Action.INCLUDE, "charge"): _RESTORED,
     (Action.NOTE, "note"): Words("noted"),
@@ -156,13 +156,13 @@ def words_of(entry: Entry | EntryRow) -> Words:
     """Return what people call an entry, by what commands are called."""
     old, new = entry.old or {}, entry.new or {}
     kind = entry.entity_kind if isinstance(entry, Entry) else entry.kind
-    case = new.get("verdict", kind)
-    if "findings" in new:
+    case = new["verdict"] if kind == "decision" else kind
+    if kind == "ingest" and "findings" in new:
         case = "refused"
     elif entry.action in (Action.INGEST, Action.SET) and case == kind:
         # a charge gets a run, or loses the one that it had: to move it is to correct that
         given = new.keys() <= {"run", "added"} and None in (old.get("run", ""), new.get("run", ""))
-        case = "its run" if given or kind == "file" else "again" if old else "first"
+        case = "its run" if given or kind == "file" else "first" if entry.makes else "again"
     return _WORDS[entry.action, case]
 
 

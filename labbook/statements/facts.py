@@ -26,7 +26,7 @@ def apply_set(context: ApplyContext, entry: Entry, _prepared: object) -> None:
     A plan that is withdrawn changes no row: that it was is read from the journal.
     """
     kind, uid, values = entry.entity_kind, entry.entity_uid, dict(entry.new or {})
-    if entry.old is None:
+    if entry.makes:
         beside = {name: values.pop(name) for name in BESIDE.get(kind, ()) if name in values}
         if kind in _SIGNED:
             values = with_author(context, entry, values)

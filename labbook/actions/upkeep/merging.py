@@ -32,7 +32,7 @@ from data_schema.queries.charges import ChargeOfRun, charges_by_run, charges_of_
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.files import Link, find_files, links_of_file, logs_by_run, refused_with
 from data_schema.queries.study import config_in_force, planned_runs
-from data_schema.vocabulary import Action, ChargeMode, ChargeState, IngestStatus
+from data_schema.vocabulary import USING, Action, ChargeMode, ChargeState, IngestStatus
 from ingest.store import Store, raw_path
 from labbook.book.copies.backing_up import MARKER as OF_BACKUP
 from labbook.book.copies.copying import refuse_cut_journal
@@ -334,9 +334,9 @@ def _final_states(entries: Sequence[Entry]) -> dict[str, Any]:
     """Return what columns of things, by uid, and readings of files, by SHA-256, come to."""
     found: dict[str, Any] = {}
     for entry in entries:
-        if entry.reads and entry.old:
+        if entry.reads and not entry.makes:
             found[(entry.new or {})["sha256"]] = how_read(entry)
-        elif _changes(entry):
+        elif not entry.makes:
             end = found.setdefault(entry.entity_uid, {})
             end.update(entry.new or {})
             if entry.action in USING:
@@ -372,16 +372,8 @@ class Conflict:
     uid: str | None = None
 
 
-USING = (Action.EXCLUDE, Action.INCLUDE)
-"""Statements on whether a thing counts."""
-
 IN_USE = "in use"
-"""Stands beside the columns of a file or charge that was withdrawn, dismissed or restored."""
-
-
-def _changes(entry: Entry) -> bool:
-    """Tell whether an entry is about a thing that is there."""
-    return entry.action in USING or entry.old is not None
+"""Stands beside the columns of a run, plan, file or charge that was excluded or included."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -415,7 +407,7 @@ class TargetBook:
 
     def changes_here(self, uid: str) -> list[Entry]:
         """Return the changes that this book made to a thing of both, and the other book does not know."""
-        return [entry for entry in self.changes.get(uid, ()) if _changes(entry)]
+        return [entry for entry in self.changes.get(uid, ()) if not entry.makes]
 
     def record(self, entry: Entry) -> None:
         """Take note of an entry that has taken effect."""
@@ -459,7 +451,7 @@ def _set(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     kind, new = entry.entity_kind, entry.new or {}
     if kind == "charge" and entry.action in USING:
         return _use(here, entry)
-    if _changes(entry):
+    if not entry.makes:
         return _change(here, entry)
     if kind == "config":  # the two in force are the same, and a file's entry holds how it was read
         in_force = config_in_force(here.connection)
@@ -525,7 +517,7 @@ def _ingest(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
     if not entry.reads:
         before = refused_with(here.connection, new["sha256"], new["reader"], canonical(new["options"]))
         return AlreadyHere() if without_name(new["settings"]) in map(without_name, before) else None
-    if entry.old is not None:
+    if not entry.makes:
         return _read_again(here, entry)
     readings = here.readings.get(new["sha256"])
     if not readings:
@@ -558,7 +550,7 @@ def _read_again(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None
         return Conflict(f"file {name} was read again there and is not here: check the other book, `labbook db check`.")
     if how_read(readings[-1]) == how_read(entry):
         return AlreadyHere(readings[-1].entity_uid)
-    if any(news.reads and news.old and (news.new or {})["sha256"] == new["sha256"] for news in here.news):
+    if any(news.reads and not news.makes and (news.new or {})["sha256"] == new["sha256"] for news in here.news):
         if how_read(readings[-1]) == here.ends.get(new["sha256"]):
             return AlreadyHere(readings[-1].entity_uid)
         return Conflict(

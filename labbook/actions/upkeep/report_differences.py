@@ -297,9 +297,9 @@ class _Known:
                 because = "" if new["reason_code"] == ReasonCode.OTHER else f", {new['reason_code']}"
                 to = f" at {new['at_s']:.2f} s" if new["verdict"] == Verdict.MOVE else ""
                 return CauseKind.VERDICT, f"{where} {became}{to}{because}"
-            case Action.SET, "run" if not entry.old:
+            case Action.SET, "run" if entry.makes:
                 return CauseKind.RUN, f"{self._run(entry.uid)} stated"
-            case Action.SET, "charge" if not entry.old:
+            case Action.SET, "charge" if entry.makes:
                 return CauseKind.CHARGE, f"{new['charge_mah']:g} mAh typed for {self._run(new.get('run'))}"
             case _, "config":
                 return CauseKind.CONFIGURATION, f"labbook.toml: {self._settings(entry.seq)}"
@@ -307,13 +307,13 @@ class _Known:
                 return CauseKind.VOID, f"{self._run(entry.uid)} declared void"
             case Action.INCLUDE, "run":
                 return CauseKind.VOID, f"{self._run(entry.uid)} counts again"
-            case Action.SET, kind if entry.old and "run" not in new:
+            case Action.SET, kind if not entry.makes and "run" not in new:
                 changed = changes_in_words(self.connection, entry.old, new)
                 return CauseKind.CORRECTION, f"{self._called(kind, entry.uid)}: {changed}"
         name = self.history.file_names.get(self.file_of(entry) or "")
         called = f"part {new['part']} of {name}" if "part" in new else name or "a typed charge"
         called = f"charge of {name}" if name and entry.kind == "charge" else called
-        if entry.action is Action.SET and entry.old:
+        if entry.action is Action.SET and not entry.makes:
             left = dict.fromkeys(self._run(change.was) for change in self.moves.get(entry.seq, ()) if change.was)
             moved = f" from {' and '.join(left)}" if left else ""
             return CauseKind.FILE, f"{called} assigned{moved} to {self._run(new['run'])}"
@@ -326,7 +326,7 @@ class _Known:
             yield "position", entry.uid
         if entry.kind == "robot":
             yield "robot_body", entry.uid
-        elif entry.kind == "run" and entry.old and _GROUPING & entry.new.keys():
+        elif entry.kind == "run" and not entry.makes and _GROUPING & entry.new.keys():
             yield REGROUPED, entry.uid
         elif entry.kind == "config":
             yield SETTINGS

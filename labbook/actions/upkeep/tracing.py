@@ -18,10 +18,11 @@ from data_schema.queries.files import lost_copies
 from data_schema.queries.history import EntryRow, ReportRow, list_reports, statements_about
 from data_schema.queries.sources import Source, describe_input
 from data_schema.queries.study import config_in_force
+from data_schema.vocabulary import Action
 from ingest.store import Store
 from labbook.analysis.results import equals_printed
 from labbook.book.altered import altered_since, but_of_readings, differences, inputs_altered
-from labbook.book.naming import CORRECTED, VOID, changes_in_words, words_of
+from labbook.book.naming import changes_in_words
 from labbook.book.opening import Book
 from labbook.book.replaying import replayed
 from labbook.book.report_numbers import ReportedNumber, ReportedResult, ReportNumbers, numbers_of_report, read_numbers
@@ -146,7 +147,11 @@ def _trace(
 
 def _corrections(connection: sa.Connection, uid: str, until: int) -> str:
     """Say what was corrected of a fact up to entry number `until`, the number's last report, and what after it."""
-    corrections = [one for one in statements_about(connection, uid) if words_of(one) in (CORRECTED, VOID)]
+    corrections = [
+        one
+        for one in statements_about(connection, uid)
+        if not one.makes and (one.action is Action.SET or one.kind == "run")
+    ]
     before = [one for one in corrections if one.seq <= until]
     return _in_words(connection, before, "corrected before this report") + _in_words(
         connection, corrections[len(before) :], "corrected after the last report with this number"

@@ -54,7 +54,7 @@ def read_history(connection: sa.Connection) -> BookHistory:
     file_of = {uid: file_uid for uid, (file_uid, _) in sources.items()}
     changes = list(_changes(entries, links, charges, logs, file_of))
     file_read = {uid: file_uid for uid, file_uid, _ in readings}
-    came = [entry for entry in entries if _makes(entry) and (entry.uid in file_read or entry.kind in ("run", "charge"))]
+    came = [entry for entry in entries if entry.makes and (entry.uid in file_read or entry.kind in ("run", "charge"))]
     seqs = {entry.uid: entry.seq for entry in entries if entry.kind == "decision"}
     verdicts = {  # one that is being recorded has no entry yet
         sha256: [(seqs.get(row.uid, inf), row) for row in rows] for sha256, rows in jump_decisions(connection).items()
@@ -72,11 +72,6 @@ def read_history(connection: sa.Connection) -> BookHistory:
         verdicts=verdicts,
         void=[entry for entry in entries if entry.kind == "run" and entry.action is Action.EXCLUDE],
     )
-
-
-def _makes(entry: EntryRow) -> bool:
-    """Tell whether a thing came into the book with an entry."""
-    return entry.action in (Action.SET, Action.INGEST) and not entry.old
 
 
 def _attributes(connection: sa.Connection, columns: Collection[str]) -> dict[str, dict[Any, dict[str, Any]]]:
@@ -114,7 +109,7 @@ def _changes(
         return (linked.get(part) if linked.get(part) in runs else next(iter(runs), None)) or NO_RUN
 
     for entry in reversed(entries):
-        if _makes(entry):
+        if entry.makes:
             continue
         old, new, moved = entry.old, entry.new, dict[str | Part, tuple[str, str]]()
         if entry.kind in ("run", "charge"):
