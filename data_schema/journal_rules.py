@@ -16,7 +16,7 @@ from typing import Any
 from data_schema.errors import BookDamaged, InputRefused
 from data_schema.journal import MEND_FILE, Entry
 from data_schema.tables import FACTS
-from data_schema.vocabulary import Action, Verdict
+from data_schema.vocabulary import USING, Action, Verdict
 
 MOST_NESTED = 20
 """How deep lists and tables of an entry may lie in each other; none of labbook's has more than 7."""
@@ -47,6 +47,15 @@ _NEEDED: Mapping[str, Collection[str]] = {
     "decision": ("target_kind", "target_uid", "verdict"),
 }
 """What `new` must have, by action, and of a decision; for others it may be missing."""
+
+_SHAPES: Mapping[tuple[Action, str], tuple[bool, Collection[str] | None]] = {
+    **dict.fromkeys([(Action.NOTE, "note"), (Action.PLAN, "plan"), (Action.REPORT, "report")], (False, None)),
+    **dict.fromkeys([(action, "decision") for action in (Action.SET, *USING)], (False, None)),
+    **dict.fromkeys([(Action.SET, "file"), (Action.SET, "run_file")], (True, None)),
+    **dict.fromkeys([(action, "run") for action in USING], (True, ("state",))),
+    **dict.fromkeys([(action, "charge") for action in USING], (False, ())),
+}
+"""Whether `old` must be there or must not, and what alone `new` may hold; for others both are as they like."""
 
 
 def checked(entries: Iterable[Entry], remedy: str = MEND_FILE) -> Iterator[Entry]:
@@ -105,8 +114,11 @@ def _faults_of_values(entry: Entry, new: Mapping[str, Any]) -> Iterator[str]:
         yield f"its values lack {', '.join(missing) or 'everything'}"
     if about == "decision" and new["verdict"] not in [one for one in Verdict if one.action is entry.action]:
         yield f"verdict {_shown(new['verdict'])} is none by which one can {entry.action}"
+    changes, alone = _SHAPES.get((entry.action, entry.entity_kind), (None, None))
+    if entry.old == {} or changes not in (None, entry.old is not None):
+        yield f"old {_shown(entry.old)} is nothing that stood there before"
     if entry.entity_kind in _COLUMNS and entry.action is not Action.REPORT:
-        odd = sorted(new.keys() - _COLUMNS[entry.entity_kind])
+        odd = sorted(new.keys() - (_COLUMNS[entry.entity_kind] if alone is None else alone))
         if odd:
             yield f"{_shown(odd[0])} is nothing that a {entry.entity_kind} has"
     for name, value in new.items():

@@ -58,7 +58,9 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> None:
         return
     done = _reading_of(context, new, prepared)
     file_uid, role, parts = derived_uid("file", done.sha256), _role(new, done), _parts(new, done)
-    before = None if entry.old is None else last_reading(connection, done.sha256)
+    before = None if entry.makes else last_reading(connection, done.sha256)
+    if before is None and not entry.makes:
+        raise InputRefused(f"{new['original_name']} is not in the book: what was never read cannot be read again.")
     if before is None:
         values = {"sha256": done.sha256, "n_bytes": done.n_bytes, "store_path": raw_path(done.sha256)}
         file_key = insert_fact(connection, "file", file_uid, values)

@@ -12,6 +12,7 @@ import pytest
 
 from data_schema.errors import BookDamaged
 from data_schema.journal import Entry
+from data_schema.journal_rules import checked
 from data_schema.vocabulary import Action
 from labbook.actions.upkeep.merging import merge
 from labbook.actions.upkeep.restoring import restore
@@ -28,6 +29,13 @@ def with_new(**said: Any) -> Callable[[Entry], Entry]:
     return lambda entry: replace(entry, new={**(entry.new or {}), **said})
 
 
+def about_run(action: Action, **said: Any) -> Callable[[Entry], Entry]:
+    """Change a note on a run into another statement on it."""
+    return lambda entry: replace(
+        entry, action=action, entity_kind="run", entity_uid=(entry.new or {})["target_uid"], **said
+    )
+
+
 def nested(depth: int) -> list[Any]:
     inner: list[Any] = []
     for _ in range(depth):
@@ -37,12 +45,58 @@ def nested(depth: int) -> list[Any]:
 
 INGEST, NOTE = Action.INGEST, Action.NOTE
 VERDICT = {"target_kind": "run", "target_uid": "x", "verdict": "accept", "reason_code": "other", "blind": 0}
+SET, EXCLUDE, INCLUDE = Action.SET, Action.EXCLUDE, Action.INCLUDE
+OF_ANOTHER_SHAPE: Mapping[str, tuple[Action, Callable[[Entry], Entry]]] = {
+    "old of a note": (NOTE, lambda entry: replace(entry, old={"text": "the first word"})),
+    "old of a plan": (
+        NOTE,
+        lambda entry: replace(entry, action=Action.PLAN, entity_kind="plan", old={"seed": 1}, new={"seed": 2}),
+    ),
+    "old of a report": (Action.REPORT, lambda entry: replace(entry, old={"where": ""})),
+    "old of a verdict": (
+        NOTE,
+        lambda entry: replace(entry, action=INCLUDE, entity_kind="decision", old={"verdict": "reject"}, new=VERDICT),
+    ),
+    "old of a set verdict": (
+        NOTE,
+        lambda entry: replace(
+            entry, action=SET, entity_kind="decision", old={"blind": 1}, new={**VERDICT, "verdict": "clear"}
+        ),
+    ),
+    "no old of a run that is void": (NOTE, about_run(EXCLUDE, new={"state": "void"})),
+    "no old of a run that counts": (NOTE, about_run(INCLUDE, new={"state": "complete"})),
+    "jumps of a run that is void": (NOTE, about_run(EXCLUDE, old={"jumps_made": 3}, new={"jumps_made": 9})),
+    "jumps of a run that counts": (
+        NOTE,
+        about_run(INCLUDE, old={"state": "void"}, new={"state": "complete", "jumps_made": 9}),
+    ),
+    "values of a charge out of use": (
+        NOTE,
+        lambda entry: replace(entry, action=EXCLUDE, entity_kind="charge", new={"charge_mah": 5.0}),
+    ),
+    "old of a charge in use": (
+        NOTE,
+        lambda entry: replace(entry, action=INCLUDE, entity_kind="charge", old={"charge_mah": 5.0}, new=None),
+    ),
+    "no old of a file's run": (
+        NOTE,
+        lambda entry: replace(entry, action=SET, entity_kind="file", new={"run": None}),
+    ),
+    "no old of a link's run": (
+        NOTE,
+        lambda entry: replace(entry, action=SET, entity_kind="run_file", new={"run": None}),
+    ),
+    "nothing old": (NOTE, about_run(SET, old={}, new={"jumps_made": 9})),
+}
 FORGED: Mapping[str, tuple[Action, Callable[[Entry], Entry]]] = {
     "hash": (INGEST, with_new(sha256=EVIL)),
     "hash of samples": (INGEST, with_new(signals=[EVIL])),
     "no hash": (INGEST, lambda entry: replace(entry, new={"original_name": "x"})),
     "settings": (INGEST, with_new(settings={"declared": 5})),
-    "values": (NOTE, lambda entry: replace(entry, action=Action.SET, entity_kind="file", new={"role": "log"})),
+    "values": (
+        NOTE,
+        lambda entry: replace(entry, action=SET, entity_kind="file", old={"runs": []}, new={"role": "log"}),
+    ),
     "text": (NOTE, lambda entry: replace(entry, action=Action.SET, entity_kind="condition", new={"levels": 5})),
     "report": (Action.REPORT, with_new(files={"numbers.json": EVIL})),
     "entry of a report": (Action.REPORT, with_new(as_of=0)),
@@ -62,6 +116,8 @@ FORGED: Mapping[str, tuple[Action, Callable[[Entry], Entry]]] = {
     "reason": (NOTE, lambda entry: replace(entry, reason={"a": 1})),
     "origin": (NOTE, lambda entry: replace(entry, origin={"seq": "1"})),
     "no values": (NOTE, lambda entry: replace(entry, new=None)),
+    "read again": (INGEST, lambda entry: replace(entry, old={"reading": "x"})),
+    **OF_ANOTHER_SHAPE,
 }
 
 
@@ -107,6 +163,12 @@ def test_none_is_merged(forged: SmallBook, tmp_path: Path) -> None:
 def test_none_is_rebuilt_or_called_whole(forged: SmallBook) -> None:
     assert not health(forged, deep=True).whole
     refuses_it(lambda: rebuilt(forged))
+
+
+@pytest.mark.parametrize("forged", OF_ANOTHER_SHAPE, indirect=True)
+def test_none_of_another_shape_is_let_through(forged: SmallBook) -> None:
+    with forged.open() as book:
+        refuses_it(lambda: list(checked(in_file(book))))
 
 
 PLAN = {"action": Action.PLAN, "entity_kind": "plan", "entity_uid": "p1"}
