@@ -1,7 +1,7 @@
 """Finding the jumps of logs with the detector that the study's configuration names, now or before.
 
 What the protocol's detector found in a log as it was ingested is in the book. What others find, or it after a change of
-the protocol, is in a cache of files. The others look over a log as it is ingested, too: every report sets them beside.
+the protocol, is in a cache of files. The others look over a short log as it is ingested: every report sets them beside.
 """
 
 from __future__ import annotations
@@ -185,8 +185,14 @@ _MOST_BYTES = 2**30
 """Of found jumps: those of 100 000 runs."""
 
 
+MOST_SAMPLES = 100_000
+"""A longer log is looked over when a report asks for it: an ingest of it has little time and memory to spare."""
+
+
 def remember_other_detectors(part: SignalPart, signal_sha256: str, algorithm: str, rest_length_m: float | None) -> None:
     """Put into the cache what the detectors but `algorithm` find in a part just read, while its samples are at hand."""
+    if part.time_s.size > MOST_SAMPLES:
+        return
     for other in DETECTORS.keys() - {algorithm}:
         found = detect_part(part, other, rest_length_m)
         if found is not None:
