@@ -75,8 +75,8 @@ class Entry:
 
     @property
     def makes(self) -> bool:
-        """Whether a thing, or a file, first comes in with it; that of a verdict is always new."""
-        return self.old is None and (self.entity_kind == "decision" or self.action not in USING)
+        """Whether a thing, or a file, first comes in with it."""
+        return is_new(self.action, self.entity_kind, self.old)
 
     @property
     def line(self) -> str:
@@ -129,6 +129,11 @@ _FIELDS = tuple(sorted(field.name for field in fields(Entry)))
 _BEFORE = sum(name < "hash" for name in _FIELDS)
 _LEFT_OUT = ("origin", "schema")
 """Fields that a line has only where they have a value."""
+
+
+def is_new(action: Action, kind: str, old: object) -> bool:
+    """Tell whether a thing of this kind, or a file, first comes in with an entry; that of a verdict is always new."""
+    return old is None and (kind == "decision" or action not in USING)
 
 
 def action_of(text: str) -> Action:

@@ -12,14 +12,14 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from data_schema.journal import action_of
+from data_schema.journal import action_of, is_new
 from data_schema.tables import FACTS
 from data_schema.tables.base import columns_of, in_chunks
 from data_schema.tables.files import IN_USE, LAST_READING, file, ingest, run_file
 from data_schema.tables.journal import journal, person
 from data_schema.tables.reports import report
 from data_schema.tables.runs import charge, note, run
-from data_schema.vocabulary import USING, Action, ChargeState, IngestStatus
+from data_schema.vocabulary import Action, ChargeState, IngestStatus
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,8 +104,8 @@ class EntryRow:
 
     @property
     def makes(self) -> bool:
-        """Whether a thing, or a file, first comes in with it; that of a verdict is always new."""
-        return self.old_json is None and (self.kind == "decision" or self.action not in USING)
+        """Whether a thing, or a file, first comes in with it."""
+        return is_new(self.action, self.kind, self.old_json)
 
     @property
     def old(self) -> Mapping[str, Any]:

@@ -5,15 +5,16 @@ from __future__ import annotations
 import shlex
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
-from itertools import product
 from typing import Any
+
+import sqlalchemy as sa
 
 from data_schema.errors import BookBusy, BookError, InputRefused, UsageError
 from data_schema.journal import Entry, canonical
 from data_schema.queries import files
 from data_schema.queries.detections import add_detection
 from data_schema.queries.facts import insert_fact, key_of
-from data_schema.queries.files import last_reading, links_of_file, parts_of_file, set_status
+from data_schema.queries.files import ReadingRow, last_reading, links_of_file, parts_of_file, set_status
 from data_schema.queries.runs import stated_of_run
 from data_schema.vocabulary import FileRole, IngestStatus, RunKind, Severity
 from ingest.declared import flag_of
@@ -58,24 +59,22 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> None:
         return
     done = _reading_of(context, new, prepared)
     file_uid, role, parts = derived_uid("file", done.sha256), _role(new, done), _parts(new, done)
-    before = None if entry.makes else last_reading(connection, done.sha256)
-    if before is None and not entry.makes:
-        raise InputRefused(f"{new['original_name']} is not in the book: what was never read cannot be read again.")
+    before, of_runs = None if entry.makes else _read_before(connection, new), dict[str, list[str]]()
     if before is None:
         values = {"sha256": done.sha256, "n_bytes": done.n_bytes, "store_path": raw_path(done.sha256)}
         file_key = insert_fact(connection, "file", file_uid, values)
         ingest_key = add_reading(context, entry, done, file_key, role)
         run_uid = new.get("run") or run_named(context, new.get("stated_run"))
-        of_runs = {run_uid: parts} if run_uid else {}
-        for run, part in product(of_runs, parts):
-            link_part(context, file_uid, run, role, part)
+        if run_uid:
+            of_runs[run_uid] = parts
+            for part in parts:
+                link_part(context, file_uid, run_uid, role, part)
     else:
         before_parts = parts_of_file(connection, file_uid)
         set_status(connection, before.uid, IngestStatus.SUPERSEDED)
         file_key = key_of(connection, "file", file_uid)
         ingest_key = add_reading(context, entry, done, file_key, role)
         link_parts_again(context, file_uid, role, new.get("stated_run"), before_parts, parts)
-        of_runs = {}
         for link in links_of_file(connection, file_uid):
             of_runs.setdefault(link.run_uid, []).append(link.part)
     if done.read.refused:
@@ -90,6 +89,13 @@ def apply_ingest(context: ApplyContext, entry: Entry, prepared: object) -> None:
     files.add_findings(connection, ingest_key, [finding_values(finding) for finding in contradicting])
     for run_uid, of_run in of_runs.items():
         files.add_findings(connection, ingest_key, _against_run(context, run_uid, of_run, done))
+
+
+def _read_before(connection: sa.Connection, new: Mapping[str, Any]) -> ReadingRow:
+    before = last_reading(connection, new["sha256"])
+    if before is None:
+        raise InputRefused(f"{new['original_name']} is not in the book: what was never read cannot be read again.")
+    return before
 
 
 def runs_contradict(stated: Sequence[str], name: str) -> list[Finding]:

@@ -10,6 +10,7 @@ import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -90,11 +91,15 @@ def settings(algorithm: str, rest_length_m: float) -> dict[str, Any]:
 
 def detect_part(part: SignalPart, algorithm: str, rest_length_m: float | None) -> Detection | None:
     """Find the jumps of a part just read, or None where it holds no body height or no robot's rest length is known."""
+    log = _log_of(part)
+    return None if log is None or rest_length_m is None else detect(log, algorithm, rest_length_m)
+
+
+def _log_of(part: SignalPart) -> Log | None:
     channels = {channel.name: channel.values for channel in part.channels}
-    if BODY_HEIGHT not in channels or rest_length_m is None:
+    if BODY_HEIGHT not in channels:
         return None
-    log = Log(part.time_s, channels[BODY_HEIGHT], channels.get(LEG_LENGTH), gaps_for_detector(part.gaps))
-    return detect(log, algorithm, rest_length_m)
+    return Log(part.time_s, channels[BODY_HEIGHT], channels.get(LEG_LENGTH), gaps_for_detector(part.gaps))
 
 
 def gaps_for_detector(gaps: Iterable[Gap | GapRow]) -> tuple[tuple[float, float], ...]:
@@ -191,13 +196,21 @@ MOST_SAMPLES = 100_000
 
 def remember_other_detectors(part: SignalPart, signal_sha256: str, algorithm: str, rest_length_m: float | None) -> None:
     """Put into the cache what the detectors but `algorithm` find in a part just read, while its samples are at hand."""
-    if part.time_s.size > MOST_SAMPLES:
+    log = _log_of(part)
+    if log is None or rest_length_m is None or log.time_s.size > MOST_SAMPLES:
         return
     for other in DETECTORS.keys() - {algorithm}:
-        found = detect_part(part, other, rest_length_m)
-        if found is not None:
-            row = detection_row(found, signal_sha256)
-            FOUND.write(row.key, msgspec.msgpack.encode(row))
+        key = detection_key(signal_sha256, other, version(other), settings(other, rest_length_m), log.gaps)
+        _cached(key, signal_sha256, partial(detect, log, other, rest_length_m))
+
+
+def _cached(key: str, signal_sha256: str, detected: Callable[[], Detection]) -> DetectionRow:
+    """Return what the cache has of a signal under a key, or else what is `detected` now, which it has then."""
+    if (cached := FOUND.read(key)) is not None:
+        return msgspec.msgpack.decode(cached, type=DetectionRow)
+    found = detection_row(detected(), signal_sha256)
+    FOUND.write(key, msgspec.msgpack.encode(found))
+    return found
 
 
 LOGS_AT_ONCE = 2
@@ -274,12 +287,10 @@ class Detections:
         """Find the jumps of logs side by side; the database is asked from this thread only."""
 
         def find(key: str, signal: SignalRow) -> DetectionRow:
-            if (cached := FOUND.read(key)) is not None:
-                return msgspec.msgpack.decode(cached, type=DetectionRow)
-            log = _read(self.store, signal, gaps[signal.uid])
-            found = detection_row(detect(log, algorithm, rest_length_m), signal.sha256)
-            FOUND.write(key, msgspec.msgpack.encode(found))
-            return found
+            def detected() -> Detection:
+                return detect(_read(self.store, signal, gaps[signal.uid]), algorithm, rest_length_m)
+
+            return _cached(key, signal.sha256, detected)
 
         if missing and not self._tidied:
             FOUND.forget_unused(_MOST_BYTES)  # makes the folder, too, before threads ask for it
