@@ -32,6 +32,7 @@ from ingest.model import (
     SignalPart,
 )
 from ingest.read import read_file
+from ingest.spool import row_blocks
 from ingest.store import FileInStore, Store, raw_path
 from labbook.analysis.outcomes.detection import (
     BODY_HEIGHT,
@@ -180,7 +181,10 @@ def without_name(settings: Mapping[str, Any]) -> Mapping[str, Any]:
 
 def times_sha256(time_s: FloatArray) -> str:
     """Return the SHA-256 of elapsed times in s, shape (n,)."""
-    return hashlib.sha256(np.ascontiguousarray(time_s, dtype="<f8").data).hexdigest()
+    digest = hashlib.sha256()
+    for rows in row_blocks(time_s):
+        digest.update(np.ascontiguousarray(time_s[rows], dtype="<f8").data)
+    return digest.hexdigest()
 
 
 def store_reading(
@@ -253,7 +257,10 @@ def _stored_part(part: SignalPart, sha256: str, file: FileInStore, found: Detect
 
 def _range(values: FloatArray) -> tuple[float, float] | None:
     """Return the lowest and the highest of some values."""
-    low, high = np.fmin.reduce(values, initial=np.inf), np.fmax.reduce(values, initial=-np.inf)
+    low, high = np.inf, -np.inf
+    for rows in row_blocks(values):
+        low = np.fmin.reduce(values[rows], initial=low)
+        high = np.fmax.reduce(values[rows], initial=high)
     return (float(low), float(high)) if np.isfinite([low, high]).all() else None
 
 
