@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from data_schema.outcomes import Outcome
-from data_schema.vocabulary import Undefined
-from reports.content import Claim, Comparison, Equivalence, OverallEquivalence, OverallSavings, ReportContent
+from data_schema.vocabulary import ContrastKind, Undefined
 from reports.display import (
     MINUS,
     as_shown,
@@ -25,8 +25,17 @@ from reports.display import (
     value_text,
     with_unit,
 )
-from reports.naming import control_name, level_names, level_of, levels_name, swept_factor, treatment_name
+from reports.naming import control_name, level_names, level_of, levels_name, swept_factor, title_of, treatment_name
 from reports.numbers import Number
+from reports.results import (
+    Claim,
+    Comparison,
+    Equivalence,
+    MeansContrast,
+    OverallEquivalence,
+    OverallSavings,
+    StudyResults,
+)
 
 _MOST_NAMED = 3
 """Runs without a charge that a sentence names."""
@@ -34,11 +43,44 @@ ELSEWHERE = "That it holds on other days is not shown."
 """What follows a claim that holds for the days measured; where nothing is shown there is nothing to hold."""
 
 
+def claims(content: StudyResults) -> tuple[Claim, ...]:
+    """One sentence over all groups, or one a pooled comparison, outcome by outcome.
+
+    Where another family was decided on, what that shows comes before all of them, but for one group of one level, whose
+    claims are of that family.
+    """
+    planned = [one for one in content.comparisons if not one.opens and one.decision.adjusted is not None]
+    if content.one_level and len(planned) == len({one.quantity for one in planned}):
+        planned = []  # one group, whose claims are those of the family
+    over_groups = overall_claims(content)
+    claimed = {outcome for outcome, _claim in over_groups}
+    wanted = {Outcome.JOULES, Outcome.APEX} - claimed if over_groups else set(Outcome)
+    narrow = [
+        (one.quantity, group_claim(content, one)) for one in content.comparisons if one.opens and one.quantity in wanted
+    ]
+    opening = [family_claim(content, planned, pooled=not content.one_level)] if planned else []
+    by_outcome = sorted((*over_groups, *narrow), key=lambda each: list(Outcome).index(each[0]))
+    found = (*opening, *(claim for _outcome, claim in by_outcome), *contrast_claims(content))
+    return _warned(content, found)
+
+
+def _warned(content: StudyResults, found: tuple[Claim, ...]) -> tuple[Claim, ...]:
+    """Say behind the first claim that it cannot stand without what is said of order or charger below."""
+    why = [
+        *(["the order within days"] if content.favoured else []),
+        *(["the charger's step"] if content.coarse_charger is not None else []),
+    ]
+    if not why or not found:
+        return found
+    first = replace(found[0], text=f"{found[0].text} Read with what is said of {' and '.join(why)} below.")
+    return (first, *found[1:])
+
+
 def _claim(sentences: Sequence[str], number: Number) -> Claim:
     return Claim(" ".join(filter(None, sentences)), tuple(filter(None, (number.provenance,))))
 
 
-def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
+def group_claim(content: StudyResults, comparison: Comparison) -> Claim:
     """Say what the treatment did to one outcome in one group, as far as the days measured show it."""
     lead = comparison.decision
     sentences = [_decided(content, comparison), _charge_missing(content, comparison)]
@@ -48,13 +90,13 @@ def group_claim(content: ReportContent, comparison: Comparison) -> Claim:
     return _claim(sentences, lead.headline)
 
 
-def _where(content: ReportContent, comparison: Comparison) -> str:
+def _where(content: StudyResults, comparison: Comparison) -> str:
     """Say for which group a claim holds: " with the small foot and k = 1091 N/m"; "" for all runs."""
     parts = [name if "=" in name else f"the {name}" for name in level_names(content, comparison.group)]
     return f" with {list_text(parts)}" if parts else ""
 
 
-def _against(content: ReportContent) -> str:
+def _against(content: StudyResults) -> str:
     """Return " against the control (sand)"; "" where the control has a name of its own, which the page says once."""
     swept = swept_factor(content)
     return "" if swept is not None and swept.control_name else f" against {control_name(content)}"
@@ -71,7 +113,7 @@ def bounds_text(item: Equivalence) -> str:
     return with_unit(f"{given_text(item.low * factor)} to {given_text(item.high * factor)}", unit)
 
 
-def _charge_missing(content: ReportContent, comparison: Comparison) -> str:
+def _charge_missing(content: StudyResults, comparison: Comparison) -> str:
     """Name the runs whose missing charge costs a group its claim; "" where it costs none."""
     names = comparison.decision.charge_missing
     if not names:
@@ -82,7 +124,7 @@ def _charge_missing(content: ReportContent, comparison: Comparison) -> str:
     return f"{listed} {none}: with {it} there would be a claim{where}."
 
 
-def _decided(content: ReportContent, comparison: Comparison) -> str:
+def _decided(content: StudyResults, comparison: Comparison) -> str:
     """Say what the deciding test found, on which days, with interval, test and what is left out."""
     lead, number = comparison.decision, comparison.decision.headline
     where, treatment = _where(content, comparison), treatment_name(content, comparison.group)
@@ -114,7 +156,7 @@ def _decided(content: ReportContent, comparison: Comparison) -> str:
     return f"{_opened(clause, measured)} ({evidence}){_exploratory(comparison.exploratory)}."
 
 
-def groups_in_one_sentence(content: ReportContent, outcome: Outcome) -> str:
+def groups_in_one_sentence(content: StudyResults, outcome: Outcome) -> str:
     """Say in a sentence what the groups' exploratory tests found beside a test of equivalence over groups.
 
     "" where a group must speak for itself: planned, within days only, without a test, or not shown to be equivalent.
@@ -138,7 +180,7 @@ def groups_in_one_sentence(content: ReportContent, outcome: Outcome) -> str:
     )
 
 
-def overall_claims(content: ReportContent) -> list[tuple[Outcome, Claim]]:
+def overall_claims(content: StudyResults) -> list[tuple[Outcome, Claim]]:
     """Say what was saved over all groups, and whether apex height was lost, each where not one group alone claims."""
     found = [(each.quantity, _savings_claim(content, each)) for each in content.overall if len(each.groups) != 1]
     heights = content.overall_equivalence
@@ -180,7 +222,7 @@ def _within(item: Equivalence | None) -> str:
     return f"It is {verdict}within {bounds_text(item)}{of_mean} ({evidence}){_exploratory(item.exploratory, 'test')}."
 
 
-def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
+def _savings_claim(content: StudyResults, overall: OverallSavings) -> Claim:
     """Say what was saved over all groups, what that does not hold for, and which groups have no claim."""
     savings, treatment = overall.savings, treatment_name(content, {})
     left_out = [each for each in content.pooled if each.quantity is overall.quantity and each.group in overall.left_out]
@@ -201,7 +243,7 @@ def _savings_claim(content: ReportContent, overall: OverallSavings) -> Claim:
     return _claim([*_over_groups(content, overall, ended), *missing], savings)
 
 
-def _equivalence_claim(content: ReportContent, heights: OverallEquivalence) -> Claim:
+def _equivalence_claim(content: StudyResults, heights: OverallEquivalence) -> Claim:
     """Say whether apex height stayed within the bounds over all groups."""
     change = heights.estimate
     for undefined in (change.value, heights.p.value):
@@ -222,7 +264,7 @@ def _equivalence_claim(content: ReportContent, heights: OverallEquivalence) -> C
     return _claim(_over_groups(content, heights, f"{clause}{over}{evidence}"), change)
 
 
-def _over_groups(content: ReportContent, scope: OverallSavings | OverallEquivalence, clause: str) -> list[str]:
+def _over_groups(content: StudyResults, scope: OverallSavings | OverallEquivalence, clause: str) -> list[str]:
     """Close a sentence over groups with what it does not hold for, and with the groups that it leaves out."""
     sentences = [f"{_opened(clause, 'on the days measured' if scope.days_measured_only else '')}."]
     sentences += [ELSEWHERE] if scope.days_measured_only else []
@@ -236,7 +278,7 @@ _MOST_COMPARISONS = 4
 """Comparisons that a sentence names; of more it says how many there are."""
 
 
-def family_claim(content: ReportContent, planned: Sequence[Comparison], *, pooled: bool = True) -> Claim:
+def family_claim(content: StudyResults, planned: Sequence[Comparison], *, pooled: bool = True) -> Claim:
     """Say which comparisons of the family that was decided on are shown, where the claims are not of that family.
 
     `pooled` tells whether these pool levels.
@@ -264,7 +306,7 @@ def family_claim(content: ReportContent, planned: Sequence[Comparison], *, poole
     return Claim(text, tuple(filter(None, ids)))
 
 
-def _named(content: ReportContent, one: Comparison) -> str:
+def _named(content: StudyResults, one: Comparison) -> str:
     """Name a comparison by group and level, with what was saved: "small foot, 80 kg/s: saving 5.1 %"."""
     level, savings = "" if one.opens else level_of(content, one), one.decision.savings
     name = ", ".join(filter(None, (levels_name(content, one.group), level)))
@@ -276,3 +318,60 @@ def _range_text(savings: Sequence[Number]) -> str:
     values = sorted({number.known for number in savings if number.known is not None})
     ends = dict.fromkeys(value_text(value, common_places(savings)) for value in values[:: max(len(values) - 1, 1)])
     return with_unit(" to ".join(ends), "%")
+
+
+def contrast_claims(content: StudyResults) -> tuple[Claim, ...]:
+    """Say what the planned contrasts show, a sentence each."""
+    planned = [one for one in content.contrasts if not one.exploratory]
+    return tuple(Claim(_sentence(content, one), tuple(filter(None, (one.estimate.provenance,)))) for one in planned)
+
+
+def _sentence(content: StudyResults, one: MeansContrast) -> str:
+    """Say what a contrast is by its name: "Saving with small foot less that with large foot: 3.1 points (...)."."""
+    number, name = as_shown(one.estimate), sentence_start(contrast_name(content, one))
+    for undefined in (number.value, one.test.p):
+        if isinstance(undefined, Undefined):
+            return f"{name} cannot be told: {undefined.reason}."
+    size = with_unit(value_text(number.value, places_of(one.estimate)), contrast_unit(one))
+    test, holm = one.test, ""
+    if one.adjusted is not None:  # the p that decides
+        test, holm = replace(test, p=one.adjusted.value), " by Holm"
+    evidence = [
+        f"{level_text(number)} {interval_text(one.estimate, unit=False)}",
+        f"{significance_text(test, name=False)}{holm}",
+        "on the days measured" if one.unit == "run" and one.days else "",
+        f"{count_text(one.left_out, 'condition')} of one side alone left out" if one.left_out else "",
+    ]
+    shown = "" if one.rejected else ", not significant"
+    return f"{name}: {size}{shown} ({'; '.join(filter(None, evidence))})."
+
+
+def contrast_name(content: StudyResults, one: MeansContrast) -> str:
+    """Name a contrast: "saving with the small foot less that with the large foot"."""
+    effect = "saving" if one.quantity.has_savings else f"difference of {one.quantity}"
+    if one.kind is ContrastKind.DIFFERENCE:
+        return f"{one.quantity} with {_less(content, one)}, {one.side} runs"
+    if one.kind is ContrastKind.INTERACTION:
+        return f"{effect} with {_less(content, one, ' less that with ')}"
+    step = f"for each {given_text(one.per)} of the {_swept(content)}"
+    if one.at is not None:
+        return f"{effect} {step}: up to {given_text(one.at)} less from there on"
+    return f"{effect} {step}" + (f" from {one.levels[0]} to {one.levels[-1]}" if len(one.levels) > 1 else "")
+
+
+def _less(content: StudyResults, one: MeansContrast, less: str = " less ") -> str:
+    """Write the second level less the first; without two of them what they are levels of."""
+    names = [level_names(content, {one.factor: label})[0] for label in reversed(one.levels)]
+    title = next((title_of(factor) for factor in content.factors if factor.name == one.factor), one.factor)
+    return less.join(names) if names else f"one level{less}another of the {in_sentence(title)}"
+
+
+def _swept(content: StudyResults) -> str:
+    swept = swept_factor(content)
+    return "treatment's level" if swept is None else in_sentence(title_of(swept))
+
+
+def contrast_unit(one: MeansContrast) -> str:
+    """Return the unit that a contrast is shown in: percentage points of savings, or that of its outcome."""
+    unit = as_shown(one.estimate).unit
+    return "points" if unit == "%" else unit

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from reports.content import Comparison, Condition, Factor, Level, ReportContent
 from reports.display import (
     EQUALS,
     MINUS,
@@ -18,6 +17,7 @@ from reports.display import (
     sentence_start,
     with_unit,
 )
+from reports.results import Comparison, Condition, Factor, Level, StudyResults
 
 _MEANINGS = {"kg/s": "Damping coefficient", "N/m": "Stiffness"}
 
@@ -68,7 +68,7 @@ def formula_text(factor: Factor) -> str:
     return with_unit(text, factor.unit) + zero
 
 
-def gains_text(content: ReportContent) -> str:
+def gains_text(content: StudyResults) -> str:
     """Say what gains stand for and what sizes the levels of other factors have; "" where neither is known."""
     formulas = [
         f"{in_sentence(title_of(factor))} {text}" for factor in content.factors if (text := formula_text(factor))
@@ -125,19 +125,19 @@ def level_name(factor: Factor, level: Level, *, gain: bool = False) -> str:
     return f"{factor.symbol or factor.title}{EQUALS}{physical_text(level)}{beside}"
 
 
-def group_name(content: ReportContent, condition: Condition, *, gain: bool = False, axis: Factor | None = None) -> str:
+def group_name(content: StudyResults, condition: Condition, *, gain: bool = False, axis: Factor | None = None) -> str:
     """Name what a condition shares with its control: every level but that of the swept factor, and of `axis`."""
     others = (factor for factor in content.factors if not factor.swept and factor != axis)
     pairs = ((factor, condition.level(factor.name)) for factor in others)
     return ", ".join(level_name(factor, level, gain=gain) for factor, level in pairs if level is not None)
 
 
-def levels_name(content: ReportContent, group: Mapping[str, str]) -> str:
+def levels_name(content: StudyResults, group: Mapping[str, str]) -> str:
     """Name a group given as factor -> label; a label that no condition has is shown as it is."""
     return ", ".join(level_names(content, group))
 
 
-def level_names(content: ReportContent, group: Mapping[str, str]) -> list[str]:
+def level_names(content: StudyResults, group: Mapping[str, str]) -> list[str]:
     """Return the names of a group's levels, one a factor, in the order of the study's factors."""
     known = _known_levels(content)
     factors = {factor.name: factor for factor in content.factors}
@@ -149,18 +149,18 @@ def level_names(content: ReportContent, group: Mapping[str, str]) -> list[str]:
     return names
 
 
-def headline_name(content: ReportContent, comparison: Comparison) -> str:
+def headline_name(content: StudyResults, comparison: Comparison) -> str:
     """Name what a pooled comparison claims: "savings, small foot"."""
     quantity = comparison.quantity
     what = "savings" if quantity.has_savings else f"difference of {quantity}"
     return f"{what}, {levels_name(content, comparison.group)}"
 
 
-def _known_levels(content: ReportContent) -> dict[tuple[str, str], Level]:
+def _known_levels(content: StudyResults) -> dict[tuple[str, str], Level]:
     return {(level.factor, level.label): level for condition in content.conditions for level in condition.levels}
 
 
-def level_of(content: ReportContent, comparison: Comparison) -> str:
+def level_of(content: StudyResults, comparison: Comparison) -> str:
     """Name the level that a comparison sets against its control: "d = 186 kg/s (gain 50)", or "pooled" of several."""
     swept = swept_factor(content)
     known = None if swept is None else _known_levels(content).get((swept.name, comparison.level))
@@ -169,7 +169,7 @@ def level_of(content: ReportContent, comparison: Comparison) -> str:
     return comparison.level if swept is None or known is None else level_name(swept, known, gain=True)
 
 
-def swept_factor(content: ReportContent) -> Factor | None:
+def swept_factor(content: StudyResults) -> Factor | None:
     """Return the factor on the x axis, None where the study has none."""
     return next((factor for factor in content.factors if factor.swept), None)
 
@@ -178,7 +178,7 @@ _FEW_LEVELS = 3
 """Up to so many treated levels a sentence names; of more it says how many there are."""
 
 
-def treatment_name(content: ReportContent, group: Mapping[str, str]) -> str:
+def treatment_name(content: StudyResults, group: Mapping[str, str]) -> str:
     """Name the treatment of a group in a sentence: as labbook.toml does ("active damping"), else by its levels.
 
     "smooth", "gravel and mud", "drop height = 45 cm"; of many levels "the treatment (5 levels of the stiffness)".
@@ -192,7 +192,7 @@ def treatment_name(content: ReportContent, group: Mapping[str, str]) -> str:
     return _levels_listed(swept, levels)
 
 
-def treatment_label(content: ReportContent) -> str:
+def treatment_label(content: StudyResults) -> str:
     """Name the treatment in a formula or a legend: its name or its only level, else "treatment"."""
     swept = swept_factor(content)
     if swept is not None and (swept.treatment or len(treated_levels(content, {})) == 1):
@@ -200,7 +200,7 @@ def treatment_label(content: ReportContent) -> str:
     return "treatment"
 
 
-def treated_levels(content: ReportContent, group: Mapping[str, str]) -> list[Level]:
+def treated_levels(content: StudyResults, group: Mapping[str, str]) -> list[Level]:
     """Return the treated levels of a group's conditions, each once."""
     swept = swept_factor(content)
     name = "" if swept is None else swept.name
@@ -217,6 +217,6 @@ def _levels_listed(factor: Factor, levels: list[Level]) -> str:
     return f"{name}{EQUALS}{with_unit(values, levels[0].unit)}"
 
 
-def control_name(content: ReportContent) -> str:
+def control_name(content: StudyResults) -> str:
     """Name the control in a sentence: as labbook.toml does ("CE"), else with its level: "the control (sand)"."""
     return swept_words(swept_factor(content)).the_control

@@ -6,7 +6,6 @@ import math
 from collections.abc import Sequence
 
 from data_schema.outcomes import Outcome
-from reports.content import WITHOUT_EXCLUSIONS, Comparison, Favoured, ReportContent, Varied
 from reports.display import (
     SAVINGS,
     as_shown,
@@ -28,6 +27,7 @@ from reports.display import (
 )
 from reports.naming import headline_name, levels_name
 from reports.numbers import Number
+from reports.results import WITHOUT_EXCLUSIONS, Comparison, Favoured, StudyResults, Varied
 
 _ONE_SLOPE = " (one drift for all groups)"
 _MOST_FAVOURED = 2
@@ -36,7 +36,7 @@ MOST_NAMED = 6
 """So many odd runs are named."""
 
 
-def flow_sentence(content: ReportContent) -> str:
+def flow_sentence(content: StudyResults) -> str:
     """Say how many runs were planned, made, void and analysed, and how many jumps, or that no run was selected."""
     flow = content.flow
     if not flow.runs_done:
@@ -59,7 +59,7 @@ def flow_sentence(content: ReportContent) -> str:
     return f"{'; '.join(parts)}."
 
 
-def review_sentence(content: ReportContent) -> str:
+def review_sentence(content: StudyResults) -> str:
     """Say how many of the jumps analysed a person reviewed, and how many verdicts were blind; "" without jumps."""
     flow = content.flow
     if not flow.jumps_analysed:
@@ -79,7 +79,7 @@ def review_sentence(content: ReportContent) -> str:
     return f"{text}."
 
 
-def trust_sentences(content: ReportContent) -> tuple[str, ...]:
+def trust_sentences(content: StudyResults) -> tuple[str, ...]:
     """Return how far to trust the answer: days, looks, order, charger, odd runs, plan, one day less, uncertainty."""
     plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
     if content.planned:
@@ -109,7 +109,7 @@ def _first_of(names: Sequence[str]) -> str:
     return list_text([*names[:MOST_NAMED], *([f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED else [])])
 
 
-def _without_charges(content: ReportContent) -> list[str]:
+def _without_charges(content: StudyResults) -> list[str]:
     """Name the groups that nothing is claimed of for want of charges."""
     return [
         f"Nothing is claimed of {levels_name(content, group) or 'all runs'}: {_first_of(runs)} "
@@ -118,7 +118,7 @@ def _without_charges(content: ReportContent) -> list[str]:
     ]
 
 
-def _looks(content: ReportContent) -> str:
+def _looks(content: StudyResults) -> str:
     """Say which look at the data this is; "" where it is the only one so far and one was planned."""
     look = content.look
     if look is None or (look.number == 1 and look.planned == 1):
@@ -138,7 +138,7 @@ def _looks(content: ReportContent) -> str:
     )
 
 
-def _order_in_days(content: ReportContent) -> str:
+def _order_in_days(content: StudyResults) -> str:
     """Say which headlines the order within days favours, and give them adjusted for it; "" where there are none."""
     if not content.favoured:
         return ""
@@ -151,7 +151,7 @@ def _order_in_days(content: ReportContent) -> str:
     )
 
 
-def _adjusted_text(content: ReportContent, item: Favoured) -> str:
+def _adjusted_text(content: StudyResults, item: Favoured) -> str:
     whose = "all groups" if item.group is None else levels_name(content, item.group)
     adjusted = [
         f"{'saving' if outcome.has_savings else f'change of {in_sentence(outcome.heading)}'} "
@@ -167,7 +167,7 @@ def _adjusted_text(content: ReportContent, item: Favoured) -> str:
     )
 
 
-def _coarse_charger(content: ReportContent) -> str:
+def _coarse_charger(content: StudyResults) -> str:
     """Say that intervals of joules cannot be trusted, and what to do; "" where the charger's step is fine enough."""
     found = content.coarse_charger
     if found is None:
@@ -179,7 +179,7 @@ def _coarse_charger(content: ReportContent) -> str:
     )
 
 
-def _odd_runs(content: ReportContent) -> str:
+def _odd_runs(content: StudyResults) -> str:
     """Name the runs whose joules are unlike those of their condition; "" where there are none."""
     names = content.outside_limits
     if not names:
@@ -192,7 +192,7 @@ def _odd_runs(content: ReportContent) -> str:
     return f"{count_text(len(names), 'run')} {lie} outside the control limits of {whose}: {_first_of(names)}.{swapped}"
 
 
-def _uncertainty(content: ReportContent) -> str:
+def _uncertainty(content: StudyResults) -> str:
     """Say what most of the answer's standard error comes from, and so what narrows it; "" where it has none.
 
     Scatter of runs alone gives sigma^2 (1 / n_t + rho^2 / n_c), sigma being that within days; what is more comes from
@@ -239,7 +239,7 @@ def _of_runs(comparison: Comparison) -> float | None:
     return (100.0 * sd / mean) ** 2 * (1.0 / lead.n_treatment + (1.0 - saved / 100.0) ** 2 / lead.n_control)
 
 
-def _one_day_less(content: ReportContent) -> str:
+def _one_day_less(content: StudyResults) -> str:
     """Say how far leaving out one day moves a group's headline, by the first unit that there is; "" without one.
 
     Other days may have idle runs for the drain lines of a headline, but nothing of the selection is left out there.
@@ -270,7 +270,7 @@ def _one_day_less(content: ReportContent) -> str:
     return f"Leaving out any one day moves the {what} of a group by at most {moved}{lost}."
 
 
-def sentences_on_rules(content: ReportContent) -> tuple[str, ...]:
+def sentences_on_rules(content: StudyResults) -> tuple[str, ...]:
     """Say of each headline under how many rules of onset and take-off of a single jump its verdict holds."""
     found = (_by_rules(headline_name(content, one), one.decision.headline, varied) for one, varied in content.headlines)
     return tuple(filter(None, found))

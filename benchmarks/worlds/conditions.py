@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import RunKind, RunState
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
-from reports.content import ConditionSummary
 from reports.numbers import Number, Result
+from reports.results import ConditionSummary
 from stats.compare.shared_error import SharedError
 
 _NONE = Number(0.0, "1")

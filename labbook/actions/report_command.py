@@ -20,11 +20,11 @@ from data_schema.queries.runs import refuse_empty_selection
 from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
 from ingest.store import STORED, Store
+from labbook.analysis.study import Analysis, analyse
 from labbook.book.opening import CONFIGURATION, JOURNAL, REPORTS, Book
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report, numbers_path
 from labbook.book.write_session import Statement, new_uid, now_utc
 from labbook.config.parsing import Configuration, settings_of_numbers
-from labbook.presenting.report.content import MadeReport, make_report
 from reports.page.printing import print_pdf
 from reports.page.writing import refuse_foreign, refuse_no_template, report_files, write_report
 
@@ -127,9 +127,9 @@ def write(
         refuse_foreign(out)
         _check_writable(out)
 
-    def draw(made: MadeReport) -> Mapping[str, bytes]:
+    def draw(made: Analysis) -> Mapping[str, bytes]:
         step("writing the page")
-        return report_files(made.content, summary=summary, every_figure=every_figure, word=word, templates=templates)
+        return report_files(made.results, summary=summary, every_figure=every_figure, word=word, templates=templates)
 
     later = 0
     if unsaved:
@@ -148,15 +148,15 @@ def write(
     return WrittenReport(
         page=str(page),
         folder=str(folder),
-        claims=tuple(claim.text for claim in made.content.claims),
-        as_of=made.content.entry,
+        claims=tuple(claim.text for claim in made.results.claims),
+        as_of=made.results.entry,
         later=later,
         pdf=str(printed) if pdf and not no_pdf else "",
         no_pdf=no_pdf,
     )
 
 
-def _drawn(book: Book, made: MadeReport, out: Path | None, files: Mapping[str, bytes]) -> DrawnReport:
+def _drawn(book: Book, made: Analysis, out: Path | None, files: Mapping[str, bytes]) -> DrawnReport:
     """Return a report's files, its `numbers.json` among them, for the folder `out` or a new one of the book."""
     folder = out or _new_folder(book, made)
     every = {**files, NUMBERS: numbers_bytes(numbers_of_report(made))}
@@ -169,9 +169,9 @@ def _drawn(book: Book, made: MadeReport, out: Path | None, files: Mapping[str, b
     return DrawnReport(os.path.relpath(folder.resolve(), book.folder.resolve()), every, put)
 
 
-def _new_folder(book: Book, made: MadeReport) -> Path:
+def _new_folder(book: Book, made: Analysis) -> Path:
     """Return a folder named after the time of the report, and after its number where two are of one second."""
-    name = made.content.made_at.replace(":", "").replace("-", "").split(".")[0]
+    name = made.results.made_at.replace(":", "").replace("-", "").split(".")[0]
     names = itertools.chain([name], (f"{name}-{number}" for number in itertools.count(2)))
     return next(folder for each in names if not (folder := book.folder / REPORTS / each).exists())
 
@@ -182,9 +182,9 @@ def _saved_report(
     out: Path | None,
     person: str | None,
     step: Callable[[str], None],
-    draw: Callable[[MadeReport], Mapping[str, bytes]],
+    draw: Callable[[Analysis], Mapping[str, bytes]],
     about: Mapping[str, object],
-) -> tuple[MadeReport, DrawnReport, int]:
+) -> tuple[Analysis, DrawnReport, int]:
     try:
         if out is None and os.access(book.folder, os.W_OK):  # else the session reports who may not write
             _check_writable(book.folder / REPORTS)
@@ -194,23 +194,23 @@ def _saved_report(
         raise BookReadOnly(f"{error} `labbook report --unsaved --out DIR` needs no right to write.") from error
 
 
-def _unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -> MadeReport:
+def _unsaved_report(book: Book, where: str | None, step: Callable[[str], None]) -> Analysis:
     """Make a report that the book does not have."""
     with book.reading() as connection:
         return _not_stored(_made(connection, book.store, book.configuration, where, step))
 
 
-def _report_as_of(book: Book, where: str | None, as_of: str, step: Callable[[str], None]) -> MadeReport:
+def _report_as_of(book: Book, where: str | None, as_of: str, step: Callable[[str], None]) -> Analysis:
     """Make the report of a book as it stood at an earlier entry or time."""
     from labbook.book.as_of import book_as_of  # brings readers of files, for which no other report waits
 
     with book_as_of(book, as_of, step) as past:
         made = _not_stored(_made(past.connection, book.store, past.configuration, where, step))
-    return replace(made, content=replace(made.content, as_of=past.called))
+    return replace(made, results=replace(made.results, as_of=past.called))
 
 
-def _not_stored(made: MadeReport) -> MadeReport:
-    return replace(made, content=replace(made.content, stored=False))
+def _not_stored(made: Analysis) -> Analysis:
+    return replace(made, results=replace(made.results, stored=False))
 
 
 def _made(
@@ -219,13 +219,13 @@ def _made(
     configuration: Configuration,
     where: str | None,
     step: Callable[[str], None],
-) -> MadeReport:
+) -> Analysis:
     refuse_empty_selection(connection, where)
     made_at = now_utc().split(".")[0] + "Z"
-    return make_report(connection, store, configuration, where=where, made_at=made_at, progress=step)
+    return analyse(connection, store, configuration, where=where, made_at=made_at, progress=step)
 
 
-def _make_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
+def _make_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> Analysis:
     """Make a report of the book as it stands, without a lock: what is stated meanwhile is not in it."""
     for _attempt in range(_ATTEMPTS):
         with book.session(person):
@@ -274,7 +274,7 @@ def _check_writable(folder: Path) -> None:
         ) from error
 
 
-def state_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> MadeReport:
+def state_report(book: Book, where: str | None, person: str | None, step: Callable[[str], None]) -> Analysis:
     """Make a report of which nothing is drawn: its numbers alone."""
     made = _make_report(book, where, person, step)
     _stated(book, where, None, person, made, {})
@@ -286,10 +286,10 @@ def _stated(
     where: str | None,
     out: Path | None,
     person: str | None,
-    made: MadeReport,
+    made: Analysis,
     files: Mapping[str, bytes],
     about: Mapping[str, object] = {},
-) -> tuple[MadeReport, DrawnReport, int]:
+) -> tuple[Analysis, DrawnReport, int]:
     """State that a report was made and put its files in place; returns how many entries came in after those it is of.
 
     `about` stands in the entry beside what every report has, such as that its page is a lab's own. The files get their
@@ -297,17 +297,17 @@ def _stated(
     """
     with book.session(person) as session:
         drawn = _drawn(book, made, out, files)
-        later = journal.head(session.connection)[0] + len(session.entries) - made.content.entry
+        later = journal.head(session.connection)[0] + len(session.entries) - made.results.entry
         hashes = {name: hashlib.sha256(data).hexdigest() for name, data in drawn.files.items()}
         new = {
             "where": where,
-            "made_at": made.content.made_at,
+            "made_at": made.results.made_at,
             "numbers": len(made.shown),
             "versions": made.versions,
             "settings": settings_of_numbers(book.configuration),
             "folder": drawn.folder,
             "files": hashes,
-            **({"as_of": made.content.entry} if later else {}),
+            **({"as_of": made.results.entry} if later else {}),
             **about,
         }
         session.state(Statement(Action.REPORT, "report", new_uid(), new=new))

@@ -11,7 +11,7 @@ import hashlib
 import math
 import typing
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import Field, dataclass, field, fields, replace
+from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
 from functools import cache
 from operator import attrgetter
 from typing import Any, Generic, TypeVar
@@ -24,6 +24,7 @@ from data_schema.queries.signals import SignalRow
 from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import Undefined
 from reports.numbers import Number, NumberNames, Origin, Result
+from reports.results import Provenance, StudyResults
 
 T = TypeVar("T", bound=Result)
 
@@ -121,6 +122,57 @@ def _number_fields(kind: Any) -> dict[Field[Any], tuple[str, str | None]]:
             head, several, tail = named.partition("{}")
             found[one] = (head, tail if several else None)
     return found
+
+
+def shown_numbers(study: StudyResults) -> Iterator[Number]:
+    """Give every number with an id that a report shows; of what was recomputed the headlines."""
+    of_headlines = [
+        decision.headline
+        for comparison, varied in study.headlines
+        for decision in (comparison.decision, *(one.result for one in varied))
+    ]
+    budget = study.budget
+    of_sources = [] if budget is None else [of[name] for name in budget.one_run for of in (budget.one_run, budget.mean)]
+    beside: dict[str, object] = {"variations": of_headlines, "budget": of_sources}
+    for one in fields(study):
+        yield from _numbers_in(beside.get(one.name, getattr(study, one.name)))
+
+
+_PLAIN = (str, int, float, type(None))
+
+
+def _numbers_in(value: object) -> Iterator[Number]:
+    """Give every number that was computed of a book, with its id, in a part of a study's results."""
+    if isinstance(value, Number):
+        if value.provenance:
+            yield value
+        return
+    if isinstance(value, Mapping):
+        parts: Iterable[object] = value.values()
+    elif is_dataclass(value) and not isinstance(value, type):
+        parts = [getattr(value, one.name) for one in fields(value) if one.name != "origin"]
+    elif isinstance(value, list | tuple):
+        parts = value
+    else:
+        return
+    for part in parts:
+        if not isinstance(part, _PLAIN):
+            yield from _numbers_in(part)
+
+
+def provenance(shown: Iterable[str], computed: Results) -> tuple[Provenance, ...]:
+    """Say of each number by its id what it is and how many inputs its result has."""
+    known = {number.provenance: (name, one) for one in computed.made.values() for name, number in numbers_of(one)}
+    found = []
+    for uid in shown:
+        name, result = known[uid]
+        found.append(Provenance(uid, f"{name.replace('_', ' ')}, {_scope(result)}", len(result.origin.inputs)))
+    return tuple(found)
+
+
+def _scope(result: Result) -> str:
+    """Say what a result is about in a few words; the family of a comparison is in its label already."""
+    return "; ".join(str(value) for name, value in result.origin.scope.items() if value != "" and name != "family")
 
 
 def fingerprint(role: str, kind: str, uid: str, content: str) -> InputRow:

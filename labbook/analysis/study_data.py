@@ -57,6 +57,11 @@ class StudyData:
     calibrated: Mapping[str, tuple[CalibratedChannel, ...]] = field(default_factory=dict)
     outdated: tuple[str, ...] = ()
 
+    @property
+    def labels(self) -> dict[str, list[str]]:
+        """The labels of each factor's levels, in their order."""
+        return {row.name: [level.label for level in row.levels] for row in self.factors}
+
     def reasons(self, missing: Mapping[str, Undefined], role: FileRole) -> dict[str, Undefined]:
         """Return why runs lack a number; a waiting file of theirs comes before other reasons."""
         waiting = {run_uid: self.waits(run_uid, role) for run_uid in missing}

@@ -30,8 +30,8 @@ from labbook.analysis.results import numbers_of
 from reports.numbers import Number, Result
 
 if TYPE_CHECKING:
+    from labbook.analysis.study import Analysis
     from labbook.book.write_session import WriteSession
-    from labbook.presenting.report.content import MadeReport
 
 NUMBERS = "numbers.json"
 _FOLDER = "numbers"
@@ -100,7 +100,7 @@ class ReportNumbers:
         return frozenset(found)
 
 
-def numbers_of_report(made: MadeReport) -> ReportNumbers:
+def numbers_of_report(made: Analysis) -> ReportNumbers:
     """Return what a report shows, and what is behind it."""
     by_uid = {one.origin.uid: one for one in made.computed.made.values()}
     owners = {

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from labbook.analysis.study import Measured
-    from reports.content import ReportContent
+    from labbook.analysis.measured import Measured
     from reports.page.study import Study
+    from reports.results import StudyResults
     from reports.tables.table import Table
 
 
@@ -135,14 +135,14 @@ class ReadOnlyBook:
 
     def report(self, where: str | None = None) -> BookReport:
         """Return what a report of these runs shows; nothing is stored, so that `labbook why` knows none of it."""
+        from labbook.analysis.study import analyse
         from labbook.book.write_session import now_utc
-        from labbook.presenting.report.content import make_report
 
         made_at = now_utc().split(".")[0] + "Z"
         with self._book.reading() as connection:
             refuse_empty_selection(connection, where)
-            made = make_report(connection, self._book.store, self._book.configuration, where=where, made_at=made_at)
-        return BookReport(made.content)
+            made = analyse(connection, self._book.store, self._book.configuration, where=where, made_at=made_at)
+        return BookReport(made.results)
 
     def compare(self, where: str | None = None) -> BookReport:
         """Return the same with the tables of what the simulator predicts alone, and of hypotheses.
@@ -152,7 +152,7 @@ class ReadOnlyBook:
         from labbook.actions.simulate.comparing_predictions import COMPARED, compare_predictions
 
         compared = compare_predictions(self._book, where, lambda _what: None)
-        return BookReport(compared.content, tuple(COMPARED))
+        return BookReport(compared.results, tuple(COMPARED))
 
     def study(self, name: str, where: str | None = None) -> Study:
         """Return a study of the thesis by its name, for example "emulator": numbers, sentences, figure, table.
@@ -171,23 +171,23 @@ class ReadOnlyBook:
 
 @dataclass(frozen=True)
 class BookReport:
-    """What a report shows: `content` has its results, `tables` and `figure` show them; a notebook prints the claims."""
+    """What a report shows: `results` has all, `tables` and `figure` show them; a notebook prints the claims."""
 
-    content: ReportContent = field(repr=False)
+    results: StudyResults = field(repr=False)
     names: tuple[str, ...] | None = None
     """The tables that it has; all without them."""
 
     @property
     def claims(self) -> tuple[str, ...]:
         """The sentences that a report opens with."""
-        return tuple(claim.text for claim in self.content.claims)
+        return tuple(claim.text for claim in self.results.claims)
 
     @cached_property
     def tables(self) -> Mapping[str, Table]:
         """The tables by name, those with rows alone; a notebook prints each."""
         from reports.tables.registry import tables_of
 
-        made = {kind.name: kind.make(self.content) for kind in tables_of(self.content)}
+        made = {kind.name: kind.make(self.results) for kind in tables_of(self.results)}
         return {name: table for name, table in made.items() if table.rows and name in (self.names or made)}
 
     def frame(self, name: str) -> pd.DataFrame:
@@ -203,7 +203,7 @@ class BookReport:
         """The names of the figures that can be drawn."""
         from reports.figures.registry import figures_of
 
-        return tuple(kind.name for kind in figures_of(self.content) if kind.absent(self.content) is None)
+        return tuple(kind.name for kind in figures_of(self.results) if kind.absent(self.results) is None)
 
     def figure(self, name: str = "savings", width_in: float = 7.0) -> Figure:
         """Draw a figure of the report as wide as asked, in inches."""
@@ -211,7 +211,7 @@ class BookReport:
 
         if name not in self.figures:
             raise unknown_name("figure of this report", name, self.figures)
-        return FIGURES[name].draw(FIGURES[name].drawn(self.content), width_in)
+        return FIGURES[name].draw(FIGURES[name].drawn(self.results), width_in)
 
     def __repr__(self) -> str:
         return "\n".join(self.claims) or "a report without a claim"

@@ -10,9 +10,9 @@ import sqlalchemy as sa
 
 from data_schema.queries.runs import refuse_empty_selection
 from ingest.store import Store
+from labbook.analysis.measured import Measured, measure_study
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.results import Results
-from labbook.analysis.study import Measured, measure_study
 from labbook.analysis.study_data import StudyData, gather
 from labbook.config.parsing import Configuration
 

@@ -33,12 +33,12 @@ from data_schema.queries.history import ReportRow
 from data_schema.vocabulary import Action
 from ingest.store import Store
 from labbook.actions.upkeep.tracing import made_again
+from labbook.analysis.study import Analysis
 from labbook.book.opening import JOURNAL
 from labbook.book.replaying import replayed
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report
 from labbook.config.parsing import Configuration, parse_configuration
 from labbook.export.tables import ExportTable
-from labbook.presenting.report.content import MadeReport
 from reports.page.writing import report_files
 from reports.tables.word import WORD
 
@@ -271,12 +271,12 @@ def _chained(entries: Iterable[Entry]) -> Iterable[Entry]:
             yield entry
 
 
-def _files(made: MadeReport, made_of: ReportRow) -> dict[str, bytes]:
+def _files(made: Analysis, made_of: ReportRow) -> dict[str, bytes]:
     """Make the files of a report that it has in the book."""
     known = made_of.files
     numbers = {NUMBERS: numbers_bytes(numbers_of_report(made))}
     if known.keys() == numbers.keys():
         return numbers
     every_figure = any(name.endswith(".pdf") for name in known)
-    drawn = report_files(made.content, summary="summary.html" in known, every_figure=every_figure, word=WORD in known)
+    drawn = report_files(made.results, summary="summary.html" in known, every_figure=every_figure, word=WORD in known)
     return {**drawn, **numbers}

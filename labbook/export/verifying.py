@@ -54,8 +54,8 @@ from labbook.export.capsule import (
 )
 from labbook.export.crate import METADATA, StatedFile, stated_files
 from labbook.export.sharing import ORIGIN, read_origin
-from reports.content import ReportContent
 from reports.page.writing import files_beside_figures
+from reports.results import StudyResults
 from reports.tables.word import WORD
 
 PAGE = "report.html"
@@ -298,7 +298,7 @@ def _check_made(capsule: _Unpacked, engine: sa.Engine, replay: Replay, entries: 
     active = [path for path in figures if is_active(capsule.bytes_of(path))]
     found.add([f"{path} holds a script or a link, which no figure of labbook does." for path in active], "such figures")
     found.remarks += _not_proved(entries, len(figures))
-    _compare_pages(capsule, again.content, own_page=bool(of_report.get("own_page")))
+    _compare_pages(capsule, again.results, own_page=bool(of_report.get("own_page")))
     replay.apply_to(engine)
     step("making tables")
     with reading(engine) as connection, without_caches():
@@ -471,7 +471,7 @@ OWN_PAGES = ("report.html", "summary.html")
 """What a lab's own templates make."""
 
 
-def _compare_pages(capsule: _Unpacked, content: ReportContent, *, own_page: bool) -> None:
+def _compare_pages(capsule: _Unpacked, content: StudyResults, *, own_page: bool) -> None:
     """Compare the report's pages and tables with those made anew, around the figures that the capsule has.
 
     A page of a lab's own is compared with the journal's hash alone, as figures and tables for Word are.

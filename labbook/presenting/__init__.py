@@ -1,1 +1,1 @@
-"""From an analysis to what a report shows; the only place that knows both."""
+"""From what was computed to what a command shows."""

@@ -29,7 +29,7 @@ from labbook.analysis.preregistration.planned import Planned, planned_analysis
 from labbook.analysis.results import Results
 from labbook.analysis.study_data import StudyData, gather
 from labbook.config.parsing import Configuration
-from reports.content import WITHOUT_EXCLUSIONS
+from reports.results import WITHOUT_EXCLUSIONS
 from stats.apexes.detectors import DETECTORS
 
 WITHOUT = "without "

@@ -9,13 +9,12 @@ from typing import TYPE_CHECKING, ClassVar
 from data_schema.errors import InputRefused
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import refuse_empty_selection
+from labbook.analysis.study import analyse
 from labbook.book.opening import opened
 from labbook.book.write_session import now_utc
-from labbook.presenting.report.content import make_report
 from labbook.studies.study import Asked, Found, book_sources, damping_factor, level_of
 from labbook.terminal import NOT_IN_JSON
 from reports.claims import groups_in_one_sentence
-from reports.content import ReportContent
 from reports.display import (
     DASH,
     as_shown,
@@ -32,6 +31,7 @@ from reports.display import (
 from reports.figures.by_level import coefficient_of, draw_side_by_side, has_quantity, points_text
 from reports.numbers import Number
 from reports.page.study import Study
+from reports.results import StudyResults
 from reports.tables.headlines import groups
 from reports.tables.predictions import block_of, level_text_of, published_text, scene_sentences
 from reports.tables.registry import TABLES, tables_of
@@ -51,14 +51,14 @@ class BedStudy(Study):
     """
 
     title: ClassVar[str] = "What active damping saves on the granular bed"
-    content: ReportContent = field(metadata=NOT_IN_JSON)
+    results: StudyResults = field(metadata=NOT_IN_JSON)
     claims: tuple[str, ...]
     tables: Mapping[str, Sequence[Mapping[str, Raw]]]
     not_simulated: str
 
     def sentences(self) -> list[str]:
         """Say what active damping saves, in all and by group, and whether height is lost."""
-        content, lines = self.content, list(self.claims)
+        content, lines = self.results, list(self.claims)
         if content.overall:
             found = groups(content).items()
             savings = {name: joules.decision.savings for name, (joules, _apex) in found if joules is not None}
@@ -78,13 +78,13 @@ class BedStudy(Study):
 
     def table(self) -> Sequence[Sequence[str]]:
         """Return the comparisons of each damping gain with its control: joules, as the report has them."""
-        table = TABLES[f"comparisons_{Outcome.JOULES.key}"].make(self.content)
+        table = TABLES[f"comparisons_{Outcome.JOULES.key}"].make(self.results)
         rows = [[row.block, *(cell.text for cell in table.cells(row))] for row in table.rows]
         return [["group", *(column.head for column in table.heads)], *rows]
 
     def beside(self) -> list[tuple[str, ...]]:
         """Return what was measured and simulated of all that the thesis has a number of (5.2)."""
-        content = self.content
+        content = self.results
         return [
             (
                 ", ".join(filter(None, [item.quantity.short, block_of(content, item), level_text_of(content, item)])),
@@ -98,14 +98,14 @@ class BedStudy(Study):
 
     def caption(self) -> str:
         """Say what is drawn."""
-        drawn = [outcome for outcome in OUTCOMES if has_quantity(self.content, outcome)]
+        drawn = [outcome for outcome in OUTCOMES if has_quantity(self.results, outcome)]
         what = sentence_start(list_text([in_sentence(outcome.heading) for outcome in drawn]))
-        points = dict.fromkeys(points_text(self.content, outcome) for outcome in drawn)
-        return " ".join([f"{what} against the {coefficient_of(self.content)} (thesis figures 5.3, 5.4).", *points])
+        points = dict.fromkeys(points_text(self.results, outcome) for outcome in drawn)
+        return " ".join([f"{what} against the {coefficient_of(self.results)} (thesis figures 5.3, 5.4).", *points])
 
     def draw(self) -> Figure:
         """Draw joules and apexes by damping gain."""
-        return draw_side_by_side(self.content, OUTCOMES)
+        return draw_side_by_side(self.results, OUTCOMES)
 
 
 def _text(number: Number | None, places: int | None = None) -> str:
@@ -129,7 +129,7 @@ def ask(asked: Asked) -> Found[BedStudy]:
         level = None if options.level is None else level_of(options)
         refuse_empty_selection(connection, options.where)
         damping = damping_factor(configuration, "0, 50, 100, 150, 200, 250")
-        content = make_report(
+        content = analyse(
             connection,
             book.store,
             configuration,
@@ -137,7 +137,7 @@ def ask(asked: Asked) -> Found[BedStudy]:
             made_at=now_utc(),
             progress=asked.step,
             level=level,
-        ).content
+        ).results
         sources = book_sources(connection, configuration, options.where or "all")
     if not any(one.quantity is Outcome.JOULES and one.opens for one in content.comparisons):
         without = content.flow.runs_without[Outcome.JOULES]

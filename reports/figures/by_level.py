@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from data_schema.outcomes import Outcome
-from reports.content import ReportContent
 from reports.display import as_shown, count_text, general_text, given_text, level_text, sentence_start, shown_unit
 from reports.figures.kind import FigureKind, absence_text
 from reports.figures.series import Axis, Series, axis_of, drawn_factor, series_lie_apart, series_of
 from reports.figures.style import GREY, TWO_COLUMNS_IN, is_narrow, light_grid, new_figure, publication_style, spread
 from reports.naming import control_name, swept_words
+from reports.results import StudyResults
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,23 +21,23 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
-def has_quantity(content: ReportContent, quantity: Outcome) -> bool:
+def has_quantity(content: StudyResults, quantity: Outcome) -> bool:
     """Whether any condition has a mean of the quantity."""
     summaries = (condition.summary(quantity) for condition in content.conditions)
     return any(summary is not None and summary.mean.known is not None for summary in summaries)
 
 
-def _absent_quantity(content: ReportContent, quantity: Outcome) -> str | None:
+def _absent_quantity(content: StudyResults, quantity: Outcome) -> str | None:
     """Give the reason why there is nothing of the quantity to draw, None where there is."""
     return None if has_quantity(content, quantity) else absence_text(content, f"are no {quantity.plural}")
 
 
-def coefficient_of(content: ReportContent) -> str:
+def coefficient_of(content: StudyResults) -> str:
     """Return what the swept factor's levels are called."""
     return swept_words(drawn_factor(content)).coefficient
 
 
-def points_text(content: ReportContent, quantity: Outcome) -> str:
+def points_text(content: StudyResults, quantity: Outcome) -> str:
     """Say what the marks are: means, intervals, single runs and how many there are."""
     found = [(c, summary) for c in content.conditions if (summary := c.summary(quantity)) is not None]
     counts = [summary.mean.n for _, summary in found if summary.mean.n is not None]
@@ -55,7 +55,7 @@ def points_text(content: ReportContent, quantity: Outcome) -> str:
     return " ".join(sentences)
 
 
-def range_text(content: ReportContent, quantity: Outcome) -> str:
+def range_text(content: StudyResults, quantity: Outcome) -> str:
     """Say in words between which values the condition means lie, for a reader who cannot see the plot."""
     unit, factor = shown_unit(quantity.unit)
     sentences = []
@@ -87,7 +87,7 @@ class _Marks:
         return min(values), max(values)
 
 
-def _draw_by_level(content: ReportContent, quantity: Outcome, width_in: float) -> Figure:
+def _draw_by_level(content: StudyResults, quantity: Outcome, width_in: float) -> Figure:
     """Draw one outcome: x is the damping coefficient with CE at 0, y the outcome in the unit it is shown in.
 
     All series share one panel, side by side, as in the thesis; where they lie so far apart that no difference
@@ -100,7 +100,7 @@ def _draw_by_level(content: ReportContent, quantity: Outcome, width_in: float) -
     return figure
 
 
-def draw_side_by_side(content: ReportContent, quantities: Sequence[Outcome]) -> Figure:
+def draw_side_by_side(content: StudyResults, quantities: Sequence[Outcome]) -> Figure:
     """Draw outcomes beside each other, those that there are, across both columns of a paper."""
     with publication_style():
         shown = {quantity: _drawn(content, quantity) for quantity in quantities if has_quantity(content, quantity)}
@@ -113,12 +113,12 @@ def draw_side_by_side(content: ReportContent, quantities: Sequence[Outcome]) -> 
         return figure
 
 
-def _drawn(content: ReportContent, quantity: Outcome) -> list[_Marks]:
+def _drawn(content: StudyResults, quantity: Outcome) -> list[_Marks]:
     every = (_marks(series, axis_of(content), quantity) for series in series_of(content))
     return [marks for marks in every if marks.runs or marks.means]
 
 
-def _height_in(content: ReportContent, quantity: Outcome, drawn: list[_Marks], narrow: bool) -> float:
+def _height_in(content: StudyResults, quantity: Outcome, drawn: list[_Marks], narrow: bool) -> float:
     if not series_lie_apart(content, quantity):
         return 3.4 if narrow else 3.9
     across = _panels_across(drawn, narrow)
@@ -126,7 +126,7 @@ def _height_in(content: ReportContent, quantity: Outcome, drawn: list[_Marks], n
 
 
 def _draw_on(
-    figure: Figure | SubFigure, content: ReportContent, quantity: Outcome, drawn: list[_Marks], narrow: bool
+    figure: Figure | SubFigure, content: StudyResults, quantity: Outcome, drawn: list[_Marks], narrow: bool
 ) -> bool:
     """Draw an outcome; returns whether in panels, which name their series."""
     axis, y_label = axis_of(content), f"{quantity.heading} ({shown_unit(quantity.unit)[0]})"
@@ -249,12 +249,12 @@ def _handle(series: Series) -> Line2D:
     )
 
 
-def caption(content: ReportContent, quantity: Outcome) -> str:
+def caption(content: StudyResults, quantity: Outcome) -> str:
     """Say what is drawn."""
     return f"{quantity.heading} against the {coefficient_of(content)}. {points_text(content, quantity)}"
 
 
-def alternative(content: ReportContent, quantity: Outcome) -> str:
+def alternative(content: StudyResults, quantity: Outcome) -> str:
     """Describe the plot in words."""
     return (
         f"Plot of {quantity} against the {coefficient_of(content)}, mean and interval of each condition. "
@@ -265,7 +265,7 @@ def alternative(content: ReportContent, quantity: Outcome) -> str:
 _BY_LEVEL = "_by_level"
 
 
-def file_name(name: str, content: ReportContent) -> str:
+def file_name(name: str, content: StudyResults) -> str:
     """Return what a figure's files are called: `joules_by_level` after the factor of its x axis, `joules_by_foot`."""
     factor = drawn_factor(content)
     return name if factor is None else name.replace(_BY_LEVEL, f"_by_{factor.name}")

@@ -13,8 +13,8 @@ import numpy as np
 
 from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
-from reports.content import EMPTY, Condition, ConditionSummary, ReportContent
 from reports.figures.style import GREY, lay_out, new_figure, publication_style
+from reports.results import EMPTY, Condition, ConditionSummary, StudyResults
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -53,15 +53,15 @@ class FigureKind:
 
     name: str
     title: str
-    draw: Callable[[ReportContent, float], Figure]
-    caption: Callable[[ReportContent], str]
-    alternative: Callable[[ReportContent], str]
-    absent: Callable[[ReportContent], str | None]
+    draw: Callable[[StudyResults, float], Figure]
+    caption: Callable[[StudyResults], str]
+    alternative: Callable[[StudyResults], str]
+    absent: Callable[[StudyResults], str | None]
     shows: Sequence[str]
     outcome: Outcome | None = None
     section: str = ""
 
-    def drawn(self, content: ReportContent) -> ReportContent:
+    def drawn(self, content: StudyResults) -> StudyResults:
         """Return the content with nothing in it but what the figure draws."""
         shown = {name: getattr(content, name) for name in self.shows}
         if "conditions" in shown:
@@ -74,13 +74,13 @@ class FigureKind:
         return {outcome: one for outcome, one in condition.summaries.items() if outcome is self.outcome}
 
 
-def absence_text(content: ReportContent, what: str) -> str:
+def absence_text(content: StudyResults, what: str) -> str:
     """Say that something is missing without guessing why: the reasons are in the list of limitations."""
     reasons = "; the reasons are listed under Limitations" if content.limitations else ""
     return f"There {what} for this selection{reasons}."
 
 
-def draw_figure(kind: FigureKind, content: ReportContent, width_in: float) -> Figure:
+def draw_figure(kind: FigureKind, content: StudyResults, width_in: float) -> Figure:
     """Draw a figure at a width in inches; where it has nothing to show, its reason is drawn instead.
 
     So a paper that includes the file still compiles when a selection leaves nothing to draw.

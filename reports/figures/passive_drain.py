@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from data_schema.vocabulary import Undefined
-from reports.content import MAH_MIN, Drain, ReportContent
 from reports.display import count_text, general_text, level_text, list_text, number_text
 from reports.figures.kind import FigureKind, absence_text
 from reports.figures.style import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, draw_line, is_narrow, light_grid, new_figure
+from reports.results import MAH_MIN, Drain, StudyResults
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -21,11 +21,11 @@ _LINE_POINTS = 61
 _LOOKS = tuple(zip((BLUE, VERMILLION, GREEN, PURPLE, ORANGE), "os^vP", strict=True))
 
 
-def _drawn(content: ReportContent) -> tuple[Drain, ...]:
+def _drawn(content: StudyResults) -> tuple[Drain, ...]:
     return tuple(drain for drain in content.drains if drain.idle)
 
 
-def draw(content: ReportContent, width_in: float) -> Figure:
+def draw(content: StudyResults, width_in: float) -> Figure:
     """Draw charge over duration, a line a robot: solid where idle runs were made, dashed where it is extended."""
     fits = _drawn(content)
     figure = new_figure(width_in, 3.0 if is_narrow(width_in) else 3.4)
@@ -59,7 +59,7 @@ def _draw_fit(axes: Axes, drain: Drain, colour: str, marker: str, label: str) ->
         )
 
 
-def caption(content: ReportContent) -> str:
+def caption(content: StudyResults) -> str:
     """Say what is drawn and that the estimate is extrapolated."""
     fits = _drawn(content)
     idle = count_text(len(fits[0].idle), "idle run")
@@ -74,7 +74,7 @@ def caption(content: ReportContent) -> str:
     )
 
 
-def alternative(content: ReportContent) -> str:
+def alternative(content: StudyResults) -> str:
     """Describe the plot in words."""
     lines = [
         f"{fit.robot} slope {number_text(fit.result.slope)}, intercept {number_text(fit.result.intercept)}".strip()
@@ -83,7 +83,7 @@ def alternative(content: ReportContent) -> str:
     return f"Plot of charge in milliampere hours against time in minutes with straight lines: {'; '.join(lines)}."
 
 
-def absent(content: ReportContent) -> str | None:
+def absent(content: StudyResults) -> str | None:
     """Give the reason where nothing was fitted."""
     return None if _drawn(content) else absence_text(content, "is no passive-drain fit")
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from reports.content import COVERAGE_FACTOR, POOLED, PredictedQuantity, Prediction, ReportContent
 from reports.display import as_shown, count_text, general_text, given_text, level_text, sentence_start, shown_unit
 from reports.figures.forest import draw_estimate, name_rows
 from reports.figures.kind import FigureKind
 from reports.figures.style import BLACK, VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
 from reports.naming import levels_name
 from reports.numbers import Number
+from reports.results import COVERAGE_FACTOR, POOLED, PredictedQuantity, Prediction, StudyResults
 from reports.tables.predictions import block_of, level_text_of
 
 if TYPE_CHECKING:
@@ -24,7 +24,7 @@ _APART = 0.17
 _RowKey = tuple[str, str]
 
 
-def _rows(content: ReportContent) -> list[tuple[_RowKey | None, str]]:
+def _rows(content: StudyResults) -> list[tuple[_RowKey | None, str]]:
     """Return the rows from the top: a group's name over its levels; a heading has no key."""
     groups: dict[str, dict[_RowKey, tuple[int, str]]] = {}
     for item in content.predictions.items:
@@ -39,11 +39,11 @@ def _rows(content: ReportContent) -> list[tuple[_RowKey | None, str]]:
     return rows
 
 
-def _key(content: ReportContent, item: Prediction) -> _RowKey:
+def _key(content: StudyResults, item: Prediction) -> _RowKey:
     return levels_name(content, item.group), item.level
 
 
-def _shown(content: ReportContent) -> list[PredictedQuantity]:
+def _shown(content: StudyResults) -> list[PredictedQuantity]:
     return [quantity for quantity in PredictedQuantity if content.predictions.of(quantity)]
 
 
@@ -51,7 +51,7 @@ def _unit(quantity: PredictedQuantity) -> str:
     return "J a jump" if quantity is PredictedQuantity.JOULES else shown_unit(quantity.unit)[0]
 
 
-def draw(content: ReportContent, width_in: float) -> Figure:
+def draw(content: StudyResults, width_in: float) -> Figure:
     """Draw one panel a quantity; measured means with their interval, predictions with two standard uncertainties."""
     narrow, rows, quantities = is_narrow(width_in), _rows(content), _shown(content)
     figure = new_figure(width_in, 1.0 + _ROW_IN * max(len(rows), 3))
@@ -67,7 +67,7 @@ def draw(content: ReportContent, width_in: float) -> Figure:
 
 
 def _draw_panel(
-    axes: Axes, content: ReportContent, quantity: PredictedQuantity, places: dict[_RowKey, int], narrow: bool
+    axes: Axes, content: StudyResults, quantity: PredictedQuantity, places: dict[_RowKey, int], narrow: bool
 ) -> None:
     scale = 0.7 if narrow else 1.0
     for item in content.predictions.of(quantity):
@@ -88,7 +88,7 @@ def _expanded(number: Number) -> Number:
     return replace(number, ci_low=number.known - half, ci_high=number.known + half)
 
 
-def caption(content: ReportContent) -> str:
+def caption(content: StudyResults) -> str:
     """Say what is drawn."""
     about = content.predictions
     level = level_text(about.items[0].measured)
@@ -99,7 +99,7 @@ def caption(content: ReportContent) -> str:
     )
 
 
-def alternative(content: ReportContent) -> str:
+def alternative(content: StudyResults) -> str:
     """Describe the plot in words: how many predictions, and the range of the differences."""
     sentences = []
     for quantity in _shown(content):
@@ -113,7 +113,7 @@ def alternative(content: ReportContent) -> str:
     return f"Measured and predicted values of each condition. {' '.join(sentences)}"
 
 
-def absent(content: ReportContent) -> str | None:
+def absent(content: StudyResults) -> str | None:
     """Give the reason where nothing was predicted."""
     if content.predictions.items:
         return None

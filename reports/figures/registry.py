@@ -12,13 +12,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from data_schema.file_cache import FileCache
-from reports.content import ReportContent
 from reports.figures.by_level import BY_LEVEL
 from reports.figures.kind import FigureKind, draw_figure, pdf_bytes, svg_bytes
 from reports.figures.passive_drain import PASSIVE_DRAIN
 from reports.figures.predictions import PREDICTIONS
 from reports.figures.savings import SAVINGS
 from reports.figures.sensitivity import SENSITIVITY
+from reports.results import StudyResults
 
 FIGURES: dict[str, FigureKind] = {
     kind.name: kind
@@ -33,7 +33,7 @@ FIGURES: dict[str, FigureKind] = {
 """Figure name -> figure; the name is also the file's."""
 
 
-def figures_of(content: ReportContent) -> list[FigureKind]:
+def figures_of(content: StudyResults) -> list[FigureKind]:
     """Return the figures of a report, those of outcomes that it has not left out."""
     return [kind for kind in FIGURES.values() if kind.outcome is None or kind.outcome in content.outcomes]
 
@@ -56,21 +56,21 @@ class Wanted:
     formats: Sequence[str]
 
 
-def cached_figure(content: ReportContent, wanted: Wanted) -> dict[str, bytes]:
+def cached_figure(content: StudyResults, wanted: Wanted) -> dict[str, bytes]:
     """Return a figure of the report by format: as it was drawn before of the same, else drawn now."""
     names = _names(content, wanted)
     known = {suffix: data for suffix, name in names.items() if (data := DRAWN.read(name)) is not None}
     return known if len(known) == len(wanted.formats) else _drawn_anew(content, wanted, names)
 
 
-def _names(content: ReportContent, wanted: Wanted) -> dict[str, str]:
+def _names(content: StudyResults, wanted: Wanted) -> dict[str, str]:
     """Return the name of a figure's file in each format."""
     shown = wanted.kind.absent(content) or wanted.kind.drawn(content)
     key = hashlib.sha256(f"{wanted.kind.name} {wanted.width_in!r} {shown!r}".encode()).hexdigest()
     return {suffix: f"{key}.{suffix}" for suffix in wanted.formats}
 
 
-def _drawn_anew(content: ReportContent, wanted: Wanted, names: Mapping[str, str]) -> dict[str, bytes]:
+def _drawn_anew(content: StudyResults, wanted: Wanted, names: Mapping[str, str]) -> dict[str, bytes]:
     figure = draw_figure(wanted.kind, content, wanted.width_in)
     found = {"svg": svg_bytes(figure)}  # always first: the other format has its positions
     if "pdf" in wanted.formats:

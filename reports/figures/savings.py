@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from data_schema.grouping import grouped
 from reports import display
-from reports.content import Comparison, ReportContent
 from reports.display import EQUALS, common_places, interval_text, level_text, sentence_start, value_text
 from reports.figures.forest import ForestRow, draw_forest
 from reports.figures.kind import FigureKind
 from reports.figures.style import GREY, is_narrow, light_grid, new_figure, plain_ticks
 from reports.naming import level_of, levels_name, swept_factor, swept_words, treated_levels, treatment_label
 from reports.numbers import Number
+from reports.results import Comparison, StudyResults
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,16 +21,16 @@ if TYPE_CHECKING:
 _ROW_IN = 0.165
 
 
-def _formula(content: ReportContent) -> str:
+def _formula(content: StudyResults) -> str:
     control = swept_words(swept_factor(content)).control
     return f"({control} \u2212 {treatment_label(content)}) / {control}"
 
 
-def _with_savings(content: ReportContent) -> list[tuple[Comparison, Number]]:
+def _with_savings(content: StudyResults) -> list[tuple[Comparison, Number]]:
     return [(each, each.decision.savings) for each in content.by_group if each.decision.savings is not None]
 
 
-def _rows(content: ReportContent) -> list[ForestRow]:
+def _rows(content: StudyResults) -> list[ForestRow]:
     """Return the mean of several groups, then group by group what is pooled, and each level where there are several.
 
     Rows pooled across some groups stand together at the end, those over all runs where there is no mean.
@@ -61,7 +61,7 @@ def _rows(content: ReportContent) -> list[ForestRow]:
     return rows
 
 
-def _group(content: ReportContent, comparison: Comparison) -> str:
+def _group(content: StudyResults, comparison: Comparison) -> str:
     return levels_name(content, comparison.group) or "all runs"
 
 
@@ -73,7 +73,7 @@ def _number_text(savings: Number, places: int) -> str:
     return f"{value_text(savings.known, places)} ({interval})"
 
 
-def draw(content: ReportContent, width_in: float) -> Figure:
+def draw(content: StudyResults, width_in: float) -> Figure:
     """Draw one row a comparison under the name of its group; zero is no savings."""
     narrow, rows = is_narrow(width_in), _rows(content)
     figure = new_figure(width_in, 0.75 + _ROW_IN * max(len(rows), 2))
@@ -88,7 +88,7 @@ def draw(content: ReportContent, width_in: float) -> Figure:
     return figure
 
 
-def caption(content: ReportContent) -> str:
+def caption(content: StudyResults) -> str:
     """Say what is drawn."""
     level = level_text(_with_savings(content)[0][1])
     several = len(treated_levels(content, {})) > 1
@@ -99,7 +99,7 @@ def caption(content: ReportContent) -> str:
     )
 
 
-def alternative(content: ReportContent) -> str:
+def alternative(content: StudyResults) -> str:
     """Describe the plot in words: the mean of the groups, and the pooled savings of each."""
     parts, heading = [], ""
     for row in _rows(content):
@@ -108,7 +108,7 @@ def alternative(content: ReportContent) -> str:
     return f"Forest plot of {display.SAVINGS} in percent. {'; '.join(parts)}."
 
 
-def absent(content: ReportContent) -> str | None:
+def absent(content: StudyResults) -> str | None:
     """Give the reason where nothing was compared with a control."""
     if _with_savings(content):
         return None

@@ -7,7 +7,6 @@ import textwrap
 from typing import TYPE_CHECKING
 
 from data_schema.grouping import grouped
-from reports.content import Comparison, ReportContent, Varied
 from reports.display import DASH, EQUALS, as_shown, count_text, general_text
 from reports.figures.estimation import named_with_unit
 from reports.figures.forest import ForestRow, draw_forest
@@ -15,6 +14,7 @@ from reports.figures.kind import FigureKind
 from reports.figures.style import VERMILLION, is_narrow, light_grid, new_figure, plain_ticks
 from reports.naming import headline_name
 from reports.numbers import Number
+from reports.results import Comparison, StudyResults, Varied
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,7 +23,7 @@ _ROW_IN, _FRAME_IN = 0.2, 0.8
 _AS_REPORTED, _ONE_DAY, _RULES = "as reported", "without one day, each", "by other rules, each"
 
 
-def draw(content: ReportContent, width_in: float) -> Figure:
+def draw(content: StudyResults, width_in: float) -> Figure:
     """Draw one panel a headline and one row a variant, or all days and all rules; the line is the number as reported.
 
     How many runs a number is computed from stands at its right.
@@ -75,7 +75,7 @@ def _row(label: str, numbers: list[Number]) -> ForestRow:
     return ForestRow(label, tuple(numbers), label == _AS_REPORTED, f"n{EQUALS}{runs}" if runs else "")
 
 
-def caption(content: ReportContent) -> str:
+def caption(content: StudyResults) -> str:
     """Say what is drawn."""
     return (
         f"{count_text(len(content.headlines), 'headline').capitalize()} as reported (diamond, vertical line) and "
@@ -84,7 +84,7 @@ def caption(content: ReportContent) -> str:
     )
 
 
-def alternative(content: ReportContent) -> str:
+def alternative(content: StudyResults) -> str:
     """Describe the plot in words: the range of each headline over its variants."""
     return " ".join(_range_sentence(headline_name(content, one), varied) for one, varied in content.headlines)
 
@@ -98,7 +98,7 @@ def _range_sentence(headline: str, varied: list[Varied]) -> str:
     return f"{headline}: {general_text(min(numbers))} to {general_text(max(numbers))} {unit} over {count}."
 
 
-def absent(content: ReportContent) -> str | None:
+def absent(content: StudyResults) -> str | None:
     """Give the reason where no headline was recomputed."""
     return None if content.pooled else "No headline number was recomputed for this selection."
 

@@ -8,10 +8,10 @@ from typing import Literal, TypeAlias
 
 from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
-from reports.content import Condition, Factor, ReportContent
 from reports.display import given_text, sentence_start
 from reports.figures.style import SERIES_COLOURS
 from reports.naming import group_name, is_number, level_value, swept_factor, swept_words, title_of
+from reports.results import Condition, Factor, StudyResults
 
 LineStyle: TypeAlias = Literal["-", "--", ":", "-."]
 """How a series' line is broken."""
@@ -59,7 +59,7 @@ class Axis:
         return self.positions[level.label] if level is not None else self.control_position
 
 
-def _levels(content: ReportContent, factor: Factor) -> list[str]:
+def _levels(content: StudyResults, factor: Factor) -> list[str]:
     """Return a factor's labels, by physical value where they have one, else in the order they appear."""
     found = [level for condition in content.conditions if (level := condition.level(factor.name)) is not None]
     if all(level.value is not None for level in found):
@@ -67,19 +67,19 @@ def _levels(content: ReportContent, factor: Factor) -> list[str]:
     return list(dict.fromkeys(level.label for level in found))
 
 
-def drawn_factor(content: ReportContent) -> Factor | None:
+def drawn_factor(content: StudyResults) -> Factor | None:
     """Return the factor of the x axis: the swept one, else that of most levels; None where there is none."""
     known = [factor for factor in content.factors if _levels(content, factor)]
     return swept_factor(content) or max(known, key=lambda factor: _suits_an_axis(content, factor), default=None)
 
 
-def _suits_an_axis(content: ReportContent, factor: Factor) -> tuple[int, bool]:
+def _suits_an_axis(content: StudyResults, factor: Factor) -> tuple[int, bool]:
     """Rank a factor for the x axis: by the number of its levels, and of two alike the one whose levels are numbers."""
     found = [level for condition in content.conditions if (level := condition.level(factor.name)) is not None]
     return len(_levels(content, factor)), all(level.gain is not None or is_number(level) for level in found)
 
 
-def series_of(content: ReportContent) -> tuple[Series, ...]:
+def series_of(content: StudyResults) -> tuple[Series, ...]:
     """Return the series in the order of their first conditions."""
     drawn = drawn_factor(content)
     factors = [factor for factor in content.factors if factor != drawn]
@@ -96,7 +96,7 @@ def series_of(content: ReportContent) -> tuple[Series, ...]:
 
 
 def _series(
-    content: ReportContent,
+    content: StudyResults,
     factors: list[Factor],
     order: dict[str, list[str]],
     key: tuple[str, ...],
@@ -126,7 +126,7 @@ def _series(
     )
 
 
-def series_lie_apart(content: ReportContent, quantity: Outcome) -> bool:
+def series_lie_apart(content: StudyResults, quantity: Outcome) -> bool:
     """Whether the series lie so much further apart than each spreads that one scale would hide what is in them.
 
     Without a control no difference inside a series is looked for, and one scale shows the series beside each other.
@@ -146,7 +146,7 @@ def series_lie_apart(content: ReportContent, quantity: Outcome) -> bool:
     return whole > _APART * max(high - low for low, high in ranges) > 0.0
 
 
-def axis_of(content: ReportContent) -> Axis:
+def axis_of(content: StudyResults) -> Axis:
     """Lay out the levels of the x axis: at their physical values where all have one, else evenly spaced."""
     drawn = drawn_factor(content)
     if drawn is None:

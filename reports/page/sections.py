@@ -14,10 +14,10 @@ from typing import TypeAlias
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.claims import group_claim, groups_in_one_sentence
-from reports.content import ReportContent
 from reports.display import in_sentence, list_text, true_minus
 from reports.figures.registry import figures_of
 from reports.naming import control_name, gains_text, swept_factor, title_of
+from reports.results import StudyResults
 from reports.tables.each_run import run_anchors
 from reports.tables.formats import latex_text
 from reports.tables.predictions import PREDICTED, prediction_sentences, verdict_text
@@ -81,7 +81,7 @@ class Section:
     folded: bool = False
 
 
-def sections_of(content: ReportContent) -> tuple[Section, ...]:
+def sections_of(content: StudyResults) -> tuple[Section, ...]:
     """Return the sections of the page in reading order; a section without parts is left out."""
     tests = (*(f"tests_{outcome.key}" for outcome in content.outcomes), "tests_jumps", "anovas")
     each_run = _tables("each_run") if run_anchors(content) else ()
@@ -126,7 +126,7 @@ def _listed(texts: Sequence[str]) -> tuple[Part, ...]:
     return (Bullets(tuple(map(Paragraph, texts))),) if texts else ()
 
 
-def _answer(content: ReportContent) -> tuple[Part, ...]:
+def _answer(content: StudyResults) -> tuple[Part, ...]:
     """The first sheet: the answer, the groups, both outcomes drawn, what came of the runs, how far to trust it."""
     leads = content.claims if len(content.claims) == 2 else content.claims[:1]
     claims = [Paragraph(claim.text, claim.provenance, lead=claim in leads) for claim in content.claims]
@@ -141,7 +141,7 @@ def _answer(content: ReportContent) -> tuple[Part, ...]:
     )
 
 
-def _why_no_claim(content: ReportContent) -> str:
+def _why_no_claim(content: StudyResults) -> str:
     swept = swept_factor(content)
     if not content.conditions:
         return "none of its runs has joules or apex heights"
@@ -156,7 +156,7 @@ def _why_no_claim(content: ReportContent) -> str:
     )
 
 
-def _results(content: ReportContent) -> tuple[Part, ...]:
+def _results(content: StudyResults) -> tuple[Part, ...]:
     """Each group in a sentence, outcome by outcome; page one has the first two drawn."""
     parts: list[Part] = []
     for outcome in content.outcomes:
@@ -175,19 +175,19 @@ def _results(content: ReportContent) -> tuple[Part, ...]:
     return tuple(parts)
 
 
-def _contrasts_planned(content: ReportContent) -> bool:
+def _contrasts_planned(content: StudyResults) -> bool:
     """Whether contrasts were decided on; else their table is folded."""
     return any(not one.exploratory for one in content.contrasts)
 
 
-def _each_group(content: ReportContent, outcome: Outcome) -> list[Part]:
+def _each_group(content: StudyResults, outcome: Outcome) -> list[Part]:
     """Return the claims of the groups that page one does not open with."""
     decided = [each for each in content.pooled if each.quantity is outcome]
     claims = [claim for claim in (group_claim(content, each) for each in decided) if claim not in content.claims]
     return [Bullets(tuple(Paragraph(claim.text, claim.provenance) for claim in claims))] if claims else []
 
 
-def _outcome_in_full(content: ReportContent, outcome: Outcome) -> Section:
+def _outcome_in_full(content: StudyResults, outcome: Outcome) -> Section:
     contrasts = content.contrasts and outcome is content.contrasts[0].quantity and not _contrasts_planned(content)
     parts = (
         *(_each_group(content, outcome) if groups_in_one_sentence(content, outcome) else ()),
@@ -198,14 +198,14 @@ def _outcome_in_full(content: ReportContent, outcome: Outcome) -> Section:
     return Section(f"{outcome.key.replace('_', '-')}-in-full", f"{outcome.heading}: conditions", parts, True)
 
 
-def _predicted(content: ReportContent) -> tuple[Part, ...]:
+def _predicted(content: StudyResults) -> tuple[Part, ...]:
     hypotheses = _tables("hypotheses") if content.hypotheses else ()
     if not content.predictions.items:
         return hypotheses
     return (*hypotheses, *_said(verdict_text(content)), TableHere("prediction_bias"))
 
 
-def _predictions_in_full(content: ReportContent) -> tuple[Part, ...]:
+def _predictions_in_full(content: StudyResults) -> tuple[Part, ...]:
     hypotheses = _tables("hypotheses_in_full") if content.hypotheses else ()
     if not content.predictions.items:
         return hypotheses
@@ -213,7 +213,7 @@ def _predictions_in_full(content: ReportContent) -> tuple[Part, ...]:
     return (*hypotheses, *_said(*prediction_sentences(content)), *_tables(*tables))
 
 
-def _certainty(content: ReportContent) -> tuple[Part, ...]:
+def _certainty(content: StudyResults) -> tuple[Part, ...]:
     budget = (Heading("Uncertainty of a joule"), TableHere("uncertainty_budget")) if content.budget is not None else ()
     drains = [
         Paragraph(
@@ -235,11 +235,11 @@ def _certainty(content: ReportContent) -> tuple[Part, ...]:
     )
 
 
-def _plan(content: ReportContent) -> tuple[Part, ...]:
+def _plan(content: StudyResults) -> tuple[Part, ...]:
     return (*_said(*map(true_minus, content.decided)), *_listed(content.departures), *_said(content.void))
 
 
-def _methods(content: ReportContent) -> tuple[Part, ...]:
+def _methods(content: StudyResults) -> tuple[Part, ...]:
     limitations = (Heading("Limitations"), *_listed(content.limitations)) if content.limitations else ()
     assumed = content.assumed and not content.predictions.items
     return (
@@ -249,7 +249,7 @@ def _methods(content: ReportContent) -> tuple[Part, ...]:
     )
 
 
-def software_sentence(content: ReportContent) -> str:
+def software_sentence(content: StudyResults) -> str:
     """Name software with versions, and the sources of methods, for the paragraph on methods."""
     used = list_text([f"{name} {version}" for name, version in _software(content).items()])
     entries = _entries()
@@ -257,7 +257,7 @@ def software_sentence(content: ReportContent) -> str:
     return f"Software: {used}.{f' Sources: {list_text(sources)}.' if sources else ''}"
 
 
-def references_bib(content: ReportContent) -> bytes:
+def references_bib(content: StudyResults) -> bytes:
     """Write software and sources as BibTeX, UTF-8: what `software_sentence` names, no more and no less."""
     entries = _entries()
     year = content.made_at[:4]
@@ -269,7 +269,7 @@ def references_bib(content: ReportContent) -> bytes:
     return ("\n\n".join([*software, *(entries[key] for key in content.sources)]) + "\n").encode("utf-8")
 
 
-def _software(content: ReportContent) -> dict[str, str]:
+def _software(content: StudyResults) -> dict[str, str]:
     return {"labbook": content.software_version, **dict(content.software)}
 
 

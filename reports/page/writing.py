@@ -15,7 +15,6 @@ import jinja2
 from data_schema.disk import replace_together
 from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
-from reports.content import ReportContent
 from reports.display import count_text, list_text
 from reports.figures.by_level import file_name
 from reports.figures.registry import DRAWN, FIGURES, Wanted, cached_figure, figures_of
@@ -32,6 +31,7 @@ from reports.page.sections import (
     references_bib,
     sections_of,
 )
+from reports.results import StudyResults
 from reports.tables.each_run import name_points, run_anchors
 from reports.tables.formats import csv_bytes, latex_bytes, macros_bytes
 from reports.tables.headlines import HEADLINES
@@ -73,7 +73,7 @@ _WIDTHS = {"": TWO_COLUMNS_IN, "_one_column": ONE_COLUMN_IN}
 
 
 def report_files(
-    content: ReportContent,
+    content: StudyResults,
     *,
     summary: bool = False,
     every_figure: bool = False,
@@ -96,7 +96,7 @@ def report_files(
 
 
 def files_beside_figures(
-    content: ReportContent, drawn: Mapping[str, bytes], *, summary: bool = False
+    content: StudyResults, drawn: Mapping[str, bytes], *, summary: bool = False
 ) -> dict[str, bytes]:
     """Make a report's files but for its figures, which are `drawn` already: name below its folder -> bytes.
 
@@ -108,12 +108,12 @@ def files_beside_figures(
     return _but_figures(content, drawings, summary=summary)
 
 
-def _figure_path(name: str, content: ReportContent) -> str:
+def _figure_path(name: str, content: StudyResults) -> str:
     return f"figures/{file_name(name, content)}"
 
 
 def _but_figures(
-    content: ReportContent,
+    content: StudyResults,
     drawings: Mapping[str, bytes],
     *,
     summary: bool,
@@ -134,7 +134,7 @@ def _but_figures(
     }
 
 
-def _tables(content: ReportContent) -> tuple[dict[str, Table], dict[str, bytes]]:
+def _tables(content: StudyResults) -> tuple[dict[str, Table], dict[str, bytes]]:
     """Return the tables by name, and their files."""
     many = not run_anchors(content)  # so many runs are for programs, and no paper prints them
     tables, files = {}, {}
@@ -207,7 +207,7 @@ _NAMES = (*_PAGES, WORD, "numbers.json", "numbers.tex", "references.bib", "figur
 """What a report puts into its folder."""
 
 
-def _figure_files(content: ReportContent, of_page: set[str] | None) -> dict[str, bytes]:
+def _figure_files(content: StudyResults, of_page: set[str] | None) -> dict[str, bytes]:
     """Draw figures, file name -> bytes.
 
     `of_page` names those of the page, "_one_column" behind the narrow ones, which are wanted as SVG; None for every
@@ -233,7 +233,7 @@ def _drawn_on(sections: Sequence[Section]) -> set[str]:
 
 
 def render_page(
-    content: ReportContent,
+    content: StudyResults,
     drawings: Mapping[str, bytes],
     tables: Mapping[str, Table],
     *,
@@ -374,7 +374,7 @@ def _template(name: str) -> str | None:
     return importlib.resources.files("reports").joinpath("templates", name).read_text(encoding="utf-8")
 
 
-def _summary(content: ReportContent) -> str:
+def _summary(content: StudyResults) -> str:
     """Return the line under the title: what was selected, and when it was measured."""
     parts = [content.selection or "all runs"]
     if content.days:
@@ -385,7 +385,7 @@ def _summary(content: ReportContent) -> str:
     return f"{'; '.join(parts)}. {f'As of {content.as_of}. ' if content.as_of else ''}{made}"
 
 
-def _facts(content: ReportContent) -> list[tuple[str, str]]:
+def _facts(content: StudyResults) -> list[tuple[str, str]]:
     """Return what stands under the answer: name and text."""
     facts = [] if content.study in content.title else [("Study", content.study)]
     if content.people:
@@ -407,7 +407,7 @@ def _facts(content: ReportContent) -> list[tuple[str, str]]:
 class _Page:
     """What the parts of a page are made of, and how many figures and tables it has so far."""
 
-    content: ReportContent
+    content: StudyResults
     drawings: Mapping[str, bytes]
     tables: Mapping[str, Table]
     anchors: Mapping[str, str]

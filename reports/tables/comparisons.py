@@ -13,10 +13,10 @@ from typing import TypeVar
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from reports.claims import bounds_text
-from reports.content import Anova, Comparison, Decision, Equivalence, ReportContent, ThesisRoute
 from reports.display import DASH, SAVINGS, common_places, level_text
 from reports.naming import level_of, levels_name, swept_factor, swept_words
 from reports.numbers import Number, SignificanceTest, t_test
+from reports.results import Anova, Comparison, Decision, Equivalence, StudyResults, ThesisRoute
 from reports.tables.table import (
     Cell,
     Column,
@@ -42,7 +42,7 @@ T = TypeVar("T")
 def _table(
     name: str,
     caption: str,
-    content: ReportContent,
+    content: StudyResults,
     found: Sequence[tuple[Comparison, T]],
     columns: Columns[tuple[Comparison, T]],
     why: Callable[[tuple[Comparison, T]], str] = lambda row: row[0].exploratory,
@@ -87,7 +87,7 @@ _DECIDED = (
 )
 
 
-def _of_outcome(content: ReportContent, quantity: Outcome, name: str) -> Table:
+def _of_outcome(content: StudyResults, quantity: Outcome, name: str) -> Table:
     found = [(one, one.decision) for one in content.comparisons if one.quantity is quantity]
     decisions = [one for _comparison, one in found]
     differences, savings = [one.difference for one in decisions], [one.savings for one in decisions]
@@ -143,7 +143,7 @@ COMPARISONS = tables_of_outcomes("comparisons_{}", _of_outcome)
 _VERDICTS = {True: "shown", False: "not shown", None: DASH}
 
 
-def _equivalence(content: ReportContent) -> Table:
+def _equivalence(content: StudyResults) -> Table:
     found = [(one, tested) for one in content.comparisons if (tested := one.decision.equivalence) is not None]
     if not found:
         head = Column("comparison", ("family", "group", "level"), numeric=False)
@@ -191,7 +191,7 @@ def _f_test(route: ThesisRoute) -> SignificanceTest:
 
 
 def _routes(
-    name: str, caption: str, content: ReportContent, found: list[tuple[Comparison, ThesisRoute]], unit: str
+    name: str, caption: str, content: StudyResults, found: list[tuple[Comparison, ThesisRoute]], unit: str
 ) -> Table:
     differences = [route.difference for _comparison, route in found]
     places = common_places(differences)
@@ -207,7 +207,7 @@ def _routes(
     return _table(name, caption, content, found, columns)
 
 
-def _over_runs(content: ReportContent, quantity: Outcome, name: str) -> Table:
+def _over_runs(content: StudyResults, quantity: Outcome, name: str) -> Table:
     found = [(each, each.over_runs) for each in content.comparisons if each.quantity is quantity]
     caption = (
         f"The thesis's route (5.2.1) to {quantity}, over all runs whatever their days: the F-test for equal variances "
@@ -216,7 +216,7 @@ def _over_runs(content: ReportContent, quantity: Outcome, name: str) -> Table:
     return _routes(name, caption, content, found, quantity.unit)
 
 
-def _over_jumps(content: ReportContent) -> Table:
+def _over_jumps(content: StudyResults) -> Table:
     found = [(each, each.over_jumps) for each in content.comparisons if each.over_jumps is not None]
     caption = (
         "The thesis's route to apex heights over single jumps. Jumps of one run share its bed, pack and day: the true "
@@ -225,7 +225,7 @@ def _over_jumps(content: ReportContent) -> Table:
     return _routes("tests_jumps", caption, content, found, Outcome.APEX.unit)
 
 
-def _anovas(content: ReportContent) -> Table:
+def _anovas(content: StudyResults) -> Table:
     columns: Columns[Anova] = (
         text("group", "group", lambda anova: levels_name(content, anova.group) or anova.label),
         counts("n", "n_runs", lambda anova: anova.n),

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from typing import TypeVar
 
 from data_schema.outcomes import Outcome
-from reports.content import Condition, ConditionSummary, Factor, ReportContent
 from reports.display import DASH, common_places, given_text, sentence_start, shown_unit, unit_slug
 from reports.naming import formula_text, group_name, is_number, level_value, swept_factor, swept_words
+from reports.results import Condition, ConditionSummary, Factor, StudyResults
 from reports.tables.table import (
     Cell,
     Column,
@@ -30,7 +30,7 @@ from reports.tables.table import (
 T = TypeVar("T")
 
 
-def factor_columns(content: ReportContent, of: Callable[[T], Condition]) -> ColumnOf[T]:
+def factor_columns(content: StudyResults, of: Callable[[T], Condition]) -> ColumnOf[T]:
     """Make two columns a factor: the level and its physical value; the control's value reads "CE" or "control".
 
     The swept factor's are shown, since the others head the groups; all where none is swept.
@@ -47,7 +47,7 @@ def factor_columns(content: ReportContent, of: Callable[[T], Condition]) -> Colu
     return columns, make
 
 
-def _columns(content: ReportContent, factor: Factor) -> tuple[Column, Column]:
+def _columns(content: StudyResults, factor: Factor) -> tuple[Column, Column]:
     levels = [level for condition in content.conditions if (level := condition.level(factor.name)) is not None]
     has_gain = any(level.gain is not None for level in levels)
     numeric = all(level.gain is not None or is_number(level) for level in levels)
@@ -58,19 +58,19 @@ def _columns(content: ReportContent, factor: Factor) -> tuple[Column, Column]:
     return value, Column("gain", (factor.name,), shown=shown and has_gain)
 
 
-def block_of(content: ReportContent, condition: Condition) -> str:
+def block_of(content: StudyResults, condition: Condition) -> str:
     """Return the heading that a condition stands under: its group; "" where no factor is swept and columns say all."""
     return "" if swept_factor(content) is None else group_name(content, condition, gain=True)
 
 
-def by_group(content: ReportContent) -> list[tuple[str, Condition]]:
+def by_group(content: StudyResults) -> list[tuple[str, Condition]]:
     """Return the conditions with their headings, those of one group together."""
     found = [(block_of(content, condition), condition) for condition in content.conditions]
     places = {block: place for place, block in reversed(list(enumerate(block for block, _ in found)))}
     return sorted(found, key=lambda item: places[item[0]])
 
 
-def factor_cells(content: ReportContent, condition: Condition) -> tuple[Cell, ...]:
+def factor_cells(content: StudyResults, condition: Condition) -> tuple[Cell, ...]:
     """Return the cells that belong to `factor_columns`."""
     cells: list[Cell] = []
     for factor in content.factors:
@@ -86,7 +86,7 @@ def factor_cells(content: ReportContent, condition: Condition) -> tuple[Cell, ..
     return tuple(cells)
 
 
-def _gains_note(content: ReportContent) -> str:
+def _gains_note(content: StudyResults) -> str:
     """Write the formulas between gains and physical values as one sentence, "" where there are none."""
     formulas = [text for factor in content.factors if (text := formula_text(factor))]
     return f"Gains g and physical values: {'; '.join(formulas)}." if formulas else ""
@@ -98,7 +98,7 @@ _SHARED_NOTE = (
 )
 
 
-def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
+def _make(content: StudyResults, quantity: Outcome, name: str) -> Table:
     found = [
         (block, condition, summary)
         for block, condition in by_group(content)
@@ -138,13 +138,13 @@ def _make(content: ReportContent, quantity: Outcome, name: str) -> Table:
     return table_of(name, caption, found, columns, block=lambda row: row[0], strong=lambda row: row[1].control)
 
 
-def _jumps(content: ReportContent, quantity: Outcome, summary: ConditionSummary) -> int | None:
+def _jumps(content: StudyResults, quantity: Outcome, summary: ConditionSummary) -> int | None:
     """Count the jumps that a mean is of; None of another quantity than one of the jumps that count."""
     runs = summary.runs if quantity.of_jumps else ()
     return sum(len(content.runs[run].heights_m) for run, _value in runs) or None
 
 
-def _robots(content: ReportContent, summary: ConditionSummary) -> str:
+def _robots(content: StudyResults, summary: ConditionSummary) -> str:
     runs = Counter(content.runs[run].robot for run, _value in summary.runs)
     return ", ".join(f"{robot} {several}" for robot, several in runs.items())
 

@@ -14,9 +14,9 @@ from statistics import median
 
 from data_schema.outcomes import Outcome
 from data_schema.rounding import decimals_for
-from reports.content import Condition, ReportContent, Run, joule_deviations
 from reports.display import DASH, decimal_text, general_text, shown_unit
 from reports.figures.series import series_of
+from reports.results import Condition, Run, StudyResults, joule_deviations
 from reports.tables.conditions import by_group, factor_columns
 from reports.tables.table import Cell, ColumnOf, Columns, Table, TableKind, column, table_of, text
 
@@ -33,7 +33,7 @@ class _Run:
     deviation_j: float | None
 
 
-def _each(content: ReportContent) -> list[_Run]:
+def _each(content: StudyResults) -> list[_Run]:
     """Return the runs in the order of conditions."""
     found = []
     for block, condition in by_group(content):
@@ -49,7 +49,7 @@ def _each(content: ReportContent) -> list[_Run]:
     return found
 
 
-def each_run(content: ReportContent) -> Table:
+def each_run(content: StudyResults) -> Table:
     """Make the table of each run, in the order of conditions; what figures by day show of it is in CSV alone."""
     runs, days, anchors = _each(content), run_days(content), run_anchors(content)
     heights: dict[str, list[float]] = {}
@@ -119,13 +119,13 @@ MOST_RUNS = 600
 _POINT = re.compile(r"<use\b[^>]*/>")
 
 
-def run_names(content: ReportContent) -> tuple[str, ...]:
+def run_names(content: StudyResults) -> tuple[str, ...]:
     """Return the names of the analysed runs, group by group, each once."""
     summaries = (summary for condition in content.conditions for summary in condition.summaries.values())
     return tuple(dict.fromkeys(run for summary in summaries for run, _value in summary.runs))
 
 
-def run_anchors(content: ReportContent) -> dict[str, str]:
+def run_anchors(content: StudyResults) -> dict[str, str]:
     """Return where each run's row is on the page; empty where there are too many of them.
 
     An anchor is a number, for a run's name may hold anything.
@@ -134,12 +134,12 @@ def run_anchors(content: ReportContent) -> dict[str, str]:
     return {} if len(names) > MOST_RUNS else {name: f"run-{place}" for place, name in enumerate(names, start=1)}
 
 
-def run_days(content: ReportContent) -> dict[str, str]:
+def run_days(content: StudyResults) -> dict[str, str]:
     """Return the day of each run."""
     return {run: day.date for day in content.days for run in day.runs}
 
 
-def points_drawn(content: ReportContent, outcome: Outcome) -> list[list[tuple[str, float]]]:
+def points_drawn(content: StudyResults, outcome: Outcome) -> list[list[tuple[str, float]]]:
     """Return the runs whose points a figure by level has, series by series, in the order in which it draws them."""
     found = (
         [run for condition in series.conditions if (summary := condition.summary(outcome)) for run in summary.runs]
@@ -148,7 +148,7 @@ def points_drawn(content: ReportContent, outcome: Outcome) -> list[list[tuple[st
     return [runs for runs in found if runs]
 
 
-def name_points(svg: str, figure: str, content: ReportContent, anchors: Mapping[str, str]) -> str:
+def name_points(svg: str, figure: str, content: StudyResults, anchors: Mapping[str, str]) -> str:
     """Name the points of a figure by level that stands inline on a page; any other figure is returned as it is."""
     outcome = next((one for one in Outcome if figure == f"{one.key}_by_level"), None)
     if outcome is None:

@@ -28,7 +28,6 @@ from dataclasses import dataclass
 
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from reports.content import Comparison, Decision, OverallEquivalence, OverallSavings, ReportContent
 from reports.display import (
     NO_BREAK,
     SUPERSCRIPTS,
@@ -41,6 +40,7 @@ from reports.display import (
 )
 from reports.naming import swept_factor
 from reports.numbers import Number, Value
+from reports.results import Comparison, Decision, OverallEquivalence, OverallSavings, StudyResults
 from reports.tables.table import PROVENANCE, Cell, Column, Raw, Row, Table
 
 _FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\n")
@@ -370,14 +370,14 @@ class Macro:
     provenance: str = ""
 
 
-def macros_of(content: ReportContent) -> tuple[Macro, ...]:
+def macros_of(content: StudyResults) -> tuple[Macro, ...]:
     """Return a macro a number of page one and of planned comparisons, but for those whose names would be the same."""
     found = (*_counts(content), *_over_groups(content), *_by_group(content), *_contrasts(content))
     times = Counter(macro.name for macro in found)
     return tuple(macro for macro in found if times[macro.name] == 1)
 
 
-def macros_bytes(content: ReportContent) -> bytes:
+def macros_bytes(content: StudyResults) -> bytes:
     """Write the macros as a file for LaTeX, UTF-8."""
     lines = [
         rf"\newcommand{{\{macro.name}}}{{{latex_text(macro.text)}}}"
@@ -398,7 +398,7 @@ def macro_name(*words: str) -> str:
     return "labbook" + "".join(part[0].upper() + part[1:] for part in parts)
 
 
-def _counts(content: ReportContent) -> Iterator[Macro]:
+def _counts(content: StudyResults) -> Iterator[Macro]:
     flow = content.flow
     if flow.runs_planned is not None:
         yield Macro(macro_name("runs planned"), str(flow.runs_planned))
@@ -413,7 +413,7 @@ def _counts(content: ReportContent) -> Iterator[Macro]:
     yield Macro(macro_name("days measured"), str(len(content.days)))
 
 
-def _over_groups(content: ReportContent) -> Iterator[Macro]:
+def _over_groups(content: StudyResults) -> Iterator[Macro]:
     for overall in content.overall:
         name = ("overall saving", "" if overall.quantity is Outcome.JOULES else overall.quantity.key)
         yield from _number(name, overall.savings, overall.test.p)
@@ -431,7 +431,7 @@ def _scope(name: Iterable[str], scope: OverallSavings | OverallEquivalence, numb
     yield Macro(macro_name(*name, "days"), str(len(scope.days)), number.provenance)
 
 
-def _by_group(content: ReportContent) -> Iterator[Macro]:
+def _by_group(content: StudyResults) -> Iterator[Macro]:
     for comparison in (*content.pooled, *_planned_levels(content)):
         group = [f"{factor} {level}" for factor, level in comparison.group.items()]
         name = (comparison.quantity.key, *group, *_level(content, comparison))
@@ -444,19 +444,19 @@ def _by_group(content: ReportContent) -> Iterator[Macro]:
             yield from _number((*name, "equivalence"), tested.estimate, tested.p.value)
 
 
-def _contrasts(content: ReportContent) -> Iterator[Macro]:
+def _contrasts(content: StudyResults) -> Iterator[Macro]:
     for one in (each for each in content.contrasts if not each.exploratory):
         words = (str(one.kind), one.quantity.key, one.factor, *one.levels, one.side)
         at = () if one.at is None else ("at", f"{one.at:g}")
         yield from _number(("contrast", *filter(None, words), *at), one.estimate, one.test.p)
 
 
-def _planned_levels(content: ReportContent) -> list[Comparison]:
+def _planned_levels(content: StudyResults) -> list[Comparison]:
     """Return the comparisons of one level with the control that the plan names."""
     return [each for each in content.by_group if not (each.opens or each.exploratory)]
 
 
-def _level(content: ReportContent, comparison: Comparison) -> list[str]:
+def _level(content: StudyResults, comparison: Comparison) -> list[str]:
     swept = swept_factor(content)
     return [] if comparison.opens or swept is None else [f"{swept.name} {comparison.level}"]
 

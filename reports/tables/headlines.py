@@ -5,10 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from data_schema.outcomes import Outcome
-from reports.content import Comparison, Decision, OverallSavings, ReportContent
 from reports.display import SAVINGS, common_places
 from reports.naming import control_name, levels_name, treated_levels, treatment_name
 from reports.numbers import Number, Value
+from reports.results import Comparison, Decision, OverallSavings, StudyResults
 from reports.tables.comparisons import N_OF_SIDES, one_sided_note
 from reports.tables.table import (
     Columns,
@@ -38,7 +38,7 @@ class _Headline(NamedTuple):
     strong: bool = False
 
 
-def headlines(content: ReportContent) -> Table:
+def headlines(content: StudyResults) -> Table:
     """Make the table of the groups: all levels of the treatment together against the control."""
     found = groups(content)
     comparisons = [each for pair in found.values() for each in pair if each is not None]
@@ -86,7 +86,7 @@ def headlines(content: ReportContent) -> Table:
     return table_of("headlines", caption, rows, columns, strong=lambda row: row.strong)
 
 
-def groups(content: ReportContent) -> dict[str, tuple[Comparison | None, Comparison | None]]:
+def groups(content: StudyResults) -> dict[str, tuple[Comparison | None, Comparison | None]]:
     """Return the pooled comparisons of joules and of apex height of each group, by the group's name, in one order."""
     opening = {(tuple(each.group.items()), each.quantity): each for each in content.pooled}
     keys = dict.fromkeys(group for group, _ in opening)
@@ -127,7 +127,7 @@ def _apex_counts(row: _Headline) -> tuple[int | None, ...]:
     return (None,) * 3 if row.apex is None else (len(row.apex.days), row.apex.n_control, row.apex.n_treatment)
 
 
-def _all_groups(content: ReportContent) -> list[_Headline]:
+def _all_groups(content: StudyResults) -> list[_Headline]:
     return [
         _Headline(
             f"mean of {len(overall.groups)} groups",
@@ -144,7 +144,7 @@ def _all_groups(content: ReportContent) -> list[_Headline]:
     ]
 
 
-def _runs_of_groups(content: ReportContent, overall: OverallSavings) -> tuple[int, int]:
+def _runs_of_groups(content: StudyResults, overall: OverallSavings) -> tuple[int, int]:
     """Count the runs of both sides over the groups, which have none in common; of days, groups share some."""
     leads = [
         each.decision for each in content.pooled if each.quantity is overall.quantity and each.group in overall.groups

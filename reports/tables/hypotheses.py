@@ -7,9 +7,9 @@ from dataclasses import replace
 from data_schema.reasons import Reason
 from data_schema.rounding import level_text as level_in_percent
 from data_schema.vocabulary import Undefined
-from reports.content import Hypothesis, HypothesisPart, ReportContent
 from reports.display import DASH, common_places, given_text, level_text, with_unit
 from reports.naming import control_name, levels_name, treatment_name
+from reports.results import Hypothesis, HypothesisPart, StudyResults
 from reports.tables.table import (
     Cell,
     Columns,
@@ -28,7 +28,7 @@ from stats.days.decision import CONTROL, TREATED
 _NOTHING = "runs are missing of what it compares"
 
 
-def verdict_sentence(content: ReportContent, one: Hypothesis) -> str:
+def verdict_sentence(content: StudyResults, one: Hypothesis) -> str:
     """Say what came of a hypothesis: "CE costs the same: cannot tell (simulated: holds; published: p > .5)"."""
     beside = [reason] if (reason := _why_undecided(content, one)) else []
     beside += ["among the selected runs"] if one.parts and content.selection else []
@@ -42,7 +42,7 @@ def _simulated(part: HypothesisPart) -> bool:
     return not isinstance(value, Undefined) or value.code is not Reason.NOT_SIMULATED
 
 
-def _why_undecided(content: ReportContent, one: Hypothesis) -> str:
+def _why_undecided(content: StudyResults, one: Hypothesis) -> str:
     """Say why a hypothesis cannot be tested, "" where it was and its data do not suffice."""
     if not one.parts:
         return _NOTHING
@@ -50,14 +50,14 @@ def _why_undecided(content: ReportContent, one: Hypothesis) -> str:
     return reasons[0] if all(reasons) else ""
 
 
-def _reason(content: ReportContent, part: HypothesisPart) -> str:
+def _reason(content: StudyResults, part: HypothesisPart) -> str:
     if part.no_interval is None:
         return ""
     of, against = _sides(content, part)
     return part.no_interval.called({CONTROL: against, TREATED: of}, "run").text
 
 
-def _sides(content: ReportContent, part: HypothesisPart) -> tuple[str, str]:
+def _sides(content: StudyResults, part: HypothesisPart) -> tuple[str, str]:
     """Name what is compared, and what it is compared with."""
     if part.savings or not part.against:
         return treatment_name(content, part.of), control_name(content)
@@ -72,7 +72,7 @@ def _simulated_verdict(one: Hypothesis) -> Cell:
     return Cell(one.simulated_verdict if one.parts else DASH, (str(one.simulated_verdict),))
 
 
-def _make(content: ReportContent) -> Table:
+def _make(content: StudyResults) -> Table:
     columns: Columns[Hypothesis] = (
         column("name", "name", lambda one: Cell("", (one.name,)), shown=False),
         text("hypothesis", "claim source", _claim, prose=True),
@@ -83,7 +83,7 @@ def _make(content: ReportContent) -> Table:
     return table_of("hypotheses", "Hypotheses of the study", content.hypotheses, columns)
 
 
-def _in_full(content: ReportContent) -> Table:
+def _in_full(content: StudyResults) -> Table:
     parts = [(one, part) for one in content.hypotheses for part in one.parts]
     places = common_places([part.measured for _, part in parts])
     levels = dict.fromkeys(level_text(part.measured) for _, part in parts if part.no_interval is None)
@@ -114,12 +114,12 @@ def _in_full(content: ReportContent) -> Table:
     return table_of("hypotheses_in_full", caption, parts, columns, block=lambda row: row[0].text)
 
 
-def _compared(content: ReportContent, part: HypothesisPart) -> Cell:
+def _compared(content: StudyResults, part: HypothesisPart) -> Cell:
     of, against = levels_name(content, part.of), levels_name(content, part.against)
     return Cell(f"{of} against {against}" if against else of or "all runs", (of, against))
 
 
-def _interval(content: ReportContent, part: HypothesisPart, places: int, with_level: bool) -> Cell:
+def _interval(content: StudyResults, part: HypothesisPart, places: int, with_level: bool) -> Cell:
     if reason := _reason(content, part):
         return Cell(DASH, (None, None, None), note=reason)
     cell = interval_cell(part.measured, places)

@@ -9,7 +9,10 @@ from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.rounding import decimals_for
 from data_schema.vocabulary import Undefined
-from reports.content import (
+from reports.display import DASH, EQUALS, common_places, general_text, places_of, shown_unit, with_unit
+from reports.naming import group_name, headline_name, level_value, levels_name, swept_factor, swept_words
+from reports.numbers import Number, Value
+from reports.results import (
     IN_ALL,
     MAH_MIN,
     OF_DRAIN,
@@ -24,11 +27,8 @@ from reports.content import (
     IdleRun,
     PackDeviation,
     Provenance,
-    ReportContent,
+    StudyResults,
 )
-from reports.display import DASH, EQUALS, common_places, general_text, places_of, shown_unit, with_unit
-from reports.naming import group_name, headline_name, level_value, levels_name, swept_factor, swept_words
-from reports.numbers import Number, Value
 from reports.tables.table import (
     PLAIN_INTERVAL,
     Cell,
@@ -48,7 +48,7 @@ from reports.tables.table import (
 )
 
 
-def _days(content: ReportContent) -> Table:
+def _days(content: StudyResults) -> Table:
     of_run: dict[str, list[int]] = {}
     for place, condition in enumerate(content.conditions):
         for name in {run for summary in condition.summaries.values() for run, _value in summary.runs}:
@@ -71,7 +71,7 @@ def _days(content: ReportContent) -> Table:
     return table_of("days", "What was measured and when.", content.days, columns)
 
 
-def _conditions_cell(content: ReportContent, day: Day, of_run: Mapping[str, Sequence[int]]) -> Cell:
+def _conditions_cell(content: StudyResults, day: Day, of_run: Mapping[str, Sequence[int]]) -> Cell:
     """Return a day's conditions; `of_run` has the places of the conditions to which a run contributes."""
     conditions = "; ".join(day.conditions)
     places = sorted({place for run in day.runs for place in of_run.get(run, ())})
@@ -83,7 +83,7 @@ def _names_cell(names: Sequence[str]) -> Cell:
     return Cell(", ".join(names).replace("_", " ") or DASH, (", ".join(names),))
 
 
-def _conditions_text(content: ReportContent, conditions: Sequence[Condition]) -> str:
+def _conditions_text(content: StudyResults, conditions: Sequence[Condition]) -> str:
     """Sum up the conditions of a day's analysed runs: "small foot, k = 1091 N/m: CE, d = 186, 352 kg/s"."""
     swept = swept_factor(content)
     groups = grouped(conditions, lambda condition: group_name(content, condition))
@@ -102,7 +102,7 @@ def _levels_text(swept: Factor | None, conditions: list[Condition]) -> str:
     return ", ".join(names)
 
 
-def _assumed(content: ReportContent) -> Table:
+def _assumed(content: StudyResults) -> Table:
     columns: Columns[Assumed] = (
         text("parameter", "parameter", lambda one: one.name, prose=True),
         text("value", "value", lambda one: one.value),
@@ -111,7 +111,7 @@ def _assumed(content: ReportContent) -> Table:
     return table_of("assumed", "Parameters without a source.", content.assumed, columns)
 
 
-def _provenance(content: ReportContent) -> Table:
+def _provenance(content: StudyResults) -> Table:
     columns: Columns[Provenance] = (
         ids(lambda source: source.id, name="id"),
         text("number", "what", lambda source: source.what, prose=True),
@@ -135,7 +135,7 @@ def _shared_text(source: BudgetSource, *, several_robots: bool) -> str:
     return "a robot's runs" if source.name == OF_DRAIN else "all runs"
 
 
-def _budget(content: ReportContent) -> Table:
+def _budget(content: StudyResults) -> Table:
     budget, several = content.budget, len(content.robots) > 1
     one_run, mean = ({}, {}) if budget is None else (budget.one_run, budget.mean)
     sources = {} if budget is None else {source.name: source for source in budget.terms}
@@ -175,7 +175,7 @@ def _budget_cell(value: Value | None) -> Cell:
     return value_cell(value, 2 if value is None or isinstance(value, Undefined) else decimals_for(value))
 
 
-def _drain(content: ReportContent) -> Table:
+def _drain(content: StudyResults) -> Table:
     fits = [drain.result for drain in content.drains]
     with_se = any(fit.slope.se is not None for fit in fits)
     columns: Columns[tuple[str, str, Number]] = (
@@ -216,7 +216,7 @@ def _drain_places(number: Number) -> int | None:
     return 2 if isinstance(number.value, Undefined) else decimals_for(1.0 - number.value)
 
 
-def _idle_runs(content: ReportContent) -> Table:
+def _idle_runs(content: StudyResults) -> Table:
     fits = content.drains
     columns: Columns[tuple[Drain, IdleRun]] = (
         text("run", "run", lambda row: row[1].run),
@@ -228,7 +228,7 @@ def _idle_runs(content: ReportContent) -> Table:
     return table_of("idle_runs", caption, points, columns, block=lambda row: row[0].robot if len(fits) > 1 else "")
 
 
-def _packs(content: ReportContent) -> Table:
+def _packs(content: StudyResults) -> Table:
     means = [found.deviation for found in content.packs.values()]
     places = common_places(means)
     unit = means[0].unit if means else ""
@@ -247,7 +247,7 @@ def _packs(content: ReportContent) -> Table:
     )
 
 
-def _sensitivity(content: ReportContent) -> Table:
+def _sensitivity(content: StudyResults) -> Table:
     def places(row: tuple[Comparison, str, Number]) -> int:
         return common_places([row[0].decision.headline])
 
@@ -329,7 +329,7 @@ def _reasons(excluded: Mapping[str, int]) -> list[str]:
     return [f"{count} excluded: {reason}" for reason, count in excluded.items()]
 
 
-def _flow(content: ReportContent) -> Table:
+def _flow(content: StudyResults) -> Table:
     columns: Columns[tuple[Outcome, Step]] = (
         text("analysis", "analysis", lambda row: str(row[0])),
         text("step", "step", lambda row: row[1].name),

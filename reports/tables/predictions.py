@@ -11,17 +11,6 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from data_schema.vocabulary import Undefined
-from reports.content import (
-    POOLED,
-    AssumedInput,
-    AssumedParameter,
-    Judged,
-    JudgedGroup,
-    Limits,
-    PredictedQuantity,
-    Prediction,
-    ReportContent,
-)
 from reports.display import (
     DASH,
     EQUALS,
@@ -41,6 +30,17 @@ from reports.display import (
 )
 from reports.naming import level_name, levels_name, swept_factor, swept_words
 from reports.numbers import Number
+from reports.results import (
+    POOLED,
+    AssumedInput,
+    AssumedParameter,
+    Judged,
+    JudgedGroup,
+    Limits,
+    PredictedQuantity,
+    Prediction,
+    StudyResults,
+)
 from reports.tables.table import (
     Cell,
     ColumnOf,
@@ -80,7 +80,7 @@ def title_text(quantity: PredictedQuantity) -> str:
     return f"{quantity.heading}, measured and predicted"
 
 
-def level_text_of(content: ReportContent, item: Prediction) -> str:
+def level_text_of(content: StudyResults, item: Prediction) -> str:
     """Name the level of a prediction: "CE", "d = 186 kg/s (gain 50)", "pooled"; "all runs" without a swept factor."""
     swept = swept_factor(content)
     if item.level == POOLED:
@@ -94,7 +94,7 @@ def level_text_of(content: ReportContent, item: Prediction) -> str:
     return item.level if level is None else level_name(swept, level, gain=True)
 
 
-def block_of(content: ReportContent, item: Prediction) -> str:
+def block_of(content: StudyResults, item: Prediction) -> str:
     """Name the group that a prediction stands under; "" without a swept factor."""
     return levels_name(content, item.group) if swept_factor(content) is not None else ""
 
@@ -138,7 +138,7 @@ def _published(found: PublishedResult | None) -> Cell:
     return Cell(published_text(found), values)
 
 
-def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Table:
+def _make(content: StudyResults, quantity: PredictedQuantity, name: str) -> Table:
     items = content.predictions.of(quantity)
     unit, measured = quantity.unit, [item.measured for item in items]
     places = common_places(measured)
@@ -186,7 +186,7 @@ def _make(content: ReportContent, quantity: PredictedQuantity, name: str) -> Tab
     )
 
 
-def _assumed(content: ReportContent) -> Table:
+def _assumed(content: StudyResults) -> Table:
     quantities = [of for of in PredictedQuantity if of in _ALWAYS or content.predictions.of(of)]
     columns: Columns[AssumedInput] = (
         text("input", "input", lambda one: one.name),
@@ -272,7 +272,7 @@ def _joint_text(one: Judged) -> str:
     return f"joint {p_text(one.joint_p.value)}{tau}"
 
 
-def verdict_text(content: ReportContent) -> str:
+def verdict_text(content: StudyResults) -> str:
     """Say of each quantity whether its predictions are biased, where and by how much; "" where none can be judged."""
     found, assumed = content.predictions.judged, content.predictions.assumed
     sentences = [
@@ -302,7 +302,7 @@ def _needed(one: Judged, assumed: Sequence[AssumedInput]) -> str:
     return f"{most.name} must be {off} off, not within {within} ({one.quantity})"
 
 
-def _where_biased(content: ReportContent, one: Judged) -> str:
+def _where_biased(content: StudyResults, one: Judged) -> str:
     parts = []
     for high in (True, False):
         biased = [each for each in one.groups if each.differs and _is_high(each) is high]
@@ -315,7 +315,7 @@ def _where_biased(content: ReportContent, one: Judged) -> str:
     return list_text(parts) or "no significant bias"
 
 
-def _where(content: ReportContent, groups: Sequence[JudgedGroup], chosen: Sequence[JudgedGroup]) -> str:
+def _where(content: StudyResults, groups: Sequence[JudgedGroup], chosen: Sequence[JudgedGroup]) -> str:
     """Name the chosen groups, or count them; "" where a study has one group."""
     if len(groups) == 1:
         return ""
@@ -326,7 +326,7 @@ def _where(content: ReportContent, groups: Sequence[JudgedGroup], chosen: Sequen
     return f" in {len(chosen)} of {count_text(len(groups), 'group')}"
 
 
-def _bias_table(content: ReportContent) -> Table:
+def _bias_table(content: StudyResults) -> Table:
     columns: Columns[tuple[Judged, JudgedGroup]] = (
         text("quantity", "quantity", lambda row: str(row[0].quantity)),
         text("group", "group", lambda row: levels_name(content, row[1].group) or "all runs"),
@@ -369,7 +369,7 @@ def _joint(one: Judged) -> Cell:
     return Cell("", (one.joint_p.value, tau, one.joint_p.provenance, tau_id))
 
 
-def _other_units(content: ReportContent) -> str:
+def _other_units(content: StudyResults) -> str:
     """Say which factors the scene takes in another unit than the study states; "" for none."""
     return "".join(
         f" {sentence_start(factor.title)}: {factor.unit} in the study, as many {unit} in the scene."
@@ -382,7 +382,7 @@ def _other_units(content: ReportContent) -> str:
 PREDICTION_BIAS = TableKind("prediction_bias", _bias_table)
 
 
-def _limits_of_agreement(content: ReportContent) -> Table:
+def _limits_of_agreement(content: StudyResults) -> Table:
     columns: Columns[tuple[Judged, Limits]] = (
         text("quantity", "quantity", lambda row: str(row[0].quantity)),
         text("unit", "unit", lambda row: shown_unit(row[1].mean_difference.unit)[0]),
@@ -419,7 +419,7 @@ def _limit_columns(
 LIMITS_OF_AGREEMENT = TableKind("limits_of_agreement", _limits_of_agreement)
 
 
-def scene_sentences(content: ReportContent) -> list[str]:
+def scene_sentences(content: StudyResults) -> list[str]:
     """Say which factors change nothing in the scene, and whose numbers it takes as they stand."""
     about, sentences = content.predictions, []
     if about.unmapped:
@@ -440,14 +440,14 @@ def unconverted_text(factors: Sequence[tuple[str, str, str]]) -> str:
     return f"Simulated as it stands: {named}. Gains of a controller need {tables} (docs/your-own-data.md)."
 
 
-def prediction_sentences(content: ReportContent) -> tuple[str, ...]:
+def prediction_sentences(content: StudyResults) -> tuple[str, ...]:
     """Say what predictions depend on and what their errors are; nothing where nothing was predicted."""
     if not content.predictions.items:
         return ()
     return _simulated(content), _errors(content)
 
 
-def _simulated(content: ReportContent) -> str:
+def _simulated(content: StudyResults) -> str:
     about = content.predictions
     effects = list_text([name.replace("_", " ") for name in about.effects])
     text = (
@@ -489,7 +489,7 @@ def _simulated(content: ReportContent) -> str:
     return text
 
 
-def _errors(content: ReportContent) -> str:
+def _errors(content: StudyResults) -> str:
     about = content.predictions
     inputs = list_text([f"{one.name} by {given_text(100.0 * one.parameter.varied_by)} %" for one in about.assumed])
     inputs_text = f"inputs without a source, each raised and lowered ({inputs})" if about.assumed else "nothing else"
@@ -502,7 +502,7 @@ def _errors(content: ReportContent) -> str:
     )
 
 
-def numerical_text(content: ReportContent) -> str:
+def numerical_text(content: StudyResults) -> str:
     """Say how far predictions move when simulated finer, with a space after it; "" where that is not known."""
     moved = [
         error / se

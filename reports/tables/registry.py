@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from reports.content import ReportContent
+from reports.results import StudyResults
 from reports.tables.comparisons import ANOVAS, COMPARISONS, EQUIVALENCE, TESTS, TESTS_JUMPS
 from reports.tables.conditions import BY_CONDITION
 from reports.tables.contrasts import CONTRASTS
@@ -54,6 +54,6 @@ TABLES: dict[str, TableKind] = {
 """Table name -> table; the name is also the file's."""
 
 
-def tables_of(content: ReportContent) -> list[TableKind]:
+def tables_of(content: StudyResults) -> list[TableKind]:
     """Return the tables of a report, those of outcomes that it has not left out."""
     return [kind for kind in TABLES.values() if kind.outcome is None or kind.outcome in content.outcomes]

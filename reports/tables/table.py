@@ -11,7 +11,6 @@ from typing import TypeAlias, TypeVar
 from data_schema.notebook import table_html
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
-from reports.content import ReportContent
 from reports.display import (
     DASH,
     decimal_text,
@@ -24,6 +23,7 @@ from reports.display import (
     value_text,
 )
 from reports.numbers import Number, SignificanceTest, Value
+from reports.results import StudyResults
 
 Raw = str | int | float | Undefined | None
 """One field of CSV: unrounded, in the stored unit."""
@@ -149,7 +149,7 @@ class TableKind:
     """
 
     name: str
-    make: Callable[[ReportContent], Table]
+    make: Callable[[StudyResults], Table]
     outcome: Outcome | None = None
     by_run: bool = False
 
@@ -178,7 +178,7 @@ def _flat(parts: Iterable[T | tuple[T, ...]]) -> Iterable[T]:
     return (one for part in parts for one in (part if isinstance(part, tuple) else (part,)))
 
 
-def tables_of_outcomes(name: str, make: Callable[[ReportContent, Outcome, str], Table]) -> tuple[TableKind, ...]:
+def tables_of_outcomes(name: str, make: Callable[[StudyResults, Outcome, str], Table]) -> tuple[TableKind, ...]:
     """Make a table an outcome; `{}` in its name is the outcome's key."""
 
     def of(outcome: Outcome) -> TableKind:

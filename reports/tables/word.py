@@ -8,7 +8,7 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from data_schema.libraries import optional
-from reports.content import ReportContent
+from reports.results import StudyResults
 from reports.tables.table import Cell, Table
 
 if TYPE_CHECKING:
@@ -20,7 +20,7 @@ WORD = "tables.docx"
 _STYLE = "Light List"
 
 
-def word_bytes(content: ReportContent, tables: Iterable[Table]) -> bytes:
+def word_bytes(content: StudyResults, tables: Iterable[Table]) -> bytes:
     """Return the tables of a report that have rows, as a Word document; the text of cells is that of the page.
 
     Raises `UsageError` where python-docx is not installed.

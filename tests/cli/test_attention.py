@@ -17,7 +17,7 @@ from data_schema.vocabulary import Action, Rule
 from labbook.actions.runs.attention import CHECKS
 from labbook.actions.runs.finding import Gravity
 from labbook.book.write_session import Statement, new_uid
-from reports.content import POOLED, Decision
+from reports.results import POOLED, Decision
 from tests.cli.shell import good, labbook, refused
 from tests.cli.test_calibrated_logs import AT_0_2_M, DAYS, PROFILE, counted
 from tests.cli.test_calibrated_logs import book as calibrated_book
@@ -538,7 +538,7 @@ def test_a_long_list_is_folded_and_the_json_has_all(tmp_path: Path) -> None:
 
 def decided(folder: Path, runs: list[Made]) -> dict[str, Decision]:
     """What a report decides of the savings with each foot."""
-    compared = reports(charged_book(folder, runs)).content.comparisons
+    compared = reports(charged_book(folder, runs)).results.comparisons
     return {
         one.group["foot"]: one.decision for one in compared if one.family == POOLED and one.quantity is Outcome.JOULES
     }

@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from data_schema.outcomes import Outcome
+from labbook.analysis.study import analyse
 from labbook.book.opening import opened
-from labbook.presenting.report.content import make_report
-from reports.content import ReportContent
+from reports.results import StudyResults
 from reports.trust import trust_sentences
 from tests.cli.shell import good, labbook
 from tests.helpers.known_campaign import KnownCampaign, Order, begun, shuffled
@@ -59,18 +59,16 @@ class Said:
     warned: frozenset[str]
 
 
-def reported(folder: Path) -> ReportContent:
+def reported(folder: Path) -> StudyResults:
     """Take the files of a folder into a book and make the report."""
     book = begun(folder)
     good(labbook("ingest", "../files/charges", "../files/logs", at=book))
     good(labbook("report", "--out", "page", at=book))
     with opened(book) as found, found.reading() as connection:
-        return make_report(
-            connection, found.store, found.configuration, where=None, made_at="2026-04-01T12:00:00Z"
-        ).content
+        return analyse(connection, found.store, found.configuration, where=None, made_at="2026-04-01T12:00:00Z").results
 
 
-def said_of(world: str, campaign: KnownCampaign, content: ReportContent) -> Said:
+def said_of(world: str, campaign: KnownCampaign, content: StudyResults) -> Said:
     leads = [each.decision for each in content.pooled if each.quantity is Outcome.JOULES]
     savings, rejected = (
         (content.overall[0].savings, content.overall[0].rejected)

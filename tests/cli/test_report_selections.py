@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
-from reports.content import WITHOUT_EXCLUSIONS, ReportContent
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.page.writing import render_page
+from reports.results import WITHOUT_EXCLUSIONS, StudyResults
 from reports.tables.formats import csv_bytes, latex_bytes
 from reports.tables.registry import TABLES
 from reports.trust import flow_sentence
@@ -52,7 +52,7 @@ def book_with(folder: Path, left_out: str | None, files: tuple[str, ...]) -> Sma
     return book
 
 
-def page_of(content: ReportContent, width_in: float) -> str:
+def page_of(content: StudyResults, width_in: float) -> str:
     drawings = {}
     for name, kind in FIGURES.items():
         drawings[name] = drawings[f"{name}_one_column"] = svg_bytes(draw_figure(kind, content, width_in))

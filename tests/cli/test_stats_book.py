@@ -11,8 +11,8 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.analysis.comparison import pairing
-from reports.content import Comparison, ReportContent
 from reports.numbers import Number
+from reports.results import Comparison, StudyResults
 from tests.cli.shell import good, labbook, refused, unchanged
 from tests.helpers.books import SmallBook, ingest_all, small_book
 from tests.helpers.pages import content_of
@@ -26,10 +26,10 @@ class Reported:
     """A book in which runs differ in duration, so that the drain's error does not cancel, and its report."""
 
     book: SmallBook
-    content: ReportContent
+    results: StudyResults
 
     def comparison(self, quantity: Outcome, family: str) -> Comparison:
-        (found,) = [item for item in self.content.comparisons if (item.quantity, item.family) == (quantity, family)]
+        (found,) = [item for item in self.results.comparisons if (item.quantity, item.family) == (quantity, family)]
         return found
 
     def stats(self, *words: str) -> Any:

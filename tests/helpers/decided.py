@@ -12,7 +12,7 @@ from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct
 from labbook.analysis.preregistration.planned import Planned, planned_analysis
-from labbook.presenting.report.content import MadeReport
+from labbook.analysis.study import Analysis
 from tests.helpers.books import ADA, SmallBook, copy_of, ingest_all, small_book
 
 DECIDED = '\n[analysis]\nexclusions = ["misfire"]\napex_bounds_percent = [-3, 3]\n'
@@ -42,7 +42,7 @@ def planned(made: SmallBook) -> Planned:
         return planned_analysis(connection, book.configuration)
 
 
-def reports(made: SmallBook, where: str | None = None) -> MadeReport:
+def reports(made: SmallBook, where: str | None = None) -> Analysis:
     """Make a report."""
     with made.open() as book:
         return state_report(book, where, ADA, lambda _step: None)

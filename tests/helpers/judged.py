@@ -4,8 +4,8 @@ import itertools
 import math
 import statistics
 
-from reports.content import POOLED, Judged, JudgedGroup, Limits, PredictedQuantity
 from reports.numbers import Number
+from reports.results import POOLED, Judged, JudgedGroup, Limits, PredictedQuantity
 from stats.compare.agreement import FEWEST_DIFFERENCES, limits_of_agreement
 from stats.tails import t_two_sided
 

@@ -15,14 +15,14 @@ from ingest.model import Declarations, ReadFile, SignalPart
 from ingest.read import read_file
 from labbook.actions.report_command import state_report
 from labbook.analysis.outcomes.detection import Detection, detect_part
-from labbook.presenting.report.content import MadeReport
+from labbook.analysis.study import Analysis
 from stats.apexes.detectors import DETECTORS, Detector
 from tests.helpers.books import ADA, DAYS, SmallBook, import_sheet, ingest_all, small_book
 from tests.helpers.decided import decided_book
 from tests.helpers.desk import Desk, desk_at
 from tests.helpers.whole_book import copy_of_judged_book, copy_of_whole_book
 
-Reports = Callable[..., MadeReport]
+Reports = Callable[..., Analysis]
 CONFOUNDED = f"b_ad_gain == 0 and day == {DAYS[0]} or b_ad_gain == 100 and day == {DAYS[1]}"
 """Runs of the control on one day and of active damping on the other."""
 
@@ -107,7 +107,7 @@ def reports(tmp_path_factory: pytest.TempPathFactory) -> Reports:
     """Reports of small books by what `[analysis]` says (`in_time`: before the first measurement), and by selection."""
 
     @functools.cache
-    def made(analysis: str = "", where: str | None = None, *, in_time: bool = False) -> MadeReport:
+    def made(analysis: str = "", where: str | None = None, *, in_time: bool = False) -> Analysis:
         folder: Path = tmp_path_factory.mktemp("comparisons")
         book = small_book(folder, runs=not in_time, ingested=not in_time)
         if analysis:

@@ -14,12 +14,12 @@ from labbook.analysis.comparison.comparisons import thesis_route
 from labbook.analysis.comparison.deciding import decide_by_contrast, equivalence_by_contrast
 from labbook.analysis.prediction.checking import agreement
 from labbook.config.model import Bounds
-from reports import content as parts
+from reports import results as parts
 from reports.claims import group_claim
-from reports.content import Factor, Flow, Hypothesis, HypothesisPart, Level, PredictedQuantity, Verdict
 from reports.display import LogGap, LogJump, RunLog
 from reports.numbers import Number
 from reports.page.writing import report_files, write_report
+from reports.results import Factor, Flow, Hypothesis, HypothesisPart, Level, PredictedQuantity, Verdict
 from stats.compare.summary import describe
 from stats.days.decision import contrast_by_day
 from stats.groups.anova import one_way_anova
@@ -326,7 +326,7 @@ def make_content(seed=5):
     days, packs = _days(runs), _packs(maker, conditions, runs)
     predictions = _predictions(maker, conditions, comparisons)
     hypotheses = _hypotheses(maker, comparisons)
-    content = parts.ReportContent(
+    content = parts.StudyResults(
         title="Active damping on a granular bed", study="granular bed", selection="k_gain in (300, 400)",
         made_at="2021-07-30 14:05", software_version="0.1.0", configuration_hash="9c41f2e07ab3",
         detector="robust", people=("Ada Nwosu (AN)", "Li Wei (LW)"), days=days,
@@ -354,7 +354,7 @@ def make_minimal():
     """One condition, no control, no drain, nothing compared."""
     maker = Maker(1)
     condition = _condition(maker, "small", 400, 50)
-    return parts.ReportContent(
+    return parts.StudyResults(
         title="One condition", study="granular bed", selection="", made_at="2021-07-30 14:05",
         software_version="0.1.0", configuration_hash="9c41f2e07ab3", detector="published", people=(), days=(),
         flow=Flow(None, 10, 0, 0, {}, dict.fromkeys(Outcome, 10), {key: {} for key in Outcome}, 250, 250, {}, 250),

@@ -5,8 +5,8 @@ import dataclasses
 import io
 
 from data_schema.outcomes import Outcome
-from reports.content import Equivalence, OverallEquivalence, OverallSavings
 from reports.numbers import Number
+from reports.results import Equivalence, OverallEquivalence, OverallSavings
 from reports.tables.formats import csv_bytes
 from reports.tables.registry import TABLES
 

@@ -8,9 +8,9 @@ from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
 from reports.claims import ELSEWHERE, family_claim, group_claim, groups_in_one_sentence, overall_claims
-from reports.content import Decision, Factor, Level
 from reports.naming import level_of, levels_name
 from reports.numbers import Number
+from reports.results import Decision, Factor, Level
 from tests.helpers.wording import says
 from tests.reports import made
 from tests.reports.made import DAYS, equivalence, overall_equivalence, overall_savings, plain, t_and_p

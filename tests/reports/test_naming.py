@@ -1,7 +1,7 @@
 import dataclasses
 
-from reports.content import Factor, Level
 from reports.naming import control_name, formula_text, group_name, levels_name, treatment_label, treatment_name
+from reports.results import Factor, Level
 from tests.helpers.wording import says
 from tests.reports.made import plain
 

@@ -8,12 +8,12 @@ from data_schema.errors import UsageError
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.content import Claim, Provenance
 from reports.figures.by_level import file_name
 from reports.figures.registry import FIGURES, figures_of
 from reports.numbers import Number
 from reports.page.sections import FigureHere, FiguresBeside, sections_of
 from reports.page.writing import inline_svg, report_files, write_report
+from reports.results import Claim, Provenance
 from reports.tables.each_run import name_points, run_anchors
 from reports.tables.registry import TABLES
 from tests.helpers.pages import FIGURE_NAMES, TABLE_NAMES, quick_page

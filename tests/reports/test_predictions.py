@@ -7,12 +7,12 @@ import pytest
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.content import ACCURACY, PredictedQuantity, PredictionCheck, Predictions
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
 from reports.page.sections import sections_of
+from reports.results import ACCURACY, PredictedQuantity, PredictionCheck, Predictions
 from reports.tables.predictions import prediction_sentences
 from reports.tables.registry import TABLES
 from tests.helpers.judged import judged

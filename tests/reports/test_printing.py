@@ -8,14 +8,14 @@ import re
 import pytest
 
 from data_schema.outcomes import Outcome
-from reports.content import CoarseCharger, Favoured, Look
+from reports.claims import contrast_claims
 from reports.figures.style import TWO_COLUMNS_IN, new_figure
 from reports.numbers import Number
 from reports.page import printing
 from reports.page.printing import NO_BROWSER, browser, print_pdf
 from reports.page.study import Study, study_page
 from reports.page.writing import report_files, write_report
-from reports.tables.contrasts import contrast_claims
+from reports.results import CoarseCharger, Favoured, Look
 from stats.days.order import PositionsCompared
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says

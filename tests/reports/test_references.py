@@ -3,8 +3,8 @@
 import dataclasses
 import re
 
-from reports.content import Source
 from reports.page.sections import _entries, references_bib, software_sentence
+from reports.results import Source
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
 

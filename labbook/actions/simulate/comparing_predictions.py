@@ -16,13 +16,13 @@ from data_schema.queries.runs import refuse_empty_selection
 from data_schema.vocabulary import Undefined
 from labbook.analysis.prediction.predicting import PredictionResult
 from labbook.analysis.results import Results
+from labbook.analysis.study import analyse
 from labbook.book.opening import Book
 from labbook.book.write_session import now_utc
-from labbook.presenting.report.content import make_report
 from labbook.terminal import columns
-from reports.content import Hypothesis, PredictedQuantity, Prediction, ReportContent, Verdict
 from reports.display import sentence_start
 from reports.numbers import Number, Value
+from reports.results import Hypothesis, PredictedQuantity, Prediction, StudyResults, Verdict
 from reports.tables.hypotheses import verdict_sentence
 from reports.tables.predictions import (
     LEGEND,
@@ -55,20 +55,20 @@ COMPARED = {
 
 @dataclass(frozen=True, slots=True)
 class ComparedPredictions:
-    """The content of the tables, and on which side of the boundary the simulated ground lies; "" where that is none."""
+    """The results, and on which side of the boundary the simulated ground lies; "" where that is none."""
 
-    content: ReportContent
+    results: StudyResults
     ground: str = ""
 
     @property
     def fails(self) -> bool:
         """Whether a hypothesis fails as measured."""
-        return any(one.verdict is Verdict.FAILS for one in self.content.hypotheses)
+        return any(one.verdict is Verdict.FAILS for one in self.results.hypotheses)
 
     @property
     def met(self) -> bool:
         """Whether no hypothesis fails, and of predictions, if there are, some can be compared and none misses."""
-        items = self.content.predictions.items
+        items = self.results.predictions.items
         agreements = [item.agrees for item in items if item.agrees is not None]
         return not self.fails and (not items or bool(agreements)) and all(agreements)
 
@@ -83,14 +83,14 @@ def compare_predictions(book: Book, where: str | None, step: Callable[[str], Non
         )
     with book.reading() as connection:
         refuse_empty_selection(connection, where)
-        made = make_report(connection, book.store, book.configuration, where=where, made_at=now_utc(), progress=step)
-    items = made.content.predictions.items
+        made = analyse(connection, book.store, book.configuration, where=where, made_at=now_utc(), progress=step)
+    items = made.results.predictions.items
     if not items and configuration.simulation is not None:
         raise UsageError(
             f"no run of this selection ({where or 'all runs'}) has joules or an apex height to compare with: select "
             "others, or ingest their logs and charges."
         )
-    return ComparedPredictions(made.content, _ground(made.computed))
+    return ComparedPredictions(made.results, _ground(made.computed))
 
 
 def _ground(computed: Results) -> str:
@@ -119,23 +119,23 @@ def _ground(computed: Results) -> str:
 
 def as_lines(compared: ComparedPredictions) -> list[str]:
     """Return the tables for people, under their captions, and above them what is not simulated."""
-    lines = [f"{verdict_sentence(compared.content, one)}." for one in compared.content.hypotheses]
+    lines = [f"{verdict_sentence(compared.results, one)}." for one in compared.results.hypotheses]
     lines += [""] if lines else []
-    if not compared.content.predictions.items:
-        return [_plain(line).rstrip() for line in (*lines, *_tables(compared.content))]
+    if not compared.results.predictions.items:
+        return [_plain(line).rstrip() for line in (*lines, *_tables(compared.results))]
     lines += [compared.ground, ""] if compared.ground else []
-    lines += [line for notes in scene_sentences(compared.content) for line in (notes, "")]
-    lines += _tables(compared.content)
+    lines += [line for notes in scene_sentences(compared.results) for line in (notes, "")]
+    lines += _tables(compared.results)
     notes = (
         sentence_start(LEGEND),
-        *filter(None, [numerical_text(compared.content)]),
+        *filter(None, [numerical_text(compared.results)]),
         "",
-        verdict_text(compared.content),
+        verdict_text(compared.results),
     )
     return [_plain(line).rstrip() for line in (*lines, *notes)]
 
 
-def _tables(content: ReportContent) -> list[str]:
+def _tables(content: StudyResults) -> list[str]:
     lines: list[str] = []
     for name, title in COMPARED.items():
         table = TABLES[name].make(content)
@@ -146,7 +146,7 @@ def _tables(content: ReportContent) -> list[str]:
 
 def as_data(compared: ComparedPredictions) -> dict[str, Any]:
     """Return the same for programs, in stored units and unrounded."""
-    about = compared.content.predictions
+    about = compared.results.predictions
     return {
         "met": compared.met,
         "scene": about.scene,
@@ -157,13 +157,13 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
         "as_they_stand": [
             {"factor": factor, "parameter": parameter, "unit": unit} for factor, parameter, unit in about.unconverted
         ],
-        "hypotheses": [_hypothesis(one) for one in compared.content.hypotheses],
+        "hypotheses": [_hypothesis(one) for one in compared.results.hypotheses],
         "predictions": [
             {
                 "quantity": str(item.quantity),
                 "group": dict(item.group),
                 "level": item.level,
-                "condition": level_text_of(compared.content, item).replace("\N{NO-BREAK SPACE}", " "),
+                "condition": level_text_of(compared.results, item).replace("\N{NO-BREAK SPACE}", " "),
                 "control": item.control,
                 "n": item.n,
                 "unit": item.measured.unit,

@@ -43,12 +43,12 @@ from labbook.analysis.comparison.pairing import study_factor, with_control
 from labbook.analysis.observations import Observation, ObservationRequest, Observations, observations_of_book
 from labbook.book.opening import opened
 from labbook.config.model import Bounds
-from reports.content import Factor, Level
 from reports.display import NO_BREAK, in_sentence, list_text
 from reports.figures.estimation import Estimation, EstimationGroup
 from reports.figures.kind import check_form
 from reports.naming import level_name, swept_words, title_of
 from reports.numbers import Number
+from reports.results import Factor, Level
 from stats.checks import MISSING, Missing, as_values
 from stats.compare.two_sample import ROUTES, compare_two
 from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day

@@ -21,13 +21,13 @@ from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
 from ingest.store import Store
 from labbook.analysis.results import equals_printed
+from labbook.analysis.study import Analysis, analyse
 from labbook.book.altered import altered_since, but_of_readings, differences, inputs_altered
 from labbook.book.naming import changes_in_words
 from labbook.book.opening import Book
 from labbook.book.replaying import replayed
 from labbook.book.report_numbers import ReportedNumber, ReportedResult, ReportNumbers, numbers_of_report, read_numbers
 from labbook.config.parsing import parse_configuration
-from labbook.presenting.report.content import MadeReport, make_report
 
 
 @dataclass(frozen=True, slots=True)
@@ -269,12 +269,12 @@ def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str],
             ]
 
 
-def made_again(fresh: sa.Connection, store: Store, where: str | None, made_at: str) -> MadeReport:
+def made_again(fresh: sa.Connection, store: Store, where: str | None, made_at: str) -> Analysis:
     """Make a report again of a book as it stood when it was made, as the journal played back gives it."""
     row = config_in_force(fresh)
     assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
     configuration = parse_configuration(row.text, "the book's configuration")
-    return make_report(fresh, store, configuration, where=where, made_at=made_at)
+    return analyse(fresh, store, configuration, where=where, made_at=made_at)
 
 
 def number_anew(numbers: Mapping[str, ReportedNumber], number: ReportedNumber) -> ReportedNumber | None:

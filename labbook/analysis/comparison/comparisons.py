@@ -10,12 +10,15 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated
 
+from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
-from data_schema.vocabulary import StudyKind, Undefined
+from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import Rule, StudyKind, Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.deciding import (
     decide,
     decide_equivalence,
+    deciding_runs,
     fingerprints_of_sides,
     record_for_pairs,
     runs_of,
@@ -24,12 +27,13 @@ from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.conditions import ConditionValues, conditions_by_outcome
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import RunApexes
+from labbook.analysis.outcomes.run_energy import only_charge_missing
 from labbook.analysis.preregistration.planned import FAMILY_OF, Planned
 from labbook.analysis.results import Algorithm, Results, interval_ends, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import Family
-from reports.content import Anova, Comparison, Decision, MeansContrast, ThesisRoute
 from reports.numbers import Number, NumberNames, Result
+from reports.results import Anova, Comparison, Decision, MeansContrast, ThesisRoute
 from stats.compare.two_sample import compare_two
 from stats.groups.anova import one_way_anova
 from stats.groups.multiple import holm
@@ -98,7 +102,7 @@ def compare_all(
     conditions: Mapping[Outcome, Sequence[ConditionValues]],
     swept: str,
     planned: Planned,
-    kind: StudyKind,
+    evidence: StudyData,
     beside: Mapping[Outcome, Sequence[ConditionValues]],
 ) -> list[Compared]:
     """Make every comparison of the study, outcome by outcome.
@@ -109,7 +113,7 @@ def compare_all(
     for outcome, several in conditions.items():
         pairs = pairing.pairs_with_control(several, swept)
         further = pairing.pairs_with_control([*several, *beside[outcome]], swept) if beside.get(outcome) else []
-        found += _compared(computed, pairs, further, outcome, planned, kind)
+        found += _compared(computed, pairs, further, outcome, planned, evidence)
     return found
 
 
@@ -119,7 +123,7 @@ def _compared(
     every: Sequence[Pair],
     quantity: Outcome,
     planned: Planned,
-    kind: StudyKind,
+    evidence: StudyData,
 ) -> list[Compared]:
     """Compare treatments with controls, and adjust the p of the family that was decided on, with those not shown."""
     settings, labels = planned.settings, {pair.label for pair in pairs}
@@ -141,9 +145,13 @@ def _compared(
         for pair, test in zip(pairs, within, strict=True):
             why = planned.exploratory_equivalence(pair.family, conditions_of(pair)) or ""
             decisions[pair.label] = replace(decisions[pair.label], equivalence=replace(test, exploratory=why))
+    for pair in pairs:
+        if pair.family == pairing.POOLED and quantity.has_savings and decisions[pair.label].rule is Rule.NONE:
+            missing = _charge_missing(pair, evidence)
+            decisions[pair.label] = replace(decisions[pair.label], charge_missing=missing)
     over_runs = routes_over_runs(computed, pairs, quantity, settings.alpha)
     over_jumps = {}
-    if quantity is Outcome.APEX and kind is StudyKind.BED:  # the study of thesis 5.2
+    if quantity is Outcome.APEX and evidence.configuration.study.kind is StudyKind.BED:  # the study of thesis 5.2
         pooled = [pair for pair in pairs if pair.family == pairing.POOLED]
         routes = routes_over_jumps(computed, pooled, settings.alpha)
         over_jumps = dict(zip(labels_of(pooled), routes, strict=True))
@@ -168,6 +176,36 @@ def _compared(
     return _as_each(found) if settings.family is Family.EACH and one_level_each(pairs) else found
 
 
+def _charge_missing(pair: Pair, evidence: StudyData) -> tuple[str, ...]:
+    """Name the runs whose charge would give savings without a claim one."""
+    without = only_charge_missing(evidence.runs, evidence.charges)
+    of_group = [run for run in without if pair.group.items() <= run.levels.items()]
+    return tuple(run.name for run in deciding_runs([one.run for one in runs_of((*pair.a, *pair.b))], of_group))
+
+
+def groups_without_charges(
+    evidence: StudyData, swept: str | None, compared: Sequence[Compared]
+) -> tuple[tuple[Mapping[str, str], tuple[str, ...]], ...]:
+    """Return the groups in which no control, or nothing beside it, has a charge, with the runs that lack theirs."""
+    known = {
+        pairing.group_label(item.pair.group)
+        for item in compared
+        if item.pair.family == pairing.POOLED and item.shown.quantity is Outcome.JOULES
+    }
+
+    def group_of(run: RunRow) -> tuple[tuple[str, str], ...]:
+        return tuple(item for item in run.levels.items() if item[0] != swept)
+
+    groups = grouped((run for run in evidence.runs if swept in run.levels), group_of)
+    return tuple(
+        (dict(group), names)
+        for group, runs in groups.items()
+        if pairing.group_label(dict(group)) not in known and len({run.is_control for run in runs}) == 2
+        for names in [tuple(run.name for run in only_charge_missing(runs, evidence.charges))]
+        if names
+    )
+
+
 def labels_of(pairs: Sequence[Pair]) -> list[str]:
     """Return the labels of pairs."""
     return [pair.label for pair in pairs]
@@ -189,6 +227,8 @@ def _as_each(found: Sequence[Compared]) -> list[Compared]:
     each = {pairing.group_label(one.pair.group): one for one in found if one.pair.family == pairing.EACH}
     return [
         replace(one, shown=replace(own.shown, label=pair.label, level=pair.level, family=pair.family,
+                                   decision=replace(own.shown.decision,
+                                                    charge_missing=one.shown.decision.charge_missing),
                                    over_jumps=one.shown.over_jumps), family=own.family)
         if pair.family == pairing.POOLED
         else one

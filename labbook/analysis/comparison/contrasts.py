@@ -22,8 +22,8 @@ from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.preregistration.planned import Planned
 from labbook.analysis.results import Algorithm, Results
 from labbook.config.model import ContrastSettings, Side
-from reports.content import MeansContrast
 from reports.numbers import Number
+from reports.results import MeansContrast
 from stats.days.contrasts import Effect, linear_contrast
 from stats.days.decision import CONTROL, TREATED, blocks_of_runs
 

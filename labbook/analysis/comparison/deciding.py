@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import Rule, Undefined
-from labbook.analysis.comparison.pairing import Pair, group_label
+from labbook.analysis.comparison.pairing import POOLED, Pair, group_label
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
+from labbook.analysis.preregistration.planned import Planned
 from labbook.analysis.results import Algorithm, Results, T, fingerprint, interval_ends, result_fingerprint
 from labbook.config.model import AnalysisSettings, Bounds
-from reports.content import Decision, Equivalence, OverallEquivalence, OverallSavings
 from reports.numbers import Number
+from reports.results import Decision, Equivalence, OverallEquivalence, OverallSavings
 from stats.days.decision import Bounded, Contrast, Estimate, contrast_by_day, rule_of_days
 from stats.days.overall import overall_equivalence, overall_savings
 from stats.tails import t_upper
@@ -229,7 +230,7 @@ class Overall:
 def overall_effects(
     computed: Results,
     pairs: Mapping[Outcome, Sequence[Pair]],
-    settings: AnalysisSettings,
+    planned: Planned,
     rests_on: Callable[[Iterable[Pair]], tuple[InputRow, ...]] = lambda _pairs: (),
 ) -> Overall:
     """Compute the effects over all groups; `pairs` has those of each outcome, one a group. One group has none.
@@ -241,6 +242,7 @@ def overall_effects(
         outcome: {group_label(pair.group): contrast_of(pair) for pair in of_groups}
         for outcome, of_groups in several.items()
     }
+    settings = planned.settings
     alpha, bounds = settings.alpha, settings.apex_bounds
 
     def recorded(algorithm: Algorithm, outcome: Outcome, result: T, about: Mapping[str, Any]) -> T:
@@ -288,8 +290,12 @@ def overall_effects(
     equivalent = None
     if Outcome.APEX in several and bounds is not None and bounds.percent:
         equivalent = recorded(OVERALL_EQUIVALENCE, Outcome.APEX, within(bounds), {"bounds": asdict(bounds)})
+        equivalent = replace(equivalent, exploratory=planned.exploratory_equivalence(POOLED) or "")
     savings = {
-        outcome: recorded(OVERALL, outcome, saved(outcome), {"one_sided": settings.one_sided})
+        outcome: replace(
+            recorded(OVERALL, outcome, saved(outcome), {"one_sided": settings.one_sided}),
+            exploratory=planned.exploratory(outcome, POOLED) or "",
+        )
         for outcome in several
         if outcome.has_savings
     }

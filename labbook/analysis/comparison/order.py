@@ -1,15 +1,26 @@
-"""The order of runs within days: headlines that it favours, and the same adjusted for a drift over the day."""
+"""Days and the order of runs in them: what is confounded with the day, and headlines that the order favours.
+
+These are adjusted for a drift over the day.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
+from data_schema.grouping import grouped
+from data_schema.outcomes import Outcome
 from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison.pairing import Pair, group_label
+from labbook.analysis.comparison.deciding import Overall, overall_effects
+from labbook.analysis.comparison.pairing import Pair, group_label, study_factor
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
-from labbook.analysis.results import fingerprint
+from labbook.analysis.preregistration.planned import Planned
+from labbook.analysis.results import Results, fingerprint
+from labbook.analysis.study_data import StudyData
+from reports.display import in_sentence
+from reports.numbers import Number
+from reports.results import Favoured, Varied
 from stats.compare.shared_error import SharedError
 from stats.days.order import PositionsCompared, adjust_for_position, compare_positions
 from stats.groups.multiple import holm
@@ -19,6 +30,76 @@ OVER_GROUPS = ""
 """What the effect over all groups stands under, beside groups by their labels."""
 ALPHA = 0.04
 """How often at most a report of runs in random order says that a headline is favoured: 5 % with room to show it."""
+
+
+def confounded_with_day(evidence: StudyData, swept: str | None) -> tuple[str, ...]:
+    """Say which factors are confounded with the day, because most days saw one level of them only.
+
+    A day with a single run shows nothing of the kind and does not count.
+    """
+    runs = [run for run in evidence.runs if run.levels]
+    days_of = [of_day for of_day in grouped(runs, lambda run: run.day).values() if len(of_day) > 1]
+    sentences, named = [], set()
+    for factor in evidence.factors:
+        levels = {run.levels.get(factor.name) for run in runs}
+        single = sum(len({run.levels.get(factor.name) for run in of_day}) == 1 for of_day in days_of)
+        if len(levels) > 1 and 2 * single > len(days_of):
+            named.add(factor.name)
+            title = in_sentence(study_factor(evidence.configuration, factor.name).title)
+            sentences.append(
+                f"On {single} of the {len(days_of)} days with two or more runs all runs had one level of the {title}: "
+                f"differences between its levels are {_confounded(single, len(days_of))} differences between days."
+            )
+    if swept is not None and swept not in named and any(run.is_control for run in runs):
+        without = sum(not any(run.is_control for run in of_day) for of_day in days_of)
+        if 2 * without > len(days_of):
+            sentences.append(
+                f"On {without} of the {len(days_of)} days with two or more runs there was no control run: differences "
+                f"from the control are {_confounded(without, len(days_of))} differences between days."
+            )
+    return tuple(sentences)
+
+
+def _confounded(count: int, days: int) -> str:
+    return "confounded with" if count == days else "largely confounded with"
+
+
+def favoured_headlines(
+    computed: Results,
+    pooled: Mapping[Outcome, Sequence[Pair]],
+    effects: Overall,
+    planned: Planned,
+    varied: Iterable[Varied],
+) -> tuple[Favoured, ...]:
+    """Return the headlines that the order within days favours, adjusted: that over all groups, else those of groups.
+
+    `pooled` are the pairs of all levels with the control, `effects` those over all groups, `varied` the recomputed
+    headlines.
+    """
+    every = {pair.label: pair.group for pairs in pooled.values() for pair in pairs}
+    over_groups = bool(effects.savings) or effects.equivalent is not None
+    tests = favoured_by_order((pair for pairs in pooled.values() for pair in pairs), over_groups=over_groups)
+    if OVER_GROUPS in tests:
+        moved = {outcome: adjusted_for_position(pairs) for outcome, pairs in pooled.items()}
+        known = {outcome: pairs for outcome, pairs in moved.items() if not isinstance(pairs, Undefined)}
+        found = overall_effects(computed.about(variant=ADJUSTED), known, planned, fingerprints_of_positions)
+        adjusted = {outcome: one.savings for outcome, one in found.savings.items()}
+        if found.equivalent is not None:
+            adjusted[Outcome.APEX] = found.equivalent.estimate
+        return (Favoured(None, tests[OVER_GROUPS], _claimed(adjusted)),)
+    of_label: dict[str, dict[Outcome, Number]] = {label: {} for label in every}
+    for one in varied:
+        if one.variant == ADJUSTED:
+            of_label[one.headline][one.quantity] = one.result.headline
+    return tuple(
+        Favoured(group, tests[group_label(group)], _claimed(of_label[label]))
+        for label, group in every.items()
+        if group_label(group) in tests
+    )
+
+
+def _claimed(adjusted: Mapping[Outcome, Number]) -> dict[Outcome, Number]:
+    return {outcome: adjusted[outcome] for outcome in (Outcome.JOULES, Outcome.APEX) if outcome in adjusted}
 
 
 def favoured_by_order(pairs: Iterable[Pair], *, over_groups: bool) -> dict[str, PositionsCompared]:

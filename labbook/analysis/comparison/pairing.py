@@ -6,17 +6,20 @@ level (the active-damping gain). The others form groups (foot, extension gain).
 
 from __future__ import annotations
 
+import json
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.grouping import grouped
+from data_schema.outcomes import Outcome
 from data_schema.vocabulary import FactorKind
 from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.study_data import StudyData
 from labbook.config.parsing import Configuration
-from reports.content import Factor
+from reports.results import Condition, Factor, Level
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,6 +59,51 @@ def study_factor(configuration: Configuration, name: str) -> Factor:
         treatment=(settings.treatment if settings else None) or "",
         control_name=(settings.control_name if settings else None) or "",
     )
+
+
+def study_factors(evidence: StudyData, conditions: Iterable[ConditionValues]) -> tuple[Factor, ...]:
+    """Return the study's factors with the formulas that turn gains into physical values.
+
+    One that labbook.toml no longer names and no condition has is left out: a name that was mistyped at first.
+    """
+    named = evidence.configuration.factors.keys() | {name for one in conditions for name in one.levels}
+    return tuple(study_factor(evidence.configuration, row.name) for row in evidence.factors if row.name in named)
+
+
+def study_conditions(
+    evidence: StudyData, measured: Mapping[Outcome, Sequence[ConditionValues]]
+) -> tuple[Condition, ...]:
+    """Return every condition that has a measured quantity, in the order of the factors' levels, the swept one last.
+
+    So the control and the treated conditions of one group stand together.
+    """
+    by_key = {outcome: {item.key: item for item in several} for outcome, several in measured.items()}
+    every = {key: item for items in by_key.values() for key, item in items.items()}
+    swept = swept_factor(evidence.configuration)
+    return tuple(
+        Condition(
+            levels=_levels(evidence, item.levels),
+            control=item.is_control,
+            summaries={outcome: items[item.key].result for outcome, items in by_key.items() if item.key in items},
+        )
+        for item in sorted(every.values(), key=lambda item: place(evidence.labels, swept, item.levels))
+    )
+
+
+def _levels(evidence: StudyData, labels: Mapping[str, str]) -> tuple[Level, ...]:
+    found = []
+    for row in evidence.factors:
+        level = next((level for level in row.levels if level.label == labels.get(row.name)), None)
+        if level is None:
+            continue
+        gain = evidence.configuration.gains.get(row.name)
+        if gain is not None and level.value is not None:
+            found.append(Level(row.name, level.label, gain.physical(level.value), gain.unit, level.value))
+            continue
+        radius_m = json.loads(level.attributes_json).get("radius_m")
+        unit = study_factor(evidence.configuration, row.name).unit
+        found.append(Level(row.name, level.label, *((level.value, unit) if radius_m is None else (radius_m, "m"))))
+    return tuple(found)
 
 
 def treated_values(configuration: Configuration, swept: str) -> dict[str, float]:

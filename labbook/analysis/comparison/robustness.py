@@ -43,8 +43,8 @@ from labbook.analysis.outcomes.run_force import RunForce, run_forces_by_rules
 from labbook.analysis.results import Results, RunResults, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import AnalysisSettings
-from reports.content import WITHOUT_EXCLUSIONS, Decision, Drain, Varied
 from reports.numbers import Result
+from reports.results import WITHOUT_EXCLUSIONS, Decision, Drain, Varied
 from stats.apexes.detectors import DETECTORS
 from stats.days.decision import Contrast
 from stats.lines.passive_drain import why_no_line

@@ -12,8 +12,8 @@ from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah, usable_charge
 from labbook.analysis.results import Algorithm, Results, fingerprint, result_fingerprint
 from labbook.analysis.study_data import StudyData
-from reports.content import IN_ALL, OF_DRAIN, BudgetSource, JouleBudget, PackDeviation
 from reports.numbers import Number
+from reports.results import IN_ALL, OF_DRAIN, BudgetSource, JouleBudget, PackDeviation
 from stats.compare.shared_error import shared_of_mean
 from stats.compare.summary import describe
 from stats.lines.passive_drain import rounding_sd_mah

@@ -29,8 +29,8 @@ from labbook.analysis.results import (
     result_fingerprint,
 )
 from labbook.analysis.study_data import StudyData
-from reports.content import ConditionSummary
 from reports.numbers import Number, Result
+from reports.results import CoarseCharger, ConditionSummary
 from stats.compare.shared_error import SharedError, describe_shared, shared_of_mean
 from stats.compare.summary import describe
 
@@ -125,6 +125,16 @@ def coarse_scatter(items: Sequence[RunNumber]) -> float | None:
         [run.day for run, _energy in energies],
     )
     return None if scatter is None or scatter >= ENOUGH_SCATTER else scatter
+
+
+def coarse_charger(conditions: Iterable[ConditionValues]) -> CoarseCharger | None:
+    """Return the charger's step and the scatter of charges where that is too little to trust; None where it is not."""
+    runs = [item for condition in conditions for item in condition.runs]
+    scatter = coarse_scatter(runs)
+    if scatter is None:
+        return None
+    step_mah = max(item.result.step_mah for item in runs if isinstance(item.result, RunEnergy))
+    return CoarseCharger(step_mah, scatter * step_mah)
 
 
 def _step_j(energy: RunEnergy) -> float:

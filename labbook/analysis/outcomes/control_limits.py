@@ -15,6 +15,10 @@ from typing import NamedTuple
 
 from data_schema.grouping import grouped
 from data_schema.queries.runs import RunRow
+from data_schema.vocabulary import Undefined
+from labbook.analysis.outcomes.run_energy import joules_per_mah, usable_charge
+from labbook.analysis.study_data import StudyData
+from reports.results import Drain
 from stats.tails import t_upper_quantile
 
 BEYOND = Fraction("0.00135")
@@ -112,3 +116,18 @@ def runs_outside(runs: Sequence[RunRow], values: Mapping[str, float]) -> list[Ru
 
 def _outside(runs: Sequence[RunRow], values: Mapping[str, float], limits: Mapping[str, ControlLimits]) -> list[RunRow]:
     return [run for run in runs if run.uid in limits and limits[run.uid].outside(values[run.uid])]
+
+
+def exchanged_charges(
+    evidence: StudyData, drains: Mapping[str, Drain], joules: Mapping[str, float]
+) -> tuple[tuple[str, str], ...]:
+    """Name pairs of runs out of their control limits that are inside with each other's charge; `joules` are by uid."""
+
+    def with_charge_of(run: RunRow, other: RunRow) -> float:
+        charge, line = usable_charge(other, evidence.charges[other.uid]), drains[run.robot_uid].line
+        assert not isinstance(charge, Undefined)  # noqa: S101 - runs out of limits have joules
+        assert not isinstance(line, Undefined)  # noqa: S101
+        passive_mah = line.at(run.duration_s or 0.0).charge_mah
+        return joules_per_mah(evidence.study.reference_voltage_v, run.jumps_made) * (charge.charge_mah - passive_mah)
+
+    return tuple((one.name, other.name) for one, other in exchanged(evidence.runs, joules, with_charge_of))

@@ -32,8 +32,8 @@ from labbook.analysis.results import (
 )
 from labbook.analysis.study_data import StudyData
 from labbook.config.parsing import Configuration
-from reports.content import MAH_MIN, Drain, DrainFit, IdleRun
 from reports.numbers import Number, Origin, Result
+from reports.results import MAH_MIN, Drain, DrainFit, IdleRun
 from stats.checks import as_number
 from stats.compare.shared_error import SharedError
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain, rounding_sd_mah, why_no_line

@@ -12,11 +12,11 @@ from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.queries.sources import InputRow
 from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison.pairing import group_label
+from labbook.analysis.comparison.pairing import group_label, place
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results import Algorithm, Results, fingerprint, result_fingerprint
-from reports.content import Judged, JudgedGroup, Limits, Prediction
 from reports.numbers import Number, Result
+from reports.results import Judged, JudgedGroup, Limits, Prediction
 from stats.compare.agreement import (
     FEWEST_DIFFERENCES,
     Bias,
@@ -42,11 +42,15 @@ LIMITS = Algorithm("limits_of_agreement", 1)
 
 
 def judge(
-    computed: Results, conditions: Sequence[ConditionValues], checked: Sequence[Prediction], outcome: Outcome
+    computed: Results,
+    conditions: Sequence[ConditionValues],
+    checked: Sequence[Prediction],
+    outcome: Outcome,
+    known: Mapping[str, Sequence[str]],
 ) -> list[Judged]:
     """Compute the bias of every group, the joint test, and limits of agreement over three conditions or more.
 
-    `checked` has the check of each condition.
+    `checked` has the check of each condition, `known` the labels of each factor, in whose order groups are returned.
     Conditions without a prediction are left out; without one that has one, nothing is judged.
     """
     both = ((condition, check) for condition, check in zip(conditions, checked, strict=True) if _predicted(check))
@@ -61,7 +65,8 @@ def judge(
     of_groups = [result_fingerprint(label, result) for label, result in zip(groups, results, strict=True)]
     joint = computed.record(JOINT_BIAS, about, of_groups, _joint(results))
     limits = _limits(computed, checked, about, outcome.unit)
-    return [Judged(checked[0].quantity, tuple(results), joint.p, joint.tau, limits)]
+    in_order = sorted(results, key=lambda one: place(known, None, one.group))
+    return [Judged(checked[0].quantity, tuple(in_order), joint.p, joint.tau, limits)]
 
 
 def _limits(computed: Results, checked: Sequence[Prediction], about: Mapping[str, Any], unit: str) -> Limits | None:

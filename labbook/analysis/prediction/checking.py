@@ -11,26 +11,39 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from data_schema.outcomes import Outcome
 from data_schema.queries.sources import InputRow
 from data_schema.reasons import Reason
-from data_schema.vocabulary import Undefined
-from labbook.analysis.comparison.pairing import Pair
+from data_schema.vocabulary import StudyKind, Undefined
+from labbook.analysis.comparison.pairing import Pair, place, study_factor
+from labbook.analysis.measured import Measured
 from labbook.analysis.outcomes.conditions import ConditionValues
+from labbook.analysis.prediction.condition_scenes import study_scene, unconverted_factors
 from labbook.analysis.prediction.predicting import PredictionResult, error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.results import Algorithm, Results, result_fingerprint
-from reports.content import (
+from labbook.config.model import SimulationSettings
+from labbook.config.parsing import Configuration
+from reports.numbers import Number, Value
+from reports.results import (
     COVERAGE_FACTOR,
+    POOLED,
+    AssumedInput,
     ConditionSummary,
     Decision,
+    Judged,
     PredictedQuantity,
     Prediction,
     PredictionCheck,
+    Predictions,
 )
-from reports.numbers import Number, Value
 from stats.tails import t_quantile
+
+if TYPE_CHECKING:
+    from simulator.steady.published_results import PublishedResult
 
 
 def agreement(measured: Number, value: Value, error: Value) -> tuple[Number, Number]:
@@ -236,3 +249,116 @@ def _percent(joules: Sequence[float | None]) -> float | None:
 def accuracy_of(sides: Sequence[Side]) -> float:
     """Return the largest relative error of the simulations."""
     return max(one.relative_error for side in sides for one, _runs in side)
+
+
+def study_predictions(
+    measured: Measured,
+    swept: str | None,
+    predicted: AllPredicted,
+    checked: Sequence[Prediction],
+    judged: Sequence[Judged],
+) -> Predictions:
+    """Return what was predicted and what came of it; nothing where no scene is named or nothing was measured.
+
+    Predictions are in the order in which conditions are shown, what is pooled after its levels.
+    """
+    evidence, found = measured.evidence, list(predicted.values())
+    settings = evidence.configuration.simulation
+    if settings is None or not found:
+        return Predictions()
+    from simulator.declared import all_parameters
+
+    labels = evidence.labels
+    levels = labels.get(swept or "", [])
+
+    def shown_at(item: Prediction) -> tuple[int, list[int], int]:
+        level = levels.index(item.level) if item.level in levels else len(levels)
+        return list(PredictedQuantity).index(item.quantity), place(labels, swept, item.group), level
+
+    def conditions(holds: Callable[[PredictionResult], bool]) -> int:
+        """Count the conditions for which something holds of the prediction with any robot."""
+        return len({key for (key, _robot), one in predicted.items() if holds(one)})
+
+    used = {name for one in measured.every_condition for name in one.levels}
+    return Predictions(
+        scene=found[0].scene,
+        accuracy=settings.accuracy,
+        effects=found[0].effects,
+        unmapped=tuple(
+            study_factor(evidence.configuration, name).title
+            for name in labels
+            if name in used and name not in {*settings.factors, *settings.levels}
+        ),
+        unconverted=unconverted_factors(evidence.configuration, evidence.factors),
+        units={factor: all_parameters()[name].unit for factor, name in settings.factors.items()},
+        items=tuple(
+            replace(
+                item, published=_published(evidence.configuration, swept, measured.conditions[Outcome.JOULES], item)
+            )
+            for item in sorted(checked, key=shown_at)
+        ),
+        judged=tuple(judged),
+        assumed=_assumed(settings, evidence.configuration.study.name, found, checked),
+        branched=conditions(lambda one: one.branched),
+        on_edge=conditions(lambda one: one.close_decision and not one.branched),
+        grown=conditions(lambda one: one.relative_error > one.accuracy),
+        under_surface=conditions(lambda one: one.under_surface),
+        open_book=conditions(lambda one: one.open_book),
+        ends_otherwise=conditions(lambda one: one.ends_otherwise),
+    )
+
+
+_WITH_FOOT = {StudyKind.BED: True, StudyKind.EMULATOR: False}
+"""Studies of which single conditions are published, and whether a foot was varied."""
+
+
+def _published(
+    configuration: Configuration, swept: str | None, conditions: Sequence[ConditionValues], item: Prediction
+) -> PublishedResult | None:
+    """Return what the thesis has of the apex or saving at these gains, and on the bed with this foot, if anything.
+
+    `conditions` are those with joules.
+    """
+    from simulator.steady.published_results import result_of
+
+    factors = {} if configuration.simulation is None else configuration.simulation.factors
+    of_parameter = {parameter: factor for factor, parameter in factors.items()}
+    gain, foot = of_parameter.get("k_extension", ""), of_parameter.get("foot_radius", "")
+    if _WITH_FOOT.get(configuration.study.kind) is not (foot in item.group):
+        return None
+    if swept is None or of_parameter.get("b_ad") != swept or not {gain, swept} <= configuration.gains.keys():
+        return None
+    of_apex = item.quantity is PredictedQuantity.APEX
+    if not (of_apex or item.quantity is PredictedQuantity.SAVINGS) or not item.group.keys() <= {gain, foot}:
+        return None
+    of_group = [one for one in conditions if item.group.items() <= one.levels.items()]
+    pooled = [one.levels[swept] for one in of_group if not one.is_control]
+    damping_gains = tuple(sorted(map(float, pooled if item.level == POOLED else [item.level])))
+    return result_of(item.group.get(foot, ""), float(item.group[gain]), damping_gains, of_apex=of_apex)
+
+
+def _assumed(
+    settings: SimulationSettings, study: str, predicted: Sequence[PredictionResult], checked: Sequence[Prediction]
+) -> tuple[AssumedInput, ...]:
+    """Return every assumed input, with the most that varying it changed in any condition; robots may have their own."""
+    fitted = {name for name, value in study_scene(settings).values.items() if value.fitted_to == study}
+    inputs = {(name, about.value): about for one in predicted for name, about in one.assumed.items()}
+    return tuple(
+        AssumedInput(
+            name,
+            about,
+            {quantity: _most(checked, quantity, name) for quantity in PredictedQuantity},
+            fitted=name in fitted,
+        )
+        for (name, _value), about in sorted(inputs.items(), key=lambda item: item[0])
+    )
+
+
+def _most(checked: Sequence[Prediction], quantity: PredictedQuantity, source: str) -> Value | None:
+    """Return the largest part of an error by a source; undefined where one of them is, None where there is none."""
+    errors = [item.check.errors for item in checked if item.quantity is quantity]
+    values = [parts[source].value for parts in errors if source in parts]
+    undefined = next((value for value in values if isinstance(value, Undefined)), None)
+    if undefined is not None:
+        return undefined
+    return max((value for value in values if isinstance(value, float)), default=None)

@@ -40,8 +40,8 @@ from labbook.analysis.prediction.predicting import error_parts, in_quadrature
 from labbook.analysis.prediction.simulating import SIMULATED
 from labbook.analysis.results import Algorithm, Results, result_fingerprint
 from labbook.config.model import AnalysisSettings, ClaimKind, HypothesisSettings, Side
-from reports.content import COVERAGE_FACTOR, Decision, Hypothesis, HypothesisPart, Verdict
 from reports.numbers import Number
+from reports.results import COVERAGE_FACTOR, Decision, Hypothesis, HypothesisPart, Verdict
 from stats.days.contrasts import Effect, linear_contrast
 from stats.days.decision import Contrast, Estimate
 
@@ -81,10 +81,12 @@ def judge_hypotheses(
     predicted: AllPredicted,
     swept: str,
     decided: AnalysisSettings,
-) -> list[Hypothesis]:
-    """Compute the test of every comparison of every hypothesis, in order; `swept` is the factor with a control.
+    known: Mapping[str, Sequence[str]],
+) -> tuple[Hypothesis, ...]:
+    """Compute the test of every comparison of every hypothesis; `swept` is the factor with a control.
 
-    `compared` are the study's comparisons, of which the first page claims whether each group saves.
+    `compared` are the study's comparisons, of which the first page claims whether each group saves. `known` has the
+    labels of each factor, in whose order comparisons are returned.
     """
     claimed = {
         (item.shown.quantity, pairing.group_label(item.pair.group)): item
@@ -107,8 +109,9 @@ def judge_hypotheses(
             )
             for one in comparisons
         ]
-        found.append(Hypothesis(settings.name, settings.text, settings.source, settings.published, tuple(results)))
-    return found
+        parts = sorted(results, key=lambda part: pairing.place(known, None, part.of))
+        found.append(Hypothesis(settings.name, settings.text, settings.source, settings.published, tuple(parts)))
+    return tuple(found)
 
 
 def comparisons_of(settings: HypothesisSettings, conditions: Sequence[ConditionValues], swept: str) -> list[Comparison]:

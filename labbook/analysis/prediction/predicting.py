@@ -44,8 +44,8 @@ from labbook.analysis.prediction.simulating import (
 from labbook.analysis.results import Algorithm, Results, condition_input, fingerprint
 from labbook.analysis.study_data import StudyData
 from labbook.config.model import SimulationSettings
-from reports.content import ACCURACY, AssumedParameter
 from reports.numbers import Number, NumberNames, Result
+from reports.results import ACCURACY, AssumedParameter
 
 if TYPE_CHECKING:
     from simulator.scene import Scene

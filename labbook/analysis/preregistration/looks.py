@@ -12,7 +12,7 @@ from data_schema.queries.history import entries_about_plans, reports_made
 from data_schema.vocabulary import Action, RunKind
 from labbook.analysis.preregistration.book_state import BookState, read_history, reported_states, state_at
 from labbook.config.model import AnalysisSettings
-from reports.content import Look
+from reports.results import Look
 from stats.lines.passive_drain import why_no_line
 from stats.planning.group_sequential import nominal_levels, share_in_error
 

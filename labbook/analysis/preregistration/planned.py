@@ -19,6 +19,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
+from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from data_schema.queries.history import EntryRow, first_measurement, recorded_configurations
 from data_schema.queries.runs import RunRow
@@ -41,8 +42,8 @@ from labbook.analysis.preregistration.departures import (
 from labbook.analysis.preregistration.looks import look_of
 from labbook.config.model import HOW_TO_DECIDE, AnalysisSettings, Bounds, Configuration, Family
 from labbook.config.parsing import parse_configuration
-from reports.content import Look
 from reports.display import list_text, sentence_start
+from reports.results import Look
 
 
 def _unselected(now: BookState, configuration: Configuration, selected: frozenset[str]) -> list[Departure]:
@@ -417,6 +418,13 @@ def _exclusions(settings: AnalysisSettings) -> str:
         return "a person may leave out jumps and runs for any reason"
     listed = ", ".join(str(reason).replace("_", " ") for reason in settings.exclusions)
     return f"a person may leave out jumps and runs for: {listed or 'no reason'}"
+
+
+def void_sentence(void: Sequence[RunRow], reasons: Mapping[str, str]) -> str:
+    """Name runs that are void by the `reasons` (by uid); "" without one."""
+    by_reason = grouped(void, lambda run: reasons.get(run.uid, ""))
+    listed = [f"{first_named([run.name for run in runs])} ({reason})" for reason, runs in by_reason.items()]
+    return f"Void: {'; '.join(listed)}." if listed else ""
 
 
 def departure_sentences(planned: Planned) -> tuple[str, ...]:

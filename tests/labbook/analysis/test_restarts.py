@@ -68,8 +68,8 @@ def heights_m(book: Book) -> list[float | None]:
 
 def without_heights(book: Book) -> set[str]:
     """The runs of a report that have no apex heights."""
-    analysis = state_report(book, None, ADA, lambda _step: None).analysis
-    return {run.name for run in analysis.evidence.runs if run.uid in analysis.results[Outcome.APEX].missing}
+    measured = state_report(book, None, ADA, lambda _step: None).measured
+    return {run.name for run in measured.evidence.runs if run.uid in measured.results[Outcome.APEX].missing}
 
 
 @pytest.mark.parametrize(("names", "order"), [(("first.csv", "second.csv"), 1), (("LOG9.csv", "LOG10.csv"), -1)])

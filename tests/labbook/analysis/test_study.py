@@ -15,41 +15,41 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from labbook.actions.runs.correcting import void
 from labbook.analysis.comparison.robustness import WITHOUT_EXCLUSIONS, without_day
+from labbook.analysis.measured import Measured, flow
+from labbook.analysis.methods import limitations
 from labbook.analysis.outcomes.budget import budget
 from labbook.analysis.outcomes.run_energy import drain_lines, passive_drains, run_energies, unused_idle
 from labbook.analysis.results import Results
-from labbook.analysis.study import StudyAnalysis
-from labbook.presenting.report.content import MadeReport, flow
-from labbook.presenting.report.methods import limitations
-from reports.content import Decision
+from labbook.analysis.study import Analysis
 from reports.numbers import Number
+from reports.results import Decision
 from stats.lines.passive_drain import PassiveDrain
 from tests.helpers.books import ADA, reported_book
 from tests.helpers.decided import reports
 from tests.helpers.wording import says
 
-Change = Callable[[StudyAnalysis], StudyAnalysis]
+Change = Callable[[Measured], Measured]
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
+def made(tmp_path_factory: pytest.TempPathFactory) -> Analysis:
     return reports(reported_book(tmp_path_factory.mktemp("study")))
 
 
 @pytest.fixture
-def analysis(made: MadeReport) -> StudyAnalysis:
-    return made.analysis
+def measured(made: Analysis) -> Measured:
+    return made.measured
 
 
-def test_sensitivity_as_reported_is_the_number_claimed(made: MadeReport) -> None:
-    claimed = {uid for claim in made.content.claims for uid in claim.provenance}
-    assert made.content.headlines
-    assert {one.decision.headline.provenance for one, _varied in made.content.headlines} <= claimed
+def test_sensitivity_as_reported_is_the_number_claimed(made: Analysis) -> None:
+    claimed = {uid for claim in made.results.claims for uid in claim.provenance}
+    assert made.results.headlines
+    assert {one.decision.headline.provenance for one, _varied in made.results.headlines} <= claimed
 
 
-def test_each_robot_has_its_own_drain_line(analysis: StudyAnalysis) -> None:
-    evidence = analysis.evidence
-    assert [drain.robot for drain in analysis.drains.values()] == ["hopper"]
+def test_each_robot_has_its_own_drain_line(measured: Measured) -> None:
+    evidence = measured.evidence
+    assert [drain.robot for drain in measured.drains.values()] == ["hopper"]
     others = tuple(replace(run, robot="other", robot_uid="other", uid=f"{run.uid}b") for run in evidence.idle)
     charges = dict(evidence.charges)
     for run in evidence.idle:
@@ -63,8 +63,8 @@ def test_each_robot_has_its_own_drain_line(analysis: StudyAnalysis) -> None:
     assert second.slope_mah_s == pytest.approx(2 * first.slope_mah_s)
 
 
-def test_a_run_of_a_robot_without_idle_runs_has_no_joules(analysis: StudyAnalysis) -> None:
-    evidence = analysis.evidence
+def test_a_run_of_a_robot_without_idle_runs_has_no_joules(measured: Measured) -> None:
+    evidence = measured.evidence
     first, *rest = evidence.runs
     moved = replace(evidence, runs=(replace(first, robot="other", robot_uid="other"), *rest))
     computed = Results()
@@ -73,12 +73,12 @@ def test_a_run_of_a_robot_without_idle_runs_has_no_joules(analysis: StudyAnalysi
     assert set(found.results) == {run.uid for run in rest}
 
 
-def test_without_exclusions_void_runs_are_back(analysis: StudyAnalysis, tmp_path: Path) -> None:
-    made = reported_book(tmp_path)
-    with made.open() as book, book.session(ADA) as session:
+def test_without_exclusions_void_runs_are_back(made: Analysis, tmp_path: Path) -> None:
+    other = reported_book(tmp_path)
+    with other.open() as book, book.session(ADA) as session:
         void(session, "r002", "rail loose")
-    as_first = {(item.pair.label, item.shown.quantity): item.shown.decision for item in analysis.compared}
-    without = [item for item in reports(made).analysis.variations.varied if item.variant == WITHOUT_EXCLUSIONS]
+    as_first = {(item.label, item.quantity): item.decision for item in made.results.comparisons}
+    without = [item for item in reports(other).results.variations if item.variant == WITHOUT_EXCLUSIONS]
     assert {item.quantity for item in without} == {Outcome.JOULES, Outcome.APEX}
     for item in without:
         first = as_first[item.headline, item.quantity]
@@ -93,24 +93,24 @@ def numbers_of(result: Decision) -> list[Number]:
     return [number for number in found if number is not None]
 
 
-def test_the_budget_takes_the_coarsest_resolution_of_the_charges(analysis: StudyAnalysis) -> None:
-    evidence = analysis.evidence
-    condition = max(analysis.conditions[Outcome.JOULES], key=lambda item: len(item.runs))
+def test_the_budget_takes_the_coarsest_resolution_of_the_charges(made: Analysis, measured: Measured) -> None:
+    evidence = measured.evidence
+    condition = max(measured.conditions[Outcome.JOULES], key=lambda item: len(item.runs))
     uid = condition.runs[0].run.uid
     (charge,) = evidence.charges[uid]
     coarse = replace(evidence, charges={**evidence.charges, uid: [replace(charge, resolution_mah=1000.0)]})
-    row = budget(Results(), coarse, analysis.conditions[Outcome.JOULES])
+    row = budget(Results(), coarse, measured.conditions[Outcome.JOULES])
     assert row is not None
-    assert analysis.budget is not None
+    assert made.results.budget is not None
     (name,) = (name for name in row.one_run if "resolution" in name or "charger" in name)
-    before, after = (each.one_run[name].value for each in (analysis.budget, row))
+    before, after = (each.one_run[name].value for each in (made.results.budget, row))
     assert isinstance(before, float)
     assert isinstance(after, float)
     assert after > 100.0 * before
 
 
-def test_leaving_a_day_out_leaves_its_idle_runs_out_of_the_drain_line(analysis: StudyAnalysis) -> None:
-    evidence = analysis.evidence
+def test_leaving_a_day_out_leaves_its_idle_runs_out_of_the_drain_line(measured: Measured) -> None:
+    evidence = measured.evidence
     first, second = sorted({run.day for run in evidence.runs})
     # Three idle runs on the second day, so that a line remains.
     idle = tuple(replace(run, day=second if index else first) for index, run in enumerate(evidence.idle))
@@ -126,34 +126,34 @@ def test_leaving_a_day_out_leaves_its_idle_runs_out_of_the_drain_line(analysis: 
 def charged(names: Sequence[str], change: Callable[[list[Any]], list[Any]]) -> Change:
     """Let runs have other charges."""
 
-    def changed(analysis: StudyAnalysis) -> StudyAnalysis:
-        evidence = analysis.evidence
+    def changed(measured: Measured) -> Measured:
+        evidence = measured.evidence
         uids = {run.uid for run in (*evidence.runs, *evidence.idle) if run.name in names}
         found = {uid: change([*items]) if uid in uids else items for uid, items in evidence.charges.items()}
-        return replace(analysis, evidence=replace(evidence, charges=found))
+        return replace(measured, evidence=replace(evidence, charges=found))
 
     return changed
 
 
-def with_the_log_of_another(analysis: StudyAnalysis) -> StudyAnalysis:
-    logs, uids = analysis.evidence.logs, {run.name: run.uid for run in analysis.evidence.runs}
+def with_the_log_of_another(measured: Measured) -> Measured:
+    logs, uids = measured.evidence.logs, {run.name: run.uid for run in measured.evidence.runs}
     logs = {**logs, uids["r002"]: logs[uids["r001"]]}
-    return replace(analysis, evidence=replace(analysis.evidence, logs=logs))
+    return replace(measured, evidence=replace(measured.evidence, logs=logs))
 
 
 def without_heights(*names: str) -> Change:
-    def changed(analysis: StudyAnalysis) -> StudyAnalysis:
-        missing = {run.uid: Undefined(Reason.NO_HEIGHT_LOG) for run in analysis.evidence.runs if run.name in names}
-        apexes = replace(analysis.results[Outcome.APEX], missing=missing)
-        return replace(analysis, results={**analysis.results, Outcome.APEX: apexes})
+    def changed(measured: Measured) -> Measured:
+        missing = {run.uid: Undefined(Reason.NO_HEIGHT_LOG) for run in measured.evidence.runs if run.name in names}
+        apexes = replace(measured.results[Outcome.APEX], missing=missing)
+        return replace(measured, results={**measured.results, Outcome.APEX: apexes})
 
     return changed
 
 
 def made_jumps(jumps: int) -> Change:
-    def changed(analysis: StudyAnalysis) -> StudyAnalysis:
-        runs = tuple(replace(run, jumps_made=jumps) if run.name == "r002" else run for run in analysis.evidence.runs)
-        return replace(analysis, evidence=replace(analysis.evidence, runs=runs))
+    def changed(measured: Measured) -> Measured:
+        runs = tuple(replace(run, jumps_made=jumps) if run.name == "r002" else run for run in measured.evidence.runs)
+        return replace(measured, evidence=replace(measured.evidence, runs=runs))
 
     return changed
 
@@ -179,15 +179,15 @@ def added(charges: list[Any]) -> list[Any]:
     ],
 )
 def test_runs_whose_facts_are_in_doubt_are_named_with_the_way_out(
-    analysis: StudyAnalysis, change: Change, facts: list[str]
+    measured: Measured, change: Change, facts: list[str]
 ) -> None:
-    further = [note for note in limitations(change(analysis)) if note not in limitations(analysis)]
+    further = [note for note in limitations(change(measured)) if note not in limitations(measured)]
     assert len(further) == bool(facts), further
     says(further, *facts)
 
 
-def test_idle_runs_that_are_not_in_the_fit_are_listed_with_the_reason(analysis: StudyAnalysis) -> None:
-    evidence = analysis.evidence
+def test_idle_runs_that_are_not_in_the_fit_are_listed_with_the_reason(measured: Measured) -> None:
+    evidence = measured.evidence
     first, second, *others = evidence.idle
     lacking = replace(
         evidence,
@@ -195,30 +195,28 @@ def test_idle_runs_that_are_not_in_the_fit_are_listed_with_the_reason(analysis: 
         charges={uid: items for uid, items in evidence.charges.items() if uid != second.uid},
     )
     assert unused_idle(lacking)[0][1] == Undefined(Reason.NO_DURATION)
-    notes = limitations(replace(analysis, evidence=lacking))
+    notes = limitations(replace(measured, evidence=lacking))
     for run in (first, second):
         says(notes, "1 idle", run.name)
 
 
-def test_planned_runs_are_those_of_the_selected_conditions(analysis: StudyAnalysis) -> None:
-    keys = list(dict.fromkeys(run.condition_key for run in analysis.evidence.runs))
+def test_planned_runs_are_those_of_the_selected_conditions(measured: Measured) -> None:
+    keys = list(dict.fromkeys(run.condition_key for run in measured.evidence.runs))
     planned = [PlannedRow(f"p{i}", f"p{i}", i, "1", key, None) for i, key in enumerate([*keys, None])]
-    assert flow(analysis, planned).runs_planned == len(keys) + 1
-    runs = tuple(run for run in analysis.evidence.runs if run.condition_key == keys[0])
-    evidence = replace(analysis.evidence, selection="foot=small", selected=runs, runs=runs)
-    assert flow(replace(analysis, evidence=evidence), planned).runs_planned == 1
-    assert flow(analysis, planned, {"p8", "p9"}).runs_withdrawn == 2
+    assert flow(measured, planned).runs_planned == len(keys) + 1
+    runs = tuple(run for run in measured.evidence.runs if run.condition_key == keys[0])
+    evidence = replace(measured.evidence, selection="foot=small", selected=runs, runs=runs)
+    assert flow(replace(measured, evidence=evidence), planned).runs_planned == 1
+    assert flow(measured, planned, {"p8", "p9"}).runs_withdrawn == 2
     # The plan has conditions, but neither the days nor the runs that were made.
     for selection in ("day=2021-06-14", "foot=small and not (run in (r001, r002) or foot=large)"):
-        selected = replace(analysis, evidence=replace(analysis.evidence, selection=selection))
+        selected = replace(measured, evidence=replace(measured.evidence, selection=selection))
         counted = flow(selected, planned, {"p9"})
         assert (counted.runs_planned, counted.runs_withdrawn) == (None, 0)
 
 
-def test_a_day_that_the_drain_line_cannot_do_without_is_said(analysis: StudyAnalysis) -> None:
-    days = sorted({run.day for run in analysis.evidence.runs})
-    (note,) = [note for note in limitations(analysis) if note.startswith("Without the idle runs")]
+def test_a_day_that_the_drain_line_cannot_do_without_is_said(made: Analysis, measured: Measured) -> None:
+    days = sorted({run.day for run in measured.evidence.runs})
+    (note,) = [note for note in made.results.limitations if note.startswith("Without the idle runs")]
     assert all(day in note for day in days)
-    assert {item.quantity for item in analysis.variations.varied if item.variant == f"without {days[0]}"} == {
-        Outcome.APEX
-    }
+    assert {item.quantity for item in made.results.variations if item.variant == f"without {days[0]}"} == {Outcome.APEX}

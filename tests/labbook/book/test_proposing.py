@@ -74,7 +74,7 @@ def test_a_factor_mistyped_at_first_is_as_if_it_never_was(tmp_path: Path) -> Non
             assert find_uid(session.connection, "factor", name="surface") is not None
             levels = {"foot": "small", "k_gain": "400", "b_ad_gain": "0"}
             ensure_condition(session, standing.configuration, study_of(session.connection).uid, levels)
-        content = state_report(standing, None, ADA, lambda _step: None).content
+        content = state_report(standing, None, ADA, lambda _step: None).results
         assert [factor.name for factor in content.factors] == list(levels)
 
 

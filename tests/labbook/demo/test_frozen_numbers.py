@@ -19,9 +19,9 @@ import pytest
 
 from data_schema.journal import canonical
 from labbook.analysis.results import numbers_of
+from labbook.analysis.study import analyse
 from labbook.book.opening import Book, opened
 from labbook.book.report_numbers import reported_number
-from labbook.presenting.report.content import make_report
 from tests.helpers.demos import made_demo
 
 DATA = Path(__file__).parent / "data"
@@ -62,7 +62,7 @@ def differs(frozen: Mapping[str, str], now: Mapping[str, str]) -> list[str]:
 def numbers(book: Book) -> Iterator[dict[str, str]]:
     """Each number of a fresh report's results as it is written down, floats with all their digits."""
     with book.reading() as connection:
-        made = make_report(connection, book.store, book.configuration, where=None, made_at="2026-01-01T00:00:00Z")
+        made = analyse(connection, book.store, book.configuration, where=None, made_at="2026-01-01T00:00:00Z")
     for result in made.computed.made.values():
         about = {"kind": result.origin.kind, "scope_json": canonical(result.origin.scope)}
         for name, number in numbers_of(result):

@@ -19,6 +19,7 @@ from labbook.actions.upkeep.tracing import ReportOfNumber, recompute
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.outcomes.run_energy import joules_per_jump
 from labbook.analysis.preregistration.planned import planned_analysis
+from labbook.analysis.study import Analysis, analyse
 from labbook.book.opening import Book, opened
 from labbook.book.report_numbers import read_numbers
 from labbook.config.model import Bounds
@@ -26,7 +27,6 @@ from labbook.demo.campaign import Campaign, make_campaign
 from labbook.demo.files import campaign_files
 from labbook.demo.running import make_campaign_book
 from labbook.demo.truth import GROUND, Condition
-from labbook.presenting.report.content import MadeReport, make_report
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 from tests.helpers.demos import CAMPAIGNS, made_demo
 from tests.helpers.wording import says
@@ -39,9 +39,9 @@ PREDICTED_M = {(SOFT, "0"): 0.28553619, (STIFF, "0"): 0.31408899, (STIFF, "150")
 """Joules a jump and apexes of the scene `bed`, by two independent implementations."""
 
 
-def analysed(book: Book) -> MadeReport:
+def analysed(book: Book) -> Analysis:
     with book.reading() as connection:
-        return make_report(connection, book.store, book.configuration, where=None, made_at="2026-01-01T00:00:00Z")
+        return analyse(connection, book.store, book.configuration, where=None, made_at="2026-01-01T00:00:00Z")
 
 
 def joules_drawn(campaign: Campaign) -> dict[str, float]:
@@ -73,7 +73,7 @@ def test_the_demonstration_gives_what_was_drawn() -> None:
 
 def check_drawn(campaign: Campaign, folder: Path) -> None:
     with opened(folder) as book:
-        content = analysed(book).content
+        content = analysed(book).results
         calibrated = calibrate_book(book, None, ["kg_scale"], 0.999, lambda _step: None)
     drawn = joules_drawn(campaign)
     conditions = {run.name: run.condition for run in campaign.of_kind(RunKind.JUMPS)}

@@ -21,7 +21,7 @@ def test_the_report_from_python_is_that_of_the_command(tmp_path: Path) -> None:
     printed = set(json.loads(written.read_text())["numbers"])
     with package.open(small.folder) as book:
         report = book.report()
-        assert {one.id for one in report.content.provenance} == printed
+        assert {one.id for one in report.results.provenance} == printed
         assert report.claims[0] in report._repr_html_()
         headlines = report.frame("joules_by_condition")
         assert len(headlines) == len(report.tables["joules_by_condition"].rows)

@@ -13,9 +13,9 @@ import pytest
 
 from data_schema.errors import UsageError
 from labbook.actions.runs.correcting import void
+from labbook.analysis.study import analyse
 from labbook.export.selection import Selection
 from labbook.export.tables import TABLES
-from labbook.presenting.report.content import make_report
 from reports.page.writing import report_files
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book
@@ -36,14 +36,14 @@ def frame(small: SmallBook, name: str, where: str | None = None) -> pd.DataFrame
 def test_runs_have_the_numbers_of_the_report(book: SmallBook) -> None:
     runs = frame(book, "runs")
     with book.open() as opened, opened.reading() as connection:
-        made = make_report(connection, opened.store, opened.configuration, where=None, made_at="2021-07-01T00:00:00Z")
-    text = report_files(made.content)["tables/each_run.csv"].decode()
+        made = analyse(connection, opened.store, opened.configuration, where=None, made_at="2021-07-01T00:00:00Z")
+    text = report_files(made.results)["tables/each_run.csv"].decode()
     for row in csv.DictReader(io.StringIO(text)):
         assert runs.loc[row["run"], "joules_J"] == float(row["joules_J"])
         assert runs.loc[row["run"], "apex_m"] == float(row["apex_m"])
         assert runs.loc[row["run"], "jumps_counted"] == int(row["jumps_analysed"])
     conditions = frame(book, "conditions")
-    for condition in made.content.conditions:
+    for condition in made.results.conditions:
         key = " ".join(f"{level.factor}={level.label}" for level in condition.levels)
         for outcome, summary in condition.summaries.items():
             assert conditions.loc[key, f"{outcome.key}_mean_{outcome.unit}"] == summary.mean.value

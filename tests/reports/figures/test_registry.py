@@ -6,12 +6,12 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.content import Factor, Level, Limits
 from reports.figures.by_level import file_name
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN, TWO_COLUMNS_IN
 from reports.numbers import Number
+from reports.results import Factor, Level, Limits
 from tests.helpers.pages import FIGURE_NAMES, with_summary
 from tests.helpers.wording import says
 

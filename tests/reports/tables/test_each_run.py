@@ -6,12 +6,12 @@ import re
 import pytest
 
 from data_schema.outcomes import Outcome
-from reports.content import Day, Run
 from reports.display import general_text
 from reports.figures.kind import draw_figure, svg_bytes
 from reports.figures.registry import FIGURES
 from reports.figures.style import ONE_COLUMN_IN
 from reports.page.writing import inline_svg, render_page, report_files
+from reports.results import Day, Run
 from reports.tables import each_run as rows_of_runs
 from reports.tables.each_run import each_run, name_points, points_drawn, run_anchors, run_days, run_names
 from reports.tables.registry import tables_of

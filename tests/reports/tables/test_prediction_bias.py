@@ -4,9 +4,9 @@ import dataclasses
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from reports.content import PredictedQuantity, Predictions
 from reports.numbers import Number
 from reports.page.sections import Paragraph, TableHere, sections_of
+from reports.results import PredictedQuantity, Predictions
 from reports.tables.predictions import verdict_text
 from reports.tables.registry import TABLES
 from tests.helpers.judged import judged

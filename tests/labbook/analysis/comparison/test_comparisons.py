@@ -11,13 +11,13 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison.comparisons import Compared, adjust
 from labbook.analysis.comparison.deciding import decide
-from labbook.analysis.comparison.pairing import EACH, POOLED
+from labbook.analysis.comparison.pairing import EACH, POOLED, pairs_with_control
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.results import Results
+from labbook.analysis.study import Analysis
 from labbook.config.model import AnalysisSettings
-from labbook.presenting.report.content import MadeReport
-from reports.content import Source
 from reports.numbers import Number, Value
+from reports.results import Source
 from stats.compare.two_sample import compare_two
 from stats.days.decision import contrast_by_day
 from stats.groups.multiple import holm
@@ -42,8 +42,10 @@ def days(side: tuple[ConditionValues, ...]) -> list[str]:
     return [item.run.day for condition in side for item in condition.runs]
 
 
-def compared(made: MadeReport, quantity: Outcome) -> list[Compared]:
-    found = [item for item in made.analysis.compared if item.shown.quantity is quantity]
+def compared(made: Analysis, quantity: Outcome) -> list[Compared]:
+    pairs = pairs_with_control(made.measured.conditions[quantity], "b_ad_gain")
+    shown = [one for one in made.results.comparisons if one.quantity is quantity]
+    found = [Compared(pair, one, None) for pair, one in zip(pairs, shown, strict=True)]
     assert {item.pair.family for item in found} == {EACH, POOLED}
     return found
 
@@ -66,7 +68,7 @@ def test_a_comparison_is_decided_by_the_days_of_its_runs(reports: Reports, alpha
         assert found.equivalence.estimate.ci_level == pytest.approx(1.0 - 2.0 * alpha)
         assert found.equivalence.p.value == bounded.p or isinstance(bounded.p, Undefined)
     assert all(item.shown.decision.equivalence is None for item in compared(made, Outcome.JOULES))
-    assert made.content.no_equivalence == ""
+    assert made.results.no_equivalence == ""
 
 
 def test_the_thesis_s_route_is_f_then_t_over_all_runs_whatever_their_days(reports: Reports) -> None:
@@ -83,10 +85,10 @@ def test_the_thesis_s_route_is_f_then_t_over_all_runs_whatever_their_days(report
 
 def test_conditions_of_one_day_each_get_no_p_and_the_page_says_why(reports: Reports) -> None:
     made = reports(where=CONFOUNDED)
-    for item in made.analysis.compared:
-        assert isinstance(item.shown.decision.p.value, Undefined)
-        assert isinstance(item.shown.decision.difference.value, float)
-    assert all("cannot be told" in claim.text for claim in made.content.claims)
+    for item in made.results.comparisons:
+        assert isinstance(item.decision.p.value, Undefined)
+        assert isinstance(item.decision.difference.value, float)
+    assert all("cannot be told" in claim.text for claim in made.results.claims)
 
 
 def test_a_day_that_was_corrected_is_another_result(reports: Reports, computed: Results) -> None:
@@ -111,10 +113,10 @@ def test_holm_adjusts_the_tests_of_the_family_that_was_decided_and_no_other(
             assert one.adjusted is not None
             assert one.adjusted.n == len(members)
             assert one.adjusted.value == value or isinstance(value, Undefined)
-    shown = [one for one in made.content.comparisons if one.decision.adjusted is not None]
+    shown = [one for one in made.results.comparisons if one.decision.adjusted is not None]
     # With one treated level all levels against the control are the comparisons of each, which are shown for them.
     assert {one.family for one in shown} == {named} | {POOLED}
-    says("".join(made.content.methods), "over the family", named, "2", "joules a jump")
+    says("".join(made.results.methods), "over the family", named, "2", "joules a jump")
 
 
 def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports, computed: Results) -> None:
@@ -128,9 +130,9 @@ def test_holm_takes_the_logarithm_where_p_is_below_all_doubles(reports: Reports,
 
 def test_without_bounds_no_equivalence_is_tested_and_the_page_says_how_to_ask_for_it(reports: Reports) -> None:
     made = reports()
-    assert all(item.shown.decision.equivalence is None for item in made.analysis.compared)
+    assert all(item.decision.equivalence is None for item in made.results.comparisons)
     assert all("" not in reasons for reasons in by_name(made).values())
-    page = quick_page(made.content)
+    page = quick_page(made.results)
     says(page, "states no bounds", "apex_bounds_m = [-0.005,", "[analysis]")
     assert "TOST" not in page
     says(page, "Nothing was decided")
@@ -139,9 +141,9 @@ def test_without_bounds_no_equivalence_is_tested_and_the_page_says_how_to_ask_fo
 # --- what was planned
 
 
-def by_name(made: MadeReport) -> dict[tuple[Outcome, str], set[str]]:
+def by_name(made: Analysis) -> dict[tuple[Outcome, str], set[str]]:
     found: dict[tuple[Outcome, str], set[str]] = {}
-    for item in made.content.comparisons:
+    for item in made.results.comparisons:
         found.setdefault((item.quantity, item.family), set()).add(item.exploratory)
     return found
 
@@ -152,20 +154,20 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
     assert found.pop((Outcome.JOULES, POOLED)) == {""}
     assert all("" not in reasons for reasons in found.values())
     says([*found[Outcome.APEX, POOLED]], "primary outcome", "is joules")
-    page = quick_page(made.content)
+    page = quick_page(made.results)
     says(page, "first measurement came")
     says(page, "pooled against", "(exploratory)")
-    says(made.content.decided[1], "run is dated", "2021")
+    says(made.results.decided[1], "run is dated", "2021")
 
 
 def test_a_family_of_one_test_is_left_as_it_is(reports: Reports) -> None:
     made = reports(where="foot == small")
-    assert all(item.shown.decision.adjusted is None for item in made.analysis.compared)
-    assert "Holm" not in "".join(made.content.methods)
+    assert all(item.decision.adjusted is None for item in made.results.comparisons)
+    assert "Holm" not in "".join(made.results.methods)
 
 
 def test_the_family_that_was_decided_on_comes_before_claims_of_another(reports: Reports) -> None:
-    made = reports('family = "each"').content
+    made = reports('family = "each"').results
     first, *others = made.claims
     says(first.text, EACH, "difference is shown")
     assert "pooled" not in first.text  # there is one treated level
@@ -185,7 +187,7 @@ NAMES = {
     [("", None), ("apex_bounds_percent = [-3, 3]", None), pytest.param("", CONFOUNDED, marks=pytest.mark.soak)],
 )
 def test_what_the_methods_name_is_cited_and_nothing_else(reports: Reports, analysis: str, where: str | None) -> None:
-    content = reports(analysis, where).content
+    content = reports(analysis, where).results
     text = " ".join(content.methods)
     of_thesis = (Source.THESIS, Source.WELCH)  # the tests that stand beside
     assert [one for one in content.sources if one not in of_thesis] == [
@@ -198,13 +200,13 @@ def test_what_the_methods_name_is_cited_and_nothing_else(reports: Reports, analy
 # --- a selection
 
 
-def adjusted_p(made: MadeReport, quantity: Outcome, family: str) -> dict[str, tuple[Value, int | None]]:
+def adjusted_p(made: Analysis, quantity: Outcome, family: str) -> dict[str, tuple[Value, int | None]]:
     """Holm's p of each comparison of a family, with the number of tests that it counts."""
     found = {}
-    for item in made.analysis.compared:
-        adjusted = item.shown.decision.adjusted
-        if (item.shown.quantity, item.pair.family) == (quantity, family) and adjusted is not None:
-            found[item.pair.label] = adjusted.value, adjusted.n
+    for item in made.results.comparisons:
+        adjusted = item.decision.adjusted
+        if (item.quantity, item.family) == (quantity, family) and adjusted is not None:
+            found[item.label] = adjusted.value, adjusted.n
     return found
 
 
@@ -218,10 +220,10 @@ def test_a_selection_has_the_adjusted_p_of_the_whole(tmp_path: Path, family: str
         assert len(of_part) == 1
         assert of_part.items() <= of_whole.items()
     counted = [f"2 of {quantity}" for quantity in (Outcome.JOULES, Outcome.APEX)]
-    says(" ".join(whole.content.methods), *counted)
-    assert "not in this" not in " ".join(whole.content.methods)
-    says(" ".join(part.content.methods), *(f"{each} (1 not in this selection)" for each in counted))
-    assert all("large" not in item.pair.label for item in part.analysis.compared)
+    says(" ".join(whole.results.methods), *counted)
+    assert "not in this" not in " ".join(whole.results.methods)
+    says(" ".join(part.results.methods), *(f"{each} (1 not in this selection)" for each in counted))
+    assert all("large" not in item.label for item in part.results.comparisons)
 
-    less = report_of(made, "foot=small or b_ad_gain=0").analysis.compared  # levels left out of a group count, too
-    assert {len(item.family.rejected) for item in less if item.family is not None} == {2}
+    less = report_of(made, "foot=small or b_ad_gain=0").results.comparisons  # levels left out of a group count, too
+    assert {one.n for item in less if (one := item.decision.adjusted) is not None} == {2}

@@ -11,7 +11,7 @@ from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.deciding import contrast_of
 from labbook.analysis.outcomes.charger_step import ROUNDING, display_step_mah, rounding_in, scatter_in_steps
 from labbook.analysis.outcomes.run_energy import joules_per_mah
-from labbook.presenting.report.content import MadeReport
+from labbook.analysis.study import Analysis
 from reports.trust import trust_sentences
 from tests.cli.shell import good, labbook
 from tests.helpers.books import JUMPS, SmallBook, ingest_all, small_book
@@ -62,7 +62,7 @@ def changed(book: SmallBook, protocol: str) -> SmallBook:
 
 
 @pytest.fixture(scope="module")
-def coarse(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
+def coarse(tmp_path_factory: pytest.TempPathFactory) -> Analysis:
     """A report on sheets of a charger that shows tens, with nothing said of it in labbook.toml."""
     book = changed(small_book(tmp_path_factory.mktemp("coarse"), ingested=False), "")
     for sheet in (book.instruments / "charger").iterdir():
@@ -74,21 +74,21 @@ def coarse(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
     return reports(book)
 
 
-def test_page_one_says_that_the_interval_of_a_coarse_charger_cannot_be_trusted(coarse: MadeReport) -> None:
-    found = coarse.content.coarse_charger
+def test_page_one_says_that_the_interval_of_a_coarse_charger_cannot_be_trusted(coarse: Analysis) -> None:
+    found = coarse.results.coarse_charger
     assert found is not None
     assert found.step_mah == 10.0
     assert found.scatter_mah < 5.0
-    says(trust_sentences(coarse.content), "cannot be trusted", "10 mAh", "longer", "meter")
-    says(quick_page(coarse.content), "half", "step of 10 mAh")
+    says(trust_sentences(coarse.results), "cannot be trusted", "10 mAh", "longer", "meter")
+    says(quick_page(coarse.results), "half", "step of 10 mAh")
 
 
-def test_equal_readings_of_a_condition_have_one_error_of_rounding(coarse: MadeReport) -> None:
+def test_equal_readings_of_a_condition_have_one_error_of_rounding(coarse: Analysis) -> None:
     """Uniform, a step / sqrt(12) wide, of each side; it does not cancel in the difference."""
-    conditions = coarse.analysis.conditions[Outcome.JOULES]
+    conditions = coarse.measured.conditions[Outcome.JOULES]
     pair = pairing.pairs_pooled(conditions, "b_ad_gain")[0]
     contrast = contrast_of(pair)
-    step_j = 10.0 * joules_per_mah(coarse.analysis.evidence.study.reference_voltage_v, JUMPS)
+    step_j = 10.0 * joules_per_mah(coarse.measured.evidence.study.reference_voltage_v, JUMPS)
     for condition in conditions:
         for run in condition.runs:
             assert [fit for fit, _reading in rounding_in(run.shared).terms] == [ROUNDING]
@@ -99,7 +99,7 @@ def test_equal_readings_of_a_condition_have_one_error_of_rounding(coarse: MadeRe
     assert set(shared.terms) == set(readings.values())
     se = math.ldexp(shared.se, contrast.scale.exponent)
     assert math.sqrt(2.0 / len(readings)) < se / (step_j / math.sqrt(12.0)) <= math.sqrt(2.0)
-    budget = coarse.analysis.budget
+    budget = coarse.results.budget
     assert budget is not None
     (term,) = [one for one in budget.terms if "charger" in one.name]
     assert (term.shared, term.in_scatter) == (True, False)
@@ -108,7 +108,7 @@ def test_equal_readings_of_a_condition_have_one_error_of_rounding(coarse: MadeRe
 def test_the_step_that_labbook_toml_states_holds_for_sheets_and_a_fine_one_changes_nothing(tmp_path: Path) -> None:
     """Found in the charges or stated, the step is 1 mAh and the numbers are the same."""
     stated, found, wide = (
-        reports(changed(small_book(tmp_path / name), said)).content
+        reports(changed(small_book(tmp_path / name), said)).results
         for name, said in (("stated", STATED), ("found", ""), ("wide", "charger_resolution_mah = 20\n"))
     )
     assert stated.coarse_charger is found.coarse_charger is None

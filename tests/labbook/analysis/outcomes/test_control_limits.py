@@ -96,7 +96,7 @@ def test_a_run_outside_is_named_at_the_rig_in_the_day_and_in_the_report(tmp_path
             correct(book, session, "r014", ["mah=600"], "the run of this test")
         (line,) = rig_lines_of_runs(book, ["r014"])
         days = [found_in(book, day=day).get("outside_limits", []) for day in ("2021-06-14", "2021-06-16")]
-        notes = trust_sentences(state_report(book, None, ADA, lambda _step: None).content)
+        notes = trust_sentences(state_report(book, None, ADA, lambda _step: None).results)
     says(line.text, "OUTSIDE the control limits")
     assert [[one.run for one in day] for day in days] == [[], ["r014"]]
     says(list(notes), "1 run lies", "control limits", "r014")
@@ -112,7 +112,7 @@ def test_two_rows_of_a_sheet_that_were_exchanged_are_suggested(tmp_path: Path, e
     if not exchanged:
         runs[5:7] = [replace(runs[5], joules=480.0), replace(runs[6], joules=250.0)]
     swapped = {"r006": "r007", "r007": "r006"} if exchanged else {}
-    content = reports(charged_book(tmp_path, runs, exchanged=swapped)).content
+    content = reports(charged_book(tmp_path, runs, exchanged=swapped)).results
     assert content.outside_limits == ("r006", "r007")
     assert content.exchanged_charges == ((("r007", "r006"),) if exchanged else ())
     assert ("exchanged" in " ".join(trust_sentences(content))) is exchanged

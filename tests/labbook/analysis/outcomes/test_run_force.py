@@ -10,7 +10,7 @@ import pytest
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import RunKind, Undefined
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.report_command import MadeReport, state_report
+from labbook.actions.report_command import Analysis, state_report
 from labbook.demo.writers import bertec_text
 from reports.figures.registry import figures_of
 from reports.tables.formats import csv_bytes
@@ -37,7 +37,7 @@ def contacts_of(name: str) -> tuple[Contact, ...]:
 
 
 @pytest.fixture(scope="module")
-def on_plate(tmp_path_factory: pytest.TempPathFactory) -> tuple[SmallBook, MadeReport]:
+def on_plate(tmp_path_factory: pytest.TempPathFactory) -> tuple[SmallBook, Analysis]:
     """A book whose runs were on a plate, but for the last one, which has two records; and its report."""
     folder = tmp_path_factory.mktemp("plate")
     made = small_book(folder, ingested=True)
@@ -69,16 +69,16 @@ def expected(outcome: Outcome, name: str) -> float:
 
 
 @pytest.mark.parametrize("outcome", OF_PLATE)
-def test_a_run_s_value_is_the_mean_over_its_contacts(outcome: Outcome, on_plate: tuple[SmallBook, MadeReport]) -> None:
-    values = {run: value for c in on_plate[1].content.conditions for run, value in c.summaries[outcome].runs}
+def test_a_run_s_value_is_the_mean_over_its_contacts(outcome: Outcome, on_plate: tuple[SmallBook, Analysis]) -> None:
+    values = {run: value for c in on_plate[1].results.conditions for run, value in c.summaries[outcome].runs}
     assert sorted(values) == sorted(NAMES[:-1])
     for name, value in values.items():
         assert value == pytest.approx(expected(outcome, name), rel=1e-5)
 
 
 @pytest.mark.parametrize("outcome", OF_PLATE)
-def test_the_report_compares_it_as_any_outcome(outcome: Outcome, on_plate: tuple[SmallBook, MadeReport]) -> None:
-    content = on_plate[1].content
+def test_the_report_compares_it_as_any_outcome(outcome: Outcome, on_plate: tuple[SmallBook, Analysis]) -> None:
+    content = on_plate[1].results
     compared = [item for item in content.comparisons if item.quantity is outcome]
     assert compared
     assert all(item.decision.savings is None for item in compared)
@@ -94,6 +94,6 @@ def test_the_report_compares_it_as_any_outcome(outcome: Outcome, on_plate: tuple
 
 
 def test_a_book_without_a_plate_says_nothing_of_it(reports: Reports) -> None:
-    content = reports().content
+    content = reports().results
     assert not set(OF_PLATE) & set(content.outcomes)
     assert "Peak force" not in quick_page(content)

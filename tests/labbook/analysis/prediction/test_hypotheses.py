@@ -18,9 +18,9 @@ from labbook.analysis.comparison.pairing import POOLED, Pair
 from labbook.analysis.outcomes.conditions import ConditionValues, RunNumber
 from labbook.analysis.prediction.hypotheses import Comparison, _tested
 from labbook.config.model import Alternative, AnalysisSettings
-from reports.content import Comparison as Shown
-from reports.content import ConditionSummary, Decision, HypothesisPart, Verdict
 from reports.numbers import Number, Result
+from reports.results import Comparison as Shown
+from reports.results import ConditionSummary, Decision, HypothesisPart, Verdict
 from reports.tables.formats import csv_bytes
 from reports.tables.registry import TABLES
 from stats.compare.shared_error import SharedError
@@ -254,7 +254,7 @@ def test_compare_judges_measured_hypotheses_without_a_scene_as_the_report_does(t
     (saves,) = compared.json["hypotheses"]
     assert compared.json["predictions"] == []
     assert [part["simulated_percent"]["value"] for part in saves["comparisons"]] == [None, None]
-    page = quick_page(reports(book).content)
+    page = quick_page(reports(book).results)
     says(page, "Active damping saves", saves["verdict"])
     says(page, "one-sided p", "90 % CI")
     says(labbook("compare", at=book.folder).out, "Active damping saves", saves["verdict"])
@@ -262,7 +262,7 @@ def test_compare_judges_measured_hypotheses_without_a_scene_as_the_report_does(t
 
 
 def test_a_report_has_them_as_tables_whose_numbers_are_traced(book: SmallBook, compared: dict[str, Any]) -> None:
-    content = reports(book).content
+    content = reports(book).results
     page = quick_page(content)
     assert page.index("Hypotheses of the study") < page.index("Hypotheses, comparison by comparison")
     table = csv_bytes(TABLES["hypotheses_in_full"].make(content)).decode()

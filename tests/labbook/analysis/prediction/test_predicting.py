@@ -23,12 +23,12 @@ from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
 from labbook.analysis.prediction import predicting
 from labbook.analysis.prediction.condition_scenes import level_parameters
 from labbook.analysis.prediction.predicting import PredictionResult
+from labbook.analysis.study import Analysis
 from labbook.book.report_numbers import outdated_reports
 from labbook.config.parsing import parse_configuration
-from labbook.presenting.report.content import MadeReport
-from reports.content import PredictedQuantity, Prediction, PredictionCheck
 from reports.display import SAVINGS
 from reports.numbers import Number
+from reports.results import PredictedQuantity, Prediction, PredictionCheck
 from simulator.jump import grown_rounding, simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene, parse_scene, write_scene
@@ -51,8 +51,8 @@ RADIUS_M = {"small": 0.038, "large": 0.051}
 K_N_M, B_AD = 2.56 * 400 + 67.36, {"0": 0.0, "100": 3.32 * 100 + 19.67}
 
 
-def predicted_of(made: MadeReport, quantity: PredictedQuantity, foot: str, level: str) -> Prediction:
-    items = made.content.predictions.of(quantity)
+def predicted_of(made: Analysis, quantity: PredictedQuantity, foot: str, level: str) -> Prediction:
+    items = made.results.predictions.of(quantity)
     (found,) = [item for item in items if (item.group["foot"], item.level) == (foot, level)]
     return found
 
@@ -60,7 +60,7 @@ def predicted_of(made: MadeReport, quantity: PredictedQuantity, foot: str, level
 @dataclass(frozen=True)
 class Reported:
     book: SmallBook
-    made: MadeReport
+    made: Analysis
 
 
 def predicted_book(folder: Path, simulation: str = SIMULATION) -> SmallBook:
@@ -142,12 +142,12 @@ def test_a_prediction_says_how_far_a_finer_simulation_moves_it(reported: Reporte
         for quantity, (value, finer) in zip((PredictedQuantity.JOULES, PredictedQuantity.APEX), both, strict=True):
             found = predicted_of(reported.made, quantity, foot, level).check.numerical_error
             assert found == pytest.approx(abs(value - finer), abs=1e-14 * value)
-    for item in reported.made.content.predictions.items:
+    for item in reported.made.results.predictions.items:
         assert item.check.numerical_error is not None
         assert isinstance(item.check.predicted.se, float)
         assert 0.0 < item.check.numerical_error < 1e-4 * item.check.predicted.se
         assert not item.check.imprecise
-    assert reported.made.content.predictions.ends_otherwise == 0
+    assert reported.made.results.predictions.ends_otherwise == 0
 
 
 @pytest.mark.parametrize(
@@ -203,7 +203,7 @@ def check_ratios(items: Sequence[Prediction]) -> int:
 
 
 def test_the_ratio_is_the_difference_over_both_expanded_uncertainties(reported: Reported) -> None:
-    items = reported.made.content.predictions.items
+    items = reported.made.results.predictions.items
     assert len(items) == 12
     assert check_ratios(items) < 4
 
@@ -213,15 +213,15 @@ def test_at_another_alpha_the_ratio_still_rests_on_95_percent(reported: Reported
     shutil.copytree(reported.book.folder, tmp_path / "book")
     book = SmallBook(tmp_path / "book", reported.book.instruments)
     book.toml.write_text(f"{book.toml.read_text(encoding='utf-8')}\n[analysis]\nalpha = 0.01\n", encoding="utf-8")
-    items = reports(book).content.predictions.of(PredictedQuantity.SAVINGS)
+    items = reports(book).results.predictions.of(PredictedQuantity.SAVINGS)
     assert {item.measured.ci_level for item in items} == {0.99}
     assert (len(items), check_ratios(items)) == (4, 2)  # the large foot's days do not tell
 
 
 def test_what_is_assumed_is_listed_with_its_reason_and_what_it_changes(reported: Reported) -> None:
-    about = reported.made.content.predictions
+    about = reported.made.results.predictions
     assert {one.name: one.parameter.varied_by for one in about.assumed} == VARIED
-    checked = [item.check for item in reported.made.analysis.checked if item.quantity is PredictedQuantity.JOULES]
+    checked = [item.check for item in reported.made.results.predictions.of(PredictedQuantity.JOULES)]
     assert len(checked) == 4
     for one in about.assumed:
         assert one.parameter.why
@@ -243,7 +243,7 @@ def test_every_shown_number_is_traced_to_the_condition_the_robot_and_the_scene(r
     assert "difference = " in traced(reported.book, item.check.difference)
 
 
-def simulations(made: MadeReport) -> list[PredictionResult]:
+def simulations(made: Analysis) -> list[PredictionResult]:
     """All predictions that were made for a report."""
     return [one for one in made.computed.made.values() if isinstance(one, PredictionResult)]
 
@@ -277,7 +277,7 @@ def test_a_second_report_simulates_nothing_and_predicts_the_same_after_a_rebuild
     done = good(labbook("rebuild", "--json", at=reported.book.folder)).json
     assert not any(done["differences"].values())
     again = reports(reported.book)
-    assert again.content.predictions == reported.made.content.predictions
+    assert again.results.predictions == reported.made.results.predictions
     assert simulations(again) == simulations(reported.made)
 
 
@@ -358,7 +358,7 @@ def test_a_condition_that_two_robots_ran_is_predicted_as_the_mean_over_its_runs(
     book = predicted_book(tmp_path, SIMULATION + cricket)
     with book.open() as standing, standing.session(ADA) as session:
         correct(standing, session, "r001", ["robot=cricket"], "the other one hung there")
-    about = reports(book, SMALL_CONTROL).content.predictions
+    about = reports(book, SMALL_CONTROL).results.predictions
     ((joules,), (apex,)) = about.of(PredictedQuantity.JOULES), about.of(PredictedQuantity.APEX)
     light = simulated("small", "0", body_mass=1.6)
     heavy = simulated("small", "0")
@@ -372,7 +372,7 @@ def test_an_assumed_mass_is_listed_of_each_robot(tmp_path: Path) -> None:
     book = predicted_book(tmp_path, SIMULATION + cricket)
     with book.open() as standing, standing.session(ADA) as session:
         correct(standing, session, "r001", ["robot=cricket"], "the other one hung there")
-    assumed = reports(book, SMALL_CONTROL).content.predictions.assumed
+    assumed = reports(book, SMALL_CONTROL).results.predictions.assumed
     assert sorted(one.parameter.value for one in assumed if one.name == "foot_mass") == [0.2, 0.3]
 
 
@@ -386,7 +386,7 @@ factors = { foot = "foot_radius", k_gain = "k_extension" }
 @pytest.mark.soak
 def test_where_rounding_grows_beyond_the_accuracy_the_error_is_what_it_grows_to(tmp_path: Path) -> None:
     book = predicted_book(tmp_path, CHATTERING)
-    about = reports(book, "b_ad_gain=0").content.predictions
+    about = reports(book, "b_ad_gain=0").results.predictions
     masses = {"body_mass": 1.8, "foot_mass": 0.2}
     grown = 0
     for item in about.of(PredictedQuantity.JOULES):
@@ -404,7 +404,7 @@ def test_where_rounding_grows_beyond_the_accuracy_the_error_is_what_it_grows_to(
 def test_a_jump_that_ends_otherwise_is_no_number(tmp_path: Path) -> None:
     stiff = SIMULATION.replace('scene = "bed"', 'scene = "bed"\nparameters = { b_compression = 0.5 }')
     book = predicted_book(tmp_path, stiff)
-    items = reports(book, "foot=small").content.predictions.items
+    items = reports(book, "foot=small").results.predictions.items
     assert len(items) == 6
     for item in items:
         assert isinstance(item.check.predicted.value, Undefined)
@@ -419,7 +419,7 @@ def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_th
     book = predicted_book(tmp_path, SIMULATION.replace('"bed"', '"own.toml"'))
     own = write_scene(load_scene("bed").changed({"b_compression": 20.0})) + "# the floor of the laboratory\n"
     (book.folder / "own.toml").write_text(own, encoding="utf-8")
-    about = reports(book, SMALL_CONTROL).content.predictions
+    about = reports(book, SMALL_CONTROL).results.predictions
     (joules,) = about.of(PredictedQuantity.JOULES)
     assert joules.check.predicted.value == simulated("small", "0", b_compression=20.0)[0]
     assert about.scene == "own.toml"
@@ -432,7 +432,7 @@ def test_a_scene_of_one_s_own_is_traced_to_its_bytes_and_predicted_again_from_th
     done = good(labbook("rebuild", "--json", at=book.folder)).json
     assert not any(done["differences"].values())
     good(labbook("why", joules.check.predicted.provenance, "--check", at=book.folder))
-    (anew,) = reports(book, SMALL_CONTROL).content.predictions.of(PredictedQuantity.JOULES)
+    (anew,) = reports(book, SMALL_CONTROL).results.predictions.of(PredictedQuantity.JOULES)
     assert anew.check.predicted.value == simulated("small", "0", b_compression=30.0)[0]
 
 
@@ -480,7 +480,7 @@ parameters = { foot_radius = 0.0073, kg_scale = %g }
 @pytest.mark.parametrize(("kg_scale", "conditions"), [(1.0, 1), (3.0, 0)])
 def test_a_body_that_gets_under_the_grains_is_told_of(tmp_path: Path, kg_scale: float, conditions: int) -> None:
     book = predicted_book(tmp_path, SUNK % kg_scale)
-    about = reports(book, SMALL_CONTROL).content.predictions
+    about = reports(book, SMALL_CONTROL).results.predictions
     scene = load_scene("sim2").changed(
         {"foot_radius": 0.0073, "kg_scale": kg_scale, "body_mass": 1.8, "foot_mass": 0.2}
     )

@@ -87,10 +87,10 @@ def test_runs_give_what_the_analysis_has_of_them(honest: SmallBook) -> None:
         for said in STATEMENTS:
             with book.session(ADA) as session:
                 said(book, session)
-    analysis = reports(honest).analysis
+    measured = reports(honest).measured
     state = state_at(history_of(honest))
-    for outcome, found in analysis.results.items():
-        assert set(found.results) == {run.uid for run in analysis.evidence.runs if outcome in state.given(run.uid)}
+    for outcome, found in measured.results.items():
+        assert set(found.results) == {run.uid for run in measured.evidence.runs if outcome in state.given(run.uid)}
 
 
 def test_a_withdrawn_sheet_takes_its_runs_out_until_its_numbers_are_back(honest: SmallBook) -> None:

@@ -12,9 +12,9 @@ from data_schema.outcomes import Outcome
 from labbook.actions.runs.correcting import void
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.departures import DepartureKind
+from labbook.analysis.study import Analysis
 from labbook.book.rebuilding import rebuild_database
 from labbook.demo.writers import bertec_text
-from labbook.presenting.report.content import MadeReport
 from tests.helpers.books import ADA, SmallBook, copy_of, ingest_all, small_book
 from tests.helpers.decided import DECIDED, assigns, charge_of, corrects, decided_book, ingests, key_of, planned, reports
 from tests.helpers.stated_campaign import plate_record
@@ -228,16 +228,16 @@ def test_what_was_corrected_before_the_first_measurement_is_no_departure(tmp_pat
 # --- selections
 
 
-def of_joules(report: MadeReport) -> list[str]:
+def of_joules(report: Analysis) -> list[str]:
     """Why each of a report's pooled comparisons of joules is exploratory."""
-    shown = report.content.comparisons
+    shown = report.results.comparisons
     return [each.exploratory for each in shown if (each.quantity, each.family) == (Outcome.JOULES, POOLED)]
 
 
 def test_conditions_left_out_whole_are_told_and_make_nothing_else_exploratory(honest: SmallBook) -> None:
     for where, left, why in (("foot=small", "2 conditions", [""]), ("foot=small and b_ad_gain=0", "3 conditions", [])):
         report = reports(honest, where)
-        (said,) = report.analysis.planned.departures
+        (said,) = report.planned.departures
         says(said, left, "whole", "whose comparisons belong")
         assert of_joules(report) == why
     assert planned(honest).departures == ()
@@ -252,18 +252,18 @@ def test_levels_left_out_of_a_group_make_its_comparisons_exploratory(tmp_path: P
     with made.open() as book:
         ingest_all(book, made.instruments)
     report = reports(made, "foot=small and b_ad_gain<200 or foot=large")
-    found = report.analysis.planned
+    found = report.planned
     (said,) = found.departures
     says(said, "1 condition", key_of(made, "r004"))
     for run, why in (("r001", said), ("r002", said), ("r003", None)):
         assert found.exploratory(Outcome.JOULES, POOLED, [key_of(made, run)]) == why
         assert found.exploratory_equivalence(POOLED, [key_of(made, run)]) == why
-    assert said in [each.exploratory for each in report.content.comparisons]
+    assert said in [each.exploratory for each in report.results.comparisons]
 
 
 def test_a_selection_of_some_runs_of_a_condition_makes_what_rests_on_it_exploratory(honest: SmallBook) -> None:
     report = reports(honest, "foot=small and run!=r002")
-    found = report.analysis.planned
+    found = report.planned
     said, whole = found.departures
     says(whole, "whose comparisons belong")
     key = key_of(honest, "r002")

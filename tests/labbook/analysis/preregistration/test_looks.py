@@ -8,7 +8,7 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.analysis.preregistration.looks import look_at
-from reports.content import ReportContent
+from reports.results import StudyResults
 from reports.trust import trust_sentences
 from tests.cli.shell import good, labbook
 from tests.helpers.books import DAYS, SmallBook, small_book
@@ -33,11 +33,11 @@ def measure(book: SmallBook, day: int) -> None:
     good(labbook("ingest", *of_day, book.instruments / "charger" / f"{DAYS[day]}.csv", at=book.folder))
 
 
-def report(book: SmallBook, where: str | None = None) -> ReportContent:
-    return reports(book, where).content
+def report(book: SmallBook, where: str | None = None) -> StudyResults:
+    return reports(book, where).results
 
 
-def levels(content: ReportContent) -> list[float]:
+def levels(content: StudyResults) -> list[float]:
     """The level of the interval of each group's difference that has one."""
     found = [each.decision.difference for each in content.pooled if each.quantity is Outcome.APEX]
     return [each.ci_level for each in found if isinstance(each.ci_low, float)]

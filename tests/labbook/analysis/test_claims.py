@@ -24,7 +24,7 @@ def test_joules_are_claimed_where_heights_alone_are_told_over_groups(tmp_path: P
         made.log(run).unlink()
     with made.open() as book:
         ingest_all(book, made.instruments)
-    content = reports(made).content
+    content = reports(made).results
     (overall,) = content.overall
     assert content.overall_equivalence is not None
     assert (len(overall.groups), len(content.overall_equivalence.groups)) == (1, 0)
@@ -38,7 +38,7 @@ def test_joules_are_claimed_where_heights_alone_are_told_over_groups(tmp_path: P
 def test_one_level_is_not_pooled_and_its_planned_comparison_is_shown_as_planned(tmp_path: Path) -> None:
     """With one treated level all levels against the control are the comparisons that were planned level by level."""
     book = decided_book(tmp_path, EACH_LEVEL)
-    both, small = (reports(book, where).content for where in (None, "foot = small"))
+    both, small = (reports(book, where).results for where in (None, "foot = small"))
     opening, *_others = both.claims
     says(opening.text, EACH, "2")
     joules, _heights = small.claims
@@ -61,7 +61,7 @@ def test_a_page_leads_with_the_planned_levels_and_what_they_saved(tmp_path: Path
         for gain, values in joules.items()
         for value in values
     ]
-    content = reports(charged_book(tmp_path, runs, EACH_LEVEL)).content
+    content = reports(charged_book(tmp_path, runs, EACH_LEVEL)).results
     lead, pooled = (claim.text.replace("\u00a0", " ") for claim in content.claims)
     says(lead, "1 of 2", "gain 200", "4.")
     says(pooled, "2.2")
@@ -80,7 +80,7 @@ def test_the_charge_that_costs_a_group_its_claim_is_named(tmp_path: Path, small_
     runs += [Made(day, "large", gain, 401.0 + 2 * day - gain / 5) for day in range(3) for gain in (0, 100, 100)]
     missing, alone = len(runs) + 1, len(runs) + 2
     runs += [Made(2, "large", 0, None), Made(5, "large", 0, None)]
-    content = reports(charged_book(tmp_path, runs)).content
+    content = reports(charged_book(tmp_path, runs)).results
     claim = content.claims[0 if small_days == 1 else 1].text.replace("\u00a0", " ")
     says(claim, f"r{missing:03d}", "large foot")
     assert f"r{alone:03d}" not in " ".join(each.text for each in content.claims)

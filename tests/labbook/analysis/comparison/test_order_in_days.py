@@ -9,7 +9,7 @@ import pytest
 
 from data_schema.outcomes import Outcome
 from labbook.analysis.comparison.order import ADJUSTED
-from reports.content import ReportContent
+from reports.results import StudyResults
 from reports.trust import trust_sentences
 from tests.helpers.charged_book import Made, charged_book
 from tests.helpers.decided import reports
@@ -19,7 +19,7 @@ from tests.helpers.wording import says
 DRIFT_J, RUN_SD_J = 24.0, 8.0
 
 
-def report_on(folder: Path, order: str, feet: tuple[str, ...] = ("small",), days: int = 5) -> ReportContent:
+def report_on(folder: Path, order: str, feet: tuple[str, ...] = ("small",), days: int = 5) -> StudyResults:
     """Report on days of c(ontrol) and t(reated) runs with each foot, which differ by a drift over the day alone."""
     rng = random.Random(5)
     slots = [(foot, 0 if side == "c" else 100) for side in order for foot in feet]
@@ -28,7 +28,7 @@ def report_on(folder: Path, order: str, feet: tuple[str, ...] = ("small",), days
         for day in range(days)
         for place, (foot, gain) in enumerate(slots)
     ]
-    return reports(charged_book(folder, runs)).content
+    return reports(charged_book(folder, runs)).results
 
 
 def test_controls_first_are_said_on_page_one_with_the_adjusted_saving(tmp_path: Path) -> None:

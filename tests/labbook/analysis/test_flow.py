@@ -13,7 +13,7 @@ from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ReasonCode, Verdict
 from labbook.actions.files.assigning import assign
 from labbook.actions.runs.jump_review import decide
-from labbook.presenting.report.content import MadeReport
+from labbook.analysis.study import Analysis
 from reports.tables.formats import csv_bytes
 from reports.tables.registry import TABLES
 from tests.helpers.books import ADA, JUMPS, small_book
@@ -26,7 +26,7 @@ RUNS, IDLE = 12, 4
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
+def made(tmp_path_factory: pytest.TempPathFactory) -> Analysis:
     """A report on runs of which one has no charge, another no log, and a third no jump that counts."""
     book = small_book(tmp_path_factory.mktemp("flow"))
     with book.open() as opened, opened.session(ADA) as session:
@@ -36,21 +36,21 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> MadeReport:
     return reports(book)
 
 
-def test_runs_count_where_their_number_was_used_and_the_others_have_a_reason(made: MadeReport) -> None:
-    flow = made.content.flow
+def test_runs_count_where_their_number_was_used_and_the_others_have_a_reason(made: Analysis) -> None:
+    flow = made.results.flow
     assert flow.runs_with == {Outcome.JOULES: RUNS - 1, Outcome.APEX: RUNS - 2}
     assert flow.runs_without == {
         Outcome.JOULES: {"no charge recorded": 1},
         Outcome.APEX: {"no log with a body_height channel": 1, "none of its jumps counts": 1},
     }
-    for quantity in made.content.outcomes:
+    for quantity in made.results.outcomes:
         assert flow.runs_with[quantity] + sum(flow.runs_without[quantity].values()) == RUNS
-        summaries = [condition.summary(quantity) for condition in made.content.conditions]
+        summaries = [condition.summary(quantity) for condition in made.results.conditions]
         assert flow.runs_with[quantity] == sum(len(summary.runs) for summary in summaries if summary is not None)
 
 
-def test_jumps_are_those_of_the_runs_with_heights(made: MadeReport) -> None:
-    flow = made.content.flow
+def test_jumps_are_those_of_the_runs_with_heights(made: Analysis) -> None:
+    flow = made.results.flow
     assert (flow.jumps_made, flow.jumps_detected) == (JUMPS * (RUNS - 2),) * 2
     assert flow.jumps_analysed + sum(flow.jumps_excluded.values()) == flow.jumps_detected
     assert not any("misfire" in reason for reason in flow.jumps_excluded)
@@ -70,7 +70,7 @@ def test_verdicts_of_people_are_counted_on_the_first_page(tmp_path: Path) -> Non
             state(book, decide, run, numbers, verdict, reason, None)
         judge_blind(book, "r005", 1, Verdict.REJECT, ReasonCode.TOUCHED_BY_HAND)
         judge_blind(book, "r005", 2, Verdict.ACCEPT, ReasonCode.LOOKS_RIGHT)
-    content = reports(made).content
+    content = reports(made).results
     flow = content.flow
     assert (flow.jumps_reviewed, flow.jumps_rejected, flow.verdicts_blind) == (3, 2, 2)
     assert flow.jumps_with_the_rest == 2
@@ -86,8 +86,8 @@ def test_verdicts_of_people_are_counted_on_the_first_page(tmp_path: Path) -> Non
     )
 
 
-def test_table_and_page_give_both_counts(made: MadeReport) -> None:
-    content = made.content
+def test_table_and_page_give_both_counts(made: Analysis) -> None:
+    content = made.results
     rows = list(csv.DictReader(io.StringIO(csv_bytes(TABLES["flow"].make(content)).decode())))
     counts = {row["step"]: (row["count"], row["left_out"]) for row in rows}
     idle = f"{IDLE} idle, for the passive drain"

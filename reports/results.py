@@ -1,4 +1,4 @@
-"""What a report shows: frozen, filled by `labbook`, drawn and worded here; nothing is computed from it.
+"""The results of a study: made by `labbook.analysis`, drawn, tabled and put into words here.
 
 Every number comes with its unit, uncertainty, n and provenance id. `Undefined` stands where a number does
 not exist, `None` where one does not apply. Values are never rounded here; only their display is.
@@ -238,7 +238,7 @@ class Predictions:
 
 
 @dataclass(frozen=True, slots=True)
-class ReportContent:
+class StudyResults:
     """All of one report. `claims` open the page; `selection` is the --where text as given.
 
     `drains` has those of the robots that have a line; `robots` counts the analysed runs of each, `runs` are these by
@@ -340,13 +340,29 @@ class ReportContent:
         return [each for each in found if len(each.group) == narrowest]
 
     @property
+    def one_level(self) -> bool:
+        """Whether each group has one treated level, so that its comparison and that of all levels are the same."""
+        pooled = [one for one in self.comparisons if one.opens]
+        return bool(pooled) and all(len(self._treated(one)) == 1 for one in pooled)
+
+    def _treated(self, comparison: Comparison) -> list[Condition]:
+        """Return the treated conditions of a comparison's group that have its quantity."""
+        swept = {factor.name for factor in self.factors if factor.swept}
+        return [
+            one
+            for one in self.conditions
+            if not one.control and one.summary(comparison.quantity) is not None
+            if {name: label for name, label in one.labels.items() if name not in swept} == comparison.group
+        ]
+
+    @property
     def headlines(self) -> list[tuple[Comparison, list[Varied]]]:
         """The pooled comparisons, each with its recomputations."""
         found = grouped(self.variations, lambda one: (one.headline, one.quantity))
         return [(each, found.get((each.label, each.quantity), [])) for each in self.pooled]
 
 
-EMPTY = ReportContent(
+EMPTY = StudyResults(
     title="",
     study="",
     selection="",

@@ -17,11 +17,12 @@ import pytest
 
 from data_schema.vocabulary import RunKind
 from labbook.actions.report_command import state_report
+from labbook.analysis.comparison.order import confounded_with_day
+from labbook.analysis.study import Analysis
 from labbook.book.making import make_book
 from labbook.book.opening import opened
 from labbook.demo.campaign import DemoRun
 from labbook.demo.writers import charger_sheet, run_sheet
-from labbook.presenting.report.content import MadeReport, confounded_with_day
 from reports.figures.kind import draw_figure
 from reports.figures.registry import FIGURES
 from reports.figures.style import TWO_COLUMNS_IN
@@ -50,7 +51,7 @@ levels = [30, 45]
 class Told:
     """A study's report, and the text of its page, drawings and their descriptions left out."""
 
-    made: MadeReport
+    made: Analysis
     page: str
 
 
@@ -113,7 +114,7 @@ def report_of(folder: Path, *, control: bool, robots: bool) -> Told:
         import_sheet(book, instruments / "runs.csv")
         ingest_all(book, instruments)
         report = state_report(book, None, ADA, lambda _step: None)
-    html = re.sub(r"<style.*?</style>|<svg.*?</svg>", "", quick_page(report.content), flags=re.DOTALL)
+    html = re.sub(r"<style.*?</style>|<svg.*?</svg>", "", quick_page(report.results), flags=re.DOTALL)
     text = re.sub(r"<[^>]+>", " ", html).replace("\u00a0", " ").replace("&#39;", "'")
     return Told(report, re.sub(r"\s+", " ", text))
 
@@ -131,7 +132,7 @@ def without_control(tmp_path_factory: pytest.TempPathFactory) -> Told:
 
 
 def test_a_claim_names_the_treatment_the_control_and_the_group_with_its_unit(surfaces: Told) -> None:
-    saving, *others = [claim.text.replace("\u00a0", " ") for claim in surfaces.made.content.claims]
+    saving, *others = [claim.text.replace("\u00a0", " ") for claim in surfaces.made.results.claims]
     says(saving, "2 days", "against the control", "30 cm", "95 %")
     untold = "Whether gravel saves energy with drop height = 45 cm cannot be told: "
     assert any(text.startswith(untold) for text in others)
@@ -149,28 +150,28 @@ def test_a_page_names_this_study_s_levels_with_units_and_no_other_s(surfaces: To
 
 
 def test_the_control_stands_first_on_an_axis_of_labels(surfaces: Told) -> None:
-    content = surfaces.made.content
+    content = surfaces.made.results
     axes = draw_figure(FIGURES["joules_by_level"], content, TWO_COLUMNS_IN).axes[0]
     assert [label.get_text() for label in axes.get_xticklabels()] == ["control (sand)", "gravel"]
     says(FIGURES["joules_by_level"].caption(content), "The control (sand")
 
 
 def test_robots_are_counted_in_the_tables_of_conditions(surfaces: Told) -> None:
-    table = csv_bytes(TABLES["joules_by_condition"].make(surfaces.made.content)).decode()
+    table = csv_bytes(TABLES["joules_by_condition"].make(surfaces.made.results)).decode()
     robots = [row["robots"] for row in csv.DictReader(table.splitlines())]
     assert robots == ["flea 2, cricket 2", "flea 2, cricket 2", "flea 2", "cricket 2"]
     assert robots[0] in surfaces.page
 
 
 def test_a_control_of_another_robot_is_a_limitation(surfaces: Told) -> None:
-    notes = [note.replace("\u00a0", " ") for note in surfaces.made.content.limitations if "may be" in note]
+    notes = [note.replace("\u00a0", " ") for note in surfaces.made.results.limitations if "may be" in note]
     says(notes, "45 cm", "flea (2)", "cricket (2)")
 
 
 def test_the_drain_fits_error_is_shared_by_a_robots_runs(surfaces: Told, without_control: Told) -> None:
     def shared(told: Told) -> dict[str, str]:
         return {
-            row.cells[0].text: row.cells[3].text for row in TABLES["uncertainty_budget"].make(told.made.content).rows
+            row.cells[0].text: row.cells[3].text for row in TABLES["uncertainty_budget"].make(told.made.results).rows
         }
 
     two, one = shared(surfaces), shared(without_control)
@@ -187,13 +188,13 @@ def test_without_a_control_level_the_page_says_why_it_claims_nothing(without_con
 
 
 def test_without_a_control_level_every_factor_has_a_column(without_control: Told) -> None:
-    table = TABLES["joules_by_condition"].make(without_control.made.content)
+    table = TABLES["joules_by_condition"].make(without_control.made.results)
     assert [column.head for column in table.heads][:2] == ["Surface", "Drop height (cm)"]
     assert [cell.text for row in table.rows for cell in table.cells(row)[:2]] == [
         "sand", "30", "sand", "45", "gravel", "30", "gravel", "45",
     ]  # fmt: skip
     assert [block for block, _ in table.blocks] == [""]
-    days = TABLES["days"].make(without_control.made.content)
+    days = TABLES["days"].make(without_control.made.results)
     says(days.rows[0].cells[2].text.replace("\u00a0", " "), "drop height =", "30 cm")
 
 
@@ -216,14 +217,12 @@ def test_a_factor_is_confounded_where_most_days_had_one_level_of_it(
     surfaces: Told, days: list[tuple[str, ...]], facts: list[str] | None
 ) -> None:
     """The runs had these surfaces, a tuple a day, and one drop height."""
-    analysis = surfaces.made.analysis
+    evidence = surfaces.made.measured.evidence
     runs = tuple(
-        replace(
-            analysis.evidence.runs[0], day=f"2021-07-{day:02d}", is_control=each == "sand", levels={"surface": each}
-        )
+        replace(evidence.runs[0], day=f"2021-07-{day:02d}", is_control=each == "sand", levels={"surface": each})
         for day, of_day in enumerate(days, start=1)
         for each in of_day
     )
-    said = confounded_with_day(replace(analysis, evidence=replace(analysis.evidence, runs=runs)))
+    said = confounded_with_day(replace(evidence, runs=runs), "surface")
     assert len(said) == (facts is not None)
     says(said, *(facts or ()))
