@@ -15,7 +15,7 @@ import shutil
 import stat
 import sys
 import tempfile
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import metadata
@@ -25,6 +25,8 @@ MOST_VERSIONS = 2
 MOST_BYTES = 64 * 2**20
 """Of one version; beyond, the files go that were used longest ago."""
 _HASH_BYTES = 32
+_PACKAGES = Path(__file__).parents[1]
+"""Where this package lies, and those beside it."""
 _reading = True
 
 
@@ -41,10 +43,13 @@ def without_caches() -> Iterator[None]:
 
 @dataclass(frozen=True)
 class FileCache:
-    """Files of a kind; what they hold depends on the source files of `sources` and on `libraries`, by name."""
+    """Files of a kind; what they hold depends on source files and on `libraries`, by name.
+
+    `sources` are patterns of files beside the packages: "stats/**/*.py".
+    """
 
     kind: str
-    sources: Callable[[], Iterable[Path]]
+    sources: tuple[str, ...]
     libraries: tuple[str, ...]
 
     @cached_property
@@ -52,7 +57,7 @@ class FileCache:
         """Hash of what computes."""
         versions = [f"{name} {metadata.version(name)}" for name in self.libraries]
         digest = hashlib.sha256("\n".join([sys.version, *versions]).encode())
-        for path in sorted(self.sources()):
+        for path in sorted(path for pattern in self.sources for path in _PACKAGES.glob(pattern)):
             digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
         return digest.hexdigest()[:20]
 

@@ -98,13 +98,18 @@ def for_program() -> bool:
     return _FOR_PROGRAM.get()
 
 
-def show(answer: Callable[[], Shown], as_json: bool) -> int:
-    """Have a command answer, print it for a program or for people, and return the exit code."""
-    before = _FOR_PROGRAM.set(as_json)
+@contextlib.contextmanager
+def printing_for(*, program: bool) -> Iterator[None]:
+    """Let what is printed while this is open be for a program, or for people."""
+    before = _FOR_PROGRAM.set(program)
     try:
-        shown = answer()
+        yield
     finally:
         _FOR_PROGRAM.reset(before)
+
+
+def show(shown: Shown, as_json: bool) -> int:
+    """Print what a command answers for a program or for people, and return the exit code."""
     emit(shown.data, shown.lines or (), as_json or shown.lines is None, one_line=shown.one_line)
     return shown.code
 

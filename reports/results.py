@@ -358,7 +358,7 @@ class StudyResults:
     @property
     def headlines(self) -> list[tuple[Comparison, list[Varied]]]:
         """The pooled comparisons, each with its recomputations."""
-        found = grouped(self.variations, lambda one: (one.headline, one.quantity))
+        found = grouped(self.variations, [(one.headline, one.quantity) for one in self.variations])
         return [(each, found.get((each.label, each.quantity), [])) for each in self.pooled]
 
 

@@ -96,7 +96,7 @@ def days(evidence: StudyData, checks: Mapping[str, Sequence[CheckRow]]) -> tuple
     """Return what was measured on each day, and which checks were made before."""
     listed = evidence.configuration.protocol.checks
     found = []
-    for date, runs in grouped(evidence.selected, lambda run: run.day).items():
+    for date, runs in grouped(evidence.selected, [run.day for run in evidence.selected]).items():
         made = [check.kind for check in checks.get(date, ()) if check.passed]
         found.append(
             Day(

@@ -272,7 +272,7 @@ def _impossible_charges(measured: Measured) -> list[str]:
 
 def _lost_fits(lost: Mapping[str, Sequence[str]], n_robots: int) -> list[str]:
     """Say which days' idle runs a drain line cannot do without."""
-    days_by_robots = grouped(lost, lambda day: tuple(lost[day]))
+    days_by_robots = grouped(lost, [tuple(robots) for robots in lost.values()])
     return [
         f"Without the idle runs of {' or of '.join(days)} there is no passive-drain fit"
         + (
@@ -307,7 +307,8 @@ def _counted(robots: Mapping[str, int]) -> str:
 
 
 def _by_cause(causes: Mapping[str, Undefined], runs: Iterable[RunRow]) -> dict[str, list[RunRow]]:
-    return grouped((run for run in runs if run.uid in causes), lambda run: causes[run.uid].reason)
+    caused = [run for run in runs if run.uid in causes]
+    return grouped(caused, [causes[run.uid].reason for run in caused])
 
 
 def _count(count: int, one: str, several: str) -> str:

@@ -135,8 +135,8 @@ def _signals(
 ) -> dict[str, list[SignalRow]]:
     """Return the logs, or the records of force, by their run, but for runs of which a file of their role waits."""
     incomplete = {(file.role, run_uid) for file in waiting for run_uid in file.runs}
-    usable = (one for one in signals if records(one, what) and (one.role, one.run_uid) not in incomplete)
-    return grouped(usable, lambda signal: signal.run_uid)
+    usable = [one for one in signals if records(one, what) and (one.role, one.run_uid) not in incomplete]
+    return grouped(usable, [signal.run_uid for signal in usable])
 
 
 def gather_about(

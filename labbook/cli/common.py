@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from labbook.terminal import Shown, say, show
+from labbook.terminal import Shown, printing_for, say, show
 
 if TYPE_CHECKING:
     import sqlalchemy as sa
@@ -126,7 +126,9 @@ def as_command(own: Callable[..., Shown]) -> Callable[..., int]:
         as_json = given.pop("as_json")
         for name, kind in declared.items():
             given[name] = kind(**{one.name: given.pop(one.name) for one in fields(kind)})
-        return show(functools.partial(own, **given), as_json)
+        with printing_for(program=as_json):
+            shown = own(**given)
+        return show(shown, as_json)
 
     run.__signature__ = inspect.Signature(  # type: ignore[attr-defined]
         [one.replace(kind=inspect.Parameter.KEYWORD_ONLY) for one in every.values()]

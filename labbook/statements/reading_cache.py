@@ -7,8 +7,7 @@ samples are not in it, which are in the store: only how long they are.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Any
 
 import msgspec
@@ -23,15 +22,18 @@ _MOST_BYTES = 2**30
 """The readings of 100 000 logs."""
 
 
-def _sources() -> Iterable[Path]:
-    """Every source that a reading depends on."""
-    root = Path(__file__).parents[2]
-    folders = (root / name for name in ("data_schema", "ingest", "stats"))
-    own = ("labbook/analysis/outcomes/detection.py", "labbook/statements/importing.py", Path(__file__))
-    return [*(path for folder in folders for path in folder.rglob("*.py")), *(root / path for path in own)]
-
-
-_READ = FileCache("readings", _sources, ("numpy", "scipy", "pyarrow", "python-calamine", "msgspec"))
+_READ = FileCache(
+    "readings",
+    (
+        "data_schema/**/*.py",
+        "ingest/**/*.py",
+        "stats/**/*.py",
+        "labbook/analysis/outcomes/detection.py",
+        "labbook/statements/importing.py",
+        "labbook/statements/reading_cache.py",
+    ),
+    ("numpy", "scipy", "pyarrow", "python-calamine", "msgspec"),
+)
 
 
 def remember(done: PreparedImport, settings: Mapping[str, Any] | None = None) -> None:

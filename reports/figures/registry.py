@@ -7,9 +7,8 @@ what the figure shows of the report, and its width.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from data_schema.file_cache import FileCache
 from reports.figures.by_level import BY_LEVEL
@@ -38,13 +37,11 @@ def figures_of(content: StudyResults) -> list[FigureKind]:
     return [kind for kind in FIGURES.values() if kind.outcome is None or kind.outcome in content.outcomes]
 
 
-def _sources() -> Iterable[Path]:
-    """Every source of `reports` and of the words that it uses."""
-    reports = Path(__file__).parents[1]
-    return [*reports.rglob("*.py"), *(reports.parent / "data_schema").glob("*.py")]
-
-
-DRAWN = FileCache("figures", _sources, ("matplotlib", "numpy", "kiwisolver", "contourpy", "jinja2"))
+DRAWN = FileCache(
+    "figures",
+    ("reports/**/*.py", "data_schema/*.py"),
+    ("matplotlib", "numpy", "kiwisolver", "contourpy", "jinja2"),
+)
 
 
 @dataclass(frozen=True, slots=True)

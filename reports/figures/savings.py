@@ -47,9 +47,8 @@ def _rows(content: StudyResults) -> list[ForestRow]:
         for each in means
     ]
     factors = max((len(each.group) for each, _ in found), default=0)
-    blocks = grouped(
-        found, lambda row: "pooled across groups" if len(row[0].group) < factors else _group(content, row[0])
-    )
+    headings = ["pooled across groups" if len(each.group) < factors else _group(content, each) for each, _ in found]
+    blocks = grouped(found, headings)
     for heading, block in blocks.items():
         several = len(block) > 1 or len(block[0][0].group) < factors
         rows += [ForestRow(heading, heading=True)] if several else []

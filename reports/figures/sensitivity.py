@@ -52,8 +52,10 @@ def _numbers(comparison: Comparison, varied: list[Varied]) -> dict[str, list[Num
     """Return the numbers of each row by its label."""
     reported = comparison.decision.headline
     changed = [one for one in varied if not (one.day and _same(one.result.headline, reported))]
-    rows = {label: [one.result.headline for one in several] for label, several in grouped(changed, _label).items()}
-    return {_AS_REPORTED: [reported], **rows}
+    return {
+        _AS_REPORTED: [reported],
+        **grouped([one.result.headline for one in changed], [_label(one) for one in changed]),
+    }
 
 
 def _same(number: Number, reported: Number) -> bool:

@@ -85,13 +85,10 @@ def series_of(content: StudyResults) -> tuple[Series, ...]:
     factors = [factor for factor in content.factors if factor != drawn]
     order = {factor.name: _levels(content, factor) for factor in factors}
 
-    def labels(condition: Condition) -> tuple[str, ...]:
-        levels = (condition.level(factor.name) for factor in factors)
-        return tuple("" if level is None else level.label for level in levels)
-
+    keys = [tuple(one.labels.get(factor.name, "") for factor in factors) for one in content.conditions]
     return tuple(
         _series(content, factors, order, key, conditions, number)
-        for number, (key, conditions) in enumerate(grouped(content.conditions, labels).items())
+        for number, (key, conditions) in enumerate(grouped(content.conditions, keys).items())
     )
 
 

@@ -86,7 +86,7 @@ def _names_cell(names: Sequence[str]) -> Cell:
 def _conditions_text(content: StudyResults, conditions: Sequence[Condition]) -> str:
     """Sum up the conditions of a day's analysed runs: "small foot, k = 1091 N/m: CE, d = 186, 352 kg/s"."""
     swept = swept_factor(content)
-    groups = grouped(conditions, lambda condition: group_name(content, condition))
+    groups = grouped(conditions, [group_name(content, condition) for condition in conditions])
     return "; ".join(": ".join(filter(None, (name, _levels_text(swept, found)))) for name, found in groups.items())
 
 

@@ -9,9 +9,8 @@ from __future__ import annotations
 import hashlib
 import io
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, fields, replace
-from pathlib import Path
 
 import numpy as np
 
@@ -129,11 +128,11 @@ def settled(asked: BedAsked, stop: Whole = NEVER) -> Bed:
     return Bed(asked, grains)
 
 
-def _sources() -> Iterable[Path]:
-    return (Path(__file__).with_name(f"{name}.py") for name in ("bed", "contact", "stepping"))
-
-
-BEDS = FileCache("beds", _sources, ("numpy", "numba"))
+BEDS = FileCache(
+    "beds",
+    ("simulator/grains/bed.py", "simulator/grains/contact.py", "simulator/grains/stepping.py"),
+    ("numpy", "numba"),
+)
 
 
 def _poured(asked: BedAsked) -> Grains:

@@ -585,7 +585,8 @@ def _of_table(given: Values, file: Path) -> Observations:
 
 def _about(given: Values, table: Sheet, control: str, labels: Collection[str], lacking: int, of: int) -> Iterator[str]:
     """Say what was done with a table that nobody asked for."""
-    for same in grouped(sorted(labels), str.casefold).values():
+    in_order = sorted(labels)
+    for same in grouped(in_order, map(str.casefold, in_order)).values():
         if len(same) > 1:
             yield f"{list_text([*map(repr, same)])} count as several groups: they differ in capital letters alone."
     if lacking:

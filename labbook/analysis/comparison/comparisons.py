@@ -12,7 +12,6 @@ from typing import Annotated
 
 from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
-from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Rule, StudyKind, Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.deciding import (
@@ -192,16 +191,13 @@ def groups_without_charges(
         for item in compared
         if item.pair.family == pairing.POOLED and item.shown.quantity is Outcome.JOULES
     }
-
-    def group_of(run: RunRow) -> tuple[tuple[str, str], ...]:
-        return tuple(item for item in run.levels.items() if item[0] != swept)
-
-    groups = grouped((run for run in evidence.runs if swept in run.levels), group_of)
+    runs = [run for run in evidence.runs if swept in run.levels]
+    groups = grouped(runs, [tuple(item for item in run.levels.items() if item[0] != swept) for run in runs])
     return tuple(
         (dict(group), names)
-        for group, runs in groups.items()
-        if pairing.group_label(dict(group)) not in known and len({run.is_control for run in runs}) == 2
-        for names in [tuple(run.name for run in only_charge_missing(runs, evidence.charges))]
+        for group, of_group in groups.items()
+        if pairing.group_label(dict(group)) not in known and len({run.is_control for run in of_group}) == 2
+        for names in [tuple(run.name for run in only_charge_missing(of_group, evidence.charges))]
         if names
     )
 

@@ -196,7 +196,7 @@ def _trend(
     """
     spans = [values[each[-1]] - values[each[0]] for each in stretches if len(each) > 1]
     per = 10.0 ** math.floor(math.log10(max(spans))) if spans else 1.0
-    groups = grouped(pairs, lambda pair: tuple(pair.group.items()))
+    groups = grouped(pairs, [tuple(pair.group.items()) for pair in pairs])
     sloped = [
         in_stretches
         for own in groups.values()

@@ -38,7 +38,7 @@ def confounded_with_day(evidence: StudyData, swept: str | None) -> tuple[str, ..
     A day with a single run shows nothing of the kind and does not count.
     """
     runs = [run for run in evidence.runs if run.levels]
-    days_of = [of_day for of_day in grouped(runs, lambda run: run.day).values() if len(of_day) > 1]
+    days_of = [of_day for of_day in grouped(runs, [run.day for run in runs]).values() if len(of_day) > 1]
     sentences, named = [], set()
     for factor in evidence.factors:
         levels = {run.levels.get(factor.name) for run in runs}

@@ -116,7 +116,7 @@ def treated_values(configuration: Configuration, swept: str) -> dict[str, float]
 
 def groups(conditions: Sequence[ConditionValues], swept: str) -> list[tuple[dict[str, str], list[ConditionValues]]]:
     """Return the groups of conditions that differ in the swept factor only, in order of first occurrence."""
-    found = grouped(conditions, lambda one: tuple(item for item in one.levels.items() if item[0] != swept))
+    found = grouped(conditions, [tuple(item for item in one.levels.items() if item[0] != swept) for one in conditions])
     return [(dict(key), items) for key, items in found.items()]
 
 
@@ -173,7 +173,7 @@ def by_levels(
     conditions: Sequence[ConditionValues], names: Sequence[str]
 ) -> list[tuple[dict[str, str], list[ConditionValues]]]:
     """Return the groups of conditions with the same levels of these factors, in order of first occurrence."""
-    found = grouped(conditions, lambda one: tuple((name, one.levels.get(name, "")) for name in names))
+    found = grouped(conditions, [tuple((name, one.levels.get(name, "")) for name in names) for one in conditions])
     return [(dict(key), items) for key, items in found.items()]
 
 

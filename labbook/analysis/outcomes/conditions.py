@@ -169,7 +169,8 @@ def condition_values(
     computed: Results, runs: Sequence[RunRow], results: Mapping[str, Result], quantity: Outcome
 ) -> list[ConditionValues]:
     """Compute the summary of every condition of the runs that have the quantity, in order of first occurrence."""
-    by_condition = grouped(run_numbers(runs, results, quantity), lambda item: item.run.condition_key)
+    numbers = run_numbers(runs, results, quantity)
+    by_condition = grouped(numbers, [item.run.condition_key for item in numbers])
     return [
         ConditionValues(
             key,
@@ -239,7 +240,7 @@ def run_spread(computed: Results, detections: Detections, evidence: StudyData, q
     The interval is that of a normal variance, by chi-squared.
     """
     numbers = run_numbers(evidence.runs, measure(quantity, computed, detections, evidence).results, quantity)
-    by_condition = grouped(numbers, lambda item: item.run.condition_key)
+    by_condition = grouped(numbers, [item.run.condition_key for item in numbers])
     values = [[item.value for item in several] for several in by_condition.values()]
     controls = [item.value for several in by_condition.values() for item in several if item.run.is_control]
     df = sum(len(several) - 1 for several in values)

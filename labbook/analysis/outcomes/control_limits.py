@@ -68,7 +68,8 @@ class ControlLimits(NamedTuple):
 def limits_of(runs: Sequence[RunRow], values: Mapping[str, float]) -> dict[str, ControlLimits]:
     """Return the limits of each run that has a value, by uid, from those of all other runs of its condition."""
     found: dict[str, ControlLimits] = {}
-    for of_condition in grouped((run for run in runs if run.uid in values), lambda run: run.condition_key).values():
+    known = [run for run in runs if run.uid in values]
+    for of_condition in grouped(known, [run.condition_key for run in known]).values():
         uids = [run.uid for run in of_condition]
         far = _far([values[uid] for uid in uids])
         single = [

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -178,14 +177,16 @@ def _plain(value: float | Undefined) -> float | None:
     return None if isinstance(value, Undefined) else float(value)
 
 
-def _sources() -> Iterable[Path]:
-    """Every source that what is found depends on."""
-    root = Path(__file__).parents[3]
-    words = (root / "data_schema").glob("*.py")
-    return [*(root / "stats").rglob("*.py"), Path(__file__), *words, root / "data_schema" / "queries" / "detections.py"]
-
-
-FOUND = FileCache("jumps", _sources, ("numpy", "scipy"))
+FOUND = FileCache(
+    "jumps",
+    (
+        "stats/**/*.py",
+        "labbook/analysis/outcomes/detection.py",
+        "data_schema/*.py",
+        "data_schema/queries/detections.py",
+    ),
+    ("numpy", "scipy"),
+)
 _MOST_BYTES = 2**30
 """Of found jumps: those of 100 000 runs."""
 

@@ -116,9 +116,10 @@ class Reviewed:
 
 def reviewed(jumps: Sequence[JudgedJump]) -> tuple[Reviewed, ...]:
     """Return the jumps of a run that a person reviewed, those with the same verdict together."""
-    said = ((item.decision, item.jump.number) for item in jumps if item.decision is not None)
-    alike = grouped(said, lambda one: (one[0].verdict, one[0].reason_code, one[0].person, one[0].blind))
-    return tuple(Reviewed(*same, tuple(number for _said, number in of)) for same, of in alike.items())
+    said = [(item.decision, item.jump.number) for item in jumps if item.decision is not None]
+    verdicts = [(one.verdict, one.reason_code, one.person, one.blind) for one, _number in said]
+    numbers = grouped([number for _decision, number in said], verdicts)
+    return tuple(Reviewed(*same, tuple(of)) for same, of in numbers.items())
 
 
 def to_review(jumps: Sequence[JudgedJump]) -> list[JudgedJump]:

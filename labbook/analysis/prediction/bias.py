@@ -53,8 +53,8 @@ def judge(
     `checked` has the check of each condition, `known` the labels of each factor, in whose order groups are returned.
     Conditions without a prediction are left out; without one that has one, nothing is judged.
     """
-    both = ((condition, check) for condition, check in zip(conditions, checked, strict=True) if _predicted(check))
-    groups = grouped(both, lambda item: group_label(item[1].group))
+    both = [(condition, check) for condition, check in zip(conditions, checked, strict=True) if _predicted(check)]
+    groups = grouped(both, [group_label(check.group) for _condition, check in both])
     if not groups:
         return []
     about = {"quantity": str(outcome)}

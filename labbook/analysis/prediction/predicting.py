@@ -11,9 +11,8 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
@@ -231,14 +230,11 @@ class _Simulations:
     finer: Mapping[str, float | None]
 
 
-def _sources() -> Iterable[Path]:
-    """Every source that a simulation depends on."""
-    root = Path(__file__).parents[3]
-    own = (root / f"data_schema/{name}.py" for name in ("outcomes", "units"))
-    return [*(root / "simulator").rglob("*.py"), *Path(__file__).parent.glob("*.py"), *own]
-
-
-SIMULATIONS = FileCache("predictions", _sources, ("numpy", "numba", "scipy"))
+SIMULATIONS = FileCache(
+    "predictions",
+    ("simulator/**/*.py", "labbook/analysis/prediction/*.py", "data_schema/outcomes.py", "data_schema/units.py"),
+    ("numpy", "numba", "scipy"),
+)
 
 
 def _name(settings: Mapping[str, Any]) -> str:

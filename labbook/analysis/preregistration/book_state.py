@@ -98,7 +98,7 @@ def _changes(
 ) -> Iterator[tuple[EntryRow, Change]]:
     """Find what entries changed, from the last one to the first: columns, and the runs of charges and logs."""
     at: dict[str | Part, str] = {uid: row.run_uid for rows in (charges, logs) for uid, row in rows.items()}
-    in_file = grouped(at, lambda uid: file_of[uid] if isinstance(uid, str) else uid[0])
+    in_file = grouped(at, [file_of[uid] if isinstance(uid, str) else uid[0] for uid in at])
     partial_path, linked = {link.uid: link.part for link in links}, {link.part: link.run_uid for link in links}
     taken_off: set[Part] = set()
     parts_of_charges = {uid for uid, row in charges.items() if row.added}
@@ -349,8 +349,8 @@ def state_at(history: BookHistory, seq: int | None = None, *, arrivals: bool = T
         runs = {uid: run for uid, run in runs.items() if uid not in later}
         charges = {uid: _at(item, later) for uid, item in charges.items() if not later & {uid, history.file_of[uid]}}
         logs = {part: _at(log, later) for part, log in logs.items() if part[0] not in later}
-    charges_of = grouped(charges, lambda uid: charges[uid].run_uid)
-    logs_of = grouped(logs, lambda part: logs[part].run_uid)
+    charges_of = grouped(charges, [charge.run_uid for charge in charges.values()])
+    logs_of = grouped(logs, [log.run_uid for log in logs.values()])
     return BookState(runs, charges, logs, charges_of, logs_of, _exclusions(history, seq, runs, logs))
 
 

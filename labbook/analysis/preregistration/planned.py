@@ -422,7 +422,7 @@ def _exclusions(settings: AnalysisSettings) -> str:
 
 def void_sentence(void: Sequence[RunRow], reasons: Mapping[str, str]) -> str:
     """Name runs that are void by the `reasons` (by uid); "" without one."""
-    by_reason = grouped(void, lambda run: reasons.get(run.uid, ""))
+    by_reason = grouped(void, [reasons.get(run.uid, "") for run in void])
     listed = [f"{first_named([run.name for run in runs])} ({reason})" for reason, runs in by_reason.items()]
     return f"Void: {'; '.join(listed)}." if listed else ""
 
