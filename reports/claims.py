@@ -43,32 +43,32 @@ ELSEWHERE = "That it holds on other days is not shown."
 """What follows a claim that holds for the days measured; where nothing is shown there is nothing to hold."""
 
 
-def claims(content: StudyResults) -> tuple[Claim, ...]:
+def claims(results: StudyResults) -> tuple[Claim, ...]:
     """One sentence over all groups, or one a pooled comparison, outcome by outcome.
 
     Where another family was decided on, what that shows comes before all of them, but for one group of one level, whose
     claims are of that family.
     """
-    planned = [one for one in content.comparisons if not one.opens and one.decision.adjusted is not None]
-    if content.one_level and len(planned) == len({one.quantity for one in planned}):
+    planned = [one for one in results.comparisons if not one.opens and one.decision.adjusted is not None]
+    if results.one_level and len(planned) == len({one.quantity for one in planned}):
         planned = []  # one group, whose claims are those of the family
-    over_groups = overall_claims(content)
+    over_groups = overall_claims(results)
     claimed = {outcome for outcome, _claim in over_groups}
     wanted = {Outcome.JOULES, Outcome.APEX} - claimed if over_groups else set(Outcome)
     narrow = [
-        (one.quantity, group_claim(content, one)) for one in content.comparisons if one.opens and one.quantity in wanted
+        (one.quantity, group_claim(results, one)) for one in results.comparisons if one.opens and one.quantity in wanted
     ]
-    opening = [family_claim(content, planned, pooled=not content.one_level)] if planned else []
+    opening = [family_claim(results, planned, pooled=not results.one_level)] if planned else []
     by_outcome = sorted((*over_groups, *narrow), key=lambda each: list(Outcome).index(each[0]))
-    found = (*opening, *(claim for _outcome, claim in by_outcome), *contrast_claims(content))
-    return _warned(content, found)
+    found = (*opening, *(claim for _outcome, claim in by_outcome), *contrast_claims(results))
+    return _warned(results, found)
 
 
-def _warned(content: StudyResults, found: tuple[Claim, ...]) -> tuple[Claim, ...]:
+def _warned(results: StudyResults, found: tuple[Claim, ...]) -> tuple[Claim, ...]:
     """Say behind the first claim that it cannot stand without what is said of order or charger below."""
     why = [
-        *(["the order within days"] if content.favoured else []),
-        *(["the charger's step"] if content.coarse_charger is not None else []),
+        *(["the order within days"] if results.favoured else []),
+        *(["the charger's step"] if results.coarse_charger is not None else []),
     ]
     if not why or not found:
         return found
@@ -80,26 +80,26 @@ def _claim(sentences: Sequence[str], number: Number) -> Claim:
     return Claim(" ".join(filter(None, sentences)), tuple(filter(None, (number.provenance,))))
 
 
-def group_claim(content: StudyResults, comparison: Comparison) -> Claim:
+def group_claim(results: StudyResults, comparison: Comparison) -> Claim:
     """Say what the treatment did to one outcome in one group, as far as the days measured show it."""
     lead = comparison.decision
-    sentences = [_decided(content, comparison), _charge_missing(content, comparison)]
+    sentences = [_decided(results, comparison), _charge_missing(results, comparison)]
     if isinstance(lead.test.p, float):
         within = lead.equivalence is not None and lead.equivalence.shown
         sentences += [_within(lead.equivalence), ELSEWHERE if lead.unit != "day" and (lead.rejected or within) else ""]
     return _claim(sentences, lead.headline)
 
 
-def _where(content: StudyResults, comparison: Comparison) -> str:
+def _where(results: StudyResults, comparison: Comparison) -> str:
     """Say for which group a claim holds: " with the small foot and k = 1091 N/m"; "" for all runs."""
-    parts = [name if "=" in name else f"the {name}" for name in level_names(content, comparison.group)]
+    parts = [name if "=" in name else f"the {name}" for name in level_names(results, comparison.group)]
     return f" with {list_text(parts)}" if parts else ""
 
 
-def _against(content: StudyResults) -> str:
+def _against(results: StudyResults) -> str:
     """Return " against the control (sand)"; "" where the control has a name of its own, which the page says once."""
-    swept = swept_factor(content)
-    return "" if swept is not None and swept.control_name else f" against {control_name(content)}"
+    swept = swept_factor(results)
+    return "" if swept is not None and swept.control_name else f" against {control_name(results)}"
 
 
 def _exploratory(why: str, what: str = "comparison") -> str:
@@ -113,25 +113,25 @@ def bounds_text(item: Equivalence) -> str:
     return with_unit(f"{given_text(item.low * factor)} to {given_text(item.high * factor)}", unit)
 
 
-def _charge_missing(content: StudyResults, comparison: Comparison) -> str:
+def _charge_missing(results: StudyResults, comparison: Comparison) -> str:
     """Name the runs whose missing charge costs a group its claim; "" where it costs none."""
     names = comparison.decision.charge_missing
     if not names:
         return ""
     none, it = ("has no charge", "it") if len(names) == 1 else ("have no charge", "one of them")
     more = [f"{len(names) - _MOST_NAMED} more"] if len(names) > _MOST_NAMED else []
-    listed, where = list_text([*names[:_MOST_NAMED], *more]), _where(content, comparison)
+    listed, where = list_text([*names[:_MOST_NAMED], *more]), _where(results, comparison)
     return f"{listed} {none}: with {it} there would be a claim{where}."
 
 
-def _decided(content: StudyResults, comparison: Comparison) -> str:
+def _decided(results: StudyResults, comparison: Comparison) -> str:
     """Say what the deciding test found, on which days, with interval, test and what is left out."""
     lead, number = comparison.decision, comparison.decision.headline
-    where, treatment = _where(content, comparison), treatment_name(content, comparison.group)
+    where, treatment = _where(results, comparison), treatment_name(results, comparison.group)
     what = f"the {in_sentence(comparison.quantity.heading)}"
     asked, unshown = f"{what}{where} changed", f"a change of {what}{where}"
     if lead.savings is not None:
-        asked, unshown = f"{treatment} saves energy{where}", f"a saving{_against(content)}{where}"
+        asked, unshown = f"{treatment} saves energy{where}", f"a saving{_against(results)}{where}"
     if isinstance(number.value, Undefined):
         return f"Whether {asked} cannot be told: {number.value.reason}."
     size, signed = _sizes(number)
@@ -144,7 +144,7 @@ def _decided(content: StudyResults, comparison: Comparison) -> str:
     elif isinstance(number.ci_low, Undefined):
         clause = f"{unshown} is shown and cannot be bounded: {signed}"
     elif lead.savings is not None:
-        clause = _saving(treatment, number.value, size, f"{_against(content)}{where}")
+        clause = _saving(treatment, number.value, size, f"{_against(results)}{where}")
     else:
         comparative = comparison.quantity.comparative[0 if number.value >= 0 else 1]
         clause = f"{what} was {size} {comparative} under {treatment}{where}"
@@ -156,13 +156,13 @@ def _decided(content: StudyResults, comparison: Comparison) -> str:
     return f"{_opened(clause, measured)} ({evidence}){_exploratory(comparison.exploratory)}."
 
 
-def groups_in_one_sentence(content: StudyResults, outcome: Outcome) -> str:
+def groups_in_one_sentence(results: StudyResults, outcome: Outcome) -> str:
     """Say in a sentence what the groups' exploratory tests found beside a test of equivalence over groups.
 
     "" where a group must speak for itself: planned, within days only, without a test, or not shown to be equivalent.
     """
-    leads = [each.decision for each in content.pooled if each.quantity is outcome and each.exploratory]
-    heights = content.overall_equivalence
+    leads = [each.decision for each in results.pooled if each.quantity is outcome and each.exploratory]
+    heights = results.overall_equivalence
     if heights is None or heights.left_out or len(leads) < max(len(heights.groups), 2):
         return ""
     tested = [lead.equivalence for lead in leads if lead.equivalence is not None and lead.equivalence.shown]
@@ -180,12 +180,12 @@ def groups_in_one_sentence(content: StudyResults, outcome: Outcome) -> str:
     )
 
 
-def overall_claims(content: StudyResults) -> list[tuple[Outcome, Claim]]:
+def overall_claims(results: StudyResults) -> list[tuple[Outcome, Claim]]:
     """Say what was saved over all groups, and whether apex height was lost, each where not one group alone claims."""
-    found = [(each.quantity, _savings_claim(content, each)) for each in content.overall if len(each.groups) != 1]
-    heights = content.overall_equivalence
+    found = [(each.quantity, _savings_claim(results, each)) for each in results.overall if len(each.groups) != 1]
+    heights = results.overall_equivalence
     if heights is not None and len(heights.groups) != 1:
-        found.append((Outcome.APEX, _equivalence_claim(content, heights)))
+        found.append((Outcome.APEX, _equivalence_claim(results, heights)))
     return found
 
 
@@ -222,11 +222,11 @@ def _within(item: Equivalence | None) -> str:
     return f"It is {verdict}within {bounds_text(item)}{of_mean} ({evidence}){_exploratory(item.exploratory, 'test')}."
 
 
-def _savings_claim(content: StudyResults, overall: OverallSavings) -> Claim:
+def _savings_claim(results: StudyResults, overall: OverallSavings) -> Claim:
     """Say what was saved over all groups, what that does not hold for, and which groups have no claim."""
-    savings, treatment = overall.savings, treatment_name(content, {})
-    left_out = [each for each in content.pooled if each.quantity is overall.quantity and each.group in overall.left_out]
-    missing = [_charge_missing(content, each) for each in left_out]
+    savings, treatment = overall.savings, treatment_name(results, {})
+    left_out = [each for each in results.pooled if each.quantity is overall.quantity and each.group in overall.left_out]
+    missing = [_charge_missing(results, each) for each in left_out]
     if isinstance(savings.value, Undefined):
         none = f"Whether {treatment} saves energy cannot be told from these days: {savings.value.reason}."
         return _claim([none, *missing], savings)
@@ -240,10 +240,10 @@ def _savings_claim(content: StudyResults, overall: OverallSavings) -> Claim:
     test, days = significance_text(overall.test, name=False), count_text(len(overall.days), "day")
     evidence = "; ".join([_interval(savings), test, days, *alike])
     ended = f"{clause} ({evidence}){_exploratory(overall.exploratory, 'effect')}"
-    return _claim([*_over_groups(content, overall, ended), *missing], savings)
+    return _claim([*_over_groups(results, overall, ended), *missing], savings)
 
 
-def _equivalence_claim(content: StudyResults, heights: OverallEquivalence) -> Claim:
+def _equivalence_claim(results: StudyResults, heights: OverallEquivalence) -> Claim:
     """Say whether apex height stayed within the bounds over all groups."""
     change = heights.estimate
     for undefined in (change.value, heights.p.value):
@@ -261,15 +261,15 @@ def _equivalence_claim(content: StudyResults, heights: OverallEquivalence) -> Cl
     sign = "+" if (change.known or 0.0) > 0.0 else ""
     over = f" over {count_text(len(heights.groups), 'group')}: {sign}{_sizes(change)[1]}"
     evidence = f" ({_interval(change)}; {tost}; {days}){_exploratory(heights.exploratory, 'test')}"
-    return _claim(_over_groups(content, heights, f"{clause}{over}{evidence}"), change)
+    return _claim(_over_groups(results, heights, f"{clause}{over}{evidence}"), change)
 
 
-def _over_groups(content: StudyResults, scope: OverallSavings | OverallEquivalence, clause: str) -> list[str]:
+def _over_groups(results: StudyResults, scope: OverallSavings | OverallEquivalence, clause: str) -> list[str]:
     """Close a sentence over groups with what it does not hold for, and with the groups that it leaves out."""
     sentences = [f"{_opened(clause, 'on the days measured' if scope.days_measured_only else '')}."]
     sentences += [ELSEWHERE] if scope.days_measured_only else []
     if scope.left_out:
-        names = list_text([levels_name(content, group) or "all runs" for group in scope.left_out])
+        names = list_text([levels_name(results, group) or "all runs" for group in scope.left_out])
         sentences.append(f"Left out, without a claim of their own: {names}.")
     return sentences
 
@@ -278,7 +278,7 @@ _MOST_COMPARISONS = 4
 """Comparisons that a sentence names; of more it says how many there are."""
 
 
-def family_claim(content: StudyResults, planned: Sequence[Comparison], *, pooled: bool = True) -> Claim:
+def family_claim(results: StudyResults, planned: Sequence[Comparison], *, pooled: bool = True) -> Claim:
     """Say which comparisons of the family that was decided on are shown, where the claims are not of that family.
 
     `pooled` tells whether these pool levels.
@@ -291,7 +291,7 @@ def family_claim(content: StudyResults, planned: Sequence[Comparison], *, pooled
         saved = [item.decision.savings for item in shown if item.decision.savings is not None]
         notes = [f"savings of {_range_text(saved)}"] if saved else []
         if 0 < len(shown) <= min(_MOST_COMPARISONS, len(family) - (not saved)):
-            notes = ["; ".join(_named(content, each) for each in shown)]
+            notes = ["; ".join(_named(results, each) for each in shown)]
         n_untested = sum(item.decision.rejected is None for item in family)
         notes += [f"{n_untested} without a test"] if n_untested else []
         beside = "in exploratory ones " if any_planned and family[0].exploratory else ""
@@ -306,10 +306,10 @@ def family_claim(content: StudyResults, planned: Sequence[Comparison], *, pooled
     return Claim(text, tuple(filter(None, ids)))
 
 
-def _named(content: StudyResults, one: Comparison) -> str:
+def _named(results: StudyResults, one: Comparison) -> str:
     """Name a comparison by group and level, with what was saved: "small foot, 80 kg/s: saving 5.1 %"."""
-    level, savings = "" if one.opens else level_of(content, one), one.decision.savings
-    name = ", ".join(filter(None, (levels_name(content, one.group), level)))
+    level, savings = "" if one.opens else level_of(results, one), one.decision.savings
+    name = ", ".join(filter(None, (levels_name(results, one.group), level)))
     return name if savings is None else f"{name}: saving {_range_text([savings])}"
 
 
@@ -320,15 +320,15 @@ def _range_text(savings: Sequence[Number]) -> str:
     return with_unit(" to ".join(ends), "%")
 
 
-def contrast_claims(content: StudyResults) -> tuple[Claim, ...]:
+def contrast_claims(results: StudyResults) -> tuple[Claim, ...]:
     """Say what the planned contrasts show, a sentence each."""
-    planned = [one for one in content.contrasts if not one.exploratory]
-    return tuple(Claim(_sentence(content, one), tuple(filter(None, (one.estimate.provenance,)))) for one in planned)
+    planned = [one for one in results.contrasts if not one.exploratory]
+    return tuple(Claim(_sentence(results, one), tuple(filter(None, (one.estimate.provenance,)))) for one in planned)
 
 
-def _sentence(content: StudyResults, one: MeansContrast) -> str:
+def _sentence(results: StudyResults, one: MeansContrast) -> str:
     """Say what a contrast is by its name: "Saving with small foot less that with large foot: 3.1 points (...)."."""
-    number, name = as_shown(one.estimate), sentence_start(contrast_name(content, one))
+    number, name = as_shown(one.estimate), sentence_start(contrast_name(results, one))
     for undefined in (number.value, one.test.p):
         if isinstance(undefined, Undefined):
             return f"{name} cannot be told: {undefined.reason}."
@@ -346,28 +346,28 @@ def _sentence(content: StudyResults, one: MeansContrast) -> str:
     return f"{name}: {size}{shown} ({'; '.join(filter(None, evidence))})."
 
 
-def contrast_name(content: StudyResults, one: MeansContrast) -> str:
+def contrast_name(results: StudyResults, one: MeansContrast) -> str:
     """Name a contrast: "saving with the small foot less that with the large foot"."""
     effect = "saving" if one.quantity.has_savings else f"difference of {one.quantity}"
     if one.kind is ContrastKind.DIFFERENCE:
-        return f"{one.quantity} with {_less(content, one)}, {one.side} runs"
+        return f"{one.quantity} with {_less(results, one)}, {one.side} runs"
     if one.kind is ContrastKind.INTERACTION:
-        return f"{effect} with {_less(content, one, ' less that with ')}"
-    step = f"for each {given_text(one.per)} of the {_swept(content)}"
+        return f"{effect} with {_less(results, one, ' less that with ')}"
+    step = f"for each {given_text(one.per)} of the {_swept(results)}"
     if one.at is not None:
         return f"{effect} {step}: up to {given_text(one.at)} less from there on"
     return f"{effect} {step}" + (f" from {one.levels[0]} to {one.levels[-1]}" if len(one.levels) > 1 else "")
 
 
-def _less(content: StudyResults, one: MeansContrast, less: str = " less ") -> str:
+def _less(results: StudyResults, one: MeansContrast, less: str = " less ") -> str:
     """Write the second level less the first; without two of them what they are levels of."""
-    names = [level_names(content, {one.factor: label})[0] for label in reversed(one.levels)]
-    title = next((title_of(factor) for factor in content.factors if factor.name == one.factor), one.factor)
+    names = [level_names(results, {one.factor: label})[0] for label in reversed(one.levels)]
+    title = next((title_of(factor) for factor in results.factors if factor.name == one.factor), one.factor)
     return less.join(names) if names else f"one level{less}another of the {in_sentence(title)}"
 
 
-def _swept(content: StudyResults) -> str:
-    swept = swept_factor(content)
+def _swept(results: StudyResults) -> str:
+    swept = swept_factor(results)
     return "treatment's level" if swept is None else in_sentence(title_of(swept))
 
 

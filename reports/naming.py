@@ -68,21 +68,21 @@ def formula_text(factor: Factor) -> str:
     return with_unit(text, factor.unit) + zero
 
 
-def gains_text(content: StudyResults) -> str:
+def gains_text(results: StudyResults) -> str:
     """Say what gains stand for and what sizes the levels of other factors have; "" where neither is known."""
     formulas = [
-        f"{in_sentence(title_of(factor))} {text}" for factor in content.factors if (text := formula_text(factor))
+        f"{in_sentence(title_of(factor))} {text}" for factor in results.factors if (text := formula_text(factor))
     ]
     found = {
         (level.factor, level.label): physical_text(level) if is_number(level) else _size_text(level)
-        for condition in content.conditions
+        for condition in results.conditions
         for level in condition.levels
         if level.gain is None and level.value is not None
     }
     sentences = []
     if formulas:
         sentences.append(f"Gains g stand for physical values: {'; '.join(formulas)}.")
-    for factor in content.factors:
+    for factor in results.factors:
         sizes = [text for (name, _), text in found.items() if name == factor.name]
         if sizes:
             symbol = f", {factor.symbol}" if factor.symbol else ""
@@ -125,22 +125,22 @@ def level_name(factor: Factor, level: Level, *, gain: bool = False) -> str:
     return f"{factor.symbol or factor.title}{EQUALS}{physical_text(level)}{beside}"
 
 
-def group_name(content: StudyResults, condition: Condition, *, gain: bool = False, axis: Factor | None = None) -> str:
+def group_name(results: StudyResults, condition: Condition, *, gain: bool = False, axis: Factor | None = None) -> str:
     """Name what a condition shares with its control: every level but that of the swept factor, and of `axis`."""
-    others = (factor for factor in content.factors if not factor.swept and factor != axis)
+    others = (factor for factor in results.factors if not factor.swept and factor != axis)
     pairs = ((factor, condition.level(factor.name)) for factor in others)
     return ", ".join(level_name(factor, level, gain=gain) for factor, level in pairs if level is not None)
 
 
-def levels_name(content: StudyResults, group: Mapping[str, str]) -> str:
+def levels_name(results: StudyResults, group: Mapping[str, str]) -> str:
     """Name a group given as factor -> label; a label that no condition has is shown as it is."""
-    return ", ".join(level_names(content, group))
+    return ", ".join(level_names(results, group))
 
 
-def level_names(content: StudyResults, group: Mapping[str, str]) -> list[str]:
+def level_names(results: StudyResults, group: Mapping[str, str]) -> list[str]:
     """Return the names of a group's levels, one a factor, in the order of the study's factors."""
-    known = _known_levels(content)
-    factors = {factor.name: factor for factor in content.factors}
+    known = _known_levels(results)
+    factors = {factor.name: factor for factor in results.factors}
     names = []
     for name in sorted(group, key=lambda name: list(factors).index(name) if name in factors else len(factors)):
         label = group[name]
@@ -149,42 +149,42 @@ def level_names(content: StudyResults, group: Mapping[str, str]) -> list[str]:
     return names
 
 
-def headline_name(content: StudyResults, comparison: Comparison) -> str:
+def headline_name(results: StudyResults, comparison: Comparison) -> str:
     """Name what a pooled comparison claims: "savings, small foot"."""
     quantity = comparison.quantity
     what = "savings" if quantity.has_savings else f"difference of {quantity}"
-    return f"{what}, {levels_name(content, comparison.group)}"
+    return f"{what}, {levels_name(results, comparison.group)}"
 
 
-def _known_levels(content: StudyResults) -> dict[tuple[str, str], Level]:
-    return {(level.factor, level.label): level for condition in content.conditions for level in condition.levels}
+def _known_levels(results: StudyResults) -> dict[tuple[str, str], Level]:
+    return {(level.factor, level.label): level for condition in results.conditions for level in condition.levels}
 
 
-def level_of(content: StudyResults, comparison: Comparison) -> str:
+def level_of(results: StudyResults, comparison: Comparison) -> str:
     """Name the level that a comparison sets against its control: "d = 186 kg/s (gain 50)", or "pooled" of several."""
-    swept = swept_factor(content)
-    known = None if swept is None else _known_levels(content).get((swept.name, comparison.level))
-    if comparison.opens and len(alone := treated_levels(content, comparison.group)) == 1:
+    swept = swept_factor(results)
+    known = None if swept is None else _known_levels(results).get((swept.name, comparison.level))
+    if comparison.opens and len(alone := treated_levels(results, comparison.group)) == 1:
         known = alone[0]
     return comparison.level if swept is None or known is None else level_name(swept, known, gain=True)
 
 
-def swept_factor(content: StudyResults) -> Factor | None:
+def swept_factor(results: StudyResults) -> Factor | None:
     """Return the factor on the x axis, None where the study has none."""
-    return next((factor for factor in content.factors if factor.swept), None)
+    return next((factor for factor in results.factors if factor.swept), None)
 
 
 _FEW_LEVELS = 3
 """Up to so many treated levels a sentence names; of more it says how many there are."""
 
 
-def treatment_name(content: StudyResults, group: Mapping[str, str]) -> str:
+def treatment_name(results: StudyResults, group: Mapping[str, str]) -> str:
     """Name the treatment of a group in a sentence: as labbook.toml does ("active damping"), else by its levels.
 
     "smooth", "gravel and mud", "drop height = 45 cm"; of many levels "the treatment (5 levels of the stiffness)".
     """
-    swept = swept_factor(content)
-    levels = treated_levels(content, group)
+    swept = swept_factor(results)
+    levels = treated_levels(results, group)
     if swept is None or swept.treatment or not levels:
         return swept.treatment if swept is not None and swept.treatment else "the treatment"
     if len(levels) > _FEW_LEVELS:
@@ -192,19 +192,19 @@ def treatment_name(content: StudyResults, group: Mapping[str, str]) -> str:
     return _levels_listed(swept, levels)
 
 
-def treatment_label(content: StudyResults) -> str:
+def treatment_label(results: StudyResults) -> str:
     """Name the treatment in a formula or a legend: its name or its only level, else "treatment"."""
-    swept = swept_factor(content)
-    if swept is not None and (swept.treatment or len(treated_levels(content, {})) == 1):
-        return treatment_name(content, {})
+    swept = swept_factor(results)
+    if swept is not None and (swept.treatment or len(treated_levels(results, {})) == 1):
+        return treatment_name(results, {})
     return "treatment"
 
 
-def treated_levels(content: StudyResults, group: Mapping[str, str]) -> list[Level]:
+def treated_levels(results: StudyResults, group: Mapping[str, str]) -> list[Level]:
     """Return the treated levels of a group's conditions, each once."""
-    swept = swept_factor(content)
+    swept = swept_factor(results)
     name = "" if swept is None else swept.name
-    treated = (one for one in content.conditions if not one.control and group.items() <= one.labels.items())
+    treated = (one for one in results.conditions if not one.control and group.items() <= one.labels.items())
     levels = (level for one in treated if (level := one.level(name)) is not None)
     return list({level.label: level for level in levels}.values())
 
@@ -217,6 +217,6 @@ def _levels_listed(factor: Factor, levels: list[Level]) -> str:
     return f"{name}{EQUALS}{with_unit(values, levels[0].unit)}"
 
 
-def control_name(content: StudyResults) -> str:
+def control_name(results: StudyResults) -> str:
     """Name the control in a sentence: as labbook.toml does ("CE"), else with its level: "the control (sand)"."""
-    return swept_words(swept_factor(content)).the_control
+    return swept_words(swept_factor(results)).the_control

@@ -377,7 +377,7 @@ EMPTY = StudyResults(
     conditions=(),
     claims=(),
 )
-"""The content of a report of nothing."""
+"""The results of a study without runs."""
 
 UNITS = {Rule.PAIRED: "day", Rule.WITHIN: "run", Rule.NONE: ""}
 """What each rule counts."""

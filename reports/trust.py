@@ -36,9 +36,9 @@ MOST_NAMED = 6
 """So many odd runs are named."""
 
 
-def flow_sentence(content: StudyResults) -> str:
+def flow_sentence(results: StudyResults) -> str:
     """Say how many runs were planned, made, void and analysed, and how many jumps, or that no run was selected."""
-    flow = content.flow
+    flow = results.flow
     if not flow.runs_done:
         return "No run matches this selection."
     planned = "" if flow.runs_planned is None else f"{count_text(flow.runs_planned, 'run')} planned, "
@@ -47,21 +47,21 @@ def flow_sentence(content: StudyResults) -> str:
     parts += [f"{flow.runs_void} void"] if flow.runs_void else []
     parts += [f"{flow.runs_idle} idle, for the electronics' passive drain"] if flow.runs_idle else []
     parts += [f"{count} {why}" for why, count in flow.runs_other.items()]
-    parts += [f"{outcome.plural} from {flow.runs_with[outcome]}" for outcome in content.outcomes]
+    parts += [f"{outcome.plural} from {flow.runs_with[outcome]}" for outcome in results.outcomes]
     if flow.runs_with[Outcome.APEX]:
         parts.append(f"{flow.jumps_analysed} of {count_text(flow.jumps_made, 'jump')} analysed")
     parts += [
-        f"exclusions changed the test of {headline_name(content, each)} (with all runs: {one.result.rule})"
-        for each, varied in content.headlines
+        f"exclusions changed the test of {headline_name(results, each)} (with all runs: {one.result.rule})"
+        for each, varied in results.headlines
         for one in varied
         if one.variant == WITHOUT_EXCLUSIONS and one.result.rule is not each.decision.rule
     ]
     return f"{'; '.join(parts)}."
 
 
-def review_sentence(content: StudyResults) -> str:
+def review_sentence(results: StudyResults) -> str:
     """Say how many of the jumps analysed a person reviewed, and how many verdicts were blind; "" without jumps."""
-    flow = content.flow
+    flow = results.flow
     if not flow.jumps_analysed:
         return ""
     verdicts = flow.jumps_reviewed + flow.jumps_with_the_rest + flow.jumps_rejected
@@ -79,27 +79,27 @@ def review_sentence(content: StudyResults) -> str:
     return f"{text}."
 
 
-def trust_sentences(content: StudyResults) -> tuple[str, ...]:
+def trust_sentences(results: StudyResults) -> tuple[str, ...]:
     """Return how far to trust the answer: days, looks, order, charger, odd runs, plan, one day less, uncertainty."""
     plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
-    if content.planned:
+    if results.planned:
         when = "beforehand"
-        if content.run_before:
-            when = f"before measurements came in, but after the first run ({content.run_before})"
+        if results.run_before:
+            when = f"before measurements came in, but after the first run ({results.run_before})"
         what = "and nothing departs from it"
-        if content.departed:
-            counted = count_text(content.departed, "departure")
-            what = f"with {counted} ({content.section('Plan and deviations')})"
+        if results.departed:
+            counted = count_text(results.departed, "departure")
+            what = f"with {counted} ({results.section('Plan and deviations')})"
         plan = f"The analysis was decided on {when}, {what}."
     sentences = (
-        *_without_charges(content),
-        _looks(content),
-        _order_in_days(content),
-        _coarse_charger(content),
-        _odd_runs(content),
+        *_without_charges(results),
+        _looks(results),
+        _order_in_days(results),
+        _coarse_charger(results),
+        _odd_runs(results),
         plan,
-        _one_day_less(content),
-        _uncertainty(content),
+        _one_day_less(results),
+        _uncertainty(results),
     )
     return tuple(filter(None, sentences))
 
@@ -109,18 +109,18 @@ def _first_of(names: Sequence[str]) -> str:
     return list_text([*names[:MOST_NAMED], *([f"{len(names) - MOST_NAMED} more"] if len(names) > MOST_NAMED else [])])
 
 
-def _without_charges(content: StudyResults) -> list[str]:
+def _without_charges(results: StudyResults) -> list[str]:
     """Name the groups that nothing is claimed of for want of charges."""
     return [
-        f"Nothing is claimed of {levels_name(content, group) or 'all runs'}: {_first_of(runs)} "
+        f"Nothing is claimed of {levels_name(results, group) or 'all runs'}: {_first_of(runs)} "
         f"{'has' if len(runs) == 1 else 'have'} no charge."
-        for group, runs in content.without_charges
+        for group, runs in results.without_charges
     ]
 
 
-def _looks(content: StudyResults) -> str:
+def _looks(results: StudyResults) -> str:
     """Say which look at the data this is; "" where it is the only one so far and one was planned."""
-    look = content.look
+    look = results.look
     if look is None or (look.number == 1 and look.planned == 1):
         return ""
     if look.unplanned:
@@ -138,21 +138,21 @@ def _looks(content: StudyResults) -> str:
     )
 
 
-def _order_in_days(content: StudyResults) -> str:
+def _order_in_days(results: StudyResults) -> str:
     """Say which headlines the order within days favours, and give them adjusted for it; "" where there are none."""
-    if not content.favoured:
+    if not results.favoured:
         return ""
-    named, more = content.favoured[:_MOST_FAVOURED], len(content.favoured) - _MOST_FAVOURED
-    texts = [_adjusted_text(content, each) for each in named]
-    texts += [f"{count_text(more, 'more group')} ({content.section('Robustness')})"] if more > 0 else []
+    named, more = results.favoured[:_MOST_FAVOURED], len(results.favoured) - _MOST_FAVOURED
+    texts = [_adjusted_text(results, each) for each in named]
+    texts += [f"{count_text(more, 'more group')} ({results.section('Robustness')})"] if more > 0 else []
     return (
         "Control and treated runs lie farther apart in the day than in a random order, so that a drift over the day "
-        f"shifts the difference: {'; '.join(texts)}{_ONE_SLOPE if len(content.pooled) > 2 else ''}."
+        f"shifts the difference: {'; '.join(texts)}{_ONE_SLOPE if len(results.pooled) > 2 else ''}."
     )
 
 
-def _adjusted_text(content: StudyResults, item: Favoured) -> str:
-    whose = "all groups" if item.group is None else levels_name(content, item.group)
+def _adjusted_text(results: StudyResults, item: Favoured) -> str:
+    whose = "all groups" if item.group is None else levels_name(results, item.group)
     adjusted = [
         f"{'saving' if outcome.has_savings else f'change of {in_sentence(outcome.heading)}'} "
         f"{with_unit(value_text(as_shown(number).value, places_of(number)), as_shown(number).unit)} "
@@ -167,9 +167,9 @@ def _adjusted_text(content: StudyResults, item: Favoured) -> str:
     )
 
 
-def _coarse_charger(content: StudyResults) -> str:
+def _coarse_charger(results: StudyResults) -> str:
     """Say that intervals of joules cannot be trusted, and what to do; "" where the charger's step is fine enough."""
-    found = content.coarse_charger
+    found = results.coarse_charger
     if found is None:
         return ""
     step, scatter = general_text(found.step_mah, 3), general_text(found.scatter_mah, 2)
@@ -179,29 +179,29 @@ def _coarse_charger(content: StudyResults) -> str:
     )
 
 
-def _odd_runs(content: StudyResults) -> str:
+def _odd_runs(results: StudyResults) -> str:
     """Name the runs whose joules are unlike those of their condition; "" where there are none."""
-    names = content.outside_limits
+    names = results.outside_limits
     if not names:
         return ""
     lie, whose = ("lies", "its condition") if len(names) == 1 else ("lie", "their conditions")
     swapped = "".join(
         f" {one} and {other} lie inside with each other's charge: were two rows of the sheet exchanged?"
-        for one, other in content.exchanged_charges[:1]
+        for one, other in results.exchanged_charges[:1]
     )
     return f"{count_text(len(names), 'run')} {lie} outside the control limits of {whose}: {_first_of(names)}.{swapped}"
 
 
-def _uncertainty(content: StudyResults) -> str:
+def _uncertainty(results: StudyResults) -> str:
     """Say what most of the answer's standard error comes from, and so what narrows it; "" where it has none.
 
     Scatter of runs alone gives sigma^2 (1 / n_t + rho^2 / n_c), sigma being that within days; what is more comes from
     days that act on both sides differently.
     """
-    overall = next(iter(content.overall), None)
-    of_pooled = min((one.quantity for one in content.pooled), key=list(Outcome).index, default=None)
+    overall = next(iter(results.overall), None)
+    of_pooled = min((one.quantity for one in results.pooled), key=list(Outcome).index, default=None)
     quantity = overall.quantity if overall else of_pooled
-    several = [each for each in content.pooled if each.quantity is quantity]
+    several = [each for each in results.pooled if each.quantity is quantity]
     if quantity is None:
         return ""
     if overall is not None:
@@ -210,7 +210,7 @@ def _uncertainty(content: StudyResults) -> str:
         return ""
     number = overall.savings if overall is not None else several[0].decision.headline
     squares = [square for each in several if (square := _of_runs(each)) is not None]
-    coarse = content.coarse_charger is not None and quantity.shares_error  # the runs' scatter is not known
+    coarse = results.coarse_charger is not None and quantity.shares_error  # the runs' scatter is not known
     if not isinstance(number.se, float) or not number.se or coarse or not 0 < len(several) == len(squares):
         return ""
     of_runs = math.sqrt(math.fsum(squares)) / len(squares)
@@ -239,18 +239,18 @@ def _of_runs(comparison: Comparison) -> float | None:
     return (100.0 * sd / mean) ** 2 * (1.0 / lead.n_treatment + (1.0 - saved / 100.0) ** 2 / lead.n_control)
 
 
-def _one_day_less(content: StudyResults) -> str:
+def _one_day_less(results: StudyResults) -> str:
     """Say how far leaving out one day moves a group's headline, by the first unit that there is; "" without one.
 
     Other days may have idle runs for the drain lines of a headline, but nothing of the selection is left out there.
     """
-    known = [each for each in content.headlines if each[0].decision.headline.known is not None]
-    measured = {day.date for day in content.days if not content.runs.keys().isdisjoint(day.runs)}
+    known = [each for each in results.headlines if each[0].decision.headline.known is not None]
+    measured = {day.date for day in results.days if not results.runs.keys().isdisjoint(day.runs)}
     if not known or not measured:
         return ""
     units = [each.decision.headline.unit for each, _varied in known]
     unit = "%" if "%" in units else units[0]  # savings first
-    selected = {day.date for day in content.days}
+    selected = {day.date for day in results.days}
     without = [
         (as_shown(each.decision.headline).known or 0.0, as_shown(one.result.headline).known, one.day)
         for each, varied in known
@@ -270,9 +270,9 @@ def _one_day_less(content: StudyResults) -> str:
     return f"Leaving out any one day moves the {what} of a group by at most {moved}{lost}."
 
 
-def sentences_on_rules(content: StudyResults) -> tuple[str, ...]:
+def sentences_on_rules(results: StudyResults) -> tuple[str, ...]:
     """Say of each headline under how many rules of onset and take-off of a single jump its verdict holds."""
-    found = (_by_rules(headline_name(content, one), one.decision.headline, varied) for one, varied in content.headlines)
+    found = (_by_rules(headline_name(results, one), one.decision.headline, varied) for one, varied in results.headlines)
     return tuple(filter(None, found))
 
 

@@ -471,7 +471,7 @@ OWN_PAGES = ("report.html", "summary.html")
 """What a lab's own templates make."""
 
 
-def _compare_pages(capsule: _Unpacked, content: StudyResults, *, own_page: bool) -> None:
+def _compare_pages(capsule: _Unpacked, results: StudyResults, *, own_page: bool) -> None:
     """Compare the report's pages and tables with those made anew, around the figures that the capsule has.
 
     A page of a lab's own is compared with the journal's hash alone, as figures and tables for Word are.
@@ -481,7 +481,7 @@ def _compare_pages(capsule: _Unpacked, content: StudyResults, *, own_page: bool)
     if PAGE not in given:
         return
     page = given[PAGE].decode(errors="replace")
-    made_with = [f"labbook {content.software_version}", *(f"{name} {version}" for name, version in content.software)]
+    made_with = [f"labbook {results.software_version}", *(f"{name} {version}" for name, version in results.software)]
     others = [software for software in made_with if software not in page]
     if others:
         found.remarks.append(
@@ -491,7 +491,7 @@ def _compare_pages(capsule: _Unpacked, content: StudyResults, *, own_page: bool)
         return
     drawn = {name: data for name, data in given.items() if name.startswith("figures/")}
     try:
-        anew = files_beside_figures(content, drawn, summary="summary.html" in given)
+        anew = files_beside_figures(results, drawn, summary="summary.html" in given)
     except (KeyError, ValueError) as error:
         found.differences.append(f"a figure of the report is missing, or no drawing ({error}).")
         return

@@ -58,23 +58,23 @@ class BedStudy(Study):
 
     def sentences(self) -> list[str]:
         """Say what active damping saves, in all and by group, and whether height is lost."""
-        content, lines = self.results, list(self.claims)
-        if content.overall:
-            found = groups(content).items()
+        results, lines = self.results, list(self.claims)
+        if results.overall:
+            found = groups(results).items()
             savings = {name: joules.decision.savings for name, (joules, _apex) in found if joules is not None}
             places = common_places(savings.values())
             lines.append(
                 f"Saved by group: {list_text([f'{_text(one, places)} with {name}' for name, one in savings.items()])}."
             )
-        if together := groups_in_one_sentence(content, Outcome.APEX):
+        if together := groups_in_one_sentence(results, Outcome.APEX):
             lines.append(f"Apex height, {in_sentence(together)}")
-        lines.append(content.no_equivalence)
+        lines.append(results.no_equivalence)
         for outcome in OUTCOMES:
-            if not has_quantity(content, outcome):
-                without = content.flow.runs_without[outcome]
+            if not has_quantity(results, outcome):
+                without = results.flow.runs_without[outcome]
                 why = list_text([f"{count_text(n, 'run')}: {reason}" for reason, n in without.items()])
                 lines.append(f"There are no {outcome.plural} of these runs{f' ({why})' if why else ''}.")
-        return [*filter(None, [*lines, *scene_sentences(content), self.not_simulated])]
+        return [*filter(None, [*lines, *scene_sentences(results), self.not_simulated])]
 
     def table(self) -> Sequence[Sequence[str]]:
         """Return the comparisons of each damping gain with its control: joules, as the report has them."""
@@ -84,15 +84,15 @@ class BedStudy(Study):
 
     def beside(self) -> list[tuple[str, ...]]:
         """Return what was measured and simulated of all that the thesis has a number of (5.2)."""
-        content = self.results
+        results = self.results
         return [
             (
-                ", ".join(filter(None, [item.quantity.short, block_of(content, item), level_text_of(content, item)])),
+                ", ".join(filter(None, [item.quantity.short, block_of(results, item), level_text_of(results, item)])),
                 _text(item.measured),
                 _text(item.check.predicted),
                 published_text(item.published),
             )
-            for item in content.predictions.items
+            for item in results.predictions.items
             if item.published is not None
         ]
 
@@ -129,7 +129,7 @@ def ask(asked: Asked) -> Found[BedStudy]:
         level = None if options.level is None else level_of(options)
         refuse_empty_selection(connection, options.where)
         damping = damping_factor(configuration, "0, 50, 100, 150, 200, 250")
-        content = analyse(
+        results = analyse(
             connection,
             book.store,
             configuration,
@@ -139,8 +139,8 @@ def ask(asked: Asked) -> Found[BedStudy]:
             level=level,
         ).results
         sources = book_sources(connection, configuration, options.where or "all")
-    if not any(one.quantity is Outcome.JOULES and one.opens for one in content.comparisons):
-        without = content.flow.runs_without[Outcome.JOULES]
+    if not any(one.quantity is Outcome.JOULES and one.opens for one in results.comparisons):
+        without = results.flow.runs_without[Outcome.JOULES]
         why = list_text([f"{n} run{'' if n == 1 else 's'}: {reason}" for reason, n in without.items()])
         raise InputRefused(
             f"no group of the runs ({options.where or 'all'}) has joules of the control and of another {damping}, which"
@@ -148,6 +148,6 @@ def ask(asked: Asked) -> Found[BedStudy]:
             f"{f' Missing: {why}; `labbook attention` says more.' if why else ''}"
         )
     unsimulated = "Not simulated: labbook.toml has no [simulation]." if configuration.simulation is None else ""
-    tables = {kind.name: kind.make(content).records for kind in tables_of(content) if not kind.by_run}
-    claims = tuple(claim.text for claim in content.claims)
-    return Found(BedStudy(content, claims, tables, unsimulated), sources)
+    tables = {kind.name: kind.make(results).records for kind in tables_of(results) if not kind.by_run}
+    claims = tuple(claim.text for claim in results.claims)
+    return Found(BedStudy(results, claims, tables, unsimulated), sources)

@@ -21,31 +21,31 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
 
 
-def has_quantity(content: StudyResults, quantity: Outcome) -> bool:
+def has_quantity(results: StudyResults, quantity: Outcome) -> bool:
     """Whether any condition has a mean of the quantity."""
-    summaries = (condition.summary(quantity) for condition in content.conditions)
+    summaries = (condition.summary(quantity) for condition in results.conditions)
     return any(summary is not None and summary.mean.known is not None for summary in summaries)
 
 
-def _absent_quantity(content: StudyResults, quantity: Outcome) -> str | None:
+def _absent_quantity(results: StudyResults, quantity: Outcome) -> str | None:
     """Give the reason why there is nothing of the quantity to draw, None where there is."""
-    return None if has_quantity(content, quantity) else absence_text(content, f"are no {quantity.plural}")
+    return None if has_quantity(results, quantity) else absence_text(results, f"are no {quantity.plural}")
 
 
-def coefficient_of(content: StudyResults) -> str:
+def coefficient_of(results: StudyResults) -> str:
     """Return what the swept factor's levels are called."""
-    return swept_words(drawn_factor(content)).coefficient
+    return swept_words(drawn_factor(results)).coefficient
 
 
-def points_text(content: StudyResults, quantity: Outcome) -> str:
+def points_text(results: StudyResults, quantity: Outcome) -> str:
     """Say what the marks are: means, intervals, single runs and how many there are."""
-    found = [(c, summary) for c in content.conditions if (summary := c.summary(quantity)) is not None]
+    found = [(c, summary) for c in results.conditions if (summary := c.summary(quantity)) is not None]
     counts = [summary.mean.n for _, summary in found if summary.mean.n is not None]
     sentences = []
     if any(condition.control for condition, _ in found):
-        axis = axis_of(content)
+        axis = axis_of(results)
         at = f"at {given_text(axis.control_position)}" if axis.continuous else "first"
-        sentences.append(f"{sentence_start(control_name(content))} stands {at}.")
+        sentences.append(f"{sentence_start(control_name(results))} stands {at}.")
     if counts:
         low, high = min(counts), max(counts)
         runs = count_text(low, "run") if low == high else f"{low} to {count_text(high, 'run')}"
@@ -55,11 +55,11 @@ def points_text(content: StudyResults, quantity: Outcome) -> str:
     return " ".join(sentences)
 
 
-def range_text(content: StudyResults, quantity: Outcome) -> str:
+def range_text(results: StudyResults, quantity: Outcome) -> str:
     """Say in words between which values the condition means lie, for a reader who cannot see the plot."""
     unit, factor = shown_unit(quantity.unit)
     sentences = []
-    for series in series_of(content):
+    for series in series_of(results):
         summaries = [one for condition in series.conditions if (one := condition.summary(quantity)) is not None]
         means = [factor * one.mean.known for one in summaries if one.mean.known is not None]
         if means:
@@ -87,50 +87,50 @@ class _Marks:
         return min(values), max(values)
 
 
-def _draw_by_level(content: StudyResults, quantity: Outcome, width_in: float) -> Figure:
+def _draw_by_level(results: StudyResults, quantity: Outcome, width_in: float) -> Figure:
     """Draw one outcome: x is the damping coefficient with CE at 0, y the outcome in the unit it is shown in.
 
     All series share one panel, side by side, as in the thesis; where they lie so far apart that no difference
     between conditions could be seen, each has a panel, and the axes of all have one span.
     """
-    narrow, drawn = is_narrow(width_in), _drawn(content, quantity)
-    figure = new_figure(width_in, _height_in(content, quantity, drawn, narrow))
-    if not _draw_on(figure, content, quantity, drawn, narrow) and len(drawn) > 1:
+    narrow, drawn = is_narrow(width_in), _drawn(results, quantity)
+    figure = new_figure(width_in, _height_in(results, quantity, drawn, narrow))
+    if not _draw_on(figure, results, quantity, drawn, narrow) and len(drawn) > 1:
         _legend(figure, drawn, 1 if narrow else 2)
     return figure
 
 
-def draw_side_by_side(content: StudyResults, quantities: Sequence[Outcome]) -> Figure:
+def draw_side_by_side(results: StudyResults, quantities: Sequence[Outcome]) -> Figure:
     """Draw outcomes beside each other, those that there are, across both columns of a paper."""
     with publication_style():
-        shown = {quantity: _drawn(content, quantity) for quantity in quantities if has_quantity(content, quantity)}
-        figure = new_figure(TWO_COLUMNS_IN, max(_height_in(content, *each, narrow=True) for each in shown.items()))
+        shown = {quantity: _drawn(results, quantity) for quantity in quantities if has_quantity(results, quantity)}
+        figure = new_figure(TWO_COLUMNS_IN, max(_height_in(results, *each, narrow=True) for each in shown.items()))
         parts = figure.subfigures(1, len(shown), squeeze=False)[0]
-        panels = [_draw_on(part, content, *each, True) for part, each in zip(parts, shown.items(), strict=True)]
+        panels = [_draw_on(part, results, *each, True) for part, each in zip(parts, shown.items(), strict=True)]
         drawn = max(shown.values(), key=len)
         if not all(panels) and len(drawn) > 1:
             _legend(figure, drawn, 2)
         return figure
 
 
-def _drawn(content: StudyResults, quantity: Outcome) -> list[_Marks]:
-    every = (_marks(series, axis_of(content), quantity) for series in series_of(content))
+def _drawn(results: StudyResults, quantity: Outcome) -> list[_Marks]:
+    every = (_marks(series, axis_of(results), quantity) for series in series_of(results))
     return [marks for marks in every if marks.runs or marks.means]
 
 
-def _height_in(content: StudyResults, quantity: Outcome, drawn: list[_Marks], narrow: bool) -> float:
-    if not series_lie_apart(content, quantity):
+def _height_in(results: StudyResults, quantity: Outcome, drawn: list[_Marks], narrow: bool) -> float:
+    if not series_lie_apart(results, quantity):
         return 3.4 if narrow else 3.9
     across = _panels_across(drawn, narrow)
     return 0.9 + -(-len(drawn) // across) * (1.25 if narrow else 1.6)
 
 
 def _draw_on(
-    figure: Figure | SubFigure, content: StudyResults, quantity: Outcome, drawn: list[_Marks], narrow: bool
+    figure: Figure | SubFigure, results: StudyResults, quantity: Outcome, drawn: list[_Marks], narrow: bool
 ) -> bool:
     """Draw an outcome; returns whether in panels, which name their series."""
-    axis, y_label = axis_of(content), f"{quantity.heading} ({shown_unit(quantity.unit)[0]})"
-    if series_lie_apart(content, quantity):
+    axis, y_label = axis_of(results), f"{quantity.heading} ({shown_unit(quantity.unit)[0]})"
+    if series_lie_apart(results, quantity):
         _draw_panels(figure, drawn, axis, y_label, narrow)
         return True
     axes = figure.add_subplot()
@@ -249,25 +249,25 @@ def _handle(series: Series) -> Line2D:
     )
 
 
-def caption(content: StudyResults, quantity: Outcome) -> str:
+def caption(results: StudyResults, quantity: Outcome) -> str:
     """Say what is drawn."""
-    return f"{quantity.heading} against the {coefficient_of(content)}. {points_text(content, quantity)}"
+    return f"{quantity.heading} against the {coefficient_of(results)}. {points_text(results, quantity)}"
 
 
-def alternative(content: StudyResults, quantity: Outcome) -> str:
+def alternative(results: StudyResults, quantity: Outcome) -> str:
     """Describe the plot in words."""
     return (
-        f"Plot of {quantity} against the {coefficient_of(content)}, mean and interval of each condition. "
-        f"{range_text(content, quantity)}"
+        f"Plot of {quantity} against the {coefficient_of(results)}, mean and interval of each condition. "
+        f"{range_text(results, quantity)}"
     )
 
 
 _BY_LEVEL = "_by_level"
 
 
-def file_name(name: str, content: StudyResults) -> str:
+def file_name(name: str, results: StudyResults) -> str:
     """Return what a figure's files are called: `joules_by_level` after the factor of its x axis, `joules_by_foot`."""
-    factor = drawn_factor(content)
+    factor = drawn_factor(results)
     return name if factor is None else name.replace(_BY_LEVEL, f"_by_{factor.name}")
 
 
@@ -275,10 +275,10 @@ def _kind(outcome: Outcome) -> FigureKind:
     return FigureKind(
         f"{outcome.key}{_BY_LEVEL}",
         outcome.heading,
-        lambda content, width_in: _draw_by_level(content, outcome, width_in),
-        lambda content: caption(content, outcome),
-        lambda content: alternative(content, outcome),
-        lambda content: _absent_quantity(content, outcome),
+        lambda results, width_in: _draw_by_level(results, outcome, width_in),
+        lambda results: caption(results, outcome),
+        lambda results: alternative(results, outcome),
+        lambda results: _absent_quantity(results, outcome),
         ("factors", "conditions"),
         outcome,
     )

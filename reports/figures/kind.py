@@ -43,9 +43,9 @@ def check_form(option: str, path: Path | None, forms: tuple[str, ...] = FORMS) -
 
 @dataclass(frozen=True, slots=True)
 class FigureKind:
-    """One figure: `draw(content, width_in)`; `absent` gives the reason when there is nothing to draw.
+    """One figure: `draw(results, width_in)`; `absent` gives the reason when there is nothing to draw.
 
-    `shows` names the fields of the content that are drawn: nothing else reaches `draw`, and where they are what they
+    `shows` names the fields of the results that are drawn: nothing else reaches `draw`, and where they are what they
     were, so is the drawing. `outcome` is the only one whose conditions and comparisons the figure shows; without one it
     knows conditions by their levels alone. It stands at the end of the page's `section` of this anchor, where there is
     something to draw; without one `reports.page.sections` says where.
@@ -61,34 +61,34 @@ class FigureKind:
     outcome: Outcome | None = None
     section: str = ""
 
-    def drawn(self, content: StudyResults) -> StudyResults:
-        """Return the content with nothing in it but what the figure draws."""
-        shown = {name: getattr(content, name) for name in self.shows}
+    def drawn(self, results: StudyResults) -> StudyResults:
+        """Return the results with nothing in them but what the figure draws."""
+        shown = {name: getattr(results, name) for name in self.shows}
         if "conditions" in shown:
-            shown["conditions"] = tuple(replace(one, summaries=self._own(one)) for one in content.conditions)
+            shown["conditions"] = tuple(replace(one, summaries=self._own(one)) for one in results.conditions)
         if "comparisons" in shown and self.outcome is not None:
-            shown["comparisons"] = tuple(one for one in content.comparisons if one.quantity is self.outcome)
+            shown["comparisons"] = tuple(one for one in results.comparisons if one.quantity is self.outcome)
         return replace(EMPTY, **shown)
 
     def _own(self, condition: Condition) -> dict[Outcome, ConditionSummary]:
         return {outcome: one for outcome, one in condition.summaries.items() if outcome is self.outcome}
 
 
-def absence_text(content: StudyResults, what: str) -> str:
+def absence_text(results: StudyResults, what: str) -> str:
     """Say that something is missing without guessing why: the reasons are in the list of limitations."""
-    reasons = "; the reasons are listed under Limitations" if content.limitations else ""
+    reasons = "; the reasons are listed under Limitations" if results.limitations else ""
     return f"There {what} for this selection{reasons}."
 
 
-def draw_figure(kind: FigureKind, content: StudyResults, width_in: float) -> Figure:
+def draw_figure(kind: FigureKind, results: StudyResults, width_in: float) -> Figure:
     """Draw a figure at a width in inches; where it has nothing to show, its reason is drawn instead.
 
     So a paper that includes the file still compiles when a selection leaves nothing to draw.
     """
     with publication_style():
-        reason = kind.absent(content)
+        reason = kind.absent(results)
         if reason is None:
-            return kind.draw(kind.drawn(content), width_in)
+            return kind.draw(kind.drawn(results), width_in)
         figure = new_figure(width_in, 0.6)
         figure.text(0.5, 0.5, reason, ha="center", va="center", color=GREY, wrap=True)
         return figure

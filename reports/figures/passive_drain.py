@@ -21,13 +21,13 @@ _LINE_POINTS = 61
 _LOOKS = tuple(zip((BLUE, VERMILLION, GREEN, PURPLE, ORANGE), "os^vP", strict=True))
 
 
-def _drawn(content: StudyResults) -> tuple[Drain, ...]:
-    return tuple(drain for drain in content.drains if drain.idle)
+def _drawn(results: StudyResults) -> tuple[Drain, ...]:
+    return tuple(drain for drain in results.drains if drain.idle)
 
 
-def draw(content: StudyResults, width_in: float) -> Figure:
+def draw(results: StudyResults, width_in: float) -> Figure:
     """Draw charge over duration, a line a robot: solid where idle runs were made, dashed where it is extended."""
-    fits = _drawn(content)
+    fits = _drawn(results)
     figure = new_figure(width_in, 3.0 if is_narrow(width_in) else 3.4)
     axes = figure.add_subplot()
     axes.set_xlabel("Time from power on to power off (min)")
@@ -59,9 +59,9 @@ def _draw_fit(axes: Axes, drain: Drain, colour: str, marker: str, label: str) ->
         )
 
 
-def caption(content: StudyResults) -> str:
+def caption(results: StudyResults) -> str:
     """Say what is drawn and that the estimate is extrapolated."""
-    fits = _drawn(content)
+    fits = _drawn(results)
     idle = count_text(len(fits[0].idle), "idle run")
     if len(fits) > 1:
         idle = f"idle runs ({list_text([f'{len(fit.idle)} of {fit.robot}' for fit in fits])})"
@@ -74,18 +74,18 @@ def caption(content: StudyResults) -> str:
     )
 
 
-def alternative(content: StudyResults) -> str:
+def alternative(results: StudyResults) -> str:
     """Describe the plot in words."""
     lines = [
         f"{fit.robot} slope {number_text(fit.result.slope)}, intercept {number_text(fit.result.intercept)}".strip()
-        for fit in _drawn(content)
+        for fit in _drawn(results)
     ]
     return f"Plot of charge in milliampere hours against time in minutes with straight lines: {'; '.join(lines)}."
 
 
-def absent(content: StudyResults) -> str | None:
+def absent(results: StudyResults) -> str | None:
     """Give the reason where nothing was fitted."""
-    return None if _drawn(content) else absence_text(content, "is no passive-drain fit")
+    return None if _drawn(results) else absence_text(results, "is no passive-drain fit")
 
 
 PASSIVE_DRAIN = FigureKind("passive_drain", "Passive drain", draw, caption, alternative, absent, ("drains",))

@@ -24,13 +24,13 @@ _APART = 0.17
 _RowKey = tuple[str, str]
 
 
-def _rows(content: StudyResults) -> list[tuple[_RowKey | None, str]]:
+def _rows(results: StudyResults) -> list[tuple[_RowKey | None, str]]:
     """Return the rows from the top: a group's name over its levels; a heading has no key."""
     groups: dict[str, dict[_RowKey, tuple[int, str]]] = {}
-    for item in content.predictions.items:
-        heading = block_of(content, item)
+    for item in results.predictions.items:
+        heading = block_of(results, item)
         rank = 2 if item.level == POOLED else 0 if item.control else 1
-        groups.setdefault(heading, {})[_key(content, item)] = (rank, level_text_of(content, item))
+        groups.setdefault(heading, {})[_key(results, item)] = (rank, level_text_of(results, item))
     rows: list[tuple[_RowKey | None, str]] = []
     for heading, levels in groups.items():
         if heading:
@@ -39,26 +39,26 @@ def _rows(content: StudyResults) -> list[tuple[_RowKey | None, str]]:
     return rows
 
 
-def _key(content: StudyResults, item: Prediction) -> _RowKey:
-    return levels_name(content, item.group), item.level
+def _key(results: StudyResults, item: Prediction) -> _RowKey:
+    return levels_name(results, item.group), item.level
 
 
-def _shown(content: StudyResults) -> list[PredictedQuantity]:
-    return [quantity for quantity in PredictedQuantity if content.predictions.of(quantity)]
+def _shown(results: StudyResults) -> list[PredictedQuantity]:
+    return [quantity for quantity in PredictedQuantity if results.predictions.of(quantity)]
 
 
 def _unit(quantity: PredictedQuantity) -> str:
     return "J a jump" if quantity is PredictedQuantity.JOULES else shown_unit(quantity.unit)[0]
 
 
-def draw(content: StudyResults, width_in: float) -> Figure:
+def draw(results: StudyResults, width_in: float) -> Figure:
     """Draw one panel a quantity; measured means with their interval, predictions with two standard uncertainties."""
-    narrow, rows, quantities = is_narrow(width_in), _rows(content), _shown(content)
+    narrow, rows, quantities = is_narrow(width_in), _rows(results), _shown(results)
     figure = new_figure(width_in, 1.0 + _ROW_IN * max(len(rows), 3))
     panels = figure.subplots(1, len(quantities), squeeze=False, sharey=True)[0]
     places = {key: place for place, (key, _text) in enumerate(rows) if key is not None}
     for axes, quantity in zip(panels, quantities, strict=True):
-        _draw_panel(axes, content, quantity, places, narrow)
+        _draw_panel(axes, results, quantity, places, narrow)
         name_rows(axes, [(text, key is None) for key, text in rows], 5.5 if narrow else 7)
     for label, colour, marker in (("measured", BLACK, "o"), ("predicted", VERMILLION, "D")):
         panels[0].plot([], [], color=colour, marker=marker, markersize=4.0, linewidth=1.1, label=label)
@@ -67,11 +67,11 @@ def draw(content: StudyResults, width_in: float) -> Figure:
 
 
 def _draw_panel(
-    axes: Axes, content: StudyResults, quantity: PredictedQuantity, places: dict[_RowKey, int], narrow: bool
+    axes: Axes, results: StudyResults, quantity: PredictedQuantity, places: dict[_RowKey, int], narrow: bool
 ) -> None:
     scale = 0.7 if narrow else 1.0
-    for item in content.predictions.of(quantity):
-        place = places[_key(content, item)]
+    for item in results.predictions.of(quantity):
+        place = places[_key(results, item)]
         draw_estimate(axes, item.measured, place - _APART, scale=scale)
         draw_estimate(axes, _expanded(item.check.predicted), place + _APART, VERMILLION, "D", 0.8 * scale)
     axes.set_xlabel(("\n" if narrow else " ").join([*sentence_start(quantity.short).split(), f"({_unit(quantity)})"]))
@@ -88,9 +88,9 @@ def _expanded(number: Number) -> Number:
     return replace(number, ci_low=number.known - half, ci_high=number.known + half)
 
 
-def caption(content: StudyResults) -> str:
+def caption(results: StudyResults) -> str:
     """Say what is drawn."""
-    about = content.predictions
+    about = results.predictions
     level = level_text(about.items[0].measured)
     return (
         f"Measured means (circles) with their {level}, and what the scene {about.scene} predicts for each condition as "
@@ -99,11 +99,11 @@ def caption(content: StudyResults) -> str:
     )
 
 
-def alternative(content: StudyResults) -> str:
+def alternative(results: StudyResults) -> str:
     """Describe the plot in words: how many predictions, and the range of the differences."""
     sentences = []
-    for quantity in _shown(content):
-        items = content.predictions.of(quantity)
+    for quantity in _shown(results):
+        items = results.predictions.of(quantity)
         found = [value for item in items if (value := as_shown(item.check.difference).known) is not None]
         span = ""
         if found:
@@ -113,9 +113,9 @@ def alternative(content: StudyResults) -> str:
     return f"Measured and predicted values of each condition. {' '.join(sentences)}"
 
 
-def absent(content: StudyResults) -> str | None:
+def absent(results: StudyResults) -> str | None:
     """Give the reason where nothing was predicted."""
-    if content.predictions.items:
+    if results.predictions.items:
         return None
     return "Nothing is predicted: labbook.toml names no scene under [simulation], or nothing was measured."
 

@@ -32,9 +32,9 @@ FIGURES: dict[str, FigureKind] = {
 """Figure name -> figure; the name is also the file's."""
 
 
-def figures_of(content: StudyResults) -> list[FigureKind]:
+def figures_of(results: StudyResults) -> list[FigureKind]:
     """Return the figures of a report, those of outcomes that it has not left out."""
-    return [kind for kind in FIGURES.values() if kind.outcome is None or kind.outcome in content.outcomes]
+    return [kind for kind in FIGURES.values() if kind.outcome is None or kind.outcome in results.outcomes]
 
 
 DRAWN = FileCache(
@@ -53,22 +53,22 @@ class Wanted:
     formats: Sequence[str]
 
 
-def cached_figure(content: StudyResults, wanted: Wanted) -> dict[str, bytes]:
+def cached_figure(results: StudyResults, wanted: Wanted) -> dict[str, bytes]:
     """Return a figure of the report by format: as it was drawn before of the same, else drawn now."""
-    names = _names(content, wanted)
+    names = _names(results, wanted)
     known = {suffix: data for suffix, name in names.items() if (data := DRAWN.read(name)) is not None}
-    return known if len(known) == len(wanted.formats) else _drawn_anew(content, wanted, names)
+    return known if len(known) == len(wanted.formats) else _drawn_anew(results, wanted, names)
 
 
-def _names(content: StudyResults, wanted: Wanted) -> dict[str, str]:
+def _names(results: StudyResults, wanted: Wanted) -> dict[str, str]:
     """Return the name of a figure's file in each format."""
-    shown = wanted.kind.absent(content) or wanted.kind.drawn(content)
+    shown = wanted.kind.absent(results) or wanted.kind.drawn(results)
     key = hashlib.sha256(f"{wanted.kind.name} {wanted.width_in!r} {shown!r}".encode()).hexdigest()
     return {suffix: f"{key}.{suffix}" for suffix in wanted.formats}
 
 
-def _drawn_anew(content: StudyResults, wanted: Wanted, names: Mapping[str, str]) -> dict[str, bytes]:
-    figure = draw_figure(wanted.kind, content, wanted.width_in)
+def _drawn_anew(results: StudyResults, wanted: Wanted, names: Mapping[str, str]) -> dict[str, bytes]:
+    figure = draw_figure(wanted.kind, results, wanted.width_in)
     found = {"svg": svg_bytes(figure)}  # always first: the other format has its positions
     if "pdf" in wanted.formats:
         found["pdf"] = pdf_bytes(figure)

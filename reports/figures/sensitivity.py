@@ -23,12 +23,12 @@ _ROW_IN, _FRAME_IN = 0.2, 0.8
 _AS_REPORTED, _ONE_DAY, _RULES = "as reported", "without one day, each", "by other rules, each"
 
 
-def draw(content: StudyResults, width_in: float) -> Figure:
+def draw(results: StudyResults, width_in: float) -> Figure:
     """Draw one panel a headline and one row a variant, or all days and all rules; the line is the number as reported.
 
     How many runs a number is computed from stands at its right.
     """
-    sets = content.headlines
+    sets = results.headlines
     labels = list(dict.fromkeys(label for one in sets for label in _numbers(*one)))
     across = 1 if is_narrow(width_in) else min(len(sets), 4)
     down = -(-len(sets) // across)
@@ -41,7 +41,7 @@ def draw(content: StudyResults, width_in: float) -> Figure:
         if reported.known is not None:
             panel.axvline(reported.known, color=VERMILLION, linewidth=0.7, zorder=1)
         draw_forest(panel, [_row(label, numbers.get(label, [])) for label in labels], 6)
-        title = named_with_unit(headline_name(content, one[0]), reported.unit)
+        title = named_with_unit(headline_name(results, one[0]), reported.unit)
         panel.set_title(textwrap.fill(title, 40 if across == 1 else 60 // across), fontsize=6)
         panel.xaxis.set_major_locator(plain_ticks(4))
         light_grid(panel, "x")
@@ -77,18 +77,18 @@ def _row(label: str, numbers: list[Number]) -> ForestRow:
     return ForestRow(label, tuple(numbers), label == _AS_REPORTED, f"n{EQUALS}{runs}" if runs else "")
 
 
-def caption(content: StudyResults) -> str:
+def caption(results: StudyResults) -> str:
     """Say what is drawn."""
     return (
-        f"{count_text(len(content.headlines), 'headline').capitalize()} as reported (diamond, vertical line) and "
+        f"{count_text(len(results.headlines), 'headline').capitalize()} as reported (diamond, vertical line) and "
         "recomputed (circles), with the confidence interval of each; n: runs that a number is computed from. Days that "
         "change nothing are not drawn."
     )
 
 
-def alternative(content: StudyResults) -> str:
+def alternative(results: StudyResults) -> str:
     """Describe the plot in words: the range of each headline over its variants."""
-    return " ".join(_range_sentence(headline_name(content, one), varied) for one, varied in content.headlines)
+    return " ".join(_range_sentence(headline_name(results, one), varied) for one, varied in results.headlines)
 
 
 def _range_sentence(headline: str, varied: list[Varied]) -> str:
@@ -100,9 +100,9 @@ def _range_sentence(headline: str, varied: list[Varied]) -> str:
     return f"{headline}: {general_text(min(numbers))} to {general_text(max(numbers))} {unit} over {count}."
 
 
-def absent(content: StudyResults) -> str | None:
+def absent(results: StudyResults) -> str | None:
     """Give the reason where no headline was recomputed."""
-    return None if content.pooled else "No headline number was recomputed for this selection."
+    return None if results.pooled else "No headline number was recomputed for this selection."
 
 
 _SHOWS = ("factors", "conditions", "comparisons", "variations")

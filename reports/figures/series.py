@@ -59,41 +59,41 @@ class Axis:
         return self.positions[level.label] if level is not None else self.control_position
 
 
-def _levels(content: StudyResults, factor: Factor) -> list[str]:
+def _levels(results: StudyResults, factor: Factor) -> list[str]:
     """Return a factor's labels, by physical value where they have one, else in the order they appear."""
-    found = [level for condition in content.conditions if (level := condition.level(factor.name)) is not None]
+    found = [level for condition in results.conditions if (level := condition.level(factor.name)) is not None]
     if all(level.value is not None for level in found):
         found.sort(key=lambda level: level.value or 0.0)
     return list(dict.fromkeys(level.label for level in found))
 
 
-def drawn_factor(content: StudyResults) -> Factor | None:
+def drawn_factor(results: StudyResults) -> Factor | None:
     """Return the factor of the x axis: the swept one, else that of most levels; None where there is none."""
-    known = [factor for factor in content.factors if _levels(content, factor)]
-    return swept_factor(content) or max(known, key=lambda factor: _suits_an_axis(content, factor), default=None)
+    known = [factor for factor in results.factors if _levels(results, factor)]
+    return swept_factor(results) or max(known, key=lambda factor: _suits_an_axis(results, factor), default=None)
 
 
-def _suits_an_axis(content: StudyResults, factor: Factor) -> tuple[int, bool]:
+def _suits_an_axis(results: StudyResults, factor: Factor) -> tuple[int, bool]:
     """Rank a factor for the x axis: by the number of its levels, and of two alike the one whose levels are numbers."""
-    found = [level for condition in content.conditions if (level := condition.level(factor.name)) is not None]
-    return len(_levels(content, factor)), all(level.gain is not None or is_number(level) for level in found)
+    found = [level for condition in results.conditions if (level := condition.level(factor.name)) is not None]
+    return len(_levels(results, factor)), all(level.gain is not None or is_number(level) for level in found)
 
 
-def series_of(content: StudyResults) -> tuple[Series, ...]:
+def series_of(results: StudyResults) -> tuple[Series, ...]:
     """Return the series in the order of their first conditions."""
-    drawn = drawn_factor(content)
-    factors = [factor for factor in content.factors if factor != drawn]
-    order = {factor.name: _levels(content, factor) for factor in factors}
+    drawn = drawn_factor(results)
+    factors = [factor for factor in results.factors if factor != drawn]
+    order = {factor.name: _levels(results, factor) for factor in factors}
 
-    keys = [tuple(one.labels.get(factor.name, "") for factor in factors) for one in content.conditions]
+    keys = [tuple(one.labels.get(factor.name, "") for factor in factors) for one in results.conditions]
     return tuple(
-        _series(content, factors, order, key, conditions, number)
-        for number, (key, conditions) in enumerate(grouped(content.conditions, keys).items())
+        _series(results, factors, order, key, conditions, number)
+        for number, (key, conditions) in enumerate(grouped(results.conditions, keys).items())
     )
 
 
 def _series(
-    content: StudyResults,
+    results: StudyResults,
     factors: list[Factor],
     order: dict[str, list[str]],
     key: tuple[str, ...],
@@ -114,7 +114,7 @@ def _series(
         hue, shade = divmod(number, 2)  # more factors than styles: by turns, so that no two lines look the same
     share = ranks[0] / (sizes[0] - 1) if ranks and sizes[0] > 1 else 0.5
     return Series(
-        label=group_name(content, conditions[0], gain=True, axis=drawn_factor(content)) or "all runs",
+        label=group_name(results, conditions[0], gain=True, axis=drawn_factor(results)) or "all runs",
         colour=SERIES_COLOURS[hue % len(SERIES_COLOURS)][shade % 2],
         line_style=_LINE_STYLES[shade % len(_LINE_STYLES)],
         marker_pt=_SMALLEST_MARKER_PT + share * (_LARGEST_MARKER_PT - _SMALLEST_MARKER_PT),
@@ -123,15 +123,15 @@ def _series(
     )
 
 
-def series_lie_apart(content: StudyResults, quantity: Outcome) -> bool:
+def series_lie_apart(results: StudyResults, quantity: Outcome) -> bool:
     """Whether the series lie so much further apart than each spreads that one scale would hide what is in them.
 
     Without a control no difference inside a series is looked for, and one scale shows the series beside each other.
     """
-    if swept_factor(content) is None:
+    if swept_factor(results) is None:
         return False
     ranges = []
-    for series in series_of(content):
+    for series in series_of(results):
         summaries = [summary for c in series.conditions if (summary := c.summary(quantity)) is not None]
         values = [value for summary in summaries for _run, value in summary.runs]
         values += [summary.mean.known for summary in summaries if summary.mean.known is not None]
@@ -143,12 +143,12 @@ def series_lie_apart(content: StudyResults, quantity: Outcome) -> bool:
     return whole > _APART * max(high - low for low, high in ranges) > 0.0
 
 
-def axis_of(content: StudyResults) -> Axis:
+def axis_of(results: StudyResults) -> Axis:
     """Lay out the levels of the x axis: at their physical values where all have one, else evenly spaced."""
-    drawn = drawn_factor(content)
+    drawn = drawn_factor(results)
     if drawn is None:
         return Axis("", (0.0,), ("all conditions",), (), False, {}, 0.0)
-    found = [(c, level) for c in content.conditions if (level := c.level(drawn.name)) is not None]
+    found = [(c, level) for c in results.conditions if (level := c.level(drawn.name)) is not None]
     levels = {level.label: level for c, level in found if not (c.control and drawn.swept)}
     controls = [level for c, level in found if c.control and drawn.swept]
     continuous = all(level.gain is not None or is_number(level) for level in levels.values())
@@ -156,13 +156,13 @@ def axis_of(content: StudyResults) -> Axis:
         positions = {label: float(level.value or 0.0) for label, level in levels.items()}
     else:
         positions = {
-            label: 1.0 + index for index, label in enumerate(n for n in _levels(content, drawn) if n in levels)
+            label: 1.0 + index for index, label in enumerate(n for n in _levels(results, drawn) if n in levels)
         }
     labels = {at: level_value(levels[label]) if continuous else label for label, at in positions.items()}
     gains = {at: given_text(gain) for label, at in positions.items() if (gain := levels[label].gain) is not None}
     # A gain's control stands for 0, that of a plain number for itself.
     control_at = float(controls[0].value or 0.0) if continuous and controls and is_number(controls[0]) else 0.0
-    if controls or any(condition.control for condition in content.conditions if drawn.swept):
+    if controls or any(condition.control for condition in results.conditions if drawn.swept):
         labels = {control_at: swept_words(drawn).control_level, **labels}
         gains = {control_at: "0", **gains} if gains else {}
     title = sentence_start(title_of(drawn)) + (f" {drawn.symbol}" if drawn.symbol else "")

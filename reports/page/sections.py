@@ -81,26 +81,26 @@ class Section:
     folded: bool = False
 
 
-def sections_of(content: StudyResults) -> tuple[Section, ...]:
+def sections_of(results: StudyResults) -> tuple[Section, ...]:
     """Return the sections of the page in reading order; a section without parts is left out."""
-    tests = (*(f"tests_{outcome.key}" for outcome in content.outcomes), "tests_jumps", "anovas")
-    each_run = _tables("each_run") if run_anchors(content) else ()
-    robustness = (FigureHere("sensitivity"), *_said(*sentences_on_rules(content)))
+    tests = (*(f"tests_{outcome.key}" for outcome in results.outcomes), "tests_jumps", "anovas")
+    each_run = _tables("each_run") if run_anchors(results) else ()
+    robustness = (FigureHere("sensitivity"), *_said(*sentences_on_rules(results)))
     sections = (
-        Section("answer", "Answer", _answer(content)),
-        Section("results", "Results", _results(content)),
-        Section("predicted", "Predicted and measured", _predicted(content)),
-        Section("robustness", "Robustness", robustness if content.pooled else ()),
-        Section("plan", "Plan and deviations", _plan(content)),
-        Section("methods", "Methods", _methods(content)),
-        *(_outcome_in_full(content, outcome) for outcome in content.outcomes),
-        Section("tests", "The thesis's tests", (*_said(_TESTS if content.comparisons else ""), *_tables(*tests)), True),
-        Section("predictions", "Predictions in full", _predictions_in_full(content), True),
-        Section("certainty", "Uncertainty, drain, packs, order of the day", _certainty(content), True),
+        Section("answer", "Answer", _answer(results)),
+        Section("results", "Results", _results(results)),
+        Section("predicted", "Predicted and measured", _predicted(results)),
+        Section("robustness", "Robustness", robustness if results.pooled else ()),
+        Section("plan", "Plan and deviations", _plan(results)),
+        Section("methods", "Methods", _methods(results)),
+        *(_outcome_in_full(results, outcome) for outcome in results.outcomes),
+        Section("tests", "The thesis's tests", (*_said(_TESTS if results.comparisons else ""), *_tables(*tests)), True),
+        Section("predictions", "Predictions in full", _predictions_in_full(results), True),
+        Section("certainty", "Uncertainty, drain, packs, order of the day", _certainty(results), True),
         Section("measured", "Days and runs", (*_tables("flow", "days"), *each_run), True),
-        Section("provenance", "Provenance", _tables("provenance") if content.provenance else (), True),
+        Section("provenance", "Provenance", _tables("provenance") if results.provenance else (), True),
     )
-    drawn = [kind for kind in figures_of(content) if kind.section and kind.absent(content) is None]
+    drawn = [kind for kind in figures_of(results) if kind.section and kind.absent(results) is None]
     full = (
         replace(one, parts=(*one.parts, *(FigureHere(kind.name) for kind in drawn if kind.section == one.anchor)))
         for one in sections
@@ -126,24 +126,24 @@ def _listed(texts: Sequence[str]) -> tuple[Part, ...]:
     return (Bullets(tuple(map(Paragraph, texts))),) if texts else ()
 
 
-def _answer(content: StudyResults) -> tuple[Part, ...]:
+def _answer(results: StudyResults) -> tuple[Part, ...]:
     """The first sheet: the answer, the groups, both outcomes drawn, what came of the runs, how far to trust it."""
-    leads = content.claims if len(content.claims) == 2 else content.claims[:1]
-    claims = [Paragraph(claim.text, claim.provenance, lead=claim in leads) for claim in content.claims]
+    leads = results.claims if len(results.claims) == 2 else results.claims[:1]
+    claims = [Paragraph(claim.text, claim.provenance, lead=claim in leads) for claim in results.claims]
     if not claims:
-        claims = [Paragraph(f"Nothing is claimed from this selection: {_why_no_claim(content)}.", lead=True)]
+        claims = [Paragraph(f"Nothing is claimed from this selection: {_why_no_claim(results)}.", lead=True)]
     return (
         *claims,
         TableHere("headlines"),
         FiguresBeside(tuple(f"{outcome.key}_by_level" for outcome in (Outcome.JOULES, Outcome.APEX))),
-        Paragraph(" ".join(filter(None, (flow_sentence(content), review_sentence(content))))),
-        *_listed(trust_sentences(content)),
+        Paragraph(" ".join(filter(None, (flow_sentence(results), review_sentence(results))))),
+        *_listed(trust_sentences(results)),
     )
 
 
-def _why_no_claim(content: StudyResults) -> str:
-    swept = swept_factor(content)
-    if not content.conditions:
+def _why_no_claim(results: StudyResults) -> str:
+    swept = swept_factor(results)
+    if not results.conditions:
         return "none of its runs has joules or apex heights"
     if swept is None:
         return (
@@ -151,46 +151,46 @@ def _why_no_claim(content: StudyResults) -> str:
             "[factors.NAME] of labbook.toml)"
         )
     return (
-        f"no group of its conditions has runs of both {control_name(content)} and another level of the "
+        f"no group of its conditions has runs of both {control_name(results)} and another level of the "
         f"{in_sentence(title_of(swept))}"
     )
 
 
-def _results(content: StudyResults) -> tuple[Part, ...]:
+def _results(results: StudyResults) -> tuple[Part, ...]:
     """Each group in a sentence, outcome by outcome; page one has the first two drawn."""
     parts: list[Part] = []
-    for outcome in content.outcomes:
-        together = groups_in_one_sentence(content, outcome)
-        found: list[Part] = [Paragraph(together)] if together else _each_group(content, outcome)
+    for outcome in results.outcomes:
+        together = groups_in_one_sentence(results, outcome)
+        found: list[Part] = [Paragraph(together)] if together else _each_group(results, outcome)
         if outcome not in (Outcome.JOULES, Outcome.APEX):
             found.append(FigureHere(f"{outcome.key}_by_level"))
         if outcome.has_savings:
             found.append(FigureHere("savings"))
         if outcome.has_equivalence:
-            found += _said(content.no_equivalence)
+            found += _said(results.no_equivalence)
         if found:
             parts += [Heading(outcome.heading), *found]
-    if _contrasts_planned(content):
+    if _contrasts_planned(results):
         parts += [Heading("What the saving depends on"), TableHere("contrasts")]
     return tuple(parts)
 
 
-def _contrasts_planned(content: StudyResults) -> bool:
+def _contrasts_planned(results: StudyResults) -> bool:
     """Whether contrasts were decided on; else their table is folded."""
-    return any(not one.exploratory for one in content.contrasts)
+    return any(not one.exploratory for one in results.contrasts)
 
 
-def _each_group(content: StudyResults, outcome: Outcome) -> list[Part]:
+def _each_group(results: StudyResults, outcome: Outcome) -> list[Part]:
     """Return the claims of the groups that page one does not open with."""
-    decided = [each for each in content.pooled if each.quantity is outcome]
-    claims = [claim for claim in (group_claim(content, each) for each in decided) if claim not in content.claims]
+    decided = [each for each in results.pooled if each.quantity is outcome]
+    claims = [claim for claim in (group_claim(results, each) for each in decided) if claim not in results.claims]
     return [Bullets(tuple(Paragraph(claim.text, claim.provenance) for claim in claims))] if claims else []
 
 
-def _outcome_in_full(content: StudyResults, outcome: Outcome) -> Section:
-    contrasts = content.contrasts and outcome is content.contrasts[0].quantity and not _contrasts_planned(content)
+def _outcome_in_full(results: StudyResults, outcome: Outcome) -> Section:
+    contrasts = results.contrasts and outcome is results.contrasts[0].quantity and not _contrasts_planned(results)
     parts = (
-        *(_each_group(content, outcome) if groups_in_one_sentence(content, outcome) else ()),
+        *(_each_group(results, outcome) if groups_in_one_sentence(results, outcome) else ()),
         *_tables(f"{outcome.key}_by_condition", f"comparisons_{outcome.key}"),
         *(_tables("equivalence") if outcome.has_equivalence else ()),
         *(_tables("contrasts") if contrasts else ()),
@@ -198,29 +198,29 @@ def _outcome_in_full(content: StudyResults, outcome: Outcome) -> Section:
     return Section(f"{outcome.key.replace('_', '-')}-in-full", f"{outcome.heading}: conditions", parts, True)
 
 
-def _predicted(content: StudyResults) -> tuple[Part, ...]:
-    hypotheses = _tables("hypotheses") if content.hypotheses else ()
-    if not content.predictions.items:
+def _predicted(results: StudyResults) -> tuple[Part, ...]:
+    hypotheses = _tables("hypotheses") if results.hypotheses else ()
+    if not results.predictions.items:
         return hypotheses
-    return (*hypotheses, *_said(verdict_text(content)), TableHere("prediction_bias"))
+    return (*hypotheses, *_said(verdict_text(results)), TableHere("prediction_bias"))
 
 
-def _predictions_in_full(content: StudyResults) -> tuple[Part, ...]:
-    hypotheses = _tables("hypotheses_in_full") if content.hypotheses else ()
-    if not content.predictions.items:
+def _predictions_in_full(results: StudyResults) -> tuple[Part, ...]:
+    hypotheses = _tables("hypotheses_in_full") if results.hypotheses else ()
+    if not results.predictions.items:
         return hypotheses
     tables = ("limits_of_agreement", *(kind.name for kind in PREDICTED), "predicted_inputs", "assumed")
-    return (*hypotheses, *_said(*prediction_sentences(content)), *_tables(*tables))
+    return (*hypotheses, *_said(*prediction_sentences(results)), *_tables(*tables))
 
 
-def _certainty(content: StudyResults) -> tuple[Part, ...]:
-    budget = (Heading("Uncertainty of a joule"), TableHere("uncertainty_budget")) if content.budget is not None else ()
+def _certainty(results: StudyResults) -> tuple[Part, ...]:
+    budget = (Heading("Uncertainty of a joule"), TableHere("uncertainty_budget")) if results.budget is not None else ()
     drains = [
         Paragraph(
             f"{lead}{drain.line.sentence(result.run_duration_s)}", tuple(filter(None, (result.at_run.provenance,)))
         )
-        for drain in content.drains
-        for lead, result in [(f"{drain.robot}: " if len(content.drains) > 1 else "", drain.result)]
+        for drain in results.drains
+        for lead, result in [(f"{drain.robot}: " if len(results.drains) > 1 else "", drain.result)]
         if not isinstance(drain.line, Undefined)
     ]
     return (
@@ -230,47 +230,47 @@ def _certainty(content: StudyResults) -> tuple[Part, ...]:
         FigureHere("passive_drain"),
         TableHere("passive_drain"),
         Heading("Order of the day and battery packs"),
-        *_said(*content.confounded),
+        *_said(*results.confounded),
         TableHere("packs"),
     )
 
 
-def _plan(content: StudyResults) -> tuple[Part, ...]:
-    return (*_said(*map(true_minus, content.decided)), *_listed(content.departures), *_said(content.void))
+def _plan(results: StudyResults) -> tuple[Part, ...]:
+    return (*_said(*map(true_minus, results.decided)), *_listed(results.departures), *_said(results.void))
 
 
-def _methods(content: StudyResults) -> tuple[Part, ...]:
-    limitations = (Heading("Limitations"), *_listed(content.limitations)) if content.limitations else ()
-    assumed = content.assumed and not content.predictions.items
+def _methods(results: StudyResults) -> tuple[Part, ...]:
+    limitations = (Heading("Limitations"), *_listed(results.limitations)) if results.limitations else ()
+    assumed = results.assumed and not results.predictions.items
     return (
-        *_said(*content.methods, gains_text(content), software_sentence(content)),
+        *_said(*results.methods, gains_text(results), software_sentence(results)),
         *limitations,
         *((Heading("Assumed parameters"), TableHere("assumed")) if assumed else ()),
     )
 
 
-def software_sentence(content: StudyResults) -> str:
+def software_sentence(results: StudyResults) -> str:
     """Name software with versions, and the sources of methods, for the paragraph on methods."""
-    used = list_text([f"{name} {version}" for name, version in _software(content).items()])
+    used = list_text([f"{name} {version}" for name, version in _software(results).items()])
     entries = _entries()
-    sources = [_short(entries[key]) for key in content.sources]
+    sources = [_short(entries[key]) for key in results.sources]
     return f"Software: {used}.{f' Sources: {list_text(sources)}.' if sources else ''}"
 
 
-def references_bib(content: StudyResults) -> bytes:
+def references_bib(results: StudyResults) -> bytes:
     """Write software and sources as BibTeX, UTF-8: what `software_sentence` names, no more and no less."""
     entries = _entries()
-    year = content.made_at[:4]
+    year = results.made_at[:4]
     software = [
         entries[name].replace("VERSION", latex_text(version)).replace("{YEAR}", f"{{{year}}}")
-        for name, version in _software(content).items()
+        for name, version in _software(results).items()
         if name in entries
     ]
-    return ("\n\n".join([*software, *(entries[key] for key in content.sources)]) + "\n").encode("utf-8")
+    return ("\n\n".join([*software, *(entries[key] for key in results.sources)]) + "\n").encode("utf-8")
 
 
-def _software(content: StudyResults) -> dict[str, str]:
-    return {"labbook": content.software_version, **dict(content.software)}
+def _software(results: StudyResults) -> dict[str, str]:
+    return {"labbook": results.software_version, **dict(results.software)}
 
 
 def _entries() -> dict[str, str]:

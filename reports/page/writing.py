@@ -73,7 +73,7 @@ _WIDTHS = {"": TWO_COLUMNS_IN, "_one_column": ONE_COLUMN_IN}
 
 
 def report_files(
-    content: StudyResults,
+    results: StudyResults,
     *,
     summary: bool = False,
     every_figure: bool = False,
@@ -86,60 +86,60 @@ def report_files(
     both widths. With `summary` its first page stands alone in `summary.html`, too; with `word` the tables are in
     `tables.docx` as well. Pages come from the `templates` of a lab where its folder has them.
     """
-    of_page = None if every_figure else _drawn_on(sections_of(content))
-    figures = _figure_files(content, of_page)
+    of_page = None if every_figure else _drawn_on(sections_of(results))
+    figures = _figure_files(results, of_page)
     drawings = {name.removesuffix(".svg"): data for name, data in figures.items() if name.endswith(".svg")}
     return {
-        **{_figure_path(name, content): data for name, data in figures.items()},
-        **_but_figures(content, drawings, summary=summary, word=word, templates=templates),
+        **{_figure_path(name, results): data for name, data in figures.items()},
+        **_but_figures(results, drawings, summary=summary, word=word, templates=templates),
     }
 
 
 def files_beside_figures(
-    content: StudyResults, drawn: Mapping[str, bytes], *, summary: bool = False
+    results: StudyResults, drawn: Mapping[str, bytes], *, summary: bool = False
 ) -> dict[str, bytes]:
     """Make a report's files but for its figures, which are `drawn` already: name below its folder -> bytes.
 
     Raises `KeyError` with the name of a figure that is not there, `ValueError` where one is no drawing.
     """
-    wanted = _drawn_on(sections_of(content))
-    known = {f"{kind.name}{ending}" for kind in figures_of(content) for ending in _WIDTHS}
-    drawings = {name: drawn[_figure_path(f"{name}.svg", content)] for name in sorted(wanted & known)}
-    return _but_figures(content, drawings, summary=summary)
+    wanted = _drawn_on(sections_of(results))
+    known = {f"{kind.name}{ending}" for kind in figures_of(results) for ending in _WIDTHS}
+    drawings = {name: drawn[_figure_path(f"{name}.svg", results)] for name in sorted(wanted & known)}
+    return _but_figures(results, drawings, summary=summary)
 
 
-def _figure_path(name: str, content: StudyResults) -> str:
-    return f"figures/{file_name(name, content)}"
+def _figure_path(name: str, results: StudyResults) -> str:
+    return f"figures/{file_name(name, results)}"
 
 
 def _but_figures(
-    content: StudyResults,
+    results: StudyResults,
     drawings: Mapping[str, bytes],
     *,
     summary: bool,
     word: bool = False,
     templates: Path | None = None,
 ) -> dict[str, bytes]:
-    tables, table_files = _tables(content)
-    pages = {"report.html": render_page(content, drawings, tables, templates=templates)}
+    tables, table_files = _tables(results)
+    pages = {"report.html": render_page(results, drawings, tables, templates=templates)}
     if summary:
-        pages = {"summary.html": render_page(content, drawings, tables, first_only=True, templates=templates), **pages}
+        pages = {"summary.html": render_page(results, drawings, tables, first_only=True, templates=templates), **pages}
     return {
-        **({WORD: word_bytes(content, tables.values())} if word else {}),
+        **({WORD: word_bytes(results, tables.values())} if word else {}),
         **{f"tables/{name}": data for name, data in table_files.items()},
-        "numbers.tex": macros_bytes(content),
-        "references.bib": references_bib(content),
-        MARK: f"{content.made_at}{'' if content.stored else ' unsaved'}".encode(),
+        "numbers.tex": macros_bytes(results),
+        "references.bib": references_bib(results),
+        MARK: f"{results.made_at}{'' if results.stored else ' unsaved'}".encode(),
         **{name: page.encode("utf-8") for name, page in pages.items()},
     }
 
 
-def _tables(content: StudyResults) -> tuple[dict[str, Table], dict[str, bytes]]:
+def _tables(results: StudyResults) -> tuple[dict[str, Table], dict[str, bytes]]:
     """Return the tables by name, and their files."""
-    many = not run_anchors(content)  # so many runs are for programs, and no paper prints them
+    many = not run_anchors(results)  # so many runs are for programs, and no paper prints them
     tables, files = {}, {}
-    for kind in tables_of(content):
-        table = kind.make(content)
+    for kind in tables_of(results):
+        table = kind.make(results)
         files[f"{kind.name}.csv"] = csv_bytes(table)
         tables[kind.name] = table = replace(table, rows=()) if many and kind.by_run else table
         files[f"{kind.name}.tex"] = latex_bytes(table)
@@ -207,7 +207,7 @@ _NAMES = (*_PAGES, WORD, "numbers.json", "numbers.tex", "references.bib", "figur
 """What a report puts into its folder."""
 
 
-def _figure_files(content: StudyResults, of_page: set[str] | None) -> dict[str, bytes]:
+def _figure_files(results: StudyResults, of_page: set[str] | None) -> dict[str, bytes]:
     """Draw figures, file name -> bytes.
 
     `of_page` names those of the page, "_one_column" behind the narrow ones, which are wanted as SVG; None for every
@@ -216,10 +216,10 @@ def _figure_files(content: StudyResults, of_page: set[str] | None) -> dict[str, 
     formats = _FORMATS if of_page is None else ("svg",)
     files = {
         f"{kind.name}{ending}.{suffix}": data
-        for kind in figures_of(content)
+        for kind in figures_of(results)
         for ending, width_in in _WIDTHS.items()
         if of_page is None or f"{kind.name}{ending}" in of_page
-        for suffix, data in cached_figure(content, Wanted(kind, width_in, formats)).items()
+        for suffix, data in cached_figure(results, Wanted(kind, width_in, formats)).items()
     }
     DRAWN.forget_unused()
     return files
@@ -233,7 +233,7 @@ def _drawn_on(sections: Sequence[Section]) -> set[str]:
 
 
 def render_page(
-    content: StudyResults,
+    results: StudyResults,
     drawings: Mapping[str, bytes],
     tables: Mapping[str, Table],
     *,
@@ -245,18 +245,18 @@ def render_page(
     With `first_only` it is the first section alone, whose numbers keep their ids without a table to link to, and whose
     references to other sections say where these are.
     """
-    anchors = {} if first_only else run_anchors(content)
+    anchors = {} if first_only else run_anchors(results)
     if first_only:
-        content = replace(content, first_only=True)
-        tables = {**tables, HEADLINES.name: HEADLINES.make(content)}
-    planned = sections_of(content)[:1] if first_only else sections_of(content)
+        results = replace(results, first_only=True)
+        tables = {**tables, HEADLINES.name: HEADLINES.make(results)}
+    planned = sections_of(results)[:1] if first_only else sections_of(results)
     traced = {**tables, "provenance": _of_this_page(tables["provenance"], _ids_of(planned, tables))}
-    page = _Page(content, drawings, traced, anchors)
+    page = _Page(results, drawings, traced, anchors)
     sections = list(map(page.section, planned))
     shown = {
-        "content": content,
-        "summary": _summary(content),
-        "facts": _facts(content),
+        "content": results,
+        "summary": _summary(results),
+        "facts": _facts(results),
         "sections": [section for section in sections if section["parts"]],
         "first_only": first_only,
         "known_ids": set() if first_only else {row.cells[0].text for row in traced["provenance"].rows},
@@ -374,31 +374,31 @@ def _template(name: str) -> str | None:
     return importlib.resources.files("reports").joinpath("templates", name).read_text(encoding="utf-8")
 
 
-def _summary(content: StudyResults) -> str:
+def _summary(results: StudyResults) -> str:
     """Return the line under the title: what was selected, and when it was measured."""
-    parts = [content.selection or "all runs"]
-    if content.days:
-        first, last = content.days[0].date, content.days[-1].date
+    parts = [results.selection or "all runs"]
+    if results.days:
+        first, last = results.days[0].date, results.days[-1].date
         dates = first if first == last else f"{first} to {last}"
-        parts.append(f"{dates}, {count_text(len(content.days), 'day')}")
-    made = f"Report of {content.made_at}."
-    return f"{'; '.join(parts)}. {f'As of {content.as_of}. ' if content.as_of else ''}{made}"
+        parts.append(f"{dates}, {count_text(len(results.days), 'day')}")
+    made = f"Report of {results.made_at}."
+    return f"{'; '.join(parts)}. {f'As of {results.as_of}. ' if results.as_of else ''}{made}"
 
 
-def _facts(content: StudyResults) -> list[tuple[str, str]]:
+def _facts(results: StudyResults) -> list[tuple[str, str]]:
     """Return what stands under the answer: name and text."""
-    facts = [] if content.study in content.title else [("Study", content.study)]
-    if content.people:
-        facts.append(("People", list_text(content.people)))
+    facts = [] if results.study in results.title else [("Study", results.study)]
+    if results.people:
+        facts.append(("People", list_text(results.people)))
     facts += [
-        ("Software", f"labbook {content.software_version}, labbook.toml {content.configuration_hash}"),
-        ("Detector", content.detector),
+        ("Software", f"labbook {results.software_version}, labbook.toml {results.configuration_hash}"),
+        ("Detector", results.detector),
     ]
-    if content.as_of:
-        facts.append(("As of", f"{content.as_of}, by the journal; what was stated since is not in it"))
-    elif content.entry:
-        facts.append(("As of", f"entry {content.entry} of the journal"))
-    if not content.stored:
+    if results.as_of:
+        facts.append(("As of", f"{results.as_of}, by the journal; what was stated since is not in it"))
+    elif results.entry:
+        facts.append(("As of", f"entry {results.entry} of the journal"))
+    if not results.stored:
         facts.append(("Stored", "no: `labbook why` knows those of its numbers that a stored report has too"))
     return facts
 
@@ -407,7 +407,7 @@ def _facts(content: StudyResults) -> list[tuple[str, str]]:
 class _Page:
     """What the parts of a page are made of, and how many figures and tables it has so far."""
 
-    content: StudyResults
+    results: StudyResults
     drawings: Mapping[str, bytes]
     tables: Mapping[str, Table]
     anchors: Mapping[str, str]
@@ -438,14 +438,14 @@ class _Page:
     def figure(self, name: str, drawn: str) -> dict[str, Any]:
         """Show a drawing under the next number, or say why there is none."""
         kind = FIGURES[name]
-        if (reason := kind.absent(self.content)) is not None:
+        if (reason := kind.absent(self.results)) is not None:
             return {"kind": "Paragraph", "part": Paragraph(reason)}
         self.n_figures += 1
-        drawing = inline_svg(self.drawings[drawn], name, kind.title, kind.alternative(self.content))
+        drawing = inline_svg(self.drawings[drawn], name, kind.title, kind.alternative(self.results))
         return {
             "kind": "FigureHere",
             "number": self.n_figures,
             "name": name,
-            "caption": kind.caption(self.content),
-            "drawing": name_points(drawing, name, self.content, self.anchors),
+            "caption": kind.caption(self.results),
+            "drawing": name_points(drawing, name, self.results, self.anchors),
         }

@@ -42,7 +42,7 @@ T = TypeVar("T")
 def _table(
     name: str,
     caption: str,
-    content: StudyResults,
+    results: StudyResults,
     found: Sequence[tuple[Comparison, T]],
     columns: Columns[tuple[Comparison, T]],
     why: Callable[[tuple[Comparison, T]], str] = lambda row: row[0].exploratory,
@@ -54,13 +54,13 @@ def _table(
     """
 
     def group(one: Comparison) -> str:
-        return levels_name(content, one.group) or "all runs"
+        return levels_name(results, one.group) or "all runs"
 
     rows_of = Counter((one.family, group(one)) for one, _shown in found)
     several = {family for (family, _group), rows in rows_of.items() if rows > 1}
 
     def label(row: tuple[Comparison, T]) -> Cell:
-        one, own, level = row[0], group(row[0]), level_of(content, row[0])
+        one, own, level = row[0], group(row[0]), level_of(results, row[0])
         beside = own if level.lower() in one.family.lower() else f"{own}, {level}"
         return Cell(level if one.family in several else beside, (one.family, own, one.level))
 
@@ -87,8 +87,8 @@ _DECIDED = (
 )
 
 
-def _of_outcome(content: StudyResults, quantity: Outcome, name: str) -> Table:
-    found = [(one, one.decision) for one in content.comparisons if one.quantity is quantity]
+def _of_outcome(results: StudyResults, quantity: Outcome, name: str) -> Table:
+    found = [(one, one.decision) for one in results.comparisons if one.quantity is quantity]
     decisions = [one for _comparison, one in found]
     differences, savings = [one.difference for one in decisions], [one.savings for one in decisions]
     saves, places, savings_places = any(savings), common_places(differences), common_places(savings, 1)
@@ -121,7 +121,7 @@ def _of_outcome(content: StudyResults, quantity: Outcome, name: str) -> Table:
     holm = "" if adjusted is None else f" Holm: p adjusted over the {adjusted.n} tests of the family."
     reasons = reasons_note(one.exploratory for one, _decision in found)
     caption = f"Every comparison of {quantity}. {_DECIDED}{holm}{one_sided_note(decisions)}{reasons}"
-    return _table(name, caption, content, found, columns)
+    return _table(name, caption, results, found, columns)
 
 
 def one_sided_note(leads: Sequence[Decision]) -> str:
@@ -143,8 +143,8 @@ COMPARISONS = tables_of_outcomes("comparisons_{}", _of_outcome)
 _VERDICTS = {True: "shown", False: "not shown", None: DASH}
 
 
-def _equivalence(content: StudyResults) -> Table:
-    found = [(one, tested) for one in content.comparisons if (tested := one.decision.equivalence) is not None]
+def _equivalence(results: StudyResults) -> Table:
+    found = [(one, tested) for one in results.comparisons if (tested := one.decision.equivalence) is not None]
     if not found:
         head = Column("comparison", ("family", "group", "level"), numeric=False)
         return Table("equivalence", "Apex heights are not tested for equivalence.", (head,), ())
@@ -174,7 +174,7 @@ def _equivalence(content: StudyResults) -> Table:
         f"hold both (TOST), p the larger of both. Equivalence is shown where both reject, that is where the "
         f"{level_text(estimates[0])} lies within the bounds.{reasons_note(item.exploratory for _, item in found)}"
     )
-    return _table("equivalence", caption, content, found, columns, lambda row: row[1].exploratory)
+    return _table("equivalence", caption, results, found, columns, lambda row: row[1].exploratory)
 
 
 def _verdict(item: Equivalence) -> Cell:
@@ -191,7 +191,7 @@ def _f_test(route: ThesisRoute) -> SignificanceTest:
 
 
 def _routes(
-    name: str, caption: str, content: StudyResults, found: list[tuple[Comparison, ThesisRoute]], unit: str
+    name: str, caption: str, results: StudyResults, found: list[tuple[Comparison, ThesisRoute]], unit: str
 ) -> Table:
     differences = [route.difference for _comparison, route in found]
     places = common_places(differences)
@@ -204,37 +204,37 @@ def _routes(
         interval(differences, unit, lambda row: row[1].difference, places),
         ids(lambda row: row[1].difference.provenance),
     )
-    return _table(name, caption, content, found, columns)
+    return _table(name, caption, results, found, columns)
 
 
-def _over_runs(content: StudyResults, quantity: Outcome, name: str) -> Table:
-    found = [(each, each.over_runs) for each in content.comparisons if each.quantity is quantity]
+def _over_runs(results: StudyResults, quantity: Outcome, name: str) -> Table:
+    found = [(each, each.over_runs) for each in results.comparisons if each.quantity is quantity]
     caption = (
         f"The thesis's route (5.2.1) to {quantity}, over all runs whatever their days: the F-test for equal variances "
         "chooses Student's or Welch's t."
     )
-    return _routes(name, caption, content, found, quantity.unit)
+    return _routes(name, caption, results, found, quantity.unit)
 
 
-def _over_jumps(content: StudyResults) -> Table:
-    found = [(each, each.over_jumps) for each in content.comparisons if each.over_jumps is not None]
+def _over_jumps(results: StudyResults) -> Table:
+    found = [(each, each.over_jumps) for each in results.comparisons if each.over_jumps is not None]
     caption = (
         "The thesis's route to apex heights over single jumps. Jumps of one run share its bed, pack and day: the true "
         "p is larger."
     )
-    return _routes("tests_jumps", caption, content, found, Outcome.APEX.unit)
+    return _routes("tests_jumps", caption, results, found, Outcome.APEX.unit)
 
 
-def _anovas(content: StudyResults) -> Table:
+def _anovas(results: StudyResults) -> Table:
     columns: Columns[Anova] = (
-        text("group", "group", lambda anova: levels_name(content, anova.group) or anova.label),
+        text("group", "group", lambda anova: levels_name(results, anova.group) or anova.label),
         counts("n", "n_runs", lambda anova: anova.n),
         statistic("F", "f", lambda anova: anova.test, 2),
         ids(lambda anova: anova.p.provenance),
     )
-    swept = swept_words(swept_factor(content)).coefficient
+    swept = swept_words(swept_factor(results)).coefficient
     caption = f"One-way analysis of variance over the levels of the {swept} in each group, control left out."
-    return table_of("anovas", caption, content.anovas, columns, block=lambda anova: str(anova.quantity))
+    return table_of("anovas", caption, results.anovas, columns, block=lambda anova: str(anova.quantity))
 
 
 TESTS = tables_of_outcomes("tests_{}", _over_runs)

@@ -30,50 +30,50 @@ from reports.tables.table import (
 T = TypeVar("T")
 
 
-def factor_columns(content: StudyResults, of: Callable[[T], Condition]) -> ColumnOf[T]:
+def factor_columns(results: StudyResults, of: Callable[[T], Condition]) -> ColumnOf[T]:
     """Make two columns a factor: the level and its physical value; the control's value reads "CE" or "control".
 
     The swept factor's are shown, since the others head the groups; all where none is swept.
     """
-    columns = tuple(one for factor in content.factors for one in _columns(content, factor))
+    columns = tuple(one for factor in results.factors for one in _columns(results, factor))
     known: dict[int, tuple[Condition, tuple[Cell, ...]]] = {}  # a table of each run has a condition as often as runs
 
     def make(item: T) -> tuple[Cell, ...]:
         condition = of(item)
         if id(condition) not in known:
-            known[id(condition)] = condition, factor_cells(content, condition)
+            known[id(condition)] = condition, factor_cells(results, condition)
         return known[id(condition)][1]
 
     return columns, make
 
 
-def _columns(content: StudyResults, factor: Factor) -> tuple[Column, Column]:
-    levels = [level for condition in content.conditions if (level := condition.level(factor.name)) is not None]
+def _columns(results: StudyResults, factor: Factor) -> tuple[Column, Column]:
+    levels = [level for condition in results.conditions if (level := condition.level(factor.name)) is not None]
     has_gain = any(level.gain is not None for level in levels)
     numeric = all(level.gain is not None or is_number(level) for level in levels)
     title = factor.symbol if factor.symbol and has_gain else sentence_start(factor.title)
-    shown = factor.swept or swept_factor(content) is None
+    shown = factor.swept or swept_factor(results) is None
     name = f"{factor.name}_{unit_slug(factor.unit) if factor.unit else 'value'}"
     value = Column(title, (name,), factor.unit, numeric, shown)
     return value, Column("gain", (factor.name,), shown=shown and has_gain)
 
 
-def block_of(content: StudyResults, condition: Condition) -> str:
+def block_of(results: StudyResults, condition: Condition) -> str:
     """Return the heading that a condition stands under: its group; "" where no factor is swept and columns say all."""
-    return "" if swept_factor(content) is None else group_name(content, condition, gain=True)
+    return "" if swept_factor(results) is None else group_name(results, condition, gain=True)
 
 
-def by_group(content: StudyResults) -> list[tuple[str, Condition]]:
+def by_group(results: StudyResults) -> list[tuple[str, Condition]]:
     """Return the conditions with their headings, those of one group together."""
-    found = [(block_of(content, condition), condition) for condition in content.conditions]
+    found = [(block_of(results, condition), condition) for condition in results.conditions]
     places = {block: place for place, block in reversed(list(enumerate(block for block, _ in found)))}
     return sorted(found, key=lambda item: places[item[0]])
 
 
-def factor_cells(content: StudyResults, condition: Condition) -> tuple[Cell, ...]:
+def factor_cells(results: StudyResults, condition: Condition) -> tuple[Cell, ...]:
     """Return the cells that belong to `factor_columns`."""
     cells: list[Cell] = []
-    for factor in content.factors:
+    for factor in results.factors:
         level = condition.level(factor.name)
         if level is None:
             cells += [Cell(DASH, (None,)), Cell(DASH, (None,))]
@@ -86,9 +86,9 @@ def factor_cells(content: StudyResults, condition: Condition) -> tuple[Cell, ...
     return tuple(cells)
 
 
-def _gains_note(content: StudyResults) -> str:
+def _gains_note(results: StudyResults) -> str:
     """Write the formulas between gains and physical values as one sentence, "" where there are none."""
-    formulas = [text for factor in content.factors if (text := formula_text(factor))]
+    formulas = [text for factor in results.factors if (text := formula_text(factor))]
     return f"Gains g and physical values: {'; '.join(formulas)}." if formulas else ""
 
 
@@ -98,25 +98,25 @@ _SHARED_NOTE = (
 )
 
 
-def _make(content: StudyResults, quantity: Outcome, name: str) -> Table:
+def _make(results: StudyResults, quantity: Outcome, name: str) -> Table:
     found = [
         (block, condition, summary)
-        for block, condition in by_group(content)
+        for block, condition in by_group(results)
         if (summary := condition.summary(quantity)) is not None
     ]
     means = [summary.mean for _, _, summary in found]
     places = common_places(means)
     unit, factor = quantity.unit, shown_unit(quantity.unit)[1]
     columns: Columns[tuple[str, Condition, ConditionSummary]] = (
-        factor_columns(content, lambda row: row[1]),
+        factor_columns(results, lambda row: row[1]),
         counts("n", "n_runs", lambda row: row[2].mean.n),
         counts(
             "jumps",
             "n_jumps",
-            lambda row: _jumps(content, quantity, row[2]),
-            shown=any(_jumps(content, quantity, row[2]) for row in found),
+            lambda row: _jumps(results, quantity, row[2]),
+            shown=any(_jumps(results, quantity, row[2]) for row in found),
         ),
-        text("robots", "robots", lambda row: _robots(content, row[2]), shown=len(content.robots) > 1),
+        text("robots", "robots", lambda row: _robots(results, row[2]), shown=len(results.robots) > 1),
         number("mean", "mean_{unit}", unit, lambda row: row[2].mean, places),
         number("SD", "sd_{unit}", unit, lambda row: row[2].sd, places),
         column("SE", "se_{unit}", lambda row: value_cell(row[2].mean.se, places, factor), unit=unit),
@@ -132,20 +132,20 @@ def _make(content: StudyResults, quantity: Outcome, name: str) -> Table:
     )
     shared = any((mean.shared_se or 0.0) != 0.0 for mean in means)
     about = f"{quantity.heading} by condition; n counts runs."
-    steps = " and of the charger's steps" if content.coarse_charger and quantity.shares_error else ""
+    steps = " and of the charger's steps" if results.coarse_charger and quantity.shares_error else ""
     note = _SHARED_NOTE.format(f"{quantity.common_error}{steps}") if shared else ""
-    caption = " ".join(filter(None, (about, note, _gains_note(content))))
+    caption = " ".join(filter(None, (about, note, _gains_note(results))))
     return table_of(name, caption, found, columns, block=lambda row: row[0], strong=lambda row: row[1].control)
 
 
-def _jumps(content: StudyResults, quantity: Outcome, summary: ConditionSummary) -> int | None:
+def _jumps(results: StudyResults, quantity: Outcome, summary: ConditionSummary) -> int | None:
     """Count the jumps that a mean is of; None of another quantity than one of the jumps that count."""
     runs = summary.runs if quantity.of_jumps else ()
-    return sum(len(content.runs[run].heights_m) for run, _value in runs) or None
+    return sum(len(results.runs[run].heights_m) for run, _value in runs) or None
 
 
-def _robots(content: StudyResults, summary: ConditionSummary) -> str:
-    runs = Counter(content.runs[run].robot for run, _value in summary.runs)
+def _robots(results: StudyResults, summary: ConditionSummary) -> str:
+    runs = Counter(results.runs[run].robot for run, _value in summary.runs)
     return ", ".join(f"{robot} {several}" for robot, several in runs.items())
 
 

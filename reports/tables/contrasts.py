@@ -29,8 +29,8 @@ from reports.tables.table import (
 )
 
 
-def _make(content: StudyResults) -> Table:
-    found = content.contrasts
+def _make(results: StudyResults) -> Table:
+    found = results.contrasts
     places = {
         unit: common_places([each.estimate for each in found if contrast_unit(each) == unit])
         for unit in map(contrast_unit, found)
@@ -39,7 +39,7 @@ def _make(content: StudyResults) -> Table:
     by_days = any(one.days for one in found)
     level = next((level_text(one.estimate) for one in found), "CI")
     columns: Columns[MeansContrast] = (
-        text("contrast", "kind outcome factor levels side per at", lambda one: _name_cell(content, one)),
+        text("contrast", "kind outcome factor levels side per at", lambda one: _name_cell(results, one)),
         counts("days", "days", lambda one: len(one.days), shown=by_days),
         counts("n", "n", lambda one: one.estimate.n),
         column("estimate", "estimate unit", lambda one: _estimate(one, places[contrast_unit(one)])),
@@ -67,9 +67,9 @@ def _make(content: StudyResults) -> Table:
     return table_of("contrasts", caption, found, columns)
 
 
-def _name_cell(content: StudyResults, one: MeansContrast) -> Cell:
+def _name_cell(results: StudyResults, one: MeansContrast) -> Cell:
     values = (str(one.kind), one.quantity.key, one.factor, " ".join(one.levels), one.side, one.per, one.at)
-    return Cell(contrast_name(content, one), values)
+    return Cell(contrast_name(results, one), values)
 
 
 def _estimate(one: MeansContrast, places: int) -> Cell:

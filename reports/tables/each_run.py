@@ -33,25 +33,25 @@ class _Run:
     deviation_j: float | None
 
 
-def _each(content: StudyResults) -> list[_Run]:
+def _each(results: StudyResults) -> list[_Run]:
     """Return the runs in the order of conditions."""
     found = []
-    for block, condition in by_group(content):
+    for block, condition in by_group(results):
         values: dict[str, dict[Outcome, float]] = {}
         for outcome, summary in condition.summaries.items():
             for name, value in summary.runs:
                 values.setdefault(name, {})[outcome] = value
         deviations = joule_deviations(condition)
         found += [
-            _Run(name, content.runs[name], block, condition, of_run, deviations.get(name))
+            _Run(name, results.runs[name], block, condition, of_run, deviations.get(name))
             for name, of_run in values.items()
         ]
     return found
 
 
-def each_run(content: StudyResults) -> Table:
+def each_run(results: StudyResults) -> Table:
     """Make the table of each run, in the order of conditions; what figures by day show of it is in CSV alone."""
-    runs, days, anchors = _each(content), run_days(content), run_anchors(content)
+    runs, days, anchors = _each(results), run_days(results), run_anchors(results)
     heights: dict[str, list[float]] = {}
     for run in runs:
         heights.setdefault(run.block, []).extend(run.about.heights_m.values())
@@ -60,8 +60,8 @@ def each_run(content: StudyResults) -> Table:
         text("run", "run", lambda run: run.name),
         text("day", "day", lambda run: days.get(run.name, DASH)),
         column("in the day", "position pack deviation_j", _in_day, shown=False),
-        factor_columns(content, lambda run: run.condition),
-        *(_outcome_column(one, runs, shown=bool(anchors)) for one in content.outcomes),
+        factor_columns(results, lambda run: run.condition),
+        *(_outcome_column(one, runs, shown=bool(anchors)) for one in results.outcomes),
         text("jumps", "jumps_analysed lowest_m highest_m", lambda run: _jumps(run, spans.get(run.block, (0.0, 0.0)))),
     )
     caption = (
@@ -119,42 +119,42 @@ MOST_RUNS = 600
 _POINT = re.compile(r"<use\b[^>]*/>")
 
 
-def run_names(content: StudyResults) -> tuple[str, ...]:
+def run_names(results: StudyResults) -> tuple[str, ...]:
     """Return the names of the analysed runs, group by group, each once."""
-    summaries = (summary for condition in content.conditions for summary in condition.summaries.values())
+    summaries = (summary for condition in results.conditions for summary in condition.summaries.values())
     return tuple(dict.fromkeys(run for summary in summaries for run, _value in summary.runs))
 
 
-def run_anchors(content: StudyResults) -> dict[str, str]:
+def run_anchors(results: StudyResults) -> dict[str, str]:
     """Return where each run's row is on the page; empty where there are too many of them.
 
     An anchor is a number, for a run's name may hold anything.
     """
-    names = run_names(content)
+    names = run_names(results)
     return {} if len(names) > MOST_RUNS else {name: f"run-{place}" for place, name in enumerate(names, start=1)}
 
 
-def run_days(content: StudyResults) -> dict[str, str]:
+def run_days(results: StudyResults) -> dict[str, str]:
     """Return the day of each run."""
-    return {run: day.date for day in content.days for run in day.runs}
+    return {run: day.date for day in results.days for run in day.runs}
 
 
-def points_drawn(content: StudyResults, outcome: Outcome) -> list[list[tuple[str, float]]]:
+def points_drawn(results: StudyResults, outcome: Outcome) -> list[list[tuple[str, float]]]:
     """Return the runs whose points a figure by level has, series by series, in the order in which it draws them."""
     found = (
         [run for condition in series.conditions if (summary := condition.summary(outcome)) for run in summary.runs]
-        for series in series_of(content)
+        for series in series_of(results)
     )
     return [runs for runs in found if runs]
 
 
-def name_points(svg: str, figure: str, content: StudyResults, anchors: Mapping[str, str]) -> str:
+def name_points(svg: str, figure: str, results: StudyResults, anchors: Mapping[str, str]) -> str:
     """Name the points of a figure by level that stands inline on a page; any other figure is returned as it is."""
     outcome = next((one for one in Outcome if figure == f"{one.key}_by_level"), None)
     if outcome is None:
         return svg
-    days = run_days(content)
-    for place, runs in enumerate(points_drawn(content, outcome)):
+    days = run_days(results)
+    for place, runs in enumerate(points_drawn(results, outcome)):
         start = svg.find(f'<g id="{figure}-runs-{place}">')
         end = svg.find("</g>", start)
         if start < 0 or end < 0:

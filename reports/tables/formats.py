@@ -370,21 +370,21 @@ class Macro:
     provenance: str = ""
 
 
-def macros_of(content: StudyResults) -> tuple[Macro, ...]:
+def macros_of(results: StudyResults) -> tuple[Macro, ...]:
     """Return a macro a number of page one and of planned comparisons, but for those whose names would be the same."""
-    found = (*_counts(content), *_over_groups(content), *_by_group(content), *_contrasts(content))
+    found = (*_counts(results), *_over_groups(results), *_by_group(results), *_contrasts(results))
     times = Counter(macro.name for macro in found)
     return tuple(macro for macro in found if times[macro.name] == 1)
 
 
-def macros_bytes(content: StudyResults) -> bytes:
+def macros_bytes(results: StudyResults) -> bytes:
     """Write the macros as a file for LaTeX, UTF-8."""
     lines = [
         rf"\newcommand{{\{macro.name}}}{{{latex_text(macro.text)}}}"
         + (f" % {macro.provenance}" * bool(macro.provenance))
-        for macro in macros_of(content)
+        for macro in macros_of(results)
     ]
-    return (_HEAD.format(content.software_version) + "\n".join(lines) + "\n").encode("utf-8")
+    return (_HEAD.format(results.software_version) + "\n".join(lines) + "\n").encode("utf-8")
 
 
 def macro_name(*words: str) -> str:
@@ -398,29 +398,29 @@ def macro_name(*words: str) -> str:
     return "labbook" + "".join(part[0].upper() + part[1:] for part in parts)
 
 
-def _counts(content: StudyResults) -> Iterator[Macro]:
-    flow = content.flow
+def _counts(results: StudyResults) -> Iterator[Macro]:
+    flow = results.flow
     if flow.runs_planned is not None:
         yield Macro(macro_name("runs planned"), str(flow.runs_planned))
     counts = {"done": flow.runs_done, "void": flow.runs_void, "idle": flow.runs_idle}
     for name, count in counts.items():
         yield Macro(macro_name("runs", name), str(count))
-    for outcome in content.outcomes:
+    for outcome in results.outcomes:
         yield Macro(macro_name("runs with", outcome.key), str(flow.runs_with[outcome]))
     if flow.runs_with.get(Outcome.APEX):  # jumps are counted of the runs that have apex heights
         yield Macro(macro_name("jumps made"), str(flow.jumps_made))
         yield Macro(macro_name("jumps analysed"), str(flow.jumps_analysed))
-    yield Macro(macro_name("days measured"), str(len(content.days)))
+    yield Macro(macro_name("days measured"), str(len(results.days)))
 
 
-def _over_groups(content: StudyResults) -> Iterator[Macro]:
-    for overall in content.overall:
+def _over_groups(results: StudyResults) -> Iterator[Macro]:
+    for overall in results.overall:
         name = ("overall saving", "" if overall.quantity is Outcome.JOULES else overall.quantity.key)
         yield from _number(name, overall.savings, overall.test.p)
         yield from _scope(name, overall, overall.savings)
         yield from _value((*name, "spread"), overall.spread, overall.savings)
-    if content.overall_equivalence is not None:
-        tested = content.overall_equivalence
+    if results.overall_equivalence is not None:
+        tested = results.overall_equivalence
         heights = ("overall apex equivalence",)
         yield from _number(heights, tested.estimate, tested.p.value)
         yield from _scope(heights, tested, tested.estimate)
@@ -431,10 +431,10 @@ def _scope(name: Iterable[str], scope: OverallSavings | OverallEquivalence, numb
     yield Macro(macro_name(*name, "days"), str(len(scope.days)), number.provenance)
 
 
-def _by_group(content: StudyResults) -> Iterator[Macro]:
-    for comparison in (*content.pooled, *_planned_levels(content)):
+def _by_group(results: StudyResults) -> Iterator[Macro]:
+    for comparison in (*results.pooled, *_planned_levels(results)):
         group = [f"{factor} {level}" for factor, level in comparison.group.items()]
-        name = (comparison.quantity.key, *group, *_level(content, comparison))
+        name = (comparison.quantity.key, *group, *_level(results, comparison))
         lead = comparison.decision
         if lead.savings is not None:
             yield from _number((*name, "saving"), lead.savings, lead.test.p)
@@ -444,20 +444,20 @@ def _by_group(content: StudyResults) -> Iterator[Macro]:
             yield from _number((*name, "equivalence"), tested.estimate, tested.p.value)
 
 
-def _contrasts(content: StudyResults) -> Iterator[Macro]:
-    for one in (each for each in content.contrasts if not each.exploratory):
+def _contrasts(results: StudyResults) -> Iterator[Macro]:
+    for one in (each for each in results.contrasts if not each.exploratory):
         words = (str(one.kind), one.quantity.key, one.factor, *one.levels, one.side)
         at = () if one.at is None else ("at", f"{one.at:g}")
         yield from _number(("contrast", *filter(None, words), *at), one.estimate, one.test.p)
 
 
-def _planned_levels(content: StudyResults) -> list[Comparison]:
+def _planned_levels(results: StudyResults) -> list[Comparison]:
     """Return the comparisons of one level with the control that the plan names."""
-    return [each for each in content.by_group if not (each.opens or each.exploratory)]
+    return [each for each in results.by_group if not (each.opens or each.exploratory)]
 
 
-def _level(content: StudyResults, comparison: Comparison) -> list[str]:
-    swept = swept_factor(content)
+def _level(results: StudyResults, comparison: Comparison) -> list[str]:
+    swept = swept_factor(results)
     return [] if comparison.opens or swept is None else [f"{swept.name} {comparison.level}"]
 
 

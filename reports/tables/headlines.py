@@ -38,9 +38,9 @@ class _Headline(NamedTuple):
     strong: bool = False
 
 
-def headlines(content: StudyResults) -> Table:
+def headlines(results: StudyResults) -> Table:
     """Make the table of the groups: all levels of the treatment together against the control."""
-    found = groups(content)
+    found = groups(results)
     comparisons = [each for pair in found.values() for each in pair if each is not None]
     of_groups = [_of_group(name, *pair) for name, pair in found.items()]
     saved, heights = [row.savings for row in of_groups], [_change(row) for row in of_groups]
@@ -68,11 +68,11 @@ def headlines(content: StudyResults) -> Table:
         counts("apex n", "apex_days apex_n_control apex_n_treatment", _apex_counts, shown=False),
         ids(lambda row: row.provenance),
     )
-    test = f"by the days that hold both ({content.section('Methods')})"
+    test = f"by the days that hold both ({results.section('Methods')})"
     what = "Energy" if saves else "Apex height"
-    control, treatment = control_name(content), treatment_name(content, {})
-    levels = ", all levels" if len(treated_levels(content, {})) > 1 else ""
-    beside_plan = content.planned and all(each.exploratory for each in comparisons)
+    control, treatment = control_name(results), treatment_name(results, {})
+    levels = ", all levels" if len(treated_levels(results, {})) > 1 else ""
+    beside_plan = results.planned and all(each.exploratory for each in comparisons)
     adjusted = next((each.decision.adjusted for each in comparisons if each.decision.adjusted is not None), None)
     holm = "" if adjusted is None else f", p of a group by Holm over {adjusted.n} tests"
     nowhere = any(not each.decision.days for each in comparisons)
@@ -82,16 +82,16 @@ def headlines(content: StudyResults) -> Table:
         f"{', all where there is none' if nowhere else ''}.{' All rows are exploratory.' if beside_plan else ''}"
     )
     caption += one_sided_note([each.decision for each in comparisons])
-    rows = [*of_groups, *_all_groups(content)]
+    rows = [*of_groups, *_all_groups(results)]
     return table_of("headlines", caption, rows, columns, strong=lambda row: row.strong)
 
 
-def groups(content: StudyResults) -> dict[str, tuple[Comparison | None, Comparison | None]]:
+def groups(results: StudyResults) -> dict[str, tuple[Comparison | None, Comparison | None]]:
     """Return the pooled comparisons of joules and of apex height of each group, by the group's name, in one order."""
-    opening = {(tuple(each.group.items()), each.quantity): each for each in content.pooled}
+    opening = {(tuple(each.group.items()), each.quantity): each for each in results.pooled}
     keys = dict.fromkeys(group for group, _ in opening)
     return {
-        levels_name(content, dict(group)) or "all runs": (
+        levels_name(results, dict(group)) or "all runs": (
             opening.get((group, Outcome.JOULES)),
             opening.get((group, Outcome.APEX)),
         )
@@ -127,27 +127,27 @@ def _apex_counts(row: _Headline) -> tuple[int | None, ...]:
     return (None,) * 3 if row.apex is None else (len(row.apex.days), row.apex.n_control, row.apex.n_treatment)
 
 
-def _all_groups(content: StudyResults) -> list[_Headline]:
+def _all_groups(results: StudyResults) -> list[_Headline]:
     return [
         _Headline(
             f"mean of {len(overall.groups)} groups",
             len(overall.days),
-            _runs_of_groups(content, overall),
+            _runs_of_groups(results, overall),
             overall.savings,
             overall.test.p,
             None,
             overall.savings.provenance,
             strong=True,
         )
-        for overall in content.overall
+        for overall in results.overall
         if overall.quantity is Outcome.JOULES and len(overall.groups) > 1
     ]
 
 
-def _runs_of_groups(content: StudyResults, overall: OverallSavings) -> tuple[int, int]:
+def _runs_of_groups(results: StudyResults, overall: OverallSavings) -> tuple[int, int]:
     """Count the runs of both sides over the groups, which have none in common; of days, groups share some."""
     leads = [
-        each.decision for each in content.pooled if each.quantity is overall.quantity and each.group in overall.groups
+        each.decision for each in results.pooled if each.quantity is overall.quantity and each.group in overall.groups
     ]
     return sum(lead.n_control for lead in leads), sum(lead.n_treatment for lead in leads)
 

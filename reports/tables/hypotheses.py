@@ -28,10 +28,10 @@ from stats.days.decision import CONTROL, TREATED
 _NOTHING = "runs are missing of what it compares"
 
 
-def verdict_sentence(content: StudyResults, one: Hypothesis) -> str:
+def verdict_sentence(results: StudyResults, one: Hypothesis) -> str:
     """Say what came of a hypothesis: "CE costs the same: cannot tell (simulated: holds; published: p > .5)"."""
-    beside = [reason] if (reason := _why_undecided(content, one)) else []
-    beside += ["among the selected runs"] if one.parts and content.selection else []
+    beside = [reason] if (reason := _why_undecided(results, one)) else []
+    beside += ["among the selected runs"] if one.parts and results.selection else []
     beside += [f"simulated: {one.simulated_verdict}"] if any(map(_simulated, one.parts)) else []
     beside += [f"published: {one.published}"] if one.published else []
     return f"{one.text}: {one.verdict}" + (f" ({'; '.join(beside)})" if beside else "")
@@ -42,26 +42,26 @@ def _simulated(part: HypothesisPart) -> bool:
     return not isinstance(value, Undefined) or value.code is not Reason.NOT_SIMULATED
 
 
-def _why_undecided(content: StudyResults, one: Hypothesis) -> str:
+def _why_undecided(results: StudyResults, one: Hypothesis) -> str:
     """Say why a hypothesis cannot be tested, "" where it was and its data do not suffice."""
     if not one.parts:
         return _NOTHING
-    reasons = [_reason(content, part) for part in one.parts]
+    reasons = [_reason(results, part) for part in one.parts]
     return reasons[0] if all(reasons) else ""
 
 
-def _reason(content: StudyResults, part: HypothesisPart) -> str:
+def _reason(results: StudyResults, part: HypothesisPart) -> str:
     if part.no_interval is None:
         return ""
-    of, against = _sides(content, part)
+    of, against = _sides(results, part)
     return part.no_interval.called({CONTROL: against, TREATED: of}, "run").text
 
 
-def _sides(content: StudyResults, part: HypothesisPart) -> tuple[str, str]:
+def _sides(results: StudyResults, part: HypothesisPart) -> tuple[str, str]:
     """Name what is compared, and what it is compared with."""
     if part.savings or not part.against:
-        return treatment_name(content, part.of), control_name(content)
-    return levels_name(content, {name: part.of[name] for name in part.against}), levels_name(content, part.against)
+        return treatment_name(results, part.of), control_name(results)
+    return levels_name(results, {name: part.of[name] for name in part.against}), levels_name(results, part.against)
 
 
 def _claim(one: Hypothesis) -> Cell:
@@ -72,31 +72,31 @@ def _simulated_verdict(one: Hypothesis) -> Cell:
     return Cell(one.simulated_verdict if one.parts else DASH, (str(one.simulated_verdict),))
 
 
-def _make(content: StudyResults) -> Table:
+def _make(results: StudyResults) -> Table:
     columns: Columns[Hypothesis] = (
         column("name", "name", lambda one: Cell("", (one.name,)), shown=False),
         text("hypothesis", "claim source", _claim, prose=True),
-        text("measured", "verdict", lambda one: Cell(one.verdict, (str(one.verdict),), _why_undecided(content, one))),
+        text("measured", "verdict", lambda one: Cell(one.verdict, (str(one.verdict),), _why_undecided(results, one))),
         text("simulated", "simulated_verdict", _simulated_verdict),
         text("published", "published", lambda one: Cell(one.published or DASH, (one.published,)), prose=True),
     )
-    return table_of("hypotheses", "Hypotheses of the study", content.hypotheses, columns)
+    return table_of("hypotheses", "Hypotheses of the study", results.hypotheses, columns)
 
 
-def _in_full(content: StudyResults) -> Table:
-    parts = [(one, part) for one in content.hypotheses for part in one.parts]
+def _in_full(results: StudyResults) -> Table:
+    parts = [(one, part) for one in results.hypotheses for part in one.parts]
     places = common_places([part.measured for _, part in parts])
     levels = dict.fromkeys(level_text(part.measured) for _, part in parts if part.no_interval is None)
     several = len(levels) > 1
     columns: Columns[tuple[Hypothesis, HypothesisPart]] = (
         column("name", "name", lambda row: Cell("", (row[0].name,)), shown=False),
-        text("compared", "of against", lambda row: _compared(content, row[1])),
+        text("compared", "of against", lambda row: _compared(results, row[1])),
         text("true if", "low_percent high_percent", lambda row: Cell(_bounds_text(row[1]), (row[1].low, row[1].high))),
         number("measured", "measured_percent", "%", lambda row: row[1].measured, places),
         column(
             "CI" if len(levels) != 1 else "".join(levels),
             "ci_low_percent ci_high_percent ci_level",
-            lambda row: _interval(content, row[1], places, several),
+            lambda row: _interval(results, row[1], places, several),
             unit="%",
         ),
         text("verdict", "verdict", lambda row: str(row[1].verdict)),
@@ -114,13 +114,13 @@ def _in_full(content: StudyResults) -> Table:
     return table_of("hypotheses_in_full", caption, parts, columns, block=lambda row: row[0].text)
 
 
-def _compared(content: StudyResults, part: HypothesisPart) -> Cell:
-    of, against = levels_name(content, part.of), levels_name(content, part.against)
+def _compared(results: StudyResults, part: HypothesisPart) -> Cell:
+    of, against = levels_name(results, part.of), levels_name(results, part.against)
     return Cell(f"{of} against {against}" if against else of or "all runs", (of, against))
 
 
-def _interval(content: StudyResults, part: HypothesisPart, places: int, with_level: bool) -> Cell:
-    if reason := _reason(content, part):
+def _interval(results: StudyResults, part: HypothesisPart, places: int, with_level: bool) -> Cell:
+    if reason := _reason(results, part):
         return Cell(DASH, (None, None, None), note=reason)
     cell = interval_cell(part.measured, places)
     return replace(cell, text=f"{cell.text} ({level_in_percent(part.measured.ci_level)})") if with_level else cell

@@ -48,16 +48,16 @@ from reports.tables.table import (
 )
 
 
-def _days(content: StudyResults) -> Table:
+def _days(results: StudyResults) -> Table:
     of_run: dict[str, list[int]] = {}
-    for place, condition in enumerate(content.conditions):
+    for place, condition in enumerate(results.conditions):
         for name in {run for summary in condition.summaries.values() for run, _value in summary.runs}:
             of_run.setdefault(name, []).append(place)
-    checked = any(day.checks_made or day.checks_not_made for day in content.days)
+    checked = any(day.checks_made or day.checks_not_made for day in results.days)
     columns: Columns[Day] = (
         text("day", "day", lambda day: day.date),
         column("runs", "n_runs runs", lambda day: Cell(str(len(day.runs)), (len(day.runs), " ".join(day.runs)))),
-        text("conditions", "conditions", lambda day: _conditions_cell(content, day, of_run), prose=True),
+        text("conditions", "conditions", lambda day: _conditions_cell(results, day, of_run), prose=True),
         text("packs", "packs", lambda day: _names_cell(day.packs), prose=True),
         text("checks made", "checks_made", lambda day: _names_cell(day.checks_made), prose=True, shown=checked),
         text(
@@ -68,25 +68,25 @@ def _days(content: StudyResults) -> Table:
             shown=checked,
         ),
     )
-    return table_of("days", "What was measured and when.", content.days, columns)
+    return table_of("days", "What was measured and when.", results.days, columns)
 
 
-def _conditions_cell(content: StudyResults, day: Day, of_run: Mapping[str, Sequence[int]]) -> Cell:
+def _conditions_cell(results: StudyResults, day: Day, of_run: Mapping[str, Sequence[int]]) -> Cell:
     """Return a day's conditions; `of_run` has the places of the conditions to which a run contributes."""
     conditions = "; ".join(day.conditions)
     places = sorted({place for run in day.runs for place in of_run.get(run, ())})
-    analysed = [content.conditions[place] for place in places]
-    return Cell(_conditions_text(content, analysed) or conditions or DASH, (conditions,))
+    analysed = [results.conditions[place] for place in places]
+    return Cell(_conditions_text(results, analysed) or conditions or DASH, (conditions,))
 
 
 def _names_cell(names: Sequence[str]) -> Cell:
     return Cell(", ".join(names).replace("_", " ") or DASH, (", ".join(names),))
 
 
-def _conditions_text(content: StudyResults, conditions: Sequence[Condition]) -> str:
+def _conditions_text(results: StudyResults, conditions: Sequence[Condition]) -> str:
     """Sum up the conditions of a day's analysed runs: "small foot, k = 1091 N/m: CE, d = 186, 352 kg/s"."""
-    swept = swept_factor(content)
-    groups = grouped(conditions, [group_name(content, condition) for condition in conditions])
+    swept = swept_factor(results)
+    groups = grouped(conditions, [group_name(results, condition) for condition in conditions])
     return "; ".join(": ".join(filter(None, (name, _levels_text(swept, found)))) for name, found in groups.items())
 
 
@@ -102,23 +102,23 @@ def _levels_text(swept: Factor | None, conditions: list[Condition]) -> str:
     return ", ".join(names)
 
 
-def _assumed(content: StudyResults) -> Table:
+def _assumed(results: StudyResults) -> Table:
     columns: Columns[Assumed] = (
         text("parameter", "parameter", lambda one: one.name, prose=True),
         text("value", "value", lambda one: one.value),
         text("why", "why", lambda one: one.why, prose=True),
     )
-    return table_of("assumed", "Parameters without a source.", content.assumed, columns)
+    return table_of("assumed", "Parameters without a source.", results.assumed, columns)
 
 
-def _provenance(content: StudyResults) -> Table:
+def _provenance(results: StudyResults) -> Table:
     columns: Columns[Provenance] = (
         ids(lambda source: source.id, name="id"),
         text("number", "what", lambda source: source.what, prose=True),
         counts("inputs", "n_inputs", lambda source: source.inputs),
     )
     caption = "Where each number came from; `labbook why ID` follows it down to the files."
-    return table_of("provenance", caption, content.provenance, columns)
+    return table_of("provenance", caption, results.provenance, columns)
 
 
 DAYS = TableKind("days", _days)
@@ -135,8 +135,8 @@ def _shared_text(source: BudgetSource, *, several_robots: bool) -> str:
     return "a robot's runs" if source.name == OF_DRAIN else "all runs"
 
 
-def _budget(content: StudyResults) -> Table:
-    budget, several = content.budget, len(content.robots) > 1
+def _budget(results: StudyResults) -> Table:
+    budget, several = results.budget, len(results.robots) > 1
     one_run, mean = ({}, {}) if budget is None else (budget.one_run, budget.mean)
     sources = {} if budget is None else {source.name: source for source in budget.terms}
     columns: Columns[str] = (
@@ -160,7 +160,7 @@ def _budget(content: StudyResults) -> Table:
     if budget is not None:
         n = budget.one_mah.n
         caption += (
-            f" Shown for {levels_name(content, budget.levels)} ({n} run{'' if n == 1 else 's'}), where 1 mAh is "
+            f" Shown for {levels_name(results, budget.levels)} ({n} run{'' if n == 1 else 's'}), where 1 mAh is "
             f"{budget.one_mah.value:.2g} J a jump."
         )
     return table_of("uncertainty_budget", caption, one_run, columns, strong=lambda name: name == IN_ALL)
@@ -175,8 +175,8 @@ def _budget_cell(value: Value | None) -> Cell:
     return value_cell(value, 2 if value is None or isinstance(value, Undefined) else decimals_for(value))
 
 
-def _drain(content: StudyResults) -> Table:
-    fits = [drain.result for drain in content.drains]
+def _drain(results: StudyResults) -> Table:
+    fits = [drain.result for drain in results.drains]
     with_se = any(fit.slope.se is not None for fit in fits)
     columns: Columns[tuple[str, str, Number]] = (
         text("quantity", "quantity", lambda row: row[1]),
@@ -193,7 +193,7 @@ def _drain(content: StudyResults) -> Table:
     )
     rows = [
         (drain.robot if len(fits) > 1 else "", name, number)
-        for drain in content.drains
+        for drain in results.drains
         for name, number in {
             "slope": drain.result.slope,
             "intercept": drain.result.intercept,
@@ -216,8 +216,8 @@ def _drain_places(number: Number) -> int | None:
     return 2 if isinstance(number.value, Undefined) else decimals_for(1.0 - number.value)
 
 
-def _idle_runs(content: StudyResults) -> Table:
-    fits = content.drains
+def _idle_runs(results: StudyResults) -> Table:
+    fits = results.drains
     columns: Columns[tuple[Drain, IdleRun]] = (
         text("run", "run", lambda row: row[1].run),
         column("duration", "duration_min", lambda row: value_cell(row[1].duration_s / MAH_MIN), unit="min"),
@@ -228,8 +228,8 @@ def _idle_runs(content: StudyResults) -> Table:
     return table_of("idle_runs", caption, points, columns, block=lambda row: row[0].robot if len(fits) > 1 else "")
 
 
-def _packs(content: StudyResults) -> Table:
-    means = [found.deviation for found in content.packs.values()]
+def _packs(results: StudyResults) -> Table:
+    means = [found.deviation for found in results.packs.values()]
     places = common_places(means)
     unit = means[0].unit if means else ""
     columns: Columns[tuple[str, PackDeviation]] = (
@@ -242,12 +242,12 @@ def _packs(content: StudyResults) -> Table:
     return table_of(
         "packs",
         "Joules a jump by battery pack, less the mean of each run's condition where all have one.",
-        list(content.packs.items()),
+        list(results.packs.items()),
         columns,
     )
 
 
-def _sensitivity(content: StudyResults) -> Table:
+def _sensitivity(results: StudyResults) -> Table:
     def places(row: tuple[Comparison, str, Number]) -> int:
         return common_places([row[0].decision.headline])
 
@@ -261,7 +261,7 @@ def _sensitivity(content: StudyResults) -> Table:
     )
     rows = [
         (one, label, number)
-        for one, varied in content.headlines
+        for one, varied in results.headlines
         for label, number in (
             ("as reported", one.decision.headline),
             *((each.variant, each.result.headline) for each in varied),
@@ -272,7 +272,7 @@ def _sensitivity(content: StudyResults) -> Table:
         "Each headline as reported and recomputed another way.",
         rows,
         columns,
-        block=lambda row: headline_name(content, row[0]),
+        block=lambda row: headline_name(results, row[0]),
         strong=lambda row: row[2] is row[0].decision.headline,
     )
 
@@ -329,14 +329,14 @@ def _reasons(excluded: Mapping[str, int]) -> list[str]:
     return [f"{count} excluded: {reason}" for reason, count in excluded.items()]
 
 
-def _flow(content: StudyResults) -> Table:
+def _flow(results: StudyResults) -> Table:
     columns: Columns[tuple[Outcome, Step]] = (
         text("analysis", "analysis", lambda row: str(row[0])),
         text("step", "step", lambda row: row[1].name),
         counts("count", "count", lambda row: row[1].count),
         text("left out before it", "left_out", lambda row: "; ".join(row[1].leaving), prose=True),
     )
-    steps = [(quantity, step) for quantity, steps in flow_lines(content.flow).items() for step in steps]
+    steps = [(quantity, step) for quantity, steps in flow_lines(results.flow).items() for step in steps]
     return table_of("flow", "Runs and jumps, from what was planned to what was analysed.", steps, columns)
 
 

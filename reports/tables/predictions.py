@@ -80,23 +80,23 @@ def title_text(quantity: PredictedQuantity) -> str:
     return f"{quantity.heading}, measured and predicted"
 
 
-def level_text_of(content: StudyResults, item: Prediction) -> str:
+def level_text_of(results: StudyResults, item: Prediction) -> str:
     """Name the level of a prediction: "CE", "d = 186 kg/s (gain 50)", "pooled"; "all runs" without a swept factor."""
-    swept = swept_factor(content)
+    swept = swept_factor(results)
     if item.level == POOLED:
         return POOLED
     if swept is None:
-        return levels_name(content, item.group) or "all runs"
+        return levels_name(results, item.group) or "all runs"
     if item.control:
         return swept_words(swept).control_level
-    levels = (condition.level(swept.name) for condition in content.conditions if not condition.control)
+    levels = (condition.level(swept.name) for condition in results.conditions if not condition.control)
     level = next((level for level in levels if level is not None and level.label == item.level), None)
     return item.level if level is None else level_name(swept, level, gain=True)
 
 
-def block_of(content: StudyResults, item: Prediction) -> str:
+def block_of(results: StudyResults, item: Prediction) -> str:
     """Name the group that a prediction stands under; "" without a swept factor."""
-    return levels_name(content, item.group) if swept_factor(content) is not None else ""
+    return levels_name(results, item.group) if swept_factor(results) is not None else ""
 
 
 def _predicted(item: Prediction, places: int) -> Cell:
@@ -138,8 +138,8 @@ def _published(found: PublishedResult | None) -> Cell:
     return Cell(published_text(found), values)
 
 
-def _make(content: StudyResults, quantity: PredictedQuantity, name: str) -> Table:
-    items = content.predictions.of(quantity)
+def _make(results: StudyResults, quantity: PredictedQuantity, name: str) -> Table:
+    items = results.predictions.of(quantity)
     unit, measured = quantity.unit, [item.measured for item in items]
     places = common_places(measured)
     finer = max(places, common_places([item.check.predicted for item in items], places))
@@ -152,7 +152,7 @@ def _make(content: StudyResults, quantity: PredictedQuantity, name: str) -> Tabl
         text(
             "condition",
             "group level",
-            lambda item: Cell(level_text_of(content, item), (levels_name(content, item.group), item.level)),
+            lambda item: Cell(level_text_of(results, item), (levels_name(results, item.group), item.level)),
         ),
         counts("n", "n_runs", lambda item: item.n),
         number("measured", "measured_{unit}", unit, lambda item: item.measured, places),
@@ -181,13 +181,13 @@ def _make(content: StudyResults, quantity: PredictedQuantity, name: str) -> Tabl
         f"{title_text(quantity)}; {LEGEND}",
         items,
         columns,
-        block=lambda item: block_of(content, item),
+        block=lambda item: block_of(results, item),
         strong=lambda item: item.level == POOLED,
     )
 
 
-def _assumed(content: StudyResults) -> Table:
-    quantities = [of for of in PredictedQuantity if of in _ALWAYS or content.predictions.of(of)]
+def _assumed(results: StudyResults) -> Table:
+    quantities = [of for of in PredictedQuantity if of in _ALWAYS or results.predictions.of(of)]
     columns: Columns[AssumedInput] = (
         text("input", "input", lambda one: one.name),
         text("value", "value unit", lambda one: _value_and_unit(one.parameter)),
@@ -204,7 +204,7 @@ def _assumed(content: StudyResults) -> Table:
         "Inputs of the simulation without a source, and the most that raising or lowering each by its part changes in "
         "any condition (savings: in percentage points)."
     )
-    return table_of("predicted_inputs", caption, content.predictions.assumed, columns)
+    return table_of("predicted_inputs", caption, results.predictions.assumed, columns)
 
 
 def _value_and_unit(one: AssumedParameter) -> Cell:
@@ -223,7 +223,7 @@ def _change(quantity: PredictedQuantity) -> ColumnOf[AssumedInput]:
 
 def _table_kind(quantity: PredictedQuantity) -> TableKind:
     name = f"predicted_{quantity.name.lower()}"
-    return TableKind(name, lambda content: _make(content, quantity, name))
+    return TableKind(name, lambda results: _make(results, quantity, name))
 
 
 PREDICTED = tuple(map(_table_kind, PredictedQuantity))
@@ -272,11 +272,11 @@ def _joint_text(one: Judged) -> str:
     return f"joint {p_text(one.joint_p.value)}{tau}"
 
 
-def verdict_text(content: StudyResults) -> str:
+def verdict_text(results: StudyResults) -> str:
     """Say of each quantity whether its predictions are biased, where and by how much; "" where none can be judged."""
-    found, assumed = content.predictions.judged, content.predictions.assumed
+    found, assumed = results.predictions.judged, results.predictions.assumed
     sentences = [
-        f"{sentence_start(str(each.quantity))} ({_joint_text(each)}): {_where_biased(content, each)}." for each in found
+        f"{sentence_start(str(each.quantity))} ({_joint_text(each)}): {_where_biased(results, each)}." for each in found
     ]
     if any(group.differs for each in found for group in each.groups):
         needed = [text for each in found if (text := _needed(each, assumed))]
@@ -302,34 +302,34 @@ def _needed(one: Judged, assumed: Sequence[AssumedInput]) -> str:
     return f"{most.name} must be {off} off, not within {within} ({one.quantity})"
 
 
-def _where_biased(content: StudyResults, one: Judged) -> str:
+def _where_biased(results: StudyResults, one: Judged) -> str:
     parts = []
     for high in (True, False):
         biased = [each for each in one.groups if each.differs and _is_high(each) is high]
         if biased:
-            parts.append(f"{_size(biased, _places_of_biases(one))}{_where(content, one.groups, biased)}")
+            parts.append(f"{_size(biased, _places_of_biases(one))}{_where(results, one.groups, biased)}")
     bought = [each for each in one.groups if each.agrees_only_by_assumed]
     if bought and not parts:
         means = "mean agrees" if len(bought) == 1 else "means agree"
-        return f"group {means}{_where(content, one.groups, bought)} only with the assumed inputs' uncertainty included"
+        return f"group {means}{_where(results, one.groups, bought)} only with the assumed inputs' uncertainty included"
     return list_text(parts) or "no significant bias"
 
 
-def _where(content: StudyResults, groups: Sequence[JudgedGroup], chosen: Sequence[JudgedGroup]) -> str:
+def _where(results: StudyResults, groups: Sequence[JudgedGroup], chosen: Sequence[JudgedGroup]) -> str:
     """Name the chosen groups, or count them; "" where a study has one group."""
     if len(groups) == 1:
         return ""
     if len(chosen) == len(groups):
         return " in all groups"
     if len(chosen) <= _NAMED:
-        return f" at {list_text([levels_name(content, each.group) for each in chosen])}"
+        return f" at {list_text([levels_name(results, each.group) for each in chosen])}"
     return f" in {len(chosen)} of {count_text(len(groups), 'group')}"
 
 
-def _bias_table(content: StudyResults) -> Table:
+def _bias_table(results: StudyResults) -> Table:
     columns: Columns[tuple[Judged, JudgedGroup]] = (
         text("quantity", "quantity", lambda row: str(row[0].quantity)),
-        text("group", "group", lambda row: levels_name(content, row[1].group) or "all runs"),
+        text("group", "group", lambda row: levels_name(results, row[1].group) or "all runs"),
         counts("days", "days", lambda row: row[1].days),
         counts("runs", "n", lambda row: row[1].bias.n, shown=False),
         number("measured", "measured", "", lambda row: row[1].measured, None, shown=False),
@@ -349,9 +349,9 @@ def _bias_table(content: StudyResults) -> Table:
     )
     caption = (
         "Predicted less measured by day; intervals hold both errors. Joint p: Bonferroni's; "
-        f"\u03c4: Kendall's, of groups.{_other_units(content)}"
+        f"\u03c4: Kendall's, of groups.{_other_units(results)}"
     )
-    groups = [(one, group) for one in content.predictions.judged for group in one.groups]
+    groups = [(one, group) for one in results.predictions.judged for group in one.groups]
     return table_of("prediction_bias", caption, groups, columns)
 
 
@@ -369,20 +369,20 @@ def _joint(one: Judged) -> Cell:
     return Cell("", (one.joint_p.value, tau, one.joint_p.provenance, tau_id))
 
 
-def _other_units(content: StudyResults) -> str:
+def _other_units(results: StudyResults) -> str:
     """Say which factors the scene takes in another unit than the study states; "" for none."""
     return "".join(
         f" {sentence_start(factor.title)}: {factor.unit} in the study, as many {unit} in the scene."
-        for factor in content.factors
+        for factor in results.factors
         if (factor.slope is not None or factor.unit)
-        and (unit := content.predictions.units.get(factor.name, factor.unit)) != factor.unit
+        and (unit := results.predictions.units.get(factor.name, factor.unit)) != factor.unit
     )
 
 
 PREDICTION_BIAS = TableKind("prediction_bias", _bias_table)
 
 
-def _limits_of_agreement(content: StudyResults) -> Table:
+def _limits_of_agreement(results: StudyResults) -> Table:
     columns: Columns[tuple[Judged, Limits]] = (
         text("quantity", "quantity", lambda row: str(row[0].quantity)),
         text("unit", "unit", lambda row: shown_unit(row[1].mean_difference.unit)[0]),
@@ -396,7 +396,7 @@ def _limits_of_agreement(content: StudyResults) -> Table:
         "Predicted less measured over conditions (Bland and Altman): mean difference, and the limits between which "
         "95\u00a0% of further conditions are expected."
     )
-    found = [(one, one.limits) for one in content.predictions.judged if one.limits is not None]
+    found = [(one, one.limits) for one in results.predictions.judged if one.limits is not None]
     return table_of("limits_of_agreement", caption, found, columns)
 
 
@@ -419,9 +419,9 @@ def _limit_columns(
 LIMITS_OF_AGREEMENT = TableKind("limits_of_agreement", _limits_of_agreement)
 
 
-def scene_sentences(content: StudyResults) -> list[str]:
+def scene_sentences(results: StudyResults) -> list[str]:
     """Say which factors change nothing in the scene, and whose numbers it takes as they stand."""
-    about, sentences = content.predictions, []
+    about, sentences = results.predictions, []
     if about.unmapped:
         sentences.append(
             f"Not simulated: {list_text(about.unmapped)}, for which [simulation] of labbook.toml names no parameter. "
@@ -440,15 +440,15 @@ def unconverted_text(factors: Sequence[tuple[str, str, str]]) -> str:
     return f"Simulated as it stands: {named}. Gains of a controller need {tables} (docs/your-own-data.md)."
 
 
-def prediction_sentences(content: StudyResults) -> tuple[str, ...]:
+def prediction_sentences(results: StudyResults) -> tuple[str, ...]:
     """Say what predictions depend on and what their errors are; nothing where nothing was predicted."""
-    if not content.predictions.items:
+    if not results.predictions.items:
         return ()
-    return _simulated(content), _errors(content)
+    return _simulated(results), _errors(results)
 
 
-def _simulated(content: StudyResults) -> str:
-    about = content.predictions
+def _simulated(results: StudyResults) -> str:
+    about = results.predictions
     effects = list_text([name.replace("_", " ") for name in about.effects])
     text = (
         f"Each condition is simulated as it was run: in the scene {about.scene}, with the robot and the "
@@ -489,30 +489,30 @@ def _simulated(content: StudyResults) -> str:
     return text
 
 
-def _errors(content: StudyResults) -> str:
-    about = content.predictions
+def _errors(results: StudyResults) -> str:
+    about = results.predictions
     inputs = list_text([f"{one.name} by {given_text(100.0 * one.parameter.varied_by)} %" for one in about.assumed])
     inputs_text = f"inputs without a source, each raised and lowered ({inputs})" if about.assumed else "nothing else"
     accuracy = given_text(about.accuracy)
     return (
         f"The error of a prediction is that of the simulator, {accuracy} of the value, and that of {inputs_text}. "
         "Its parts are added in quadrature and count as one standard uncertainty; in the mean of a group errors are "
-        f"added before squaring. {numerical_text(content)}What the scene leaves out, such as what is lost between the "
+        f"added before squaring. {numerical_text(results)}What the scene leaves out, such as what is lost between the "
         "charger and the motors, is no part of it."
     )
 
 
-def numerical_text(content: StudyResults) -> str:
+def numerical_text(results: StudyResults) -> str:
     """Say how far predictions move when simulated finer, with a space after it; "" where that is not known."""
     moved = [
         error / se
-        for item in content.predictions.items
+        for item in results.predictions.items
         for error, se in [(item.check.numerical_error, item.check.predicted.se)]
         if error is not None and isinstance(se, float) and se > 0.0
     ]
     if not moved:
         return ""
-    marked = sum(item.check.imprecise for item in content.predictions.items)
+    marked = sum(item.check.imprecise for item in results.predictions.items)
     also = f", and the tables mark {count_text(marked, 'of them', 'of them')} as imprecise" if marked else ""
     most = given_text(float(f"{max(moved):.1g}"))
     return f"Simulated again a hundred times finer, predictions move by at most {most} of their standard error{also}. "

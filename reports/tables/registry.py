@@ -54,6 +54,6 @@ TABLES: dict[str, TableKind] = {
 """Table name -> table; the name is also the file's."""
 
 
-def tables_of(content: StudyResults) -> list[TableKind]:
+def tables_of(results: StudyResults) -> list[TableKind]:
     """Return the tables of a report, those of outcomes that it has not left out."""
-    return [kind for kind in TABLES.values() if kind.outcome is None or kind.outcome in content.outcomes]
+    return [kind for kind in TABLES.values() if kind.outcome is None or kind.outcome in results.outcomes]

@@ -143,7 +143,7 @@ def _mark(index: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class TableKind:
-    """How one table is made from a report's content; `outcome` is the only one that it shows, None for any other.
+    """How one table is made from a study's results; `outcome` is the only one that it shows, None for any other.
 
     A table `by_run` has a row for each run.
     """
@@ -183,7 +183,7 @@ def tables_of_outcomes(name: str, make: Callable[[StudyResults, Outcome, str], T
 
     def of(outcome: Outcome) -> TableKind:
         own = name.format(outcome.key)
-        return TableKind(own, lambda content: make(content, outcome, own), outcome)
+        return TableKind(own, lambda results: make(results, outcome, own), outcome)
 
     return tuple(map(of, Outcome))
 

@@ -20,15 +20,15 @@ WORD = "tables.docx"
 _STYLE = "Light List"
 
 
-def word_bytes(content: StudyResults, tables: Iterable[Table]) -> bytes:
+def word_bytes(results: StudyResults, tables: Iterable[Table]) -> bytes:
     """Return the tables of a report that have rows, as a Word document; the text of cells is that of the page.
 
     Raises `UsageError` where python-docx is not installed.
     """
     document: Document = optional("docx", "--docx", "export").Document()
-    document.core_properties.created = document.core_properties.modified = datetime.fromisoformat(content.made_at)
-    document.core_properties.title, document.core_properties.author = content.title, ", ".join(content.people)
-    document.add_heading(content.title, level=1)
+    document.core_properties.created = document.core_properties.modified = datetime.fromisoformat(results.made_at)
+    document.core_properties.title, document.core_properties.author = results.title, ", ".join(results.people)
+    document.add_heading(results.title, level=1)
     for number, table in enumerate((table for table in tables if table.rows), start=1):
         document.add_paragraph(f"Table {number}. {table.caption}", style="Caption")
         _add(document, table)

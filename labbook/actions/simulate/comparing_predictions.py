@@ -135,10 +135,10 @@ def as_lines(compared: ComparedPredictions) -> list[str]:
     return [_plain(line).rstrip() for line in (*lines, *notes)]
 
 
-def _tables(content: StudyResults) -> list[str]:
+def _tables(results: StudyResults) -> list[str]:
     lines: list[str] = []
     for name, title in COMPARED.items():
-        table = TABLES[name].make(content)
+        table = TABLES[name].make(results)
         if table.rows:
             lines += [f"{title}:" if title else table.caption, "", *_table_lines(table), ""]
     return lines
