@@ -203,6 +203,49 @@ class Source(StrEnum):
     WELCH = "welch1938"
 
 
+_MUCH = 1.02
+"""Times alpha, from which on looks err in more than was planned: less is the rounding of levels."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """Which look at growing data this is, and at which level p is compared.
+
+    `runs` are those of the study with a number, of `runs_planned`, None where no plan says. `level` takes the place of
+    `alpha`. `share_in_error` is that of studies without an effect in which one of the looks so far finds one.
+    """
+
+    number: int
+    planned: int
+    runs: int
+    runs_planned: int | None
+    alpha: float
+    level: float
+    share_in_error: float
+
+    @property
+    def unplanned(self) -> bool:
+        """Whether there were more looks than planned, or looks after all planned runs: they err in more than alpha."""
+        return self.number > self.planned or self.share_in_error > _MUCH * self.alpha
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """What was decided about the analysis before the first measurement, and what departs from it.
+
+    `stated` tells whether it was decided on in time, `decided` says what was; `run_before` is the day of the first run
+    where that lies before the decision. `departures` are sentences on what departs, of which there are `departed`.
+    `look` is which look at the data this is, None where none was before and one was planned.
+    """
+
+    stated: bool = False
+    decided: tuple[str, ...] = ()
+    run_before: str = ""
+    departures: tuple[str, ...] = ()
+    departed: int = 0
+    look: Look | None = None
+
+
 @dataclass(frozen=True, slots=True)
 class Predictions:
     """All predictions of a report, and what they depend on; `scene` is "" where nothing was predicted.
@@ -239,26 +282,20 @@ class Predictions:
 
 @dataclass(frozen=True, slots=True)
 class StudyResults:
-    """All of one report. `claims` open the page; `selection` is the --where text as given.
+    """All results of a study, of the runs of a selection, and what a page says of itself.
 
-    `drains` has those of the robots that have a line; `robots` counts the analysed runs of each, `runs` are these by
-    name. `confounded` says what is confounded with the day. `planned` tells whether the analysis was decided on in
-    time, `decided` says what was decided about the analysis before the first measurement,
-    `run_before` is the day of the first run where that lies before the decision, `departures` says what departs from
-    it, of which there are `departed`, `void` which runs are void and why; `no_equivalence` why heights were not tested
-    for equality, "" where they were or there are none; `without_charges` has the groups that no
-    claim is of for want of charges, with the runs that lack theirs; `favoured` has the headlines that the
-    order within days favours; `coarse_charger` is there where charges scatter by less than half a step of the charger,
-    so that no interval of joules can be trusted.
-    `look` is which look at the data this report is, None where none was before and one was planned.
+    `claims` open the page; `selection` is the --where text as given. `drains` has those of the robots that have a line;
+    `robots` counts the analysed runs of each, `runs` are these by name. `confounded` says what is confounded with the
+    day, `void` which runs are void and why; `no_equivalence` why heights were not tested for equality, "" where they
+    were or there are none; `without_charges` has the groups that no claim is of for want of charges, with the runs that
+    lack theirs; `favoured` has the headlines that the order within days favours; `coarse_charger` is there where
+    charges scatter by less than half a step of the charger, so that no interval of joules can be trusted.
     `overall` is the effect over all groups, where there are several. `sources` are those of the methods used;
     `outside_limits` names the runs whose joules are out of control limits, `exchanged_charges` pairs of them that are
-    inside with each other's charge; `software` names the libraries that
-    computed it, with versions.
+    inside with each other's charge; `software` names the libraries that computed it, with versions.
     `stored` tells whether the book has the report, so that its numbers can be traced. `entry` is the number of the last
-    entry of the journal that it is of, 0 where that is not known. `as_of` says at which earlier
-    entry of the journal the book stood so.
-    `first_only` tells that the first page stands alone, without the other sections.
+    entry of the journal that it is of, 0 where that is not known. `as_of` says at which earlier entry of the journal
+    the book stood so. `first_only` tells that the first page stands alone, without the other sections.
     """
 
     title: str
@@ -294,15 +331,10 @@ class StudyResults:
     robots: Mapping[str, int] = field(default_factory=dict)
     predictions: Predictions = field(default_factory=Predictions)
     hypotheses: tuple[Hypothesis, ...] = ()
-    planned: bool = False
-    decided: tuple[str, ...] = ()
-    run_before: str = ""
-    departures: tuple[str, ...] = ()
-    departed: int = 0
+    plan: Plan = field(default_factory=Plan)
     void: str = ""
     no_equivalence: str = ""
     without_charges: tuple[tuple[Mapping[str, str], tuple[str, ...]], ...] = ()
-    look: Look | None = None
     favoured: tuple[Favoured, ...] = ()
     coarse_charger: CoarseCharger | None = None
     software: tuple[tuple[str, str], ...] = ()
@@ -729,32 +761,6 @@ class Varied:
     result: Decision
     day: str = ""
     by_rules: bool = False
-
-
-_MUCH = 1.02
-"""Times alpha, from which on looks err in more than was planned: less is the rounding of levels."""
-
-
-@dataclass(frozen=True, slots=True)
-class Look:
-    """Which look at growing data this is, and at which level p is compared.
-
-    `runs` are those of the study with a number, of `runs_planned`, None where no plan says. `level` takes the place of
-    `alpha`. `share_in_error` is that of studies without an effect in which one of the looks so far finds one.
-    """
-
-    number: int
-    planned: int
-    runs: int
-    runs_planned: int | None
-    alpha: float
-    level: float
-    share_in_error: float
-
-    @property
-    def unplanned(self) -> bool:
-        """Whether there were more looks than planned, or looks after all planned runs: they err in more than alpha."""
-        return self.number > self.planned or self.share_in_error > _MUCH * self.alpha
 
 
 COVERAGE_FACTOR = 2.0

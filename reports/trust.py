@@ -82,13 +82,13 @@ def review_sentence(results: StudyResults) -> str:
 def trust_sentences(results: StudyResults) -> tuple[str, ...]:
     """Return how far to trust the answer: days, looks, order, charger, odd runs, plan, one day less, uncertainty."""
     plan = "No analysis was decided on before the first measurement: every comparison is exploratory."
-    if results.planned:
+    if results.plan.stated:
         when = "beforehand"
-        if results.run_before:
-            when = f"before measurements came in, but after the first run ({results.run_before})"
+        if results.plan.run_before:
+            when = f"before measurements came in, but after the first run ({results.plan.run_before})"
         what = "and nothing departs from it"
-        if results.departed:
-            counted = count_text(results.departed, "departure")
+        if results.plan.departed:
+            counted = count_text(results.plan.departed, "departure")
             what = f"with {counted} ({results.section('Plan and deviations')})"
         plan = f"The analysis was decided on {when}, {what}."
     sentences = (
@@ -120,7 +120,7 @@ def _without_charges(results: StudyResults) -> list[str]:
 
 def _looks(results: StudyResults) -> str:
     """Say which look at the data this is; "" where it is the only one so far and one was planned."""
-    look = results.look
+    look = results.plan.look
     if look is None or (look.number == 1 and look.planned == 1):
         return ""
     if look.unplanned:

@@ -38,13 +38,7 @@ from labbook.analysis.prediction.checking import check_conditions, check_savings
 from labbook.analysis.prediction.hypotheses import judge_hypotheses
 from labbook.analysis.prediction.predicting import predictions
 from labbook.analysis.prediction.simulating import ALWAYS, SIMULATED
-from labbook.analysis.preregistration.planned import (
-    Planned,
-    decision_sentences,
-    departure_sentences,
-    planned_analysis,
-    void_sentence,
-)
+from labbook.analysis.preregistration.planned import Planned, plan_of, planned_analysis, void_sentence
 from labbook.analysis.results import Results, provenance, shown_numbers
 from labbook.analysis.study_data import gather
 from labbook.config.parsing import Configuration
@@ -173,14 +167,9 @@ def analyse(
         robots=runs_by_robot(measured),
         predictions=study_predictions(measured, swept, predicted, checked, biases),
         hypotheses=hypotheses,
-        planned=planned.stated,
-        decided=decision_sentences(planned),
-        run_before=planned.run_before or "",
-        departures=departure_sentences(planned),
-        departed=len(planned.departures),
+        plan=plan_of(planned),
         void=void_sentence(void, void_reasons(connection, [run.uid for run in void])),
         without_charges=groups_without_charges(evidence, swept, found.compared),
-        look=planned.look,
         favoured=found.favoured,
         coarse_charger=coarse_charger(conditions[Outcome.JOULES]),
         software=tuple((name, importlib.metadata.version(name)) for name in used),

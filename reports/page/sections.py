@@ -236,7 +236,7 @@ def _certainty(results: StudyResults) -> tuple[Part, ...]:
 
 
 def _plan(results: StudyResults) -> tuple[Part, ...]:
-    return (*_said(*map(true_minus, results.decided)), *_listed(results.departures), *_said(results.void))
+    return (*_said(*map(true_minus, results.plan.decided)), *_listed(results.plan.departures), *_said(results.void))
 
 
 def _methods(results: StudyResults) -> tuple[Part, ...]:

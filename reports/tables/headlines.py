@@ -72,7 +72,7 @@ def headlines(results: StudyResults) -> Table:
     what = "Energy" if saves else "Apex height"
     control, treatment = control_name(results), treatment_name(results, {})
     levels = ", all levels" if len(treated_levels(results, {})) > 1 else ""
-    beside_plan = results.planned and all(each.exploratory for each in comparisons)
+    beside_plan = results.plan.stated and all(each.exploratory for each in comparisons)
     adjusted = next((each.decision.adjusted for each in comparisons if each.decision.adjusted is not None), None)
     holm = "" if adjusted is None else f", p of a group by Holm over {adjusted.n} tests"
     nowhere = any(not each.decision.days for each in comparisons)

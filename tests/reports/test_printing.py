@@ -15,7 +15,7 @@ from reports.page import printing
 from reports.page.printing import NO_BROWSER, browser, print_pdf
 from reports.page.study import Study, study_page
 from reports.page.writing import report_files, write_report
-from reports.results import CoarseCharger, Favoured, Look
+from reports.results import CoarseCharger, Favoured, Look, Plan
 from stats.days.order import PositionsCompared
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
@@ -71,15 +71,12 @@ def with_every_warning(content):
         content,
         favoured=tuple(favoured),
         coarse_charger=CoarseCharger(10.0, 2.2),
-        look=Look(7, 1, 140, None, 0.05, 0.05, 0.166),
         outside_limits=names,
         exchanged_charges=((names[0], names[1]),),
         flow=dataclasses.replace(
             content.flow, jumps_reviewed=1234, jumps_with_the_rest=234, jumps_rejected=567, verdicts_blind=89
         ),
-        planned=True,
-        run_before="2021-06-01",
-        departed=3,
+        plan=Plan(stated=True, run_before="2021-06-01", departed=3, look=Look(7, 1, 140, None, 0.05, 0.05, 0.166)),
         contrasts=tuple(dataclasses.replace(each, exploratory="") for each in content.contrasts),
     )
     return dataclasses.replace(warned, claims=(*warned.claims[:2], *contrast_claims(warned)))

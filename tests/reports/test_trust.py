@@ -9,6 +9,7 @@ import pytest
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from reports.numbers import Number
+from reports.results import Plan
 from reports.trust import flow_sentence, review_sentence, trust_sentences
 from tests.helpers.wording import says
 from tests.reports import made
@@ -111,7 +112,7 @@ def test_the_first_line_says_when_the_analysis_was_decided_on_and_how_often_it_w
 ):
     """That a family counts as a whole stands among what departs, and is no departure."""
     changed = dataclasses.replace(
-        content, planned=True, departures=("one", "two"), departed=departed, run_before=run_before
+        content, plan=Plan(stated=True, departures=("one", "two"), departed=departed, run_before=run_before)
     )
     says(plain(trust_sentences(changed))[0], *filter(None, (run_before, departed)))
 

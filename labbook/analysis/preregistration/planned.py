@@ -43,7 +43,7 @@ from labbook.analysis.preregistration.looks import look_of
 from labbook.config.model import HOW_TO_DECIDE, AnalysisSettings, Bounds, Configuration, Family
 from labbook.config.parsing import parse_configuration
 from reports.display import list_text, sentence_start
-from reports.results import Look
+from reports.results import Look, Plan
 
 
 def _unselected(now: BookState, configuration: Configuration, selected: frozenset[str]) -> list[Departure]:
@@ -418,6 +418,18 @@ def _exclusions(settings: AnalysisSettings) -> str:
         return "a person may leave out jumps and runs for any reason"
     listed = ", ".join(str(reason).replace("_", " ") for reason in settings.exclusions)
     return f"a person may leave out jumps and runs for: {listed or 'no reason'}"
+
+
+def plan_of(planned: Planned) -> Plan:
+    """Return the same in words, as a report has it."""
+    return Plan(
+        stated=planned.stated,
+        decided=decision_sentences(planned),
+        run_before=planned.run_before or "",
+        departures=departure_sentences(planned),
+        departed=len(planned.departures),
+        look=planned.look,
+    )
 
 
 def void_sentence(void: Sequence[RunRow], reasons: Mapping[str, str]) -> str:

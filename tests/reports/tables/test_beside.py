@@ -5,6 +5,7 @@ import dataclasses
 import pytest
 
 from data_schema.outcomes import Outcome
+from reports.results import Plan
 from reports.tables.registry import TABLES
 from tests.helpers.pages import quick_page
 from tests.helpers.wording import says
@@ -74,7 +75,9 @@ def test_what_is_exploratory_stands_under_its_word_with_the_reason_in_caption_an
 
 
 def test_what_was_decided_and_what_departs_stand_under_a_heading_of_their_own(content):
-    told = dataclasses.replace(content, decided=("Alpha is 0.05.",), departures=("Departure: alpha was 0.01.",))
+    told = dataclasses.replace(
+        content, plan=Plan(decided=("Alpha is 0.05.",), departures=("Departure: alpha was 0.01.",))
+    )
     page = quick_page(told)
     heading = "Plan and deviations</h2>"
     assert page.index(heading) < page.index("Alpha is 0.05.") < page.index("alpha was 0.01.")

@@ -157,7 +157,7 @@ def test_what_was_not_decided_beforehand_is_called_exploratory_with_the_reason(r
     page = quick_page(made.results)
     says(page, "first measurement came")
     says(page, "pooled against", "(exploratory)")
-    says(made.results.decided[1], "run is dated", "2021")
+    says(made.results.plan.decided[1], "run is dated", "2021")
 
 
 def test_a_family_of_one_test_is_left_as_it_is(reports: Reports) -> None:

@@ -45,17 +45,17 @@ def levels(content: StudyResults) -> list[float]:
 
 def test_a_look_is_a_report_on_fewer_runs_and_one_report_says_nothing(book: SmallBook) -> None:
     measure(book, 0)
-    assert report(book).look is None
-    again = report(book).look
+    assert report(book).plan.look is None
+    again = report(book).plan.look
     assert again is None or (again.number, again.planned) == (1, 1)
     measure(book, 1)
     second = report(book)
-    assert second.look is not None
-    assert (second.look.number, second.look.planned, second.look.level) == (2, 1, 0.05)
-    assert second.look.share_in_error == pytest.approx(0.083, abs=0.001)
+    assert second.plan.look is not None
+    assert (second.plan.look.number, second.plan.look.planned, second.plan.look.level) == (2, 1, 0.05)
+    assert second.plan.look.share_in_error == pytest.approx(0.083, abs=0.001)
     says(" ".join(trust_sentences(second)), "look 2", "planned for one", "8.3 %")
     third = report(book)
-    assert third.look == second.look
+    assert third.plan.look == second.plan.look
 
 
 def test_one_report_of_all_runs_and_groups_after_each_other_are_no_further_looks(book: SmallBook) -> None:
@@ -63,8 +63,8 @@ def test_one_report_of_all_runs_and_groups_after_each_other_are_no_further_looks
     measure(book, 1)
     report(book, "foot=small")
     large = report(book, "foot=large")
-    assert large.look is not None
-    assert not large.look.unplanned
+    assert large.plan.look is not None
+    assert not large.plan.look.unplanned
     assert not any("look" in sentence for sentence in trust_sentences(large))
 
 
@@ -74,21 +74,22 @@ def test_planned_looks_are_kept_to_by_tests_and_intervals(book: SmallBook) -> No
     assert planned["looks"] == [{"runs": 6, "level": pytest.approx(first)}, {"runs": 12, "level": pytest.approx(last)}]
     measure(book, 0)
     content = report(book)
-    assert content.look is not None
-    assert (content.look.number, content.look.planned, content.look.runs, content.look.runs_planned) == (1, 2, 6, 12)
-    assert content.look.level == pytest.approx(first)
+    look = content.plan.look
+    assert look is not None
+    assert (look.number, look.planned, look.runs, look.runs_planned) == (1, 2, 6, 12)
+    assert look.level == pytest.approx(first)
     assert levels(content) == [pytest.approx(1.0 - first)]
     heights = [each.decision.equivalence for each in content.pooled if each.decision.equivalence is not None]
     assert any(item.estimate.ci_level == pytest.approx(1.0 - 2.0 * first) for item in heights)
     says(" ".join(trust_sentences(content)), "look 1 of 2", "6 of 12", "5 %")
-    says(" ".join(content.decided), "alpha 0.05", "2 looks")
+    says(" ".join(content.plan.decided), "alpha 0.05", "2 looks")
     measure(book, 1)
     final = report(book)
-    assert final.look is not None
-    assert final.look.level == pytest.approx(last)
-    assert not final.look.unplanned
+    assert final.plan.look is not None
+    assert final.plan.look.level == pytest.approx(last)
+    assert not final.plan.look.unplanned
     assert levels(final) == [pytest.approx(1.0 - last)]
     refused = labbook("plan", "--seed", "8", "--n", "2", "--looks", "3", "--out", "further.csv", at=book.folder)
     assert refused.code == 2
     says(refused.err, "before the first measurement")
-    assert report(book).look == final.look
+    assert report(book).plan.look == final.plan.look

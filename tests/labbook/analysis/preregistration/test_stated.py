@@ -13,7 +13,7 @@ from tests.helpers.wording import says
 def departures(made: SmallBook, where: str | None) -> tuple[str, ...]:
     """What a report lists, once it was looked at that each departure stands in one line."""
     report = reports(made, where)
-    said = report.results.departures
+    said = report.results.plan.departures
     for departure in report.planned.departures:
         assert [departure in line for line in said].count(True) == 1
         assert "\n".join(said).count(departure) == 1
@@ -37,7 +37,7 @@ def test_what_was_left_out_is_told_once_with_what_it_concerns(honest: SmallBook)
     says(run, "r006", "foot came loose")
     says(jumps, "was not allowed")
     assert whole[1:] == f"{AS_A_WHOLE}."[1:]
-    assert reports(honest).results.departed == 2
+    assert reports(honest).results.plan.departed == 2
 
 
 def test_what_makes_nothing_exploratory_is_told_alone(honest: SmallBook) -> None:
@@ -54,5 +54,5 @@ def test_what_makes_nothing_exploratory_is_told_alone(honest: SmallBook) -> None
 def test_that_runs_are_older_than_the_decision_is_told_once(honest: SmallBook) -> None:
     content = reports(honest).results
     told = "nothing shows that the decision was made before the data were seen"
-    assert [told in line for line in (*content.decided, *content.limitations)].count(True) == 1
-    assert content.run_before == min(day.date for day in content.days)
+    assert [told in line for line in (*content.plan.decided, *content.limitations)].count(True) == 1
+    assert content.plan.run_before == min(day.date for day in content.days)
