@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import importlib.metadata
 import math
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import sqlalchemy as sa
 
@@ -68,18 +68,6 @@ class Analysis:
         return {**dict(sorted(used.items())), **{name: detector.version for name, detector in DETECTORS.items()}}
 
 
-@dataclass(frozen=True, slots=True)
-class _Comparisons:
-    """What comparing conditions gives: nothing where no factor names a control."""
-
-    compared: Sequence[Compared] = ()
-    anovas: tuple[Anova, ...] = ()
-    contrasts: tuple[MeansContrast, ...] = ()
-    overall: Overall = field(default_factory=Overall)
-    variations: Variations = field(default_factory=Variations)
-    favoured: tuple[Favoured, ...] = ()
-
-
 def analyse(
     connection: sa.Connection,
     store: Store,
@@ -122,14 +110,27 @@ def analyse(
         for outcome, found in checks.items()
         for one in judge(selected, conditions[outcome], found, outcome, in_groups)
     ]
-    found = _Comparisons()
+    compared: list[Compared] = []
+    anovas: list[Anova] = []
+    contrasts: list[MeansContrast] = []
+    effects, variations, favoured = Overall(), Variations(), tuple[Favoured, ...]()
     if swept is not None:
-        found = _compare(computed, detections, measured, planned, swept, progress)
+        beside = unselected_conditions(computed, detections, evidence, conditions) if planned.stated else {}
+        compared = compare_all(selected, conditions, swept, planned, evidence, beside)
+        for outcome, several in conditions.items():
+            anovas += analyses_of_variance(selected, several, swept, outcome)
+        pooled = {outcome: pairing.pairs_pooled(several, swept) for outcome, several in conditions.items()}
+        effects = overall_effects(selected, pooled, planned)
+        values = pairing.treated_values(configuration, swept)
+        contrasts = contrast_means(selected, conditions, swept, values, planned, selected=bool(evidence.selection))
+        progress("what the headlines depend on")
+        variations = vary(
+            computed, detections, evidence, measured.drains, measured.results, conditions, swept, settings
+        )
+        favoured = favoured_headlines(selected, pooled, effects, planned, variations.varied)
     asked = tuple(configuration.hypotheses.values())
-    hypotheses = judge_hypotheses(
-        selected, asked, conditions, found.compared, predicted, swept or "", settings, in_groups
-    )
-    of_savings = [(one.pair, one.shown.decision) for one in found.compared if one.shown.quantity is Outcome.JOULES]
+    hypotheses = judge_hypotheses(selected, asked, conditions, compared, predicted, swept or "", settings, in_groups)
+    of_savings = [(one.pair, one.shown.decision) for one in compared if one.shown.quantity is Outcome.JOULES]
     checked = [one for several in checks.values() for one in several]
     checked += check_savings(selected, of_savings, predicted)
     joules = {item.run.uid: item.value for each in conditions[Outcome.JOULES] for item in each.runs}
@@ -150,16 +151,16 @@ def analyse(
         factors=pairing.study_factors(evidence, measured.every_condition),
         conditions=pairing.study_conditions(evidence, conditions),
         claims=(),
-        comparisons=tuple(one.shown for one in found.compared),
-        anovas=found.anovas,
+        comparisons=tuple(one.shown for one in compared),
+        anovas=tuple(anovas),
         drains=tuple(one for one in measured.drains.values() if not isinstance(one.line, Undefined)),
         budget=of_a_joule,
         packs=packs,
         confounded=confounded_with_day(evidence, swept),
-        variations=found.variations.varied,
-        contrasts=found.contrasts,
-        overall=tuple(found.overall.savings.values()),
-        overall_equivalence=found.overall.equivalent,
+        variations=variations.varied,
+        contrasts=tuple(contrasts),
+        overall=tuple(effects.savings.values()),
+        overall_equivalence=effects.equivalent,
         outside_limits=tuple(run.name for run in runs_outside(evidence.runs, joules)),
         exchanged_charges=exchanged_charges(evidence, measured.drains, joules),
         assumed=methods.assumed(evidence),
@@ -169,50 +170,20 @@ def analyse(
         hypotheses=hypotheses,
         plan=plan_of(planned),
         void=void_sentence(void, void_reasons(connection, [run.uid for run in void])),
-        without_charges=groups_without_charges(evidence, swept, found.compared),
-        favoured=found.favoured,
+        without_charges=groups_without_charges(evidence, swept, compared),
+        favoured=favoured,
         coarse_charger=coarse_charger(conditions[Outcome.JOULES]),
         software=tuple((name, importlib.metadata.version(name)) for name in used),
         entry=journal.head(connection)[0],
     )
-    of_robots = methods.robot_limitations(found.compared, study)
+    of_robots = methods.robot_limitations(compared, study)
     study = replace(
         study,
         claims=claims(study),
         methods=methods.methods(measured, study),
-        limitations=(*of_robots, *methods.limitations(measured, found.variations.fits_lost)),
+        limitations=(*of_robots, *methods.limitations(measured, variations.fits_lost)),
         no_equivalence=methods.no_equivalence(study, settings),
         sources=methods.sources(study),
     )
     shown = dict.fromkeys(number.provenance for number in shown_numbers(study))
     return Analysis(replace(study, provenance=provenance(shown, computed)), measured, planned, computed)
-
-
-def _compare(
-    computed: Results,
-    detections: Detections,
-    measured: Measured,
-    planned: Planned,
-    swept: str,
-    progress: Callable[[str], None],
-) -> _Comparisons:
-    """Compare the conditions with the control, and do so another way: what the headlines depend on."""
-    evidence, conditions = measured.evidence, measured.conditions
-    selected = computed.about(selection=evidence.selection)
-    beside = unselected_conditions(computed, detections, evidence, conditions) if planned.stated else {}
-    compared = compare_all(selected, conditions, swept, planned, evidence, beside)
-    anovas = [
-        anova
-        for quantity, several in conditions.items()
-        for anova in analyses_of_variance(selected, several, swept, quantity)
-    ]
-    pooled = {outcome: pairing.pairs_pooled(several, swept) for outcome, several in conditions.items()}
-    effects = overall_effects(selected, pooled, planned)
-    values = pairing.treated_values(evidence.configuration, swept)
-    contrasts = contrast_means(selected, conditions, swept, values, planned, selected=bool(evidence.selection))
-    progress("what the headlines depend on")
-    variations = vary(
-        computed, detections, evidence, measured.drains, measured.results, conditions, swept, planned.settings
-    )
-    favoured = favoured_headlines(selected, pooled, effects, planned, variations.varied)
-    return _Comparisons(compared, tuple(anovas), tuple(contrasts), effects, variations, favoured)
