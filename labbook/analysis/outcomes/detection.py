@@ -10,8 +10,7 @@ import hashlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
-from functools import partial
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 import numpy as np
@@ -24,10 +23,12 @@ from data_schema.queries.detections import DecisionRow, DetectionRow, JumpRow, d
 from data_schema.queries.facts import read_fact
 from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
 from data_schema.vocabulary import GapKind, Undefined
-from ingest.model import Gap, SignalPart
 from ingest.store import Store
 from stats.apexes.detectors import DETECTORS, find_jumps, jump_at
 from stats.apexes.jumps import Jump, Jumps
+
+if TYPE_CHECKING:
+    from ingest.model import Gap, SignalPart
 
 BODY_HEIGHT = "body_height"
 LEG_LENGTH = "leg_length"
@@ -202,14 +203,19 @@ def remember_other_detectors(part: SignalPart, signal_sha256: str, algorithm: st
         return
     for other in DETECTORS.keys() - {algorithm}:
         key = detection_key(signal_sha256, other, version(other), settings(other, rest_length_m), log.gaps)
-        _cached(key, signal_sha256, partial(detect, log, other, rest_length_m))
+        if _found_before(key) is None:
+            _found_now(key, signal_sha256, detect(log, other, rest_length_m))
 
 
-def _cached(key: str, signal_sha256: str, detected: Callable[[], Detection]) -> DetectionRow:
-    """Return what the cache has of a signal under a key, or else what is `detected` now, which it has then."""
-    if (cached := FOUND.read(key)) is not None:
-        return msgspec.msgpack.decode(cached, type=DetectionRow)
-    found = detection_row(detected(), signal_sha256)
+def _found_before(key: str) -> DetectionRow | None:
+    """Return what the cache has under a key."""
+    cached = FOUND.read(key)
+    return None if cached is None else msgspec.msgpack.decode(cached, type=DetectionRow)
+
+
+def _found_now(key: str, signal_sha256: str, detection: Detection) -> DetectionRow:
+    """Return what was found in a signal, which the cache has then, too."""
+    found = detection_row(detection, signal_sha256)
     FOUND.write(key, msgspec.msgpack.encode(found))
     return found
 
@@ -226,6 +232,7 @@ class Detections:
     store: Store
     progress: Callable[[str], None] = field(default=lambda _what: None)
     known: dict[str, DetectionRow] = field(default_factory=dict)
+    _gaps: dict[str, tuple[GapRow, ...]] = field(default_factory=dict, init=False)
     _placed: dict[tuple[str, float, float], JumpRow] = field(default_factory=dict, init=False)
     _tidied: bool = field(default=False, init=False)
 
@@ -235,7 +242,7 @@ class Detections:
         """Return the detections of each run's signals, in their order under the same names."""
         signals = {signal.uid: signal for several in runs.values() for signal in several}
         parameters = settings(algorithm, rest_length_m)
-        gaps = gaps_by_signal(self.connection, sorted({signal.uid for signal in signals.values()}))
+        gaps = self._gaps_of(signals)
         keys = {
             name: detection_key(row.sha256, algorithm, version(algorithm), parameters, gaps_for_detector(gaps[row.uid]))
             for name, row in signals.items()
@@ -255,7 +262,7 @@ class Detections:
             for signal in signals
             for at_s in {said.at_s for said in decisions.get(signal.sha256, ()) if said.at_s is not None}
         ]
-        gaps = gaps_by_signal(self.connection, sorted({signal.uid for signal, _at_s in wanted})) if wanted else {}
+        gaps = self._gaps_of({signal.uid for signal, _at_s in wanted})
         found: dict[tuple[str, float], JumpRow] = {}
         for signal, at_s in wanted:
             key = signal.sha256, at_s, rest_length_m
@@ -276,7 +283,13 @@ class Detections:
 
     def log(self, signal: SignalRow) -> Log:
         """Read a signal's samples."""
-        return _read(self.store, signal, gaps_by_signal(self.connection, [signal.uid])[signal.uid])
+        return _read(self.store, signal, self._gaps_of([signal.uid])[signal.uid])
+
+    def _gaps_of(self, signal_uids: Iterable[str]) -> Mapping[str, Sequence[GapRow]]:
+        """Return the gaps of signals, and of others that were asked for before: those of a signal never change."""
+        if unknown := sorted({*signal_uids} - self._gaps.keys()):
+            self._gaps |= gaps_by_signal(self.connection, unknown)
+        return self._gaps
 
     def _find(
         self,
@@ -285,20 +298,22 @@ class Detections:
         algorithm: str,
         rest_length_m: float,
     ) -> None:
-        """Find the jumps of logs side by side; the database is asked from this thread only."""
+        """Find the jumps of logs as they were found before, or side by side; this thread alone asks the database."""
+        self.known |= {key: found for key in missing if (found := _found_before(key)) is not None}
+        anew = {key: signal for key, signal in missing.items() if key not in self.known}
+        if not anew:
+            return
 
         def find(key: str, signal: SignalRow) -> DetectionRow:
-            def detected() -> Detection:
-                return detect(_read(self.store, signal, gaps[signal.uid]), algorithm, rest_length_m)
+            log = _read(self.store, signal, gaps[signal.uid])
+            return _found_now(key, signal.sha256, detect(log, algorithm, rest_length_m))
 
-            return _cached(key, signal.sha256, detected)
-
-        if missing and not self._tidied:
+        if not self._tidied:
             FOUND.forget_unused(_MOST_BYTES)  # makes the folder, too, before threads ask for it
             self._tidied = True
         with ThreadPoolExecutor(LOGS_AT_ONCE) as pool:
-            made = pool.map(find, missing, missing.values())
-            for (key, signal), detection in zip(missing.items(), made, strict=True):
+            made = pool.map(find, anew, anew.values())
+            for (key, signal), detection in zip(anew.items(), made, strict=True):
                 self.progress(f"finding jumps ({algorithm}) in {signal.run_name}")
                 self.known[key] = detection
 

@@ -16,7 +16,6 @@ from numpy.typing import NDArray
 from data_schema.queries.signals import GapRow, SignalRow, gaps_by_signal
 from data_schema.reasons import Reason
 from data_schema.vocabulary import FileRole, Undefined
-from ingest.channels.names import channel_kind
 from ingest.store import Store
 from labbook.analysis.outcomes.detection import Detections, gaps_for_detector
 from labbook.analysis.outcomes.run_apexes import ApexVariant
@@ -66,6 +65,9 @@ class RunForce(Result):
 ALGORITHM = Algorithm("run_force", 5)
 
 
+_NO_RECORD = Undefined(Reason.NO_FORCE_RECORD)
+
+
 def usable_force(forces: Sequence[SignalRow]) -> SignalRow | Undefined:
     """Return the one record of vertical force of a run, or why there is none; samples saved twice are one record.
 
@@ -74,7 +76,7 @@ def usable_force(forces: Sequence[SignalRow]) -> SignalRow | Undefined:
     own = [signal for signal in forces if signal.role == FileRole.FORCE]
     distinct = list({signal.sha256: signal for signal in own or forces}.values())
     if not distinct:
-        return Undefined(Reason.NO_FORCE_RECORD)
+        return _NO_RECORD
     return distinct[0] if len(distinct) == 1 else Undefined(Reason.SEVERAL_FORCE_RECORDS, n=len(distinct))
 
 
@@ -147,6 +149,8 @@ def force_of_run(detections: Detections, forces: Sequence[SignalRow], rules: Pus
 
 def vertical_force(store: Store, signal: SignalRow, missing: Sequence[tuple[float, float]]) -> Record:
     """Read the force on all plates together, NaN where samples are missing."""
+    from ingest.channels.names import channel_kind  # here, for every report loads this file and few have a force plate
+
     plates = [name for name in signal.channels if channel_kind(name) == VERTICAL_FORCE]
     samples = store.samples(signal.store_path, plates)
     force_n = np.sum([samples[name] for name in plates], axis=0)
