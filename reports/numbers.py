@@ -50,6 +50,21 @@ class Number:
         """The sign of the number where its interval excludes 0, else 0; None where it has no interval."""
         return None if self.interval is None else (self.interval[0] > 0.0) - (self.interval[1] < 0.0)
 
+    def named(self, provenance: str) -> Number:
+        """Return the same under an id; in full, for every number of a report passes here."""
+        return Number(
+            self.value,
+            self.unit,
+            self.se,
+            self.shared_se,
+            self.ci_low,
+            self.ci_high,
+            self.ci_level,
+            self.df,
+            self.n,
+            provenance,
+        )
+
     def called(self, names: Mapping[str, str], unit: str) -> Number:
         """Return the same with other names of groups and values in its reasons, as `Undefined.called` has them."""
         parts = {one.name: getattr(self, one.name) for one in fields(self)}

@@ -12,7 +12,7 @@ import math
 import typing
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import Field, dataclass, field, fields, is_dataclass, replace
-from functools import cache
+from functools import cache, lru_cache
 from operator import attrgetter
 from typing import Any, Generic, TypeVar
 
@@ -75,11 +75,10 @@ class Results:
             value = getattr(result, one.name)
             if tail is not None:
                 changes[one.name] = {
-                    each: replace(number, provenance=_number_id(key, f"{head}{each}{tail}"))
-                    for each, number in value.items()
+                    each: number.named(_number_id(key, f"{head}{each}{tail}")) for each, number in value.items()
                 }
             elif value is not None:
-                changes[one.name] = replace(value, provenance=_number_id(key, head))
+                changes[one.name] = value.named(_number_id(key, head))
         origin = Origin(key, algorithm.kind, algorithm.version, scope, tuple(rows))
         recorded = replace(result, origin=origin, **changes)
         self.made[key] = recorded
@@ -177,7 +176,12 @@ def _scope(result: Result) -> str:
 
 def fingerprint(role: str, kind: str, uid: str, content: str) -> InputRow:
     """Name an input; `content` is whatever changes when the input changes."""
-    return InputRow(role, kind, uid, hashlib.sha256(content.encode()).hexdigest()[:16])
+    return InputRow(role, kind, uid, _short_hash(content))
+
+
+@lru_cache(maxsize=4096)  # many runs say the same: their day, their condition, their minutes and jumps
+def _short_hash(content: str) -> str:
+    return hashlib.sha256(content.encode()).hexdigest()[:16]
 
 
 def result_fingerprint(role: str, result: Result) -> InputRow:
@@ -194,19 +198,19 @@ def interval_ends(
 
 def run_input(run: RunRow) -> InputRow:
     """Name a run and the facts about it that numbers depend on; whether it is void decides who uses its numbers."""
-    return fingerprint(
-        "run",
-        "run",
-        run.uid,
-        canonical([run.kind, run.duration_s, run.jumps_made, run.condition_key, run.robot]),
-    )
+    content = _canonical_list(run.kind, run.duration_s, run.jumps_made, run.condition_key, run.robot)
+    return fingerprint("run", "run", run.uid, content)
+
+
+@lru_cache(maxsize=4096, typed=True)  # as 300 and 300.0 are not written alike
+def _canonical_list(*values: str | float | None) -> str:
+    return canonical(values)
 
 
 def charge_input(charge: ChargeOfRun) -> InputRow:
     """Name a charge and what it says."""
-    return fingerprint(
-        "charge", "charge", charge.uid, canonical([charge.charge_mah, charge.resolution_mah, charge.mode])
-    )
+    content = _canonical_list(charge.charge_mah, charge.resolution_mah, charge.mode)
+    return fingerprint("charge", "charge", charge.uid, content)
 
 
 def idle_runs_input(robot_uid: str) -> InputRow:

@@ -12,6 +12,7 @@ import io
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, fields
+from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -102,18 +103,23 @@ class ReportNumbers:
 
 def numbers_of_report(made: Analysis) -> ReportNumbers:
     """Return what a report shows, and what is behind it."""
-    by_uid = {one.origin.uid: one for one in made.computed.made.values()}
-    owners = {
-        number.provenance: (name, number, one) for one in by_uid.values() for name, number in numbers_of(one)
-    }  # in the order in which they were computed
+    by_uid = {one.origin.uid: one for one in made.computed.made.values()}  # in the order in which they were computed
     shown = set(made.shown)
-    numbers = {uid: reported_number(*owner) for uid, owner in owners.items() if uid in shown}
-    needed = step = {number.result for number in numbers.values()}
+    needed = step = {
+        uid for uid, one in by_uid.items() if any(number.provenance in shown for _name, number in numbers_of(one))
+    }
     while step:
         inputs = {row.input_uid for uid in step for row in by_uid[uid].origin.inputs if row.input_kind == "result"}
         step = inputs - needed
         needed = needed | step
-    return ReportNumbers(numbers, {uid: _result(one) for uid, one in by_uid.items() if uid in needed})
+    numbers: dict[str, ReportedNumber] = {}
+    results: dict[str, ReportedResult] = {}
+    for uid, one in by_uid.items():
+        if uid in needed:
+            own = reported_numbers(one)
+            numbers |= {number.id: number for number in own if number.id in shown}
+            results[uid] = _result(one, own)
+    return ReportNumbers(numbers, results)
 
 
 def numbers_bytes(numbers: ReportNumbers) -> bytes:
@@ -304,8 +310,8 @@ def reports_depending_on(
     ]
 
 
-def reported_number(name: str, number: Number, result: Result) -> ReportedNumber:
-    """Return a number of a result as `numbers.json` has it."""
+def reported_numbers(result: Result) -> list[ReportedNumber]:
+    """Return the numbers of a result as `numbers.json` has them."""
     origin = result.origin
     scope = ",".join(f"{key}={value}" for key, value in origin.scope.items())
     words = [
@@ -313,23 +319,27 @@ def reported_number(name: str, number: Number, result: Result) -> ReportedNumber
         for key, value in origin.scope.items()
         if value and key != "selection"
     ]
-    return ReportedNumber(
-        id=number.provenance,
-        path=f"{origin.kind}/{scope}/{name}",
-        name=name,
-        about=", ".join([origin.kind.replace("_", " "), *words]),
-        result=origin.uid,
-        value=_defined(number.value),
-        unit=number.unit,
-        se=_defined(number.se),
-        shared_se=_defined(number.shared_se),
-        ci_low=_defined(number.ci_low),
-        ci_high=_defined(number.ci_high),
-        ci_level=None if number.ci_low is None else number.ci_level,
-        df=_defined(number.df),
-        n=number.n,
-        undefined=number.value.reason if isinstance(number.value, Undefined) else None,
-    )
+    about = ", ".join([origin.kind.replace("_", " "), *words])
+    return [
+        ReportedNumber(
+            id=number.provenance,
+            path=f"{origin.kind}/{scope}/{name}",
+            name=name,
+            about=about,
+            result=origin.uid,
+            value=_defined(number.value),
+            unit=number.unit,
+            se=_defined(number.se),
+            shared_se=_defined(number.shared_se),
+            ci_low=_defined(number.ci_low),
+            ci_high=_defined(number.ci_high),
+            ci_level=None if number.ci_low is None else number.ci_level,
+            df=_defined(number.df),
+            n=number.n,
+            undefined=number.value.reason if isinstance(number.value, Undefined) else None,
+        )
+        for name, number in numbers_of(result)
+    ]
 
 
 def _defined(value: float | Undefined | None) -> float | None:
@@ -340,15 +350,14 @@ def _defined(value: float | Undefined | None) -> float | None:
     return float(value)
 
 
-_COMPARED = [one.name for one in fields(ReportedNumber) if one.name not in ("id", "result")]
+_compared = attrgetter(*(one.name for one in fields(ReportedNumber) if one.name not in ("id", "result")))
 
 
-def _result(result: Result) -> ReportedResult:
+def _result(result: Result, numbers: Sequence[ReportedNumber]) -> ReportedResult:
     origin = result.origin
-    numbers = [reported_number(name, number, result) for name, number in numbers_of(result)]
-    values = [[getattr(one, name) for name in _COMPARED] for one in numbers]
-    own = {number.name for number in numbers}
-    others = [getattr(result, one.name) for one in fields(result) if one.name not in ("origin", *own)]
+    values = [list(_compared(one)) for one in numbers]
+    own = {"origin", *(number.name for number in numbers)}
+    others = [getattr(result, one.name) for one in fields(result) if one.name not in own]
     content = hashlib.sha256(repr((values, [one for one in others if not _has_numbers(one)])).encode()).hexdigest()
     return ReportedResult(origin.kind, dict(origin.scope), origin.version, content[:16], origin.inputs)
 
