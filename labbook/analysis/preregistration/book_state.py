@@ -20,7 +20,7 @@ from typing import Any, TypeVar
 import sqlalchemy as sa
 
 from data_schema.grouping import grouped
-from data_schema.outcomes import SOURCES, Outcome
+from data_schema.outcomes import Outcome
 from data_schema.queries import history as queries
 from data_schema.queries.charges import ChargeOfRun, every_charge
 from data_schema.queries.detections import DecisionRow, jump_decisions
@@ -241,24 +241,23 @@ class BookState:
         run = self.runs[run_uid]
         if run.state is RunState.VOID:
             return frozenset()
-        few = {of: list(self.contents(run_uid, of))[: None if surplus else self.most(run_uid, of)] for of in SOURCES}
-        charges = [self.charges[uid] for uid in few[FileRole.CHARGE]]
+
+        def few(source: FileRole) -> list[str]:
+            return list(self.contents(run_uid, source))[: None if surplus else self.most(run_uid, source)]
+
+        def signals(source: FileRole) -> list[SignalRow]:
+            files = few(source)
+            logs = {part: self.logs[part] for part in self.logs_of[run_uid] if part[0] in files}
+            return [log for log in logs.values() if records(log, source)]
+
+        charges = [self.charges[uid] for uid in few(FileRole.CHARGE)]
         if run.kind is RunKind.IDLE:
             return frozenset() if isinstance(recharge_of(run, charges), Undefined) else _sharing_errors()
-        signals = {
-            source: [
-                self.logs[part]
-                for part in self.logs_of.get(run_uid, ())
-                if part[0] in few[source] and records(self.logs[part], source)
-            ]
-            for source in (FileRole.LOG, FileRole.FORCE)
-        }
-        found = {
-            FileRole.CHARGE: usable_charge(run, charges),
-            FileRole.LOG: usable_logs(run, signals[FileRole.LOG]),
-            FileRole.FORCE: usable_force(signals[FileRole.FORCE]),
-        }
-        return _outcomes_of(*(source for source, usable in found.items() if not isinstance(usable, Undefined)))
+        usable: dict[FileRole, object] = {FileRole.CHARGE: usable_charge(run, charges)}
+        if run_uid in self.logs_of:
+            usable[FileRole.LOG] = usable_logs(run, signals(FileRole.LOG))
+            usable[FileRole.FORCE] = usable_force(signals(FileRole.FORCE))
+        return _outcomes_of(*(source for source, found in usable.items() if not isinstance(found, Undefined)))
 
 
 @cache  # a set that many runs share

@@ -133,43 +133,43 @@ class _States:
         self.history, self.now = history, now
         self.before = state_at(history, first_seq, arrivals=False)
         self.reports = reports
-        self.given = {uid: now.given(uid) for uid, run in now.runs.items() if run.state is not RunState.VOID}
+        self.counting = [uid for uid, run in now.runs.items() if run.state is not RunState.VOID]
         self.last = {(change.item, change.column): entry for entry, change in reversed(history.changes)}
         self.moves: dict[str, list[tuple[EntryRow, str, bool]]] = {}
         for entry, change in reversed(history.changes):
             if change.column == "run_uid":
                 self.moves.setdefault(change.item, []).extend([(entry, change.was, False), (entry, change.now, True)])
-        self.exchanged = [item for uid in self.given for source in SOURCES for item in self._exchanged(uid, source)]
-        self.elsewhere = {uid: keys for uid in self.given if (keys := self._other_conditions(uid))}
+        seen = self.counting if reports else []
+        self.exchanged = [item for uid in seen for source in SOURCES for item in self._exchanged(uid, source)]
+        self.elsewhere = {uid: keys for uid in seen if (keys := self._other_conditions(uid))}
 
     def _exchanged(self, run_uid: str, source: FileRole) -> Iterator[tuple[str, FileRole, list[str], list[str]]]:
         """Find what a number came from at a report and comes not from now, and what it comes from instead."""
-        if not self.reports or not self.outcomes(run_uid, source):
-            return
         gone, came, has = dict[str, None](), dict[str, None](), self.now.contents(run_uid, source)
         for state in self.reports.values():
             had = state.contents(run_uid, source)
             if (left := _without(had, has)) and len(had) <= self.now.most(run_uid, source):
                 gone, came = gone | left, came | _without(has, had)
-        if gone:
+        if gone and self.outcomes(run_uid, source):
             yield run_uid, source, list(gone), list(came)
 
     def _other_conditions(self, uid: str) -> list[str]:
         """Return the keys of other conditions in which reports saw a run that has numbers."""
-        run, states = self.now.runs[uid], self.reports.values() if self.given[uid] else ()
-        seen = dict.fromkeys(state.runs[uid].condition_key for state in states if uid in state.runs)
-        return [key or "none" for key in seen if key != run.condition_key and run.kind is RunKind.JUMPS]
+        run = self.now.runs[uid]
+        seen = dict.fromkeys(state.runs[uid].condition_key for state in self.reports.values() if uid in state.runs)
+        keys = [key or "none" for key in seen if key != run.condition_key and run.kind is RunKind.JUMPS]
+        return keys if keys and self.now.given(uid) else []
 
     def lost(self, uid: str) -> frozenset[Outcome]:
         """Return what had a number from a run that counts, as first recorded or at a report, and has none now."""
         states = [state for state in self.reports.values() if uid in state.runs]
         had = self.before.given(uid, surplus=False).union(*(state.given(uid) for state in states))
         same_kind = self.now.runs[uid].kind is self.before.runs[uid].kind
-        return had - (self.given[uid] if same_kind else frozenset())
+        return had - (self.now.given(uid) if same_kind else frozenset())
 
     def outcomes(self, run_uid: str, source: FileRole) -> tuple[Outcome, ...]:
         """Return what has a number from a run by a source."""
-        return _of_source(self.given[run_uid], source)
+        return _of_source(self.now.given(run_uid), source)
 
     def role_of(self, file_uid: str) -> FileRole:
         """Return whether a file holds logs of heights or of forces."""
@@ -202,9 +202,10 @@ class _States:
 
     def was_added(self, item: str, run_uid: str, source: FileRole) -> bool:
         """Tell whether a person added a charge to that of a run of which a report had shown the number."""
-        had = [state.contents(run_uid, source) for state in self.reports.values()]
-        added = source is FileRole.CHARGE and bool(self.now.charges[item].added)
-        return added and any(some and item not in some for some in had)
+        if source is not FileRole.CHARGE or not self.now.charges[item].added:
+            return False
+        had = (state.contents(run_uid, source) for state in self.reports.values())
+        return any(some and item not in some for some in had)
 
     def moved(self, item: str, run_uid: str) -> bool:
         """Tell whether a charge or a file had been another run's when it came to its run."""
@@ -284,7 +285,7 @@ def _correction(states: _States, change: Change, *, fewer: bool = False) -> Depa
     else:
         kind = DepartureKind.RUN_CORRECTED
         sources = () if column in ("jumps_made", "duration_s") and change.now else sources
-    counting = [uid for uid in owners if uid in states.given]
+    counting = [uid for uid in owners if uid in states.now.runs and states.now.runs[uid].state is not RunState.VOID]
     lost = {uid: [item for item in states.lost(uid) if item.source in sources] for uid in counting}
     lost = {uid: items for uid, items in lost.items() if items}
     outcomes = {item for items in lost.values() for item in items}
@@ -313,7 +314,7 @@ def _condition_changed(states: _States) -> Iterator[Departure]:
         run, by = states.now.runs[uid], _by(states.last[uid, "condition"])
         words = {"run": run.name, "was": " and ".join(were), "now": run.condition_key, "by": by}
         conditions = (*were, run.condition_key)
-        yield Departure(DepartureKind.CONDITION_CHANGED, words, in_order(states.given[uid]), conditions)
+        yield Departure(DepartureKind.CONDITION_CHANGED, words, in_order(states.now.given(uid)), conditions)
 
 
 def _replaced(states: _States) -> Iterator[Departure]:
@@ -331,12 +332,15 @@ def _came_late(states: _States) -> Iterator[Departure]:
 
     The first acts as an exclusion, unless one command brought all.
     """
-    for uid, source in ((uid, source) for uid in states.given for source in SOURCES):
+    for uid, source in ((uid, source) for uid in states.counting for source in SOURCES):
         items, most = list(states.now.contents(uid, source)), states.now.most(uid, source)
         if not states.reports and len(items) <= most:
             continue
         words = {"run": states.now.runs[uid].name, "source": str(source)}
-        lost = [item for item in states.now.given(uid, surplus=False) - states.given[uid] if item.source is source]
+        lost: list[Outcome] = []
+        if len(items) > most:
+            without_surplus, given = states.now.given(uid, surplus=False), states.now.given(uid)
+            lost = [item for item in without_surplus - given if item.source is source]
         if lost:
             items.sort(key=lambda item: states.arrival(item, uid).seq)
             last = _command(states.arrival(items[most - 1], uid))
@@ -346,8 +350,8 @@ def _came_late(states: _States) -> Iterator[Departure]:
                     name = states.named([item], typed="a further charge", read="a further charge of ")
                     words |= {"name": name, "by": _by(entry), "lost": _leaves(states, [uid], lost)}
                     yield Departure(DepartureKind.SURPLUS, words, in_order(lost), states.about(uid))
-        for item in items if states.outcomes(uid, source) else ():
-            if states.was_added(item, uid, source):
+        for item in items:
+            if states.was_added(item, uid, source) and states.outcomes(uid, source):
                 words |= {"name": states.named([item]), "by": _by(states.arrival(item, uid))}
                 yield Departure(DepartureKind.ADDED, words, states.outcomes(uid, source), states.about(uid))
 

@@ -48,6 +48,8 @@ from reports.results import Look, Plan
 
 def _unselected(now: BookState, configuration: Configuration, selected: frozenset[str]) -> list[Departure]:
     """List what a selection (uids of runs) leaves out: of conditions, of groups, and of the planned family."""
+    if all(run.uid in selected for run in now.runs.values() if run.kind is RunKind.JUMPS):
+        return []
     swept = pairing.swept_factor(configuration)
     control = None if swept is None else configuration.factors[swept].control
     given = {run.uid: now.given(run.uid) for run in now.runs.values() if run.kind is RunKind.JUMPS}
