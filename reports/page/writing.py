@@ -51,9 +51,8 @@ def inline_svg(svg: bytes, name: str, title: str, alternative: str) -> str:
     `name` goes in front of every id, so that two figures on one page do not take each other's shapes.
     """
     text = _METADATA.sub("", _PROLOG.sub("", svg.decode("utf-8")))
-    text = re.sub(r'\bid="', f'id="{name}-', text)
-    text = re.sub(r'href="#', f'href="#{name}-', text)
-    text = text.replace("url(#", f"url(#{name}-")
+    for before in (' id="', 'href="#', "url(#"):
+        text = text.replace(before, f"{before}{name}-")
     opening = _OPENING.search(text)
     box = _VIEW_BOX.search(text)
     if opening is None or box is None:

@@ -69,6 +69,8 @@ def each_run(results: StudyResults) -> Table:
         "each jump's number and apex (mm), and the command that draws the run's trace."
     )
     table = table_of("each_run", caption, runs, columns, block=lambda run: run.block)
+    if not anchors:
+        return table
     rows = tuple(replace(row, anchor=anchors.get(run.name, "")) for row, run in zip(table.rows, runs, strict=True))
     return replace(table, rows=rows)
 

@@ -54,19 +54,17 @@ def csv_bytes(table: Table) -> bytes:
     """
     names = [name for column in table.columns for name in column.fields]
     with_block = any(row.block for row in table.rows)
-    with_reasons = any(isinstance(value, Undefined) for row in table.rows for value in _values(row))
+    with_reasons = any(
+        isinstance(value, Undefined) for row in table.rows for cell in row.cells for value in cell.values
+    )
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(["block"] * with_block + names + ["undefined"] * with_reasons)
     for row in table.rows:  # one at a time: there are as many as runs
-        values = list(_values(row))
+        values = [value for cell in row.cells for value in cell.values]
         line = [row.block] * with_block + values + [_reasons(names, values)] * with_reasons
         writer.writerow([csv_field(value) for value in line])
     return stream.getvalue().encode("utf-8")
-
-
-def _values(row: Row) -> Iterator[Raw]:
-    return (value for cell in row.cells for value in cell.values)
 
 
 def _reasons(names: list[str], values: list[Raw]) -> str:
@@ -239,7 +237,8 @@ _ESCAPES.update(_greek())
 
 def latex_text(text: str) -> str:
     """Escape text so that LaTeX prints it as it is; two hyphens stay two."""
-    return _RAISED.sub(_exponent, text.translate(_ESCAPES).replace("--", "-{}-"))
+    escaped = text.translate(_ESCAPES).replace("--", "-{}-")
+    return escaped if escaped.isascii() else _RAISED.sub(_exponent, escaped)
 
 
 _RAISED = re.compile(f"[{''.join(SUPERSCRIPTS.values())}]+")

@@ -170,12 +170,18 @@ def table_of(
     strong: Callable[[T], bool] = lambda _item: False,
 ) -> Table:
     """Make a table with a row an item."""
-    rows = tuple(Row(tuple(_flat(make(item) for _, make in columns)), block(item), strong(item)) for item in items)
-    return Table(name, caption, tuple(_flat(column for column, _ in columns)), rows)
+    rows = tuple(Row(_flat([make(item) for _, make in columns]), block(item), strong(item)) for item in items)
+    return Table(name, caption, _flat([column for column, _ in columns]), rows)
 
 
-def _flat(parts: Iterable[T | tuple[T, ...]]) -> Iterable[T]:
-    return (one for part in parts for one in (part if isinstance(part, tuple) else (part,)))
+def _flat(parts: Iterable[T | tuple[T, ...]]) -> tuple[T, ...]:
+    found: list[T] = []
+    for part in parts:
+        if isinstance(part, tuple):
+            found += part
+        else:
+            found.append(part)
+    return tuple(found)
 
 
 def tables_of_outcomes(name: str, make: Callable[[StudyResults, Outcome, str], Table]) -> tuple[TableKind, ...]:
