@@ -161,6 +161,8 @@ def as_labels(name: str, labels: Labels) -> list[str]:
 
 
 def _label_text(label: Any) -> str:
+    if type(label) is str:  # nearly always
+        return label if label.strip() else ""
     if type(label).__name__ in NO_VALUE or label != label:
         return ""
     if isinstance(label, Real) and float(label).is_integer():

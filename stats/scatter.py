@@ -130,7 +130,7 @@ def group_of(name: str, scaled: Floats) -> Group:
     """Return the mean and the squares about it of values in a scale, shape (n,), n at least 1."""
     if float(scaled.min()) == float(scaled.max()):  # the rounded mean of equal values may be another number
         return Group(name, scaled.size, float(scaled[0]), 0.0)
-    mean = float(scaled.mean())
+    mean = float(scaled.sum()) / scaled.size
     away = scaled - mean
     squares = float(away @ away) - float(away.sum()) ** 2 / scaled.size
     return Group(name, scaled.size, mean, squares)

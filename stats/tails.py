@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 from scipy import special
 
@@ -23,6 +24,7 @@ def t_quantile(level: float, df: float) -> float:
     return t_upper_quantile((1.0 - level) / 2.0, df)
 
 
+@lru_cache(maxsize=1024)  # few levels and degrees of freedom are asked for again and again
 def t_upper_quantile(tail: float, df: float) -> float:
     """Return the t that Student's t exceeds with chance `tail`."""
     return -float(special.ndtri(tail) if math.isinf(df) else special.stdtrit(df, tail))

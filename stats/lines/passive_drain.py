@@ -108,13 +108,17 @@ class PassiveDrain(Result):
         from_mean = as_number("the duration", duration_s, low=0.0) - self.duration_mean_s
         return {"level": self.residual_sd_mah / math.sqrt(self.n), "slope": self.slope_se_mah_s * from_mean}
 
+    def charge_at(self, duration_s: float) -> float:
+        """Return the passive charge over `duration_s`, in mAh."""
+        return self.charge_mean_mah + self.slope_mah_s * (duration_s - self.duration_mean_s)
+
     def at(self, duration_s: float, level: float = 0.95) -> DrainEstimate:
         """Return the passive charge over `duration_s` with the uncertainty of the line there.
 
         Raises `InputRefused` for a duration that is negative or not finite.
         """
         se = math.hypot(*self.error_terms_mah(duration_s).values())
-        charge = self.charge_mean_mah + self.slope_mah_s * (duration_s - self.duration_mean_s)
+        charge = self.charge_at(duration_s)
         ends = self._interval(charge, se, level)
         low, high = (ends, ends) if isinstance(ends, Undefined) else ends
         return DrainEstimate(

@@ -45,7 +45,7 @@ def with_display_step(
         return dict(charges)
     return {
         run_uid: [
-            replace(one, resolution_mah=step_mah if stated_mah is not None else max(step_mah, one.resolution_mah))
+            one if stated_mah is None and one.resolution_mah >= step_mah else replace(one, resolution_mah=step_mah)
             for one in of_run
         ]
         for run_uid, of_run in charges.items()

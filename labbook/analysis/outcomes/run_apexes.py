@@ -393,6 +393,9 @@ def without_exclusions(evidence: StudyData) -> ApexVariant:
     return replace(as_protocol(evidence), rules=Rules(0, exclude_gap_jumps=False), heed_decisions=False)
 
 
+_NO_LOG = Undefined(Reason.NO_HEIGHT_LOG)
+
+
 def usable_logs(run: RunRow, logs: Sequence[SignalRow]) -> tuple[SignalRow, ...] | Undefined:
     """Return the logs that a run's apexes come from, in their order, or why there are none.
 
@@ -402,7 +405,7 @@ def usable_logs(run: RunRow, logs: Sequence[SignalRow]) -> tuple[SignalRow, ...]
     matter which was ingested first.
     """
     if not logs:
-        return Undefined(Reason.NO_HEIGHT_LOG)
+        return _NO_LOG
     distinct = list({log.sha256: log for log in reversed(logs)}.values())[::-1]
     files = len({log.file_sha256 for log in distinct})
     if files > max(run.starts, 1):

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from data_schema.errors import InputRefused
 from data_schema.queries.charges import ChargeOfRun
@@ -199,7 +199,7 @@ def below_drain(run: RunRow, charges: list[ChargeOfRun], line: PassiveDrain | Un
     charge = usable_charge(run, charges)
     if isinstance(charge, Undefined) or isinstance(line, Undefined) or run.duration_s is None:
         return None
-    passive_mah = line.at(run.duration_s).charge_mah
+    passive_mah = line.charge_at(run.duration_s)
     return (charge.charge_mah, passive_mah) if charge.charge_mah < passive_mah else None
 
 
@@ -219,6 +219,7 @@ def run_energies(
     found: dict[str, RunEnergy] = {}
     missing: dict[str, Undefined] = {}
     voltage_v = evidence.study.reference_voltage_v
+    nowhere = Origin()  # until `record` says it
     voltage = fingerprint("voltage", "study", evidence.study.uid, repr(voltage_v))
     for run in evidence.runs:
         charge = usable_charge(run, evidence.charges.get(run.uid, []))
@@ -237,7 +238,7 @@ def run_energies(
                     result_fingerprint("drain", drain.result),
                     voltage,
                 ),
-                _energy(run, charge, drain.line, voltage_v),
+                _energy(run, charge, drain.line, voltage_v, nowhere),
             )
     return RunResults(found, missing)
 
@@ -250,20 +251,21 @@ def energies_with_drains(
 ) -> dict[str, RunEnergy]:
     """Return the energy of every run that has what it takes, with lines by the robot's uid, without ids."""
     found = {}
+    origins = {robot: Origin(inputs=(InputRow("drain", "result", robot, ""),)) for robot in lines}
     for run in runs:
         charge, line = usable_charge(run, charges.get(run.uid, [])), lines[run.robot_uid]
         if not isinstance(charge, Undefined) and not isinstance(line, Undefined):
-            energy = _energy(run, charge, line, voltage_v)
-            found[run.uid] = replace(energy, origin=Origin(inputs=(InputRow("drain", "result", run.robot_uid, ""),)))
+            found[run.uid] = _energy(run, charge, line, voltage_v, origins[run.robot_uid])
     return found
 
 
-def _energy(run: RunRow, charge: Recharge, drain: PassiveDrain, voltage_v: float) -> RunEnergy:
+def _energy(run: RunRow, charge: Recharge, drain: PassiveDrain, voltage_v: float, origin: Origin) -> RunEnergy:
     assert run.duration_s is not None  # noqa: S101 - `usable_charge` has asked
     passive = drain.at(run.duration_s)
     j_per_mah = joules_per_mah(voltage_v, run.jumps_made)
     joules = joules_per_jump(charge.charge_mah, passive.charge_mah, voltage_v, run.jumps_made)
     return RunEnergy(
+        origin=origin,
         joules_per_jump=Number(
             joules,
             "J",
