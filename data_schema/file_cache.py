@@ -17,7 +17,7 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from importlib import metadata
 from pathlib import Path
 
@@ -55,7 +55,7 @@ class FileCache:
     @cached_property
     def version(self) -> str:
         """Hash of what computes."""
-        versions = [f"{name} {metadata.version(name)}" for name in self.libraries]
+        versions = [f"{name} {_version_of(name)}" for name in self.libraries]
         digest = hashlib.sha256("\n".join([sys.version, *versions]).encode())
         for path in sorted(path for pattern in self.sources for path in _PACKAGES.glob(pattern)):
             digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
@@ -121,6 +121,11 @@ class FileCache:
                 total += about.st_size
                 if total > most_bytes:
                     path.unlink()
+
+
+@cache  # several caches depend on one library, whose whole description is parsed for it
+def _version_of(library: str) -> str:
+    return metadata.version(library)
 
 
 CACHE_VARIABLE = "LABBOOK_CACHE"
