@@ -10,9 +10,8 @@ from __future__ import annotations
 import hashlib
 import io
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields
-from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -116,9 +115,9 @@ def numbers_of_report(made: Analysis) -> ReportNumbers:
     results: dict[str, ReportedResult] = {}
     for uid, one in by_uid.items():
         if uid in needed:
-            own = reported_numbers(one)
-            numbers |= {number.id: number for number in own if number.id in shown}
-            results[uid] = _result(one, own)
+            said = _said_of(one)
+            numbers |= {key: ReportedNumber(id=key, result=uid, **of) for key, of in said.items() if key in shown}
+            results[uid] = _result(one, said)
     return ReportNumbers(numbers, results)
 
 
@@ -312,6 +311,14 @@ def reports_depending_on(
 
 def reported_numbers(result: Result) -> list[ReportedNumber]:
     """Return the numbers of a result as `numbers.json` has them."""
+    return [ReportedNumber(id=key, result=result.origin.uid, **of) for key, of in _said_of(result).items()]
+
+
+def _said_of(result: Result) -> dict[str, dict[str, Any]]:
+    """Return the fields of `ReportedNumber`, but for its id and that of the result, of each number by its id.
+
+    Of many runs few numbers are shown, and the others are needed for the hash of their result alone.
+    """
     origin = result.origin
     scope = ",".join(f"{key}={value}" for key, value in origin.scope.items())
     words = [
@@ -320,26 +327,24 @@ def reported_numbers(result: Result) -> list[ReportedNumber]:
         if value and key != "selection"
     ]
     about = ", ".join([origin.kind.replace("_", " "), *words])
-    return [
-        ReportedNumber(
-            id=number.provenance,
-            path=f"{origin.kind}/{scope}/{name}",
-            name=name,
-            about=about,
-            result=origin.uid,
-            value=_defined(number.value),
-            unit=number.unit,
-            se=_defined(number.se),
-            shared_se=_defined(number.shared_se),
-            ci_low=_defined(number.ci_low),
-            ci_high=_defined(number.ci_high),
-            ci_level=None if number.ci_low is None else number.ci_level,
-            df=_defined(number.df),
-            n=number.n,
-            undefined=number.value.reason if isinstance(number.value, Undefined) else None,
-        )
+    return {
+        number.provenance: {
+            "path": f"{origin.kind}/{scope}/{name}",
+            "name": name,
+            "about": about,
+            "value": _defined(number.value),
+            "unit": number.unit,
+            "se": _defined(number.se),
+            "shared_se": _defined(number.shared_se),
+            "ci_low": _defined(number.ci_low),
+            "ci_high": _defined(number.ci_high),
+            "ci_level": None if number.ci_low is None else number.ci_level,
+            "df": _defined(number.df),
+            "n": number.n,
+            "undefined": number.value.reason if isinstance(number.value, Undefined) else None,
+        }
         for name, number in numbers_of(result)
-    ]
+    }
 
 
 def _defined(value: float | Undefined | None) -> float | None:
@@ -350,13 +355,10 @@ def _defined(value: float | Undefined | None) -> float | None:
     return float(value)
 
 
-_compared = attrgetter(*(one.name for one in fields(ReportedNumber) if one.name not in ("id", "result")))
-
-
-def _result(result: Result, numbers: Sequence[ReportedNumber]) -> ReportedResult:
+def _result(result: Result, said: Mapping[str, Mapping[str, Any]]) -> ReportedResult:
     origin = result.origin
-    values = [list(_compared(one)) for one in numbers]
-    own = {"origin", *(number.name for number in numbers)}
+    values = [list(of.values()) for of in said.values()]
+    own = {"origin", *(of["name"] for of in said.values())}
     others = [getattr(result, one.name) for one in fields(result) if one.name not in own]
     content = hashlib.sha256(repr((values, [one for one in others if not _has_numbers(one)])).encode()).hexdigest()
     return ReportedResult(origin.kind, dict(origin.scope), origin.version, content[:16], origin.inputs)
