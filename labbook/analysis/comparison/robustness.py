@@ -28,7 +28,14 @@ from labbook.analysis.comparison.deciding import (
 from labbook.analysis.comparison.order import ADJUSTED, adjusted_for_position, fingerprints_of_positions
 from labbook.analysis.comparison.pairing import Pair
 from labbook.analysis.outcomes.charger_step import with_rounding_of
-from labbook.analysis.outcomes.conditions import ConditionValues, condition_values, measure, measure_all, number_of
+from labbook.analysis.outcomes.conditions import (
+    ConditionValues,
+    condition_values,
+    measure,
+    measure_all,
+    number_of,
+    same_conditions,
+)
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import as_protocol, without_exclusions
 from labbook.analysis.outcomes.run_energy import (
@@ -197,13 +204,13 @@ def vary(
     """Recompute the pooled comparisons; a day is left out with its jump runs and its idle runs."""
     found: list[Varied] = []
     selected = computed.about(selection=evidence.selection)
-    everything = with_void(evidence)
-    joules = (
-        _joules_of(computed, everything, evidence, drains, WITHOUT_EXCLUSIONS)
-        if evidence.void
-        else results[Outcome.JOULES].results
-    )
-    found += _compared(computed, WITHOUT_EXCLUSIONS, everything, Outcome.JOULES, joules, swept, settings)
+    everything, with_all = with_void(evidence), computed.about(selection=evidence.selection, variant=WITHOUT_EXCLUSIONS)
+    if evidence.void:
+        joules = _joules_of(computed, everything, evidence, drains, WITHOUT_EXCLUSIONS)
+        of_joules = condition_values(with_all, everything.runs, joules, Outcome.JOULES)
+    else:
+        of_joules = same_conditions(with_all, conditions[Outcome.JOULES], Outcome.JOULES)
+    found += _compared(with_all, WITHOUT_EXCLUSIONS, of_joules, Outcome.JOULES, swept, settings)
     of_jumps = [outcome for outcome in results if outcome.of_jumps]
     protocol = as_protocol(evidence)
     variants = [(WITHOUT_EXCLUSIONS, everything, without_exclusions(evidence))]
@@ -215,12 +222,18 @@ def vary(
     for label, varied, variant in variants:
         for outcome in of_jumps:
             values = measure(outcome, computed, detections, varied, variant).results
-            found += _compared(computed, label, varied, outcome, values, swept, settings)
+            about = computed.about(selection=evidence.selection, variant=label)
+            of_variant = condition_values(about, varied.runs, values, outcome)
+            found += _compared(about, label, of_variant, outcome, swept, settings)
     further = [outcome for outcome in results if outcome not in (Outcome.JOULES, *of_jumps)]
-    with_all = measure_all(further, computed, detections, everything) if evidence.void else results
+    of_all = measure_all(further, computed, detections, everything) if evidence.void else {}
     for outcome in further:
-        values = with_all[outcome].results
-        found += _compared(computed, WITHOUT_EXCLUSIONS, everything, outcome, values, swept, settings)
+        of_outcome = (
+            condition_values(with_all, everything.runs, of_all[outcome].results, outcome)
+            if evidence.void
+            else same_conditions(with_all, conditions[outcome], outcome)
+        )
+        found += _compared(with_all, WITHOUT_EXCLUSIONS, of_outcome, outcome, swept, settings)
     found += _by_rules(computed, detections, evidence, results, swept, settings)
     days = _days_to_leave_out(evidence, drains)
     with_runs = [day for day in days if day.has_runs]
@@ -262,7 +275,9 @@ def _by_rules(
         for rules, by_rules in run_forces_by_rules(computed, detections, evidence, single).items()
         for outcome in of_push_off
         if outcome is not Outcome.FLIGHT_HEIGHT or rules.onset == evidence.configuration.protocol.onset
-        for varied in _compared(computed, str(rules), evidence, outcome, {**forces, **by_rules}, swept, settings)
+        for about in [computed.about(selection=evidence.selection, variant=str(rules))]
+        for of_rules in [condition_values(about, evidence.runs, {**forces, **by_rules}, outcome)]
+        for varied in _compared(about, str(rules), of_rules, outcome, swept, settings)
     ]
 
 
@@ -289,15 +304,12 @@ def _joules_of(
 def _compared(
     computed: Results,
     label: str,
-    evidence: StudyData,
+    conditions: Sequence[ConditionValues],
     quantity: Outcome,
-    results: Mapping[str, Result],
     swept: str,
     settings: AnalysisSettings,
 ) -> list[Varied]:
-    """Compare the pooled conditions again with other runs, or other results of the same runs."""
-    computed = computed.about(selection=evidence.selection, variant=label)
-    conditions = condition_values(computed, evidence.runs, results, quantity)
+    """Compare the pooled conditions again, of other runs or of other results of the same runs."""
     pairs = pairing.pairs_pooled(conditions, swept)
     compared = decide(computed, pairs, quantity, settings)
     return [Varied(pair.label, label, quantity, each) for pair, each in zip(pairs, compared, strict=True)]

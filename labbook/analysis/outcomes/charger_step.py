@@ -43,11 +43,12 @@ def with_display_step(
         step_mah = display_step_mah([one.charge_mah for one in charged], typed_mah)
     if step_mah is None:
         return dict(charges)
+
+    def has_step(one: ChargeOfRun) -> bool:
+        return one.resolution_mah == step_mah or (stated_mah is None and one.resolution_mah > step_mah)
+
     return {
-        run_uid: [
-            one if stated_mah is None and one.resolution_mah >= step_mah else replace(one, resolution_mah=step_mah)
-            for one in of_run
-        ]
+        run_uid: [one if has_step(one) else replace(one, resolution_mah=step_mah) for one in of_run]
         for run_uid, of_run in charges.items()
     }
 

@@ -189,6 +189,25 @@ def condition_values(
     ]
 
 
+def same_conditions(
+    computed: Results, conditions: Sequence[ConditionValues], quantity: Outcome
+) -> list[ConditionValues]:
+    """Return conditions as `condition_values` has them of the same runs and results, for what `computed` is about."""
+    return [
+        replace(
+            one,
+            result=computed.record(
+                SUMMARY,
+                {"quantity": str(quantity), "condition": one.key},
+                one.result.origin.inputs,
+                one.result,
+                _rounded_alike(one.runs),
+            ),
+        )
+        for one in conditions
+    ]
+
+
 def _rounded_alike(items: Sequence[RunNumber]) -> dict[str, bool]:
     """Return what names results whose runs share the error of rounding, which runs of other conditions decide."""
     return {"rounded_alike": True} if any(rounding_in(item.shared).se for item in items) else {}

@@ -9,7 +9,6 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Callable, Mapping, Sequence
-from fractions import Fraction
 from itertools import accumulate, product
 from typing import NamedTuple
 
@@ -21,7 +20,7 @@ from labbook.analysis.study_data import StudyData
 from reports.results import Drain
 from stats.tails import t_upper_quantile
 
-BEYOND = Fraction("0.00135")
+BEYOND = 0.00135
 """Chance of a value above its upper limit, and below its lower one: that of three standard deviations (Shewhart)."""
 LIMITS_FROM_RUNS = 3
 """Fewer other runs than this give no limits."""
@@ -48,7 +47,7 @@ class ControlLimits(NamedTuple):
         if self.n < LIMITS_FROM_RUNS:
             return None
         sd = math.sqrt(self.squares / (self.n - 1) * (1.0 + 1.0 / self.n))
-        width = t_upper_quantile(float(BEYOND), self.n - 1) * sd
+        width = t_upper_quantile(BEYOND, self.n - 1) * sd
         return (max(self.mean - width, 0.0), self.mean + width) if self.mean + width > 0.0 else None
 
     def outside(self, value: float) -> bool:
@@ -56,13 +55,19 @@ class ControlLimits(NamedTuple):
         ends = self.ends
         return ends is not None and not ends[0] <= value <= ends[1]
 
-    def with_runs(self, other: ControlLimits) -> ControlLimits:
-        """Return the limits from the runs of both (Chan et al. 1983)."""
-        if not self.n or not other.n:
-            return self if self.n else other
-        n, apart = self.n + other.n, other.mean - self.mean
-        squares = self.squares + other.squares + apart * apart * self.n * other.n / n
-        return ControlLimits(n, self.mean + apart * other.n / n, squares)
+
+_Moments = tuple[int, float, float]
+"""Number, mean and sum of squares about it, of runs that limits come from."""
+_NO_RUN: _Moments = (0, 0.0, 0.0)
+
+
+def _of_both(one: _Moments, other: _Moments) -> _Moments:
+    """Return the moments of the runs of both (Chan et al. 1983)."""
+    (n_one, mean_one, squares_one), (n_other, mean_other, squares_other) = one, other
+    if not n_one or not n_other:
+        return one if n_one else other
+    n, apart = n_one + n_other, mean_other - mean_one
+    return n, mean_one + apart * n_other / n, squares_one + squares_other + apart * apart * n_one * n_other / n
 
 
 def limits_of(runs: Sequence[RunRow], values: Mapping[str, float]) -> dict[str, ControlLimits]:
@@ -72,12 +77,11 @@ def limits_of(runs: Sequence[RunRow], values: Mapping[str, float]) -> dict[str, 
     for of_condition in grouped(known, [run.condition_key for run in known]).values():
         uids = [run.uid for run in of_condition]
         far = _far([values[uid] for uid in uids])
-        single = [
-            ControlLimits() if left else ControlLimits(1, values[uid]) for uid, left in zip(uids, far, strict=True)
-        ]
-        before = accumulate(single[:-1], ControlLimits.with_runs, initial=ControlLimits())
-        after = list(accumulate(single[:0:-1], ControlLimits.with_runs, initial=ControlLimits()))[::-1]
-        found |= {uid: one.with_runs(other) for uid, one, other in zip(uids, before, after, strict=True)}
+        single = [_NO_RUN if left else (1, values[uid], 0.0) for uid, left in zip(uids, far, strict=True)]
+        before = accumulate(single[:-1], _of_both, initial=_NO_RUN)
+        after = list(accumulate(single[:0:-1], _of_both, initial=_NO_RUN))[::-1]
+        others = map(_of_both, before, after)
+        found |= {uid: ControlLimits(*moments) for uid, moments in zip(uids, others, strict=True)}
     return found
 
 
