@@ -43,6 +43,8 @@ def as_sample(name: str, values: ArrayLike | Iterable[Decimal], missing: Missing
     if doubles.ndim != 1:
         raise InputRefused(f"{name} has {doubles.ndim} dimensions where one is allowed: give a plain list of numbers.")
     finite = np.isfinite(doubles)
+    if finite.all():  # nearly always
+        return Sample(doubles[finite], 0)
     bad = ~finite if missing == "refuse" else np.isinf(doubles)
     if bad.any():
         raise InputRefused(
@@ -127,8 +129,10 @@ def _doubles(name: str, values: Any) -> NDArray[np.float64]:
             raise TypeError
     except (TypeError, ValueError) as error:
         raise InputRefused(f"{name} holds something that is not a number: give a list of real numbers.") from error
-    with np.errstate(over="ignore"):  # a long double that is too large becomes infinite and is refused as such
-        doubles = array.astype(np.float64)
+    doubles = array
+    if array.dtype != np.float64:
+        with np.errstate(over="ignore"):  # a long double that is too large becomes infinite and is refused as such
+            doubles = array.astype(np.float64)
     if isinstance(values, np.ma.MaskedArray):
         doubles = np.where(np.ma.getmaskarray(values), np.nan, doubles)
     return doubles

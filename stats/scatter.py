@@ -55,7 +55,9 @@ class Scale:
 
     def scaled(self, values: Floats) -> Floats:
         """Return values in this scale: at most about 1 away from 0."""
-        shift = max(0, self.exponent - _LARGEST_EXPONENT)  # or the difference of two huge values would overflow
+        if self.exponent <= _LARGEST_EXPONENT:
+            return np.asarray(np.ldexp(values - self.middle, -self.exponent))
+        shift = self.exponent - _LARGEST_EXPONENT  # or the difference of two huge values would overflow
         difference = np.ldexp(values, -shift) - math.ldexp(self.middle, -shift)
         return np.asarray(np.ldexp(difference, shift - self.exponent))
 
@@ -88,7 +90,7 @@ def scale_of(*samples: Floats) -> Scale:
     if not values.size:
         return Scale(0.0, 0)
     largest = math.frexp(float(np.abs(values).max()))[1]
-    middle = times_power(float(np.ldexp(values, -largest).mean()), largest)
+    middle = times_power(float(np.ldexp(values, -largest).sum()) / values.size, largest)
     away = float(np.abs(np.ldexp(values, -1) - middle / 2.0).max())
     return Scale(middle, math.frexp(away)[1] + 1 if away else 0)
 
