@@ -75,9 +75,13 @@ def each_run(results: StudyResults) -> Table:
     return replace(table, rows=rows)
 
 
+_NONE, _NO_JUMPS, _NOT_IN_DAY = Cell(DASH, (None,)), Cell(DASH, (None,) * 3), Cell("", (None,) * 3)
+"""Of runs without a value, of which there may be a hundred thousand."""
+
+
 def _in_day(run: _Run) -> Cell:
     about = run.about
-    return Cell("", (None,) * 3 if run.deviation_j is None else (about.position, about.pack, run.deviation_j))
+    return _NOT_IN_DAY if run.deviation_j is None else Cell("", (about.position, about.pack, run.deviation_j))
 
 
 def _outcome_column(outcome: Outcome, runs: Sequence[_Run], *, shown: bool) -> ColumnOf[_Run]:
@@ -92,7 +96,7 @@ def _outcome_column(outcome: Outcome, runs: Sequence[_Run], *, shown: bool) -> C
     def cell(run: _Run) -> Cell:
         value = run.values.get(outcome)
         if value is None:
-            return Cell(DASH, (None,))
+            return _NONE
         return Cell(decimal_text(value * factor, places) if shown else "", (value,))
 
     return column(outcome.heading, f"{outcome.key}_{outcome.unit}", cell, unit=outcome.unit)
@@ -101,7 +105,7 @@ def _outcome_column(outcome: Outcome, runs: Sequence[_Run], *, shown: bool) -> C
 def _jumps(run: _Run, span: tuple[float, float]) -> Cell:
     heights_m = run.about.heights_m
     if not heights_m:
-        return Cell(DASH, (None, None, None))
+        return _NO_JUMPS
     low, high = min(heights_m.values()), max(heights_m.values())
     unit, factor = shown_unit("m")
     text = f"{len(heights_m)}, {general_text(low * factor)} to {general_text(high * factor)} {unit}"

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 from data_schema.errors import InputRefused
 from data_schema.queries.charges import ChargeOfRun
@@ -36,7 +37,7 @@ from reports.numbers import Number, Origin, Result
 from reports.results import MAH_MIN, Drain, DrainFit, IdleRun
 from stats.checks import as_number
 from stats.compare.shared_error import SharedError
-from stats.lines.passive_drain import PassiveDrain, fit_passive_drain, rounding_sd_mah, why_no_line
+from stats.lines.passive_drain import DrainEstimate, PassiveDrain, fit_passive_drain, rounding_sd_mah, why_no_line
 from stats.scatter import finite
 
 DRAIN = Algorithm("passive_drain", 16)
@@ -261,7 +262,7 @@ def energies_with_drains(
 
 def _energy(run: RunRow, charge: Recharge, drain: PassiveDrain, voltage_v: float, origin: Origin) -> RunEnergy:
     assert run.duration_s is not None  # noqa: S101 - `usable_charge` has asked
-    passive = drain.at(run.duration_s)
+    passive, error_terms_mah = _passive_charge(drain, run.duration_s)
     j_per_mah = joules_per_mah(voltage_v, run.jumps_made)
     joules = joules_per_jump(charge.charge_mah, passive.charge_mah, voltage_v, run.jumps_made)
     return RunEnergy(
@@ -275,11 +276,16 @@ def _energy(run: RunRow, charge: Recharge, drain: PassiveDrain, voltage_v: float
         ),
         passive_charge=Number(passive.charge_mah, "mAh", shared_se=passive.se, n=drain.n, df=drain.df),
         drain_df=drain.df,
-        shared_terms_j={term: -j_per_mah * mah for term, mah in drain.error_terms_mah(run.duration_s).items()},
+        shared_terms_j={term: -j_per_mah * mah for term, mah in error_terms_mah.items()},
         extrapolated=passive.extrapolated,
         charge_mah=charge.charge_mah,
         step_mah=charge.resolution_mah,
     )
+
+
+@lru_cache(maxsize=1024)  # many runs are as long
+def _passive_charge(drain: PassiveDrain, duration_s: float) -> tuple[DrainEstimate, Mapping[str, float]]:
+    return drain.at(duration_s), drain.error_terms_mah(duration_s)
 
 
 def joules_per_jump(
