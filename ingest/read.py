@@ -16,7 +16,7 @@ from ingest.model import Candidate, Declarations, Explanation, ReadFile, Reading
 from ingest.tables.layout import SecondHeader
 from ingest.text.cells import GROUPED
 from ingest.text.source import looks_like_utf16
-from ingest.timebase.order import FAULTS_OF_TIME
+from ingest.timebase.axis import FAULTS_OF_TIME
 
 MOST_REJECTED = 0.01
 """A log of which a larger share of rows is rejected is refused."""
@@ -47,7 +47,8 @@ def read_file(data: bytes, declared: Declarations) -> ReadFile:
             reading = Reading()
             message = "Another header stands inside the data: export one table a file."
             findings.add(FILE, "second_header", message, lines=[found.header_line])
-        reading = check_packs(reading, head.declared.packs, findings)
+        if head.declared.packs and reading.charges:
+            reading = check_packs(reading, head.declared.packs, findings)
         _judge_rows(reading, findings)
     name, version = reading.packed or ((UNKNOWN, 0) if chosen is None else (chosen.name, chosen.version))
     return ReadFile(
@@ -111,7 +112,7 @@ def _chosen(
 
 def _candidates(head: Head, findings: FindingCollector) -> list[tuple[Format, str]]:
     """Return the formats that recognise the file, the one with the highest score first."""
-    asked = [each for each in registry.all_formats() if each.may_be(head)]
+    asked = (each for each in registry.all_formats() if each.may_be(head))
     found = [(each, seen) for each in asked if (seen := registry.recognition(each, head, findings)) is not None]
     return sorted(found, key=lambda each: -each[0].score)
 

@@ -11,6 +11,7 @@ that column. Otherwise the words distinguish trials of one channel.
 from __future__ import annotations
 
 import dataclasses
+import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
@@ -42,12 +43,22 @@ from ingest.channels.names import (
 from ingest.declared import declared_columns, note_absent, positions_of, with_profile_for_names, without
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.instruments import Instrument, instrument_named
-from ingest.model import BoolArray, ChannelData, ColumnUse, Declarations, FloatArray, Gap, Reading, SignalPart, TableUse
+from ingest.model import (
+    BoolArray,
+    ChannelData,
+    ColumnUse,
+    Declarations,
+    FloatArray,
+    Gap,
+    IntArray,
+    Reading,
+    SignalPart,
+    TableUse,
+)
 from ingest.spool import by_blocks, take
 from ingest.tables.layout import refuse_jumps_by_thousand
 from ingest.tables.table import Block, CellKind, Table, Wanted
 from ingest.timebase.axis import Recording, TimeSources, first_day, recordings, with_epoch_unit
-from ingest.timebase.order import refuse_series, trial_position, trials
 
 
 def read_signals(table: Table, declared: Declarations, findings: FindingCollector, instrument: Instrument) -> Reading:
@@ -94,11 +105,11 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     columns = check_plates(columns, stored, loads, usable, findings)
     check_robot(columns, stored, loads, usable, declared, findings)
     findings.tables.append(table_use(table, plan, columns, declared, instrument, trial_column))
-    sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz)
+    sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz, findings)
     parts: list[SignalPart] = []
     n_usable = 0
     for trial, rows in trials(block, trial_column, findings):
-        found = recordings(sources, usable & rows, findings)
+        found = recordings(sources, usable & rows)
         name = instrument.part if trial is None else f"trial_{trial}"
         parts += [
             _part(instrument, name if number == 1 else f"{name}_segment_{number}", recording, columns, stored, findings)
@@ -112,7 +123,8 @@ def _calibrated(plan: Plan, block: Block, table: Table, declared: Declarations, 
     """Choose the calibration of each column by the day that is declared, or else of the first row."""
     if not any(column.calibrations for column in plan.columns):
         return plan
-    day = declared.day or first_day(TimeSources(block, plan, {}, declared, table.preamble, None))
+    sources = TimeSources(block, plan, {}, declared, table.preamble, None, FindingCollector())  # noted later, once
+    day = declared.day or first_day(sources)
     return dataclasses.replace(plan, columns=tuple(with_calibration(column, day, findings) for column in plan.columns))
 
 
@@ -404,3 +416,84 @@ def _rows(block: Block, rows: BoolArray, rejected: int) -> Block:
     numbers = {position: values[at] for position, values in block.numbers.items()}
     clocks = {position: [cells[row] for row in at.tolist()] for position, cells in block.clocks.items()}
     return Block(numbers, clocks, block.lines[at], block.ordinals[at], rejected)
+
+
+MOST_TRIALS = 500
+
+
+def trial_position(column: str | None, table: Table, findings: FindingCollector) -> int | None:
+    """Return the position of the column that distinguishes trials; a column that is not there refuses the file."""
+    if column is None:
+        return None
+    positions = positions_of(column, table.names)
+    if positions:
+        return positions[0]
+    listed = ", ".join(map(repr, table.names[:12]))
+    message = f"The trials are told apart by column {column!r}, which the file does not have: it has {listed}."
+    findings.add(FILE, "trial_column_absent", message, column=column)
+    return None
+
+
+def trials(block: Block, position: int | None, findings: FindingCollector) -> list[tuple[str | None, BoolArray]]:
+    """Return the name of each trial and its rows, shape (n_rows,), in order of their first row; one trial without such
+    a column.
+    """
+    if position is None:
+        return [(None, np.ones(block.n_rows, dtype=np.bool_))]
+    if position in block.clocks:
+        values = np.array([cell.decode("utf-8", errors="replace").strip() for cell in block.clocks[position]])
+    else:
+        values = np.array([f"{value:.15g}" for value in np.asarray(block.numbers[position]).tolist()])
+    found, first, which = np.unique(values, return_index=True, return_inverse=True)
+    if len(found) > MOST_TRIALS:
+        message = f"The column has {len(found)} values, more than the {MOST_TRIALS} trials allowed: name another one."
+        findings.add(FILE, "too_many_trials", message)
+        return []
+    names: list[str] = []
+    for value in found.tolist():
+        name = clean_name(value) or "without_name"
+        names.append(name if name not in names else f"{name}_{len(names)}")
+    return [(names[trial], which == trial) for trial in np.argsort(first).tolist()]
+
+
+def refuse_series(
+    block: Block, time_position: int, texts: Mapping[str, Sequence[bytes]], findings: FindingCollector
+) -> None:
+    """Refuse a long table: its stamps repeat and are each once under each word of a column, by name in `texts`, or
+    those of each word follow each other more steadily than all together.
+    """
+    stamps = block.clocks[time_position] if time_position in block.clocks else block.numbers[time_position]
+    if not texts:
+        return
+    repeats = block.n_rows - len(np.unique(np.asarray(stamps)))
+    repeated = repeats >= max(2, block.n_rows / 100)
+    stamp = np.unique(np.asarray(stamps), return_inverse=True)[1].astype(np.int64)
+    for name, cells in texts.items():
+        words, word = np.unique(np.asarray(cells), return_inverse=True)
+        if len(words) > MOST_TRIALS:
+            continue
+        listed = ", ".join(repr(each.decode("utf-8", errors="replace").strip()) for each in words[:6].tolist())
+        if repeated and len(np.unique(stamp * len(words) + word)) == block.n_rows:
+            message = f"Each stamp stands beside several words of column {name!r} ({listed})"
+        elif time_position in block.numbers and _steadier(np.asarray(stamps, dtype=np.float64), word, len(words)):
+            message = f"The stamps beside each word of column {name!r} ({listed}) are steadier than all together"
+        else:
+            continue
+        message += (
+            f", as in a long table: say `trials = {json.dumps(name, ensure_ascii=False)}` in a [profiles.NAME] table "
+            "of labbook.toml, and each becomes a part of its own."
+        )
+        findings.add(FILE, "series_interleaved", message, column=name)
+
+
+_STEADIER = 0.5
+"""Steps of this share of the spread of all are those of another clock; of a word by chance the spread is as large."""
+_FEWEST_STEPS = 3
+
+
+def _steadier(stamps: FloatArray, word: IntArray, n_words: int) -> bool:
+    """Whether the steps between the stamps, shape (n_rows,), of each of several words spread less than all steps."""
+    if n_words < 2 or np.bincount(word).min() <= _FEWEST_STEPS:
+        return False
+    most = _STEADIER * float(np.std(np.diff(stamps)))
+    return all(float(np.std(np.diff(stamps[word == each]))) < most for each in range(n_words))

@@ -19,8 +19,8 @@ import numpy as np
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan, fitting_units, in_unit, unit_flags
+from ingest.channels.forces import MOST_N, Load, find_load
 from ingest.channels.names import channel_kind, is_cop, plate_of
-from ingest.channels.plate_load import MOST_N, Load, find_load
 from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.model import BoolArray, ChannelData, Declarations, FloatArray, Gap, IntArray, RobotFacts
 from ingest.spool import release, row_blocks

@@ -361,3 +361,26 @@ def refuse_two_units(column: str, flag: str, name: str | None, below: str | None
             column=column,
             value=below,
         )
+
+
+TICKS_PER_SECOND = {
+    "s": 1.0,
+    "ms": 1e3,
+    "us": 1e6,
+    "ns": 1e9,
+    "filetime": 1e7,
+    "min": 1 / 60,
+    "h": 1 / 3600,
+    "d": 1 / 86_400,
+}
+"""Units of a time column."""
+_MULTIPLE = re.compile(r"(1/[1-9]\d*|\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*([A-Za-zµμ]+)")
+
+
+def ticks_per_second(unit: str | None) -> float | None:
+    """Return the ticks a second of a unit of time, or of a multiple such as `0.1 ms`; None where it is neither."""
+    multiple = None if unit is None else _MULTIPLE.fullmatch(unit)
+    if multiple is None:
+        return TICKS_PER_SECOND.get(unit or "")
+    number, known = multiple_in(multiple[1]), TICKS_PER_SECOND.get(normal_unit(multiple[2]) or "")
+    return known / number if known and number else None

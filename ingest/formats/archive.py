@@ -28,6 +28,7 @@ from ingest.signals import combine
 UNPACK = "unpack the archive and ingest its files one by one"
 _SHEET_PACKED = "It holds the sheet of a study, which is read as a file of its own: save each as CSV and ingest those."
 _OF_THE_SYSTEM = ("__MACOSX/", ".DS_Store", "Thumbs.db", "desktop.ini")
+_GZIP_BEGINS = b"\x1f\x8b"
 _GZIP = 31  # zlib's word for: with a gzip header and checksum
 _SHORTEST_BLOCK = 1 << 10
 """Bytes given to zlib at first: it copies what is left of a block behind the end of a member, of which there may be
@@ -40,8 +41,7 @@ def _recognise_zip(head: Head) -> str | None:
 
 
 def _recognise_gzip(head: Head) -> str | None:
-    is_gzip = head.data.startswith(b"\x1f\x8b")
-    return "it begins as a gzip archive" if is_gzip else None
+    return "it begins as a gzip archive" if head.data.startswith(_GZIP_BEGINS) else None
 
 
 def _read_zip(head: Head, findings: FindingCollector) -> Reading:
@@ -254,5 +254,5 @@ def _reading(name: str, result: ReadFile, *, several: bool) -> Reading:
     return dataclasses.replace(result, parts=parts, charges=charges)
 
 
-ZIP = Format("zip", 4, _recognise_zip, _read_zip, container=True)
-GZIP = Format("gzip", 4, _recognise_gzip, _read_gzip, container=True)
+ZIP = Format("zip", 4, _recognise_zip, _read_zip, container=True, begins=b"PK")
+GZIP = Format("gzip", 4, _recognise_gzip, _read_gzip, container=True, begins=_GZIP_BEGINS)

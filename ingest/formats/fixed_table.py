@@ -76,11 +76,11 @@ def fixed_table(
 
     def read(wanted: Sequence[Wanted]) -> Block:
         if unsure is None:
-            return read_rows(source, layout, wanted, findings)
+            return read_rows(source, layout, findings, wanted)
         message = "The last line has no line end and its last number may go on; it is left out: "
         message += "say `--complete` if it is whole."
         findings.add(ROW, "last_line_cut", message, value=source.decode(source.data[unsure:][:80]))
-        block = read_rows(source.section(unsure), layout, wanted, findings)
+        block = read_rows(source.section(unsure), layout, findings, wanted)
         return dataclasses.replace(block, rows_rejected=block.rows_rejected + 1)
 
     return Table(layout.names, layout.units, kinds, header.preamble, read, tuple(header.channels), layout.shape)

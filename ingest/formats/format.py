@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -28,8 +29,8 @@ class Head:
     """All bytes of a file, and what the first of them show.
 
     `source` is None when the file is not text; `lines` are its first lines, decoded; `declared` its declarations.
-    `beginning` is what clues are looked for in: the first bytes and lines, in lower case and without NULs. `read_file`
-    reads what is packed inside.
+    `beginning` is what clues are looked for in: the first bytes and lines, and what is declared of instrument and
+    columns, in lower case and without NULs. `read_file` reads what is packed inside.
     """
 
     data: bytes
@@ -59,7 +60,8 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector, read_
     declared = composed(declared)
     page = declared.encoding or DEFAULT_PAGE
     if not is_wide(page) and not is_text(data):
-        return Head(data, with_profile(declared, None, findings), None, (), _beginning(data, ()), read_file)
+        declared = with_profile(declared, None, findings)
+        return Head(data, declared, None, (), _beginning(data, (), declared), read_file)
     source = with_clock_points(open_text(data, page, findings, declared.limits.longest_line_bytes), findings)
     declared = with_profile(declared, source, findings)
     source = as_declared(source, declared, findings)
@@ -67,11 +69,13 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector, read_
         message = f"The text is not UTF-8; names are read as {source.encoding}, the page declared for such files."
         findings.add(NOTE, "encoding_declared", message)
     lines = tuple(source.decode(line.content) for line in source.head_lines(HEAD_LINES))
-    return Head(data, declared, source, lines, _beginning(data, lines), read_file)
+    return Head(data, declared, source, lines, _beginning(data, lines, declared), read_file)
 
 
-def _beginning(data: bytes, lines: Sequence[str]) -> bytes:
-    return b"\n".join([data[:HEAD_BYTES], *(line.encode() for line in lines)]).replace(b"\0", b"").lower()
+def _beginning(data: bytes, lines: Sequence[str], declared: Declarations) -> bytes:
+    columns = (*declared.columns.values(), *declared.profile_columns.values())
+    said = filter(None, (declared.instrument, *(column.channel for column in columns)))
+    return b"\n".join([data[:HEAD_BYTES], *(text.encode() for text in (*lines, *said))]).replace(b"\0", b"").lower()
 
 
 UNKNOWN = "unknown"
@@ -79,6 +83,8 @@ UNKNOWN = "unknown"
 
 Reader = Callable[[Head, FindingCollector], Reading]
 
+SIGNATURE_BYTES = 64
+"""In so many bytes a file of binary numbers shows what it is."""
 SIGNATURE = 90
 """The file names its maker or format: magic bytes, a first line that no other program writes."""
 LAYOUT = 60
@@ -94,25 +100,28 @@ class Format:
     """One file format. `version` rises with every change of what its reader gives for the same bytes.
 
     `recognise` returns by what evidence a file is of this format, None where it is not; `score` is how strong such
-    evidence is (`SIGNATURE`, `LAYOUT`, `NAMES`, `ANY_TEXT`): of several formats the one with the highest reads. Where
-    there are `clues`, bytes in lower case, a file whose beginning holds none of them is not even shown to it.
-    `what` describes its files, for lists. `plugin` names the distribution and version that a format of somebody else's
-    comes from. A `container` holds files that are read as what is declared.
+    evidence is (`SIGNATURE`, `LAYOUT`, `NAMES`, `ANY_TEXT`): of several formats the one with the highest reads. A file
+    that does not begin as `begins`, a pattern of its first bytes, or whose beginning holds none of the `clues`, bytes
+    in lower case, is not even shown to it; without `recognise` files are read as it where that is declared. `what`
+    describes its files, for lists. `plugin` names the distribution and version that a format of somebody else's comes
+    from. A `container` holds files that are read as what is declared.
     """
 
     name: str
     version: int
-    recognise: Callable[[Head], str | None]
+    recognise: Callable[[Head], str | None] | None
     read: Reader
     what: str | None = None
     plugin: str | None = None
     container: bool = False
+    begins: bytes = b""
     clues: tuple[bytes, ...] = ()
     score: int = SIGNATURE
 
     def may_be(self, head: Head) -> bool:
-        """Whether a file holds one of the clues."""
-        return not self.clues or any(clue in head.beginning for clue in self.clues)
+        """Whether a file begins so, and holds one of the clues."""
+        begins = re.match(self.begins, head.data[:SIGNATURE_BYTES], re.DOTALL) is not None
+        return begins and (not self.clues or any(clue in head.beginning for clue in self.clues))
 
 
 def signed(name: str, version: int, begins: str, read: Reader) -> Format:

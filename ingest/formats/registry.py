@@ -41,7 +41,7 @@ from ingest.formats.force_plates import (
     qualisys,
     vicon,
 )
-from ingest.formats.format import SIGNATURE, UNKNOWN, Format, Head, NoText
+from ingest.formats.format import SIGNATURE, SIGNATURE_BYTES, UNKNOWN, Format, Head, NoText
 from ingest.formats.loggers import debug_lines, delimited, labelled_values, labview, matlab, minitaur
 from ingest.model import ChargeRow, Reading, SignalPart
 from ingest.tables.layout import SecondHeader
@@ -58,14 +58,13 @@ def _refused(name: str, what: str, instead: str, begins: bytes) -> Format:
 
     def recognise(head: Head) -> str | None:
         """Its first bytes or lines."""
-        beginnings = (head.data[:_SIGNATURE_BYTES], head.first_line().encode())
+        beginnings = (head.data[:SIGNATURE_BYTES], head.first_line().encode())
         known = any(re.match(begins, each, re.DOTALL) for each in beginnings)
         return f"it begins as {what}" if known else None
 
     return Format(name, 1, recognise, refuse, f"{what[0].upper()}{what[1:]}: not read; {instead}.")
 
 
-_SIGNATURE_BYTES = 64
 RECOGNISED = (
     _refused("pdf", "a PDF document", "give the data it was made from", rb"%PDF-"),
     _refused("image", "an image", _TEXT, rb"\x89PNG|\xff\xd8\xff|GIF8|II\*\0|MM\0\*"),
@@ -191,6 +190,8 @@ def _formats_of(loaded: object) -> Iterator[Format]:
 
 def recognition(format_: Format, head: Head, findings: FindingCollector) -> str | None:
     """Return by what a format recognises a file; a plug-in that fails at it does not recognise it, which is noted."""
+    if format_.recognise is None:
+        return None
     if format_.plugin is None:
         with contextlib.suppress(NoText):
             return format_.recognise(head)
@@ -256,6 +257,7 @@ def check_format(found: Format) -> None:
     _require(is_score, f"its score {found.score} is not from 1 to {SIGNATURE}, of a signature")
     are_clues = all(clue and clue == clue.lower() and b"\0" not in clue for clue in found.clues)
     _require(are_clues, "its clues are not in lower case, or empty, or hold a zero byte")
+    re.match(found.begins, b"")
     _require(callable(found.recognise) and callable(found.read), "its recognise or read is no function")
 
 
@@ -345,7 +347,7 @@ def _of_module(format_: Format) -> str:
 
 
 def _of_recognise(format_: Format) -> str:
-    return _first_sentence(inspect.getdoc(format_.recognise) or "")
+    return _first_sentence((format_.recognise and inspect.getdoc(format_.recognise)) or "Where declared alone.")
 
 
 def _first_sentence(text: str) -> str:

@@ -423,14 +423,9 @@ def _format(name: str, kind: _Kind) -> Format:
         file = SheetFile(own_name, head.data, declared.encoding, declared.decimal_sign, bool(declared.complete))
         return Reading(rows_read=_count(_TRIAL_LOG if of_trial else kind, file, findings), role=FileRole.SHEET)
 
-    if kind.clue is None:
-        return Format(name, 4, _declared_only, read, kind.what)
+    if kind.clue is None:  # a log of a robot's jumps may have the same columns
+        return Format(name, 4, None, read, kind.what)
     return Format(name, 4, recognise, read, kind.what, clues=(kind.clue,), score=LAYOUT)
-
-
-def _declared_only(_head: Head) -> str | None:
-    """Never by its content: a log of a robot's jumps may have the same columns."""
-    return None
 
 
 def _count(kind: _Kind, file: SheetFile, findings: FindingCollector) -> int:

@@ -101,7 +101,7 @@ def _format(name: str, version: int, evidence: str) -> Format:
         """Its first bytes, or its directory."""
         return evidence if workbook_kind(head.data) == name else None
 
-    return Format(name, version, recognise, _read, container=True)
+    return Format(name, version, recognise, _read, container=True, begins=rb"PK|\xd0\xcf\x11\xe0")
 
 
 FORMATS = (

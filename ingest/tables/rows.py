@@ -1,4 +1,4 @@
-"""Reads the data rows of a table: whole numeric blocks at once where these can be proved clean, else line by line.
+"""The table in a delimited text: whole numeric blocks at once where these can be proved clean, else line by line.
 
 The fast route hands the bytes, uncopied, to pyarrow's CSV parser. A block counts as clean when every cell is a finite
 number or a missing value and there are as many rows as lines; both routes then give identical values, both
@@ -10,6 +10,7 @@ padding is stripped, and a last line that was cut while being written is left ou
 from __future__ import annotations
 
 import dataclasses
+import functools
 import re
 import time
 from collections.abc import Sequence
@@ -20,9 +21,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ingest.findings import NOTE, ROW, FindingCollector
+from ingest.model import Declarations
 from ingest.spool import ColumnFile, mapped, release_bytes
 from ingest.tables.layout import Layout
-from ingest.tables.table import Block, CellKind, Column, Wanted
+from ingest.tables.table import Block, CellKind, Column, Table, Wanted, read_preamble
 from ingest.text.cells import split_cells
 from ingest.text.source import TextSource
 
@@ -30,7 +32,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 
-from ingest.tables.layout import is_header, second_header, with_units_joined
+from ingest.tables.layout import check_above, find_layout, is_header, second_header, with_units_joined
 from ingest.text.cells import (
     COMMENT_STARTS,
     INFINITY,
@@ -43,7 +45,7 @@ from ingest.text.cells import (
     is_number,
     parse_cell,
 )
-from ingest.text.source import logical_line, physical_line
+from ingest.text.source import logical_line, physical_line, refuse_long_line
 
 PIECE_BYTES = 1 << 18
 BLOCK_BYTES = 1 << 24
@@ -52,7 +54,25 @@ BLOCK_BYTES = 1 << 24
 _WAIT_S, _LONGEST_WAIT_S = 1e-4, 1.0
 
 
-def read_rows(source: TextSource, layout: Layout, wanted: Sequence[Wanted], findings: FindingCollector) -> Block:
+def text_table(source: TextSource, declared: Declarations, findings: FindingCollector) -> Table | None:
+    """Find the table in a text, its rows not read yet; None, with a finding of severity file, where there is none.
+
+    Raises `SecondHeader` where another table stands above it, as its rows do where one follows.
+    """
+    if source.first_line > 1:  # the lines declared are those of the first table in the text
+        declared = dataclasses.replace(declared, header_row=None, units_row=None, first_row=None)
+    if refuse_long_line(source, findings):
+        return None
+    layout = find_layout(source, declared, findings)
+    if layout is None:
+        return None
+    check_above(source, layout)
+    preamble = read_preamble((*source.comments, *layout.preamble), declared.date_format)
+    rows = functools.partial(read_rows, source, layout, findings)
+    return Table(layout.names, layout.units, layout.kinds, preamble, rows, text=layout.shape)
+
+
+def read_rows(source: TextSource, layout: Layout, findings: FindingCollector, wanted: Sequence[Wanted]) -> Block:
     """Return the wanted columns of all rows that can be read; what cannot be is reported and left out."""
     end = data_end(source, layout, findings)
     large = mapped(source.data)

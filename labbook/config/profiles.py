@@ -55,9 +55,8 @@ def declared_channel(text: str) -> str:
 def check_unit(unit: str, channel: str | None) -> None:
     """Raise `UsageError` for a unit that is none, or that `channel` cannot have; without one any unit will do."""
     from data_schema import units
-    from ingest.channels.names import COUNTS, channel_kind, factor, is_unit, normal_unit
+    from ingest.channels.names import COUNTS, channel_kind, factor, is_unit, normal_unit, ticks_per_second
     from ingest.findings import FindingCollector
-    from ingest.timebase.stamps import ticks_per_second
 
     kind = None if channel is None else channel_kind(channel)
     written = normal_unit(unit) or unit

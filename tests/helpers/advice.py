@@ -22,12 +22,11 @@ import typer
 from data_schema.errors import LabbookError
 from data_schema.vocabulary import CHANNELS
 from ingest import read as reading
-from ingest.channels.names import channel_kind, is_unit, parse_header
+from ingest.channels.names import TICKS_PER_SECOND, channel_kind, is_unit, parse_header
 from ingest.declared import flag_names
 from ingest.formats.format import Head
 from ingest.model import ColumnDeclaration, ColumnUse, Declarations, Finding, ReadFile
 from ingest.read import read_file
-from ingest.timebase.stamps import TICKS_PER_SECOND
 from labbook.cli.declaring import Declared
 from labbook.cli.file_options import declared_options
 from labbook.cli.main import application

@@ -24,8 +24,6 @@ def check_packs(reading: Reading, packs: Sequence[PackFacts], findings: FindingC
     A recharge without a pack of the book is compared with the largest. A column in mAh, by its heading, of nothing but
     numbers below a thousandth of that is refused: they may be Ah.
     """
-    if not packs or not reading.charges:
-        return reading
     largest = max(packs, key=lambda pack: pack.capacity_mah)
     by_name = {pack.name: pack for pack in packs}
     of_charge = [by_name.get(charge.stated_pack or "", largest) for charge in reading.charges]

@@ -682,4 +682,4 @@ def _column(position: int, text: str, declaration: ColumnDeclaration | None) -> 
     return role if role in ROLES else None, SheetColumn(position, text, unit, header_unit, rank)
 
 
-FORMAT = Format("charger_sheet", 6, _recognise, _read, score=NAMES)
+FORMAT = Format("charger_sheet", 6, _recognise, _read, clues=(b"charge", b"capacity", b"ah"), score=NAMES)

@@ -65,4 +65,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_fixed(head, header, findings, INSTRUMENTS[INSTRUMENT])
 
 
-FORMAT = Format("amti_text", 5, _recognise, _read)
+FORMAT = Format("amti_text", 5, _recognise, _read, clues=(b"offset", INSTRUMENT.encode()))

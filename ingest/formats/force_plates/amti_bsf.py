@@ -88,4 +88,4 @@ def _size_differs(there: int, row: int, length_s: float, rate_hz: int) -> str:
     return f"its header says {samples} samples ({length_s:g} s at {rate_hz} Hz) and it holds {there / row:.6g}"
 
 
-FORMAT = Format("amti_bsf", 4, _recognise, _read)
+FORMAT = Format("amti_bsf", 4, _recognise, _read, begins=rb"[di]\0\0\0")

@@ -23,7 +23,7 @@ from ingest.formats.format import LAYOUT, Format, Head
 from ingest.instruments import INSTRUMENTS, Instrument, bertec_sdk
 from ingest.model import Reading
 from ingest.signals import read_signals
-from ingest.tables.text_table import text_table
+from ingest.tables.rows import text_table
 
 _EVIDENCE = "columns as Bertec's programs order them"
 _ACQUIRE = dataclasses.replace(INSTRUMENTS["bertec_acquire"], evidence=_EVIDENCE)

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 
@@ -33,8 +34,7 @@ _CONVENTION = Convention("the C3D standard", _UNITS)
 
 def _recognise(head: Head) -> str | None:
     """The second byte, 50 hex."""
-    data = head.data
-    is_c3d = head.source is None and len(data) >= 512 and data[1] == 0x50 and 2 <= data[0] <= 0x20
+    is_c3d = head.source is None and len(head.data) >= BLOCK and re.match(_BEGINS, head.data[:2])
     return "byte 2 is 50 hex, as of a C3D file" if is_c3d else None
 
 
@@ -274,6 +274,7 @@ def _to_room(sections: C3dSections, number: int) -> FloatArray:
 
 
 BLOCK = 512
+_BEGINS = rb"[\x02-\x20]\x50"
 INTEL, DEC, SGI = 84, 85, 86
 _CHARACTERS = -1
 _TYPES = (_CHARACTERS, 1, 2, 4)  # of numbers, their bytes
@@ -485,4 +486,4 @@ def _check_length(data: bytes, begin: int, length: int, n_frames: int) -> None:
         raise C3dDamagedError(f"its header says {length} bytes of data and {here} are there")
 
 
-FORMAT = Format("c3d", 4, _recognise, _read)
+FORMAT = Format("c3d", 4, _recognise, _read, begins=_BEGINS)

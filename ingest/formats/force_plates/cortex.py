@@ -13,7 +13,7 @@ import re
 import numpy as np
 
 from ingest.channels.columns import Convention
-from ingest.channels.plate_load import LOADED_N
+from ingest.channels.forces import LOADED_N
 from ingest.findings import FILE, FindingCollector
 from ingest.formats.fixed_table import (
     MILLIMETRE_UNITS,

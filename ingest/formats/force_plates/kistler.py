@@ -13,8 +13,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from ingest.channels.columns import Convention
+from ingest.channels.forces import find_load
 from ingest.channels.names import channel_kind, parse_header, squash
-from ingest.channels.plate_load import find_load
 from ingest.declared import declared_columns
 from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import (
@@ -30,8 +30,8 @@ from ingest.formats.format import NAMES, Format, Head, signed
 from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading, SignalPart
 from ingest.signals import read_signals
+from ingest.tables.rows import text_table
 from ingest.tables.table import Preamble
-from ingest.tables.text_table import text_table
 from ingest.text.cells import texts_of
 
 _BIOWARE = Instrument("force", Convention("Kistler BioWare", {}, "s"), evidence="BioWare")

@@ -25,7 +25,7 @@ from ingest.signals import combine, read_signals
 from ingest.tables.table import Block, CellKind, Preamble, Table, Wanted
 from ingest.text.cells import split_cells, texts_of
 from ingest.text.source import Line, TextSource
-from ingest.timebase.stamps import RATE_NOTED
+from ingest.timebase.axis import RATE_NOTED
 
 _NEXUS = Convention("Vicon Nexus", {})
 _TITLE = re.compile(r"(Devices|Joints|Trajectories|Model Outputs|Segments|Events)[,;\s]*")

@@ -16,7 +16,7 @@ from ingest.instruments import Instrument
 from ingest.model import Declarations, Reading
 from ingest.signals import NamedTable, read_several, read_signals
 from ingest.tables.layout import SecondHeader
-from ingest.tables.text_table import text_table
+from ingest.tables.rows import text_table
 from ingest.text.cells import best_split
 from ingest.text.source import HEAD_BYTES, TextSource
 

@@ -275,4 +275,6 @@ def _check_matrix(content: memoryview, order: str, deepest: int) -> None:
         raise MatRefusedError(f"it says {count} values and holds others")
 
 
-FORMAT = Format("mat", 5, _recognise, _read)
+_BEGINS = rb"MATLAB (?:5\.0|7\.3)|[\0-\x34]\0\0\0|\0\0[\x03\x04]"
+"""Version 4 has a number for machine, order and type there."""
+FORMAT = Format("mat", 5, _recognise, _read, begins=_BEGINS)

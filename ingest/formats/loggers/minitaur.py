@@ -78,10 +78,7 @@ class _HeaderFault(Exception):
 
 def _recognise(head: Head) -> str | None:
     """A header of keys and a struct, and records that begin with AA BB."""
-    first = _header_at(head.data, 0)
-    if first is None:
-        return None
-    return "a header that describes the binary records behind it"
+    return None if _header_at(head.data, 0) is None else "a header that describes the binary records behind it"
 
 
 def _header_at(data: bytes, begin: int) -> re.Match[bytes] | None:
@@ -393,4 +390,4 @@ def _next_record(data: bytes, start: int, stop: int, stride: int) -> int:
     return stop
 
 
-FORMAT = Format("minitaur_log", 4, _recognise, _read)
+FORMAT = Format("minitaur_log", 4, _recognise, _read, clues=(SYNC, b"/<"))

@@ -16,12 +16,11 @@ from typing import Any
 from data_schema.errors import nearest
 from data_schema.queries.facts import find_uid
 from data_schema.vocabulary import CHANNELS
-from ingest.channels.names import channel_kind, clean_name, parse_header
+from ingest.channels.names import TICKS_PER_SECOND, channel_kind, clean_name, parse_header
 from ingest.formats.chargers.sheet import AMOUNTS
 from ingest.model import ChargeRow, ColumnUse, Explanation, Finding, Limits, ReadFile, TableUse, TextShape
 from ingest.signals import LEFT_OUT
 from ingest.tables.table import CellKind
-from ingest.timebase.stamps import TICKS_PER_SECOND
 from labbook.actions.files.against_book import refused_by_book, refused_without_columns
 from labbook.actions.files.ingesting import read_for_run
 from labbook.actions.files.named_files import own_name

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ingest.channels.plate_load import find_load
+from ingest.channels.forces import find_load
 from tests.helpers.single_jumps import SimulatedJump
 from tests.stats.test_single_jump import SAMPLES, needs_samples
 

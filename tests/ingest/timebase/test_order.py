@@ -11,7 +11,7 @@ from ingest.findings import FindingCollector
 from ingest.model import ColumnDeclaration, Declarations
 from ingest.read import read_file
 from ingest.tables.table import Block
-from ingest.timebase.order import Order, put_in_order
+from ingest.timebase.axis import Order, put_in_order
 from tests.helpers.wording import says
 from tests.ingest.reading import read, rules
 from tests.ingest.synthetic import text

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ingest.model import FloatArray, IntArray
-from ingest.timebase.stamps import Timebase, burst_starts, from_bursts, from_stamps
+from ingest.timebase.axis import Timebase, burst_starts, from_bursts, from_stamps
 
 
 def stamps(n: int, rate_hz: float) -> FloatArray:
