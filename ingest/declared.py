@@ -17,8 +17,16 @@ import msgspec
 
 from data_schema.errors import nearest
 from ingest.channels.names import parse_header, squash, strip_comment
-from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.model import ColumnDeclaration, Declarations, Profile, ReadingSettings, TableUse
+from ingest.model import (
+    FILE,
+    NOTE,
+    ColumnDeclaration,
+    Declarations,
+    FindingCollector,
+    Profile,
+    ReadingSettings,
+    TableUse,
+)
 from ingest.text.cells import CANDIDATES, texts_of
 from ingest.text.source import TextSource
 

@@ -9,10 +9,9 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from data_schema.errors import unknown_name
-from ingest.channels.columns import NO_CONVENTION, Convention
 
 _BERTEC_AMPLIFIER_RATE_HZ = 1000.0
 
@@ -21,6 +20,7 @@ _BERTEC_AMPLIFIER_RATE_HZ = 1000.0
 class Instrument:
     """What a maker's export adds to the plain reading: name of the part, units, axes, a rate fixed by hardware.
 
+    `units`, by channel, and `time_unit`, the clock's, are those that the `maker` fixes and the file does not repeat.
     `frame` is which axis points up in the file (a key of `channels.forces.AXES`), `action` whether forces and moments
     are those on the plate, not the reaction on the robot. `evidence` is why the file is taken for this instrument's;
     without one the signs of forces are only assumed. `declared`: a person named the instrument or its axes. `steady`
@@ -28,7 +28,9 @@ class Instrument:
     """
 
     part: str = "log"
-    convention: Convention = NO_CONVENTION
+    maker: str = ""
+    units: Mapping[str, str] = field(default_factory=dict)
+    time_unit: str | None = None
     frame: str = "z up"
     action: bool = False
     fixed_rate_hz: float | None = None
@@ -45,25 +47,27 @@ PLATE_UNITS: Mapping[str, str] = {
 """Forces, moments and points of application in SI, for makers that write them so."""
 
 
-def _action_z_down(convention: Convention, evidence: str, fixed_rate_hz: float | None = None) -> Instrument:
-    return Instrument("force", convention, "z down", action=True, fixed_rate_hz=fixed_rate_hz, evidence=evidence)
+def _action_z_down(
+    maker: str, evidence: str, time_unit: str | None = None, fixed_rate_hz: float | None = None
+) -> Instrument:
+    units = PLATE_UNITS if maker else {}
+    return Instrument("force", maker, units, time_unit, "z down", True, fixed_rate_hz, evidence)
 
 
 def bertec_sdk(time_unit: str | None, evidence: str) -> Instrument:
     """Return the instrument of programs on Bertec's SDK, whose stamps are in `time_unit`."""
-    convention = Convention("Bertec SDK", PLATE_UNITS, time_unit)
-    return _action_z_down(convention, evidence, _BERTEC_AMPLIFIER_RATE_HZ)
+    return _action_z_down("Bertec SDK", evidence, time_unit, _BERTEC_AMPLIFIER_RATE_HZ)
 
 
 _NAMED = "its name"
 
 INSTRUMENTS: Mapping[str, Instrument] = {
-    "bertec_acquire": _action_z_down(Convention("Bertec Acquire", PLATE_UNITS, "ms"), _NAMED),
+    "bertec_acquire": _action_z_down("Bertec Acquire", _NAMED, "ms"),
     "bertec_sdk": bertec_sdk(None, _NAMED),
-    "bertec_balance": _action_z_down(Convention("Bertec balance plate", PLATE_UNITS), _NAMED),
-    "amti": _action_z_down(Convention("AMTI NetForce", PLATE_UNITS), _NAMED),
+    "bertec_balance": _action_z_down("Bertec balance plate", _NAMED),
+    "amti": _action_z_down("AMTI NetForce", _NAMED),
     "reaction_z_up": Instrument("force", evidence=_NAMED),
-    "action_z_down": _action_z_down(NO_CONVENTION, _NAMED),
+    "action_z_down": _action_z_down("", _NAMED),
 }
 """By the names of `--instrument`: makers' programs, and the two conventions of the signs of forces."""
 

@@ -1,4 +1,4 @@
-"""What reading one file gives: frozen results, independent of any database; and how the file was understood.
+"""What reading one file gives: frozen results, independent of any database; its findings; and how it was understood.
 
 A reader turns bytes and declarations into a `ReadFile`: signals, recharges and findings. Nothing in it
 depends on the file's name, the clock or the book, so the same bytes and declarations always give the same result.
@@ -6,7 +6,8 @@ depends on the file's name, the clock or the book, so the same bytes and declara
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -96,6 +97,110 @@ class Finding:
     value: str | None
     count: int
     more_lines: tuple[int, ...]
+
+
+NOTE, ROW, FILE = Severity.NOTE, Severity.ROW, Severity.FILE
+
+MORE_LINES = 20
+"""Most lines listed beside the first one."""
+
+_LONGEST_VALUE = 60
+_GRAVEST_FIRST = {FILE: 0, ROW: 1, NOTE: 2}
+
+
+@dataclass(slots=True)
+class _Entry:
+    message: str
+    value: str | None
+    count: int = 0
+    lines: list[int] = field(default_factory=list)
+
+
+class FindingCollector:
+    """Accumulates findings; the message and value of the first report of a rule and column stand.
+
+    `tables` takes what each table of the file became; of the files packed in it `encodings` takes the pages of text,
+    and `named_runs` what the one file there calls its run.
+    """
+
+    __slots__ = ("_entries", "encodings", "named_runs", "tables")
+
+    def __init__(self) -> None:
+        self.tables: list[TableUse] = []
+        self.encodings: list[str] = []
+        self.named_runs: tuple[str, ...] = ()
+        self._entries: dict[tuple[Severity, str, str | None], _Entry] = {}
+
+    def add(
+        self,
+        severity: Severity,
+        rule: str,
+        message: str,
+        *,
+        column: str | None = None,
+        lines: Sequence[int] | IntArray = (),
+        count: int | None = None,
+        value: str | None = None,
+    ) -> None:
+        """Report `rule` once, in each of `lines` (1-based, ascending), or `count` times where these are only some."""
+        key = (severity, rule, column)
+        entry = self._entries.get(key)
+        if entry is None:
+            shown = None if value is None else value[:_LONGEST_VALUE]
+            entry = self._entries[key] = _Entry(message, shown)
+        entry.count += count if count is not None else max(1, len(lines))
+        room = MORE_LINES + 1 - len(entry.lines)
+        if room > 0:
+            entry.lines.extend(int(line) for line in lines[:room])
+
+    def take_over(self, other: FindingCollector) -> None:
+        """Add all that another collector holds."""
+        self.tables += other.tables
+        for finding in other.findings():
+            self.repeat(finding)
+
+    def repeat(self, found: Finding, where: str = "") -> None:
+        """Report what was found in a part of the file, `where` before its message."""
+        lines = () if found.line is None else (found.line, *found.more_lines)
+        message = where + found.message
+        self.add(
+            found.severity, found.rule, message, column=found.column, lines=lines, count=found.count, value=found.value
+        )
+
+    def count(self, rule: str) -> int:
+        """Return how often a rule was reported."""
+        return sum(entry.count for (_, known, _), entry in self._entries.items() if known == rule)
+
+    def refuse_for(self, rule: str, message: str) -> None:
+        """Let all that was reported under a rule refuse the file, with another message."""
+        for key in [key for key in self._entries if key[1] == rule]:
+            entry = self._entries.pop(key)
+            self._entries[FILE, rule, key[2]] = dataclasses.replace(entry, message=message)
+
+    def __contains__(self, rule: str) -> bool:
+        return any(known == rule for _, known, _ in self._entries)
+
+    @property
+    def refuse(self) -> bool:
+        """Whether something refuses the file."""
+        return any(severity is FILE for severity, _, _ in self._entries)
+
+    def findings(self) -> tuple[Finding, ...]:
+        """Return all findings, gravest first, otherwise in the order of their first report."""
+        found = [
+            Finding(
+                severity,
+                rule,
+                entry.message,
+                entry.lines[0] if entry.lines else None,
+                column,
+                entry.value,
+                entry.count,
+                tuple(entry.lines[1:]),
+            )
+            for (severity, rule, column), entry in self._entries.items()
+        ]
+        return tuple(sorted(found, key=lambda finding: _GRAVEST_FIRST[finding.severity]))
 
 
 @dataclass(frozen=True, slots=True)

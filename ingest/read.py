@@ -8,11 +8,10 @@ from collections.abc import Sequence
 from data_schema.errors import unknown_name
 from data_schema.vocabulary import FileRole
 from ingest.channels.columns import count_by_rate_flags
-from ingest.findings import FILE, FindingCollector
 from ingest.formats import registry
 from ingest.formats.chargers.packs import check_packs
 from ingest.formats.format import UNKNOWN, Format, Head, sniff
-from ingest.model import Candidate, Declarations, Explanation, ReadFile, Reading
+from ingest.model import FILE, Candidate, Declarations, Explanation, FindingCollector, ReadFile, Reading
 from ingest.tables.layout import SecondHeader
 from ingest.text.cells import GROUPED
 from ingest.text.source import looks_like_utf16

@@ -13,7 +13,6 @@ from __future__ import annotations
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -41,13 +40,15 @@ from ingest.channels.names import (
     squash,
 )
 from ingest.declared import declared_columns, note_absent, positions_of, with_profile_for_names, without
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.instruments import Instrument, instrument_named
 from ingest.model import (
+    FILE,
+    NOTE,
     BoolArray,
     ChannelData,
     ColumnUse,
     Declarations,
+    FindingCollector,
     FloatArray,
     Gap,
     IntArray,
@@ -67,7 +68,7 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     by_word = series(table, declared, findings)
     if by_word.keys() != {""}:
         named = [
-            NamedTable(each, dataclasses.replace(instrument, part=f"trial_{clean_name(word) or number}"))
+            (each, dataclasses.replace(instrument, part=f"trial_{clean_name(word) or number}"))
             for number, (word, each) in enumerate(by_word.items(), start=1)
         ]
         return read_several(named, dataclasses.replace(declared, trials=None), findings)
@@ -75,7 +76,7 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
     note_absent(declared, table.names, findings)
     if declared.instrument is not None:
         instrument = _declared_instrument(declared.instrument, instrument)
-    plan = plan_columns(table, declared, findings, instrument.convention)
+    plan = plan_columns(table, declared, findings, instrument)
     trial_column = trial_position(declared.trials, table, findings)
     signed = any(column.channel in SIGNED_BY_DIRECTION for column in plan.columns)
     mixed = declared.trials is None and plan.time is not None
@@ -131,9 +132,9 @@ def _calibrated(plan: Plan, block: Block, table: Table, declared: Declarations, 
 def _declared_instrument(name: str, own: Instrument) -> Instrument:
     """Return a declared instrument; a part that has a name keeps it, a file whose layout shows its maker the units."""
     declared = instrument_named(name)
-    convention = declared.convention if declared.convention.units or not own.evidence else own.convention
+    maker = declared if declared.units or not own.evidence else own
     part = declared.part if own.part == Instrument().part else own.part
-    return dataclasses.replace(declared, part=part, convention=convention)
+    return dataclasses.replace(declared, part=part, maker=maker.maker, units=maker.units, time_unit=maker.time_unit)
 
 
 def _role(columns: Sequence[ColumnPlan]) -> FileRole:
@@ -211,23 +212,21 @@ def _part(
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class NamedTable:
-    """A table and how it is read; the instrument's `part` is the name of what comes of it, unique in the file."""
+def read_several(
+    tables: Sequence[tuple[Table, Instrument]], declared: Declarations, findings: FindingCollector
+) -> Reading:
+    """Read each table into parts; what is declared of a column concerns the tables that have it.
 
-    table: Table
-    instrument: Instrument
-
-
-def read_several(tables: Sequence[NamedTable], declared: Declarations, findings: FindingCollector) -> Reading:
-    """Read each table into parts; what is declared of a column concerns the tables that have it."""
-    present = [{*named.table.names, *(parse_header(name).base for name in named.table.names)} for named in tables]
+    An instrument's `part` is the name of what comes of its table, unique in the file.
+    """
+    present = [{*table.names, *(parse_header(name).base for name in table.names)} for table, _ in tables]
     anywhere = set().union(*present)
-    readings = []
-    for named, names in zip(tables, present, strict=True):
-        own = without(declared, anywhere - names)
-        readings.append(read_signals(named.table, own, findings, named.instrument))
-    return combine(readings)
+    return combine(
+        [
+            read_signals(table, without(declared, anywhere - names), findings, instrument)
+            for (table, instrument), names in zip(tables, present, strict=True)
+        ]
+    )
 
 
 def combine(readings: Sequence[Reading]) -> Reading:
@@ -259,60 +258,57 @@ def table_use(
     trial_column: int | None,
 ) -> TableUse:
     """Say what became of a table whose final columns are `columns`."""
-    by_position = {column.position: column for column in columns}
-    uses = []
-    for position, name in enumerate(table.names):
-        use = ColumnUse(position + 1, name, None)
-        found = by_position.get(position)
-        if plan.time is not None and position == plan.time.position:
-            unit, unit_from = plan.time.unit, _time_unit_from(plan.time, table, declared, instrument)
-            if plan.time.fraction_position is not None:
-                unit, unit_from = "s", "header"
-            elif plan.time.kind is CellKind.CLOCK:
-                unit = "clock"
-            use = dataclasses.replace(use, holds="time", unit=unit, unit_from=unit_from)
-        elif plan.time is not None and position == plan.time.date_position:
-            use = dataclasses.replace(use, holds="date")
-        elif plan.time is not None and position == plan.time.fraction_position:
-            use = dataclasses.replace(use, holds="time", unit=plan.time.unit, unit_from="header")
-        elif found is not None:
-            use = ColumnUse(
-                position + 1,
-                name,
-                found.channel,
-                found.source_unit,
-                found.unit,
-                _unit_from(position, found.source_unit, table, declared, instrument),
-                found.sign,
-                found.assumed,
-            )
-        elif position == trial_column:
-            use = dataclasses.replace(use, holds="trial")
-        else:
-            use = dataclasses.replace(use, left_out=LEFT_OUT.get(table.kinds[position], "nothing is known of it"))
-        uses.append(use)
-    return TableUse(table.text, tuple(uses), _rate_from(table, plan, declared, instrument))
+    uses = {
+        at: ColumnUse(at + 1, name, None, left_out=LEFT_OUT.get(table.kinds[at], "nothing is known of it"))
+        for at, name in enumerate(table.names)
+    }
+    if trial_column is not None:
+        uses[trial_column] = ColumnUse(trial_column + 1, table.names[trial_column], "trial")
+    for column in columns:
+        uses[column.position] = ColumnUse(
+            column.position + 1,
+            column.source_name,
+            column.channel,
+            column.source_unit,
+            column.unit,
+            _unit_from(column.position, column.source_unit, table, declared, instrument),
+            column.sign,
+            column.assumed,
+        )
+    if (time := plan.time) is not None:
+        unit, unit_from = time.unit, _time_unit_from(time, table, declared, instrument)
+        if time.fraction_position is not None:
+            unit, unit_from = "s", "header"
+        elif time.kind is CellKind.CLOCK:
+            unit = "clock"
+        for at, holds, its_unit, its_source in (
+            (time.position, "time", unit, unit_from),
+            (time.date_position, "date", None, None),
+            (time.fraction_position, "time", time.unit, "header"),
+        ):
+            if at is not None:
+                uses[at] = ColumnUse(at + 1, table.names[at], holds, its_unit, unit_from=its_source)
+    return TableUse(table.text, tuple(uses.values()), _rate_from(table, plan, declared, instrument))
 
 
 def _unit_from(
     position: int, unit: str | None, table: Table, declared: Declarations, instrument: Instrument
 ) -> str | None:
     """Return where the unit of a column was found; None where it is nowhere."""
-    directly = dataclasses.replace(declared, profile_columns={})
-    for each, where in ((directly, "declared"), (declared, f"profile {declared.profile}")):
-        declaration = declared_columns(each, table.names).get(position)
-        if declaration is not None and declaration.unit and normal_unit(declaration.unit) == unit:
-            return where
-    cell, row = parse_header(table.names[position]), table.units[position]
-    if unit is None:
-        return None
-    if unit in (cell.unit, cell.suffix_unit):
-        return "header"
-    if row is not None and normal_unit(row) == unit:
-        return "header" if table.text is None else "row of units"
-    if UNIT_OF_NAME.get(squash(cell.base)) == unit:
-        return "name"
-    return instrument.convention.maker or None
+    of_profile, direct = (
+        declared_columns(each, table.names).get(position)
+        for each in (declared, dataclasses.replace(declared, profile_columns={}))
+    )
+    cell = parse_header(table.names[position])
+    by_unit = {  # the last that is the unit counts
+        UNIT_OF_NAME.get(squash(cell.base)): "name",
+        normal_unit(table.units[position] or ""): "header" if table.text is None else "row of units",
+        cell.suffix_unit: "header",
+        cell.unit: "header",
+        normal_unit((of_profile and of_profile.unit) or ""): f"profile {declared.profile}",
+        normal_unit((direct and direct.unit) or ""): "declared",
+    }
+    return None if unit is None else by_unit.get(unit, instrument.maker or None)
 
 
 def _time_unit_from(time: TimePlan, table: Table, declared: Declarations, instrument: Instrument) -> str | None:

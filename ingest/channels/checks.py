@@ -21,8 +21,19 @@ from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan, fitting_units, in_unit, unit_flags
 from ingest.channels.forces import MOST_N, Load, find_load
 from ingest.channels.names import channel_kind, is_cop, plate_of
-from ingest.findings import FILE, NOTE, ROW, FindingCollector
-from ingest.model import BoolArray, ChannelData, Declarations, FloatArray, Gap, IntArray, RobotFacts
+from ingest.model import (
+    FILE,
+    NOTE,
+    ROW,
+    BoolArray,
+    ChannelData,
+    Declarations,
+    FindingCollector,
+    FloatArray,
+    Gap,
+    IntArray,
+    RobotFacts,
+)
 from ingest.spool import release, row_blocks
 from ingest.tables.table import Block
 

@@ -6,7 +6,7 @@ import dataclasses
 import itertools
 import re
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from data_schema.calibration import Calibration
@@ -29,25 +29,13 @@ from ingest.channels.names import (
     usual_units,
 )
 from ingest.declared import argument, declared_columns, flag_names, positions_of
-from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.model import ColumnDeclaration, Declarations
+from ingest.instruments import Instrument
+from ingest.model import FILE, NOTE, ColumnDeclaration, Declarations, FindingCollector
 from ingest.tables.table import CellKind, Table
 
 TIME = "time"
 DATE = "date"
 _DATE_NAMES = frozenset({"date", "datum"})
-
-
-@dataclass(frozen=True, slots=True)
-class Convention:
-    """What an instrument's maker fixes and the file does not repeat: units by channel, the clock's unit."""
-
-    maker: str
-    units: Mapping[str, str]
-    time_unit: str | None = None
-
-
-NO_CONVENTION = Convention("", {})
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,9 +111,7 @@ class _Column:
     calibrations: tuple[Calibration, ...]
 
 
-def plan_columns(
-    table: Table, declared: Declarations, findings: FindingCollector, convention: Convention = NO_CONVENTION
-) -> Plan:
+def plan_columns(table: Table, declared: Declarations, findings: FindingCollector, instrument: Instrument) -> Plan:
     """Decide what each column becomes; every column without a unit that needs one is reported."""
     declarations = declared_columns(declared, table.names)
     declared = _time_of_flags(declared, table.names)
@@ -134,18 +120,18 @@ def plan_columns(
         for position, flag in enumerate(flag_names(table.names))
     ]
     _refuse_side_by_side(columns, findings)
-    time = _with_date(_time_plan(columns, convention, findings), columns, declared, table.names)
+    time = _with_date(_time_plan(columns, instrument, findings), columns, declared, table.names)
     planned = []
     for column in columns:
         if time is not None and column.position in time.positions:
             continue
-        plan = _channel_plan(column, convention, findings)
+        plan = _channel_plan(column, instrument, findings)
         if plan is not None:
             planned.append(plan)
     assumed = [plan.source_name for plan in planned if plan.assumed]
     if assumed:
         message = (
-            f"Units that the file does not state are those of {convention.maker}; kept with the channels as assumed."
+            f"Units that the file does not state are those of {instrument.maker}; kept with the channels as assumed."
         )
         findings.add(NOTE, "unit_assumed", message, count=len(assumed), value=", ".join(assumed))
     if not planned and columns:
@@ -245,7 +231,7 @@ def _is_known(name: str) -> bool:
     return squash(name) in TIME_NAMES or channel_of(name) is not None
 
 
-def _time_plan(columns: list[_Column], convention: Convention, findings: FindingCollector) -> TimePlan | None:
+def _time_plan(columns: list[_Column], instrument: Instrument, findings: FindingCollector) -> TimePlan | None:
     of_seconds = _fractions(columns)
     named = [column for column in columns if column.channel == TIME]
     named = named or [column for column in columns if column.channel is None and column.position in of_seconds]
@@ -274,7 +260,7 @@ def _time_plan(columns: list[_Column], convention: Convention, findings: Finding
             column=column.name,
         )
         return None
-    unit = column.unit or convention.time_unit
+    unit = column.unit or instrument.time_unit
     if column.kind is CellKind.CLOCK:
         unit = None
     time = TimePlan(column.position, column.name, column.flag, column.kind, unit, file_unit=column.file_unit)
@@ -321,7 +307,7 @@ def _with_date(
     return dataclasses.replace(time, date_position=dates[0]) if dates and dates[0] != time.position else time
 
 
-def _channel_plan(column: _Column, convention: Convention, findings: FindingCollector) -> ColumnPlan | None:
+def _channel_plan(column: _Column, instrument: Instrument, findings: FindingCollector) -> ColumnPlan | None:
     if column.kind in (CellKind.TEXT, CellKind.CLOCK):
         what = "text, not numbers" if column.kind is CellKind.TEXT else "dates or times"
         message = f"The column holds {what}: it stays in the raw copy only."
@@ -336,9 +322,9 @@ def _channel_plan(column: _Column, convention: Convention, findings: FindingColl
     stored = CHANNELS[known].unit
     assumed: tuple[str, ...] = ()
     unit = column.unit
-    if unit is None and known in convention.units:
-        unit = convention.units[known]
-        assumed = (f"unit {unit}: {convention.maker}",)
+    if unit is None and known in instrument.units:
+        unit = instrument.units[known]
+        assumed = (f"unit {unit}: {instrument.maker}",)
     if unit is None and stored != "1":
         findings.add(
             FILE,

@@ -24,9 +24,8 @@ import numpy as np
 from data_schema.errors import unknown_name
 from ingest.channels.columns import ColumnPlan, fitting_units, unit_flags
 from ingest.channels.names import channel_kind, plate_of
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.instruments import Instrument
-from ingest.model import BoolArray, FloatArray
+from ingest.model import FILE, NOTE, BoolArray, FindingCollector, FloatArray
 from ingest.spool import by_blocks
 
 LOADED_N = 20.0
@@ -82,7 +81,7 @@ def orient(
     """
     if instrument.frame not in AXES:
         raise unknown_name("frame of forces", instrument.frame, AXES)
-    axes, maker = AXES[instrument.frame], instrument.convention.maker
+    axes, maker = AXES[instrument.frame], instrument.maker
     upright, upward = next((axis, turn) for axis, (stored_as, turn) in axes.items() if stored_as == "z")
     vertical = [plan for plan in plans if channel_kind(plan.channel) == f"force_{upright}"]
     of_plate = {plate_of(plan.channel): upward * plan.declared_sign for plan in vertical if plan.declared_sign}
@@ -166,7 +165,7 @@ def _note_inferred(
         )
     elif seen is None and vertical is not None:
         message = (
-            f"{unseen}: it is that of {instrument.convention.maker}; if it is the opposite, say `sign = -1` of the "
+            f"{unseen}: it is that of {instrument.maker}; if it is the opposite, say `sign = -1` of the "
             "vertical force in a [profiles.NAME] table of labbook.toml."
         )
     else:

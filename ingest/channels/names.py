@@ -15,8 +15,7 @@ from dataclasses import dataclass
 from data_schema import units
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import CHANNELS
-from ingest.findings import FILE, FindingCollector
-from ingest.model import Declarations
+from ingest.model import FILE, Declarations, FindingCollector
 
 _WRITTEN_UNITS = {
     "s": "sec, secs, second, seconds",

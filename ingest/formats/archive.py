@@ -20,9 +20,18 @@ from data_schema.vocabulary import FileRole, Severity
 from ingest.channels.names import clean_name
 from ingest.containers import ArchiveRefusedError, check_zip, member_bytes, workbook_kind
 from ingest.declared import ABSENT
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import FileReader, Format, Head
-from ingest.model import ChargeRow, Declarations, Finding, Limits, ReadFile, Reading, SignalPart
+from ingest.model import (
+    FILE,
+    NOTE,
+    ChargeRow,
+    Declarations,
+    FindingCollector,
+    Limits,
+    ReadFile,
+    Reading,
+    SignalPart,
+)
 from ingest.signals import combine
 
 UNPACK = "unpack the archive and ingest its files one by one"
@@ -63,7 +72,7 @@ def _read_gzip(head: Head, findings: FindingCollector) -> Reading:
     findings.encodings += filter(None, [result.explanation.encoding])
     findings.named_runs = result.named_runs
     for finding in result.findings:
-        repeat(finding, findings)
+        findings.repeat(finding)
     if result.role is FileRole.SHEET:
         findings.add(FILE, "sheet_packed", _SHEET_PACKED)
     return result
@@ -212,21 +221,7 @@ def _report(results: Sequence[tuple[str, ReadFile]], findings: FindingCollector)
         for finding in result.findings:
             if finding.rule == ABSENT and absent[finding.column] < len(results):
                 continue
-            repeat(finding, findings, "" if finding.severity is Severity.NOTE else f"In {name!r}: ")
-
-
-def repeat(finding: Finding, findings: FindingCollector, where: str = "") -> None:
-    """Report what was found in a member as found in the file, `where` before its message."""
-    lines = () if finding.line is None else (finding.line, *finding.more_lines)
-    findings.add(
-        finding.severity,
-        finding.rule,
-        where + finding.message,
-        column=finding.column,
-        lines=lines,
-        count=finding.count,
-        value=finding.value,
-    )
+            findings.repeat(finding, "" if finding.severity is Severity.NOTE else f"In {name!r}: ")
 
 
 def _named(results: Sequence[tuple[str, ReadFile]]) -> list[tuple[str, ReadFile]]:

@@ -9,16 +9,15 @@ import dataclasses
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from ingest.findings import FILE, ROW, FindingCollector
 from ingest.formats.format import Head
 from ingest.instruments import PLATE_UNITS, Instrument
-from ingest.model import Declarations, Reading
+from ingest.model import FILE, ROW, Declarations, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.tables.layout import Layout, decimal_sign, kind_of, too_wide
 from ingest.tables.rows import read_rows
-from ingest.tables.table import NO_PREAMBLE, Block, Preamble, Table, Wanted
+from ingest.tables.table import Block, Preamble, Table, Wanted
 from ingest.text.cells import may_group, split_cells
 from ingest.text.source import Line, TextSource
 
@@ -36,7 +35,7 @@ class FixedHeader:
     first: Line
     units: Sequence[str | None] = ()
     channels: Sequence[str | None] = ()
-    preamble: Preamble = NO_PREAMBLE
+    preamble: Preamble = field(default_factory=Preamble)
 
 
 def fixed_table(

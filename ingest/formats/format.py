@@ -7,8 +7,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ingest.declared import composed, with_profile
-from ingest.findings import NOTE, FindingCollector
-from ingest.model import Declarations, ReadFile, Reading
+from ingest.model import NOTE, Declarations, FindingCollector, ReadFile, Reading
 from ingest.text.cells import with_clock_points
 from ingest.text.source import DEFAULT_PAGE, HEAD_BYTES, TextSource, as_declared, is_text, is_wide, open_text
 

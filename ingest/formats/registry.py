@@ -24,9 +24,8 @@ import numpy as np
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.vocabulary import FileRole
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats import archive, study_sheets, workbook
-from ingest.formats.chargers import cheali, icharger, logview, logview_zero, sheet
+from ingest.formats.chargers import cheali, icharger, logview, sheet
 from ingest.formats.chargers.sheet import AMOUNTS
 from ingest.formats.force_plates import (
     amti,
@@ -43,7 +42,7 @@ from ingest.formats.force_plates import (
 )
 from ingest.formats.format import SIGNATURE, SIGNATURE_BYTES, UNKNOWN, Format, Head, NoText
 from ingest.formats.loggers import debug_lines, delimited, labelled_values, labview, matlab, minitaur
-from ingest.model import ChargeRow, Reading, SignalPart
+from ingest.model import FILE, NOTE, ChargeRow, FindingCollector, Reading, SignalPart
 from ingest.tables.layout import SecondHeader
 
 _TEXT = "export its data as delimited text with a header, units and time"
@@ -90,7 +89,7 @@ FORMATS: tuple[Format, ...] = (
     icharger.SERIAL,
     cheali.FORMAT,
     logview.FORMAT,
-    logview_zero.FORMAT,
+    logview.ZERO,
     minitaur.FORMAT,
     debug_lines.FORMAT,
     labelled_values.FORMAT,

@@ -19,9 +19,8 @@ import numpy as np
 from data_schema.errors import InputRefused, UsageError, nearest
 from data_schema.units import conversion
 from data_schema.vocabulary import FileRole
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import LAYOUT, Format, Head
-from ingest.model import FloatArray, Reading
+from ingest.model import FILE, NOTE, FindingCollector, FloatArray, Reading
 from ingest.tables.sheet import (
     Sheet,
     SheetFault,

@@ -13,10 +13,9 @@ from itertools import pairwise
 
 from ingest.channels.names import TIME_NAMES, parse_header, squash
 from ingest.containers import ArchiveRefusedError, Cell, cell_text, workbook_kind, workbook_sheets
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.archive import read_members
 from ingest.formats.format import Format, Head
-from ingest.model import Declarations, Reading
+from ingest.model import FILE, NOTE, Declarations, FindingCollector, Reading
 from ingest.text.cells import COMMA_NUMBER, is_number
 
 _SAVE = "save its sheets as CSV"

@@ -15,8 +15,7 @@ from itertools import chain, pairwise, takewhile
 import numpy as np
 
 from ingest.channels.names import TIME_NAMES, channel_of, is_unit, parse_header, squash, strip_comment
-from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.model import Declarations, TextShape
+from ingest.model import FILE, NOTE, Declarations, FindingCollector, TextShape
 from ingest.spool import row_blocks
 from ingest.tables.table import Block, CellKind, Column
 from ingest.text.cells import (

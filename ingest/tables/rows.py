@@ -20,8 +20,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ingest.findings import NOTE, ROW, FindingCollector
-from ingest.model import Declarations
+from ingest.model import NOTE, ROW, Declarations, FindingCollector
 from ingest.spool import ColumnFile, mapped, release_bytes
 from ingest.tables.layout import Layout
 from ingest.tables.table import Block, CellKind, Column, Table, Wanted, read_preamble

@@ -16,8 +16,7 @@ from typing import NamedTuple
 
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from ingest.containers import ArchiveRefusedError, cell_text, workbook_kind, workbook_sheets
-from ingest.findings import FindingCollector
-from ingest.model import DEFAULT_LIMITS
+from ingest.model import DEFAULT_LIMITS, FindingCollector
 from ingest.text.cells import (
     BETWEEN_CELLS,
     COMMA_NUMBER,

@@ -46,14 +46,11 @@ class Preamble:
     `other_rate_line` one that states another sampling rate.
     """
 
-    rate_hz: float | None
-    start: str | None
+    rate_hz: float | None = None
+    start: str | None = None
     rate_line: str | None = None
     other_rate_line: str | None = None
     start_text: str | None = None
-
-
-NO_PREAMBLE = Preamble(None, None)
 
 
 def read_preamble(lines: Sequence[str], date_format: str | None = None) -> Preamble:
@@ -213,7 +210,7 @@ def array_table(
     names: Sequence[str],
     units: Sequence[str | None],
     columns: Sequence[Column],
-    preamble: Preamble = NO_PREAMBLE,
+    preamble: Preamble = Preamble(),
     lines: Sequence[int] | IntArray | None = None,
     ordinals: Sequence[int] | IntArray | None = None,
     rows_rejected: int = 0,

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ingest.findings import NOTE, FindingCollector
+from ingest.model import NOTE, FindingCollector
 from ingest.text.source import SEPARATORS, Line, TextSource
 
 EXPONENT = rb"(?:[eE][+-]?\d+|[dD][+-]\d+)?"

@@ -16,8 +16,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from data_schema.errors import UsageError
-from ingest.findings import FILE, MORE_LINES, NOTE, ROW, FindingCollector
-from ingest.model import DEFAULT_LIMITS, Declarations
+from ingest.model import DEFAULT_LIMITS, FILE, MORE_LINES, NOTE, ROW, Declarations, FindingCollector
 from ingest.spool import BLOCK_BYTES, beginning, blocks, release_bytes
 
 DEFAULT_PAGE = "cp1252"

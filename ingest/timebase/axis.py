@@ -27,8 +27,7 @@ from data_schema.vocabulary import GapKind
 from ingest.channels.columns import ColumnPlan, Plan, TimePlan, count_by_rate_flags
 from ingest.channels.names import TICKS_PER_SECOND, channel_kind, is_unit, ticks_per_second
 from ingest.declared import argument
-from ingest.findings import FILE, NOTE, ROW, FindingCollector
-from ingest.model import BoolArray, Declarations, FloatArray, Gap, IntArray
+from ingest.model import FILE, NOTE, ROW, BoolArray, Declarations, FindingCollector, FloatArray, Gap, IntArray
 from ingest.spool import by_blocks, take
 from ingest.tables.table import Block, CellKind, Preamble
 from ingest.timebase import clock

@@ -20,8 +20,7 @@ from zoneinfo import ZoneInfo, ZoneInfoNotFoundError
 import numpy as np
 
 from data_schema.errors import UsageError
-from ingest.findings import FILE, NOTE, FindingCollector
-from ingest.model import Declarations, FloatArray
+from ingest.model import FILE, NOTE, Declarations, FindingCollector, FloatArray
 
 _DAY_S = 86_400.0
 _EARLIEST_EPOCH_S = datetime(2000, 1, 1, tzinfo=UTC).timestamp()

@@ -56,7 +56,7 @@ def check_unit(unit: str, channel: str | None) -> None:
     """Raise `UsageError` for a unit that is none, or that `channel` cannot have; without one any unit will do."""
     from data_schema import units
     from ingest.channels.names import COUNTS, channel_kind, factor, is_unit, normal_unit, ticks_per_second
-    from ingest.findings import FindingCollector
+    from ingest.model import FindingCollector
 
     kind = None if channel is None else channel_kind(channel)
     written = normal_unit(unit) or unit

@@ -24,8 +24,7 @@ from data_schema.queries.facts import find_uid, insert_fact, read_fact, update_f
 from data_schema.queries.history import history_of_charges, reading_entries
 from data_schema.queries.runs import run_uids_by_name
 from data_schema.vocabulary import ChargeState, Severity
-from ingest.findings import MORE_LINES
-from ingest.model import ChargeRow, Finding, ReadFile
+from ingest.model import MORE_LINES, ChargeRow, Finding, ReadFile
 from labbook.statements.apply_context import ApplyContext, derived_uid
 from labbook.statements.counted_charges import (
     COMPARED,

@@ -18,10 +18,20 @@ import numpy as np
 
 from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.channels.names import factor
-from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.format import LAYOUT, Format, Head
 from ingest.instruments import Instrument
-from ingest.model import BoolArray, ChargeRow, Declarations, FloatArray, Reading, SignalPart
+from ingest.model import (
+    FILE,
+    NOTE,
+    ROW,
+    BoolArray,
+    ChargeRow,
+    Declarations,
+    FindingCollector,
+    FloatArray,
+    Reading,
+    SignalPart,
+)
 from ingest.signals import read_signals
 from ingest.tables.table import LineRows, array_table
 from ingest.text.source import numbered_lines

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 
-from ingest.findings import NOTE, FindingCollector
 from ingest.formats.chargers.charger_log import (
     COUNTER_ANEW,
     Field,
@@ -20,6 +19,7 @@ from ingest.formats.chargers.charger_log import (
     charger_format,
     direction_by_voltage,
 )
+from ingest.model import NOTE, FindingCollector
 
 _STATE, _TIME, _VOLTAGE, _CURRENT, _CHARGE, _FIRST_CELL = 1, 2, 3, 4, 5, 11
 _RUNNING, _FAILED = 1, 2

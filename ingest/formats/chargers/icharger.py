@@ -16,7 +16,6 @@ from collections.abc import Callable
 import numpy as np
 
 from data_schema.vocabulary import ChargeMode
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.chargers.charger_log import (
     COUNTER_ANEW,
     Field,
@@ -27,6 +26,7 @@ from ingest.formats.chargers.charger_log import (
     by_clock,
     charger_format,
 )
+from ingest.model import FILE, NOTE, FindingCollector
 
 RESISTANCES = "128"
 _INTEGER = re.compile(rb"-?\d{1,12}")

@@ -9,8 +9,7 @@ import dataclasses
 from collections.abc import Sequence
 
 from ingest.declared import flag_of
-from ingest.findings import FILE, ROW, FindingCollector
-from ingest.model import ChargeRow, ColumnUse, PackFacts, Reading
+from ingest.model import FILE, ROW, ChargeRow, ColumnUse, FindingCollector, PackFacts, Reading
 
 MOST_OF_CAPACITY = 1.3
 """More than this share of a pack's capacity is a typing error: no pack takes it."""

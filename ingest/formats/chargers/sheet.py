@@ -15,9 +15,20 @@ from operator import itemgetter
 from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.channels.names import is_unit, normal_unit, parse_header, refuse_other_unit, squash, strip_comment
 from ingest.declared import declared_columns, flag_names, note_absent, without
-from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.format import NAMES, Format, Head
-from ingest.model import ChargeRow, ColumnDeclaration, ColumnUse, Declarations, Reading, TableUse, TextShape
+from ingest.model import (
+    FILE,
+    NOTE,
+    ROW,
+    ChargeRow,
+    ColumnDeclaration,
+    ColumnUse,
+    Declarations,
+    FindingCollector,
+    Reading,
+    TableUse,
+    TextShape,
+)
 from ingest.tables.layout import too_wide
 from ingest.tables.sheet import RowFault, checked, head_rows, is_ended, text_rows
 from ingest.text.cells import (

@@ -9,11 +9,10 @@ from __future__ import annotations
 
 import re
 
-from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, plate_channel, positive, read_fixed, refuse_layout
 from ingest.formats.format import Format, Head
 from ingest.instruments import INSTRUMENTS
-from ingest.model import Reading
+from ingest.model import FindingCollector, Reading
 from ingest.tables.table import Preamble
 from ingest.text.cells import is_number, split_cells
 
@@ -61,7 +60,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     ]
     rate = next((positive(match[1]) for match in map(_RATE.match, head.lines[:first]) if match), None)
     names = [str(position + 1) for position in range(width)]
-    header = FixedHeader(names, b",", line, channels=channels, preamble=Preamble(rate, None))
+    header = FixedHeader(names, b",", line, channels=channels, preamble=Preamble(rate))
     return read_fixed(head, header, findings, INSTRUMENTS[INSTRUMENT])
 
 

@@ -10,11 +10,9 @@ import struct
 
 import numpy as np
 
-from ingest.channels.columns import Convention
-from ingest.findings import FILE, FindingCollector
 from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
-from ingest.model import Reading
+from ingest.model import FILE, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.tables.table import Preamble, array_table
 
@@ -25,7 +23,7 @@ _TRIAL_LENGTH_S, _RATE_HZ, _CHANNELS = 164, 212, 32
 
 _SIZES = range(900, 4097)
 _COMPONENTS = tuple(f"{quantity}_{axis}" for quantity in ("force", "moment") for axis in "xyz")
-_INSTRUMENT = Instrument("force", Convention("AMTI", {}), "z down", action=True, evidence="AMTI")
+_INSTRUMENT = Instrument("force", "AMTI", frame="z down", action=True, evidence="AMTI")
 
 
 def _recognise(head: Head) -> str | None:

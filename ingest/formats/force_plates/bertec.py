@@ -18,10 +18,9 @@ import re
 from itertools import pairwise
 
 from ingest.channels.names import parse_header, squash, strip_comment
-from ingest.findings import FindingCollector
 from ingest.formats.format import LAYOUT, Format, Head
 from ingest.instruments import INSTRUMENTS, Instrument, bertec_sdk
-from ingest.model import Reading
+from ingest.model import FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.tables.rows import text_table
 

@@ -19,17 +19,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ingest.channels.columns import Convention
 from ingest.channels.names import squash
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
-from ingest.model import FloatArray, Reading
-from ingest.signals import NamedTable, read_several
-from ingest.tables.table import Preamble, array_table
+from ingest.model import FILE, NOTE, FindingCollector, FloatArray, Reading
+from ingest.signals import read_several
+from ingest.tables.table import Preamble, Table, array_table
 
 _UNITS = {f"{quantity}_{axis}": unit for quantity, unit in (("force", "N"), ("moment", "N*m")) for axis in "xyz"}
-_CONVENTION = Convention("the C3D standard", _UNITS)
 
 
 def _recognise(head: Head) -> str | None:
@@ -77,7 +74,7 @@ def _scaled(raw: FloatArray, sections: C3dSections) -> FloatArray:
     return (raw - offsets) * (scales * (1.0 if general is None else general))
 
 
-def _analog_table(sections: C3dSections, analogs: FloatArray, findings: FindingCollector) -> NamedTable:
+def _analog_table(sections: C3dSections, analogs: FloatArray, findings: FindingCollector) -> tuple[Table, Instrument]:
     labels = _padded(sections.texts("ANALOG:LABELS"), analogs.shape[1], "channel")
     units = _padded(sections.texts("ANALOG:UNITS"), analogs.shape[1], "")
     plates = _plates(sections, analogs, units, findings)
@@ -100,7 +97,7 @@ def _analog_table(sections: C3dSections, analogs: FloatArray, findings: FindingC
             columns.append(np.ascontiguousarray(analogs[:, channel]))
     preamble = Preamble((sections.point_rate_hz * sections.ratio) or None, None, "ANALOG:RATE")
     table = array_table(names, column_units, columns, preamble)
-    return NamedTable(table, Instrument("force" if plates else "analog", _CONVENTION, evidence="C3D"))
+    return (table, Instrument("force" if plates else "analog", "the C3D standard", _UNITS, evidence="C3D"))
 
 
 def _plates(sections: C3dSections, analogs: FloatArray, units: list[str], findings: FindingCollector) -> list[Plate]:
@@ -118,14 +115,14 @@ def _plates(sections: C3dSections, analogs: FloatArray, units: list[str], findin
     return plates
 
 
-def _marker_table(sections: C3dSections, points: FloatArray) -> NamedTable:
+def _marker_table(sections: C3dSections, points: FloatArray) -> tuple[Table, Instrument]:
     labels = _padded(sections.texts("POINT:LABELS"), points.shape[1], "point")
     metres = length_factor(sections)
     columns = [points[axis, number] * (metres or 1.0) for number in range(len(labels)) for axis in range(3)]
     names = [f"{label} {axis}" for label in labels for axis in "xyz"]
     units = ["m" if metres else None] * len(names)
     table = array_table(names, units, columns, Preamble(sections.point_rate_hz or None, None, "POINT:RATE"))
-    return NamedTable(table, Instrument("markers", evidence="the C3D standard"))
+    return (table, Instrument("markers", evidence="the C3D standard"))
 
 
 def _padded(texts: tuple[str, ...], count: int, word: str) -> list[str]:

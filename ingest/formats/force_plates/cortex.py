@@ -12,9 +12,7 @@ import re
 
 import numpy as np
 
-from ingest.channels.columns import Convention
 from ingest.channels.forces import LOADED_N
-from ingest.findings import FILE, FindingCollector
 from ingest.formats.fixed_table import (
     MILLIMETRE_UNITS,
     FixedHeader,
@@ -27,11 +25,11 @@ from ingest.formats.fixed_table import (
 )
 from ingest.formats.format import Head, signed
 from ingest.instruments import Instrument
-from ingest.model import Reading
+from ingest.model import FILE, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.tables.table import Block, CellKind, Preamble, Wanted
 
-_CORTEX = Instrument("force", Convention("Motion Analysis Cortex", MILLIMETRE_UNITS), evidence="Cortex")
+_CORTEX = Instrument("force", "Motion Analysis Cortex", MILLIMETRE_UNITS, evidence="Cortex")
 _ENTRY = re.compile(r"\s*(\w+)\s*=\s*(\S.*?)\s*")
 _COLUMN = re.compile(r"(F?[XYZ]|MZ)(\d+)")
 _PER_PLATE = 7
@@ -50,7 +48,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     names = texts[named].strip().split("\t")
     if len(names) != 1 + _PER_PLATE * plates or not all(map(_COLUMN.fullmatch, names[1:])):
         return refuse_layout("Cortex", f"seven columns for each of its {plates:g} plates", findings)
-    header = FixedHeader(names, b"\t", lines[named + 1], preamble=Preamble(rate, None))
+    header = FixedHeader(names, b"\t", lines[named + 1], preamble=Preamble(rate))
     table = fixed_table(source, header, head.declared, findings)
     if table is None:
         return Reading()

@@ -7,17 +7,15 @@ from __future__ import annotations
 
 import re
 
-from ingest.channels.columns import Convention
 from ingest.channels.names import squash
-from ingest.findings import NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, positive, read_fixed, refuse_layout
 from ingest.formats.format import Head, signed
 from ingest.instruments import Instrument
-from ingest.model import Reading
+from ingest.model import NOTE, FindingCollector, Reading
 from ingest.tables.table import Preamble
 from ingest.text.cells import texts_of
 
-_FORCEDECKS = Instrument("force", Convention("VALD ForceDecks", {"force_z": "N"}, "s"), evidence="ForceDecks")
+_FORCEDECKS = Instrument("force", "VALD ForceDecks", {"force_z": "N"}, "s", evidence="ForceDecks")
 _TITLE = re.compile(r"ForceDecks Raw Data Export\s*,\s*(\d+)")
 _VERSIONS = ("1", "2")
 _CHANNELS = {"time": "time", "left": "force_z", "zleft": "force_z", "right": "force_z_2", "zright": "force_z_2"}

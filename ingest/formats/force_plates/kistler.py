@@ -12,11 +12,9 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from ingest.channels.columns import Convention
 from ingest.channels.forces import find_load
 from ingest.channels.names import channel_kind, parse_header, squash
 from ingest.declared import declared_columns
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import (
     FixedHeader,
     number,
@@ -28,13 +26,13 @@ from ingest.formats.fixed_table import (
 )
 from ingest.formats.format import NAMES, Format, Head, signed
 from ingest.instruments import Instrument
-from ingest.model import Declarations, Reading, SignalPart
+from ingest.model import FILE, NOTE, Declarations, FindingCollector, Reading, SignalPart
 from ingest.signals import read_signals
 from ingest.tables.rows import text_table
 from ingest.tables.table import Preamble
 from ingest.text.cells import texts_of
 
-_BIOWARE = Instrument("force", Convention("Kistler BioWare", {}, "s"), evidence="BioWare")
+_BIOWARE = Instrument("force", "Kistler BioWare", time_unit="s", evidence="BioWare")
 _VERSION = re.compile(r"BioWare\b(?:.*?Version\s+(\d+)\.)?")
 _VERSIONS = ("5",)
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")

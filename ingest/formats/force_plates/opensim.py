@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import re
 
-from ingest.channels.columns import Convention
-from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import (
     FixedHeader,
     next_filled,
@@ -22,10 +20,10 @@ from ingest.formats.fixed_table import (
 )
 from ingest.formats.format import Format, Head
 from ingest.instruments import PLATE_UNITS, Instrument
-from ingest.model import Reading
+from ingest.model import FindingCollector, Reading
 
-_GROUND_FORCES = Instrument("force", Convention("OpenSim", PLATE_UNITS, "s"), evidence="OpenSim", frame="y up")
-_MOTION = Instrument("log", Convention("OpenSim", {}, "s"))
+_GROUND_FORCES = Instrument("force", "OpenSim", PLATE_UNITS, "s", "y up", evidence="OpenSim")
+_MOTION = Instrument("log", "OpenSim", time_unit="s")
 _ROWS = re.compile(r"\s*(?:nRows|datarows)\s*[= \t]\s*(\d+)\s*")
 _VERSION = re.compile(r"\s*version\s*=\s*(\S+)\s*")
 _VERSIONS = ("1", "2", "3")

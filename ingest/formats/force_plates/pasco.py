@@ -12,19 +12,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ingest.channels.columns import Convention
 from ingest.channels.names import clean_name, parse_header, squash
-from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table
 from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
-from ingest.model import Reading
+from ingest.model import FindingCollector, Reading
 from ingest.signals import combine, read_signals
 from ingest.tables.table import Block, CellKind, Preamble, Table, Wanted
 from ingest.text.cells import texts_of
 from ingest.text.source import TextSource
 
-_PASCO = Convention("PASCO", {})
 _RUN = re.compile(r"Run #\d+")
 _DELIMITERS = (b",", b";", b"\t")
 _CHANNELS = {"time": "time", "normalforce": "force_z", "dateandtime": "date_and_time"}
@@ -64,7 +61,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
         columns = [position for position, name in enumerate(runs) if name == run]
         part = _run_table(table, block, columns, first)
         readings.append(
-            read_signals(part, head.declared, findings, Instrument(clean_name(run), _PASCO, evidence="PASCO"))
+            read_signals(part, head.declared, findings, Instrument(clean_name(run), "PASCO", evidence="PASCO"))
         )
         block = dataclasses.replace(block, rows_rejected=0)  # a rejected line is counted once
     return combine(readings)

@@ -12,16 +12,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ingest.channels.columns import Convention
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, number, positive, read_fixed, refuse_layout
 from ingest.formats.format import Format, Head
 from ingest.instruments import PLATE_UNITS, Instrument
-from ingest.model import Reading
+from ingest.model import FILE, NOTE, FindingCollector, Reading
 from ingest.tables.table import Preamble
 
 _UNITS = {kind: "mm" if unit == "m" else unit for kind, unit in PLATE_UNITS.items()}
-_QUALISYS = Instrument("force", Convention("Qualisys QTM", _UNITS, "s"), evidence="QTM")
+_QUALISYS = Instrument("force", "Qualisys QTM", _UNITS, "s", evidence="QTM")
 _ENTRY = re.compile(r"([A-Z][A-Z_]+)\t(.*)")
 _COMPONENTS = tuple(f"{quantity}_{axis}" for quantity in ("force", "moment", "cop") for axis in "xyz")
 _COUNTERS = ("sequence", "time")

@@ -14,20 +14,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ingest.channels.columns import Convention
 from ingest.channels.names import clean_name
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table, number_among, plate_channel, positive, refuse_layout
 from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
-from ingest.model import Reading
+from ingest.model import FILE, NOTE, FindingCollector, Reading
 from ingest.signals import combine, read_signals
 from ingest.tables.table import Block, CellKind, Preamble, Table, Wanted
 from ingest.text.cells import split_cells, texts_of
 from ingest.text.source import Line, TextSource
 from ingest.timebase.axis import RATE_NOTED
 
-_NEXUS = Convention("Vicon Nexus", {})
 _TITLE = re.compile(r"(Devices|Joints|Trajectories|Model Outputs|Segments|Events)[,;\s]*")
 _RATE = re.compile(r"\d+(?:\.\d+)?[,;\s]*")
 _BLANK_LINES = re.compile(rb"(?<=\n)[,; \t]*\r?\n")
@@ -70,7 +67,7 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
             return Reading()
         titles.append(clean_name(title))
         part = titles[-1] if titles.count(titles[-1]) == 1 else f"{titles[-1]}_{titles.count(titles[-1])}"
-        readings.append(read_signals(table, head.declared, findings, Instrument(part, _NEXUS, evidence="Nexus")))
+        readings.append(read_signals(table, head.declared, findings, Instrument(part, "Vicon Nexus", evidence="Nexus")))
     _compare(spans, findings)
     return combine(readings)
 
@@ -113,7 +110,7 @@ def _table(
         lines[_HEADER_LINES],
         units=tuple(unit or None for unit in units[: len(names)]),
         channels=_channels(devices, names),
-        preamble=Preamble(rate, None),
+        preamble=Preamble(rate),
     )
     table = fixed_table(source.section(stop), header, head.declared, findings)
     return None if table is None else _numbered(table, title, rate, spans, findings)

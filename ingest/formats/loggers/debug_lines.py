@@ -8,10 +8,9 @@ from __future__ import annotations
 import re
 from collections import Counter
 
-from ingest.findings import NOTE, ROW, FindingCollector
 from ingest.formats.format import LAYOUT, Format, Head
 from ingest.instruments import Instrument
-from ingest.model import Reading
+from ingest.model import NOTE, ROW, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.tables.table import LineRows, array_table
 from ingest.text.cells import NUMBER_PATTERN, debug_line, is_single_number, value_of

@@ -9,12 +9,11 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.chargers.sheet import advice_on_sheet
 from ingest.formats.format import ANY_TEXT, Format, Head
 from ingest.instruments import Instrument
-from ingest.model import Declarations, Reading
-from ingest.signals import NamedTable, read_several, read_signals
+from ingest.model import FILE, NOTE, Declarations, FindingCollector, Reading
+from ingest.signals import read_several, read_signals
 from ingest.tables.layout import SecondHeader
 from ingest.tables.rows import text_table
 from ingest.text.cells import best_split
@@ -82,7 +81,7 @@ def _read_sections(
         table = text_table(section, declared, findings)
         part = instrument.part if number == 1 else f"{instrument.part}_table_{number}"
         if table is not None:
-            named.append(NamedTable(table, dataclasses.replace(instrument, part=part)))
+            named.append((table, dataclasses.replace(instrument, part=part)))
     return read_several(named, declared, findings)
 
 

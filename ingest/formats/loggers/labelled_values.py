@@ -16,11 +16,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from ingest.channels.names import is_unit
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.fixed_table import FixedHeader, fixed_table
 from ingest.formats.format import LAYOUT, Format, Head
 from ingest.instruments import Instrument
-from ingest.model import Declarations, Reading
+from ingest.model import FILE, NOTE, Declarations, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.spool import LARGE_BYTES, mapped
 from ingest.tables.table import read_preamble

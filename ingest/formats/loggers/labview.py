@@ -10,11 +10,10 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 
-from ingest.findings import FindingCollector
 from ingest.formats.fixed_table import FixedHeader, check_count, next_filled, positive, read_fixed, refuse_layout
 from ingest.formats.format import Head, signed
 from ingest.instruments import Instrument
-from ingest.model import Declarations, Reading
+from ingest.model import Declarations, FindingCollector, Reading
 from ingest.tables.table import read_preamble
 from ingest.text.cells import split_cells, texts_of
 from ingest.text.source import Line, TextSource

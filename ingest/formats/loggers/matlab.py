@@ -23,12 +23,11 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from ingest.channels.names import clean_name
-from ingest.findings import FILE, NOTE, FindingCollector
 from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
-from ingest.model import Limits, Reading
-from ingest.signals import NamedTable, read_several
-from ingest.tables.table import Column, array_table
+from ingest.model import FILE, NOTE, FindingCollector, Limits, Reading
+from ingest.signals import read_several
+from ingest.tables.table import Column, Table, array_table
 
 _V5, _V73 = b"MATLAB 5.0", b"MATLAB 7.3"
 _AS_TEXT = "write its variables as text with `writetable`, or `save -v7` them as vectors"
@@ -100,7 +99,7 @@ def _numeric(parent: str, variables: Mapping[str, object], findings: FindingColl
             findings.add(NOTE, "variable_ignored", message, column=path)
 
 
-def _tables(leaves: list[Leaf], findings: FindingCollector) -> list[NamedTable]:
+def _tables(leaves: list[Leaf], findings: FindingCollector) -> list[tuple[Table, Instrument]]:
     groups: dict[tuple[str, int], list[Leaf]] = {}
     for leaf in leaves:
         groups.setdefault((leaf[0].removesuffix(".signals"), len(leaf[2])), []).append(leaf)
@@ -109,7 +108,7 @@ def _tables(leaves: list[Leaf], findings: FindingCollector) -> list[NamedTable]:
         message = "The times of Simulink's steps stand alone: they stay in the raw copy only."
         findings.add(NOTE, "variable_ignored", message, column="tout")
         del groups[key]
-    tables: dict[str, NamedTable] = {}
+    tables: dict[str, tuple[Table, Instrument]] = {}
     for (parent, _), members in groups.items():
         single = len(members) == 1
         names: list[str] = []
@@ -121,7 +120,7 @@ def _tables(leaves: list[Leaf], findings: FindingCollector) -> list[NamedTable]:
                 columns.append(_column(column))
         first = clean_name(members[0][1] if single and not parent else parent) or "log"
         part = next(name for n in itertools.count(1) if (name := first if n == 1 else f"{first}_{n}") not in tables)
-        tables[part] = NamedTable(array_table(names, [None] * len(names), columns), Instrument(part))
+        tables[part] = (array_table(names, [None] * len(names), columns), Instrument(part))
     return list(tables.values())
 
 

@@ -16,10 +16,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ingest.findings import FILE, NOTE, ROW, FindingCollector
 from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
-from ingest.model import Declarations, IntArray, Reading
+from ingest.model import FILE, NOTE, ROW, Declarations, FindingCollector, IntArray, Reading
 from ingest.signals import combine, read_signals
 from ingest.tables.table import Column, Table, array_table
 

@@ -23,8 +23,7 @@ from data_schema.queries.study import days_with_runs
 from data_schema.vocabulary import Action, FileRole, Severity
 from ingest.channels.columns import UNDATED
 from ingest.declared import ABSENT
-from ingest.findings import MORE_LINES
-from ingest.model import ChargeRow, Finding, ReadFile
+from ingest.model import MORE_LINES, ChargeRow, Finding, ReadFile
 from ingest.read import read_file
 from labbook.analysis.outcomes.log_dates import (
     ABOUT_DAY,

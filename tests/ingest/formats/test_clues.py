@@ -6,10 +6,9 @@ import random
 
 import pytest
 
-from ingest.findings import FindingCollector
 from ingest.formats.format import sniff
 from ingest.formats.registry import FORMATS, recognition
-from ingest.model import Declarations
+from ingest.model import Declarations, FindingCollector
 from ingest.read import read_file
 from tests.ingest.good_files import GOOD_FILES
 from tests.ingest.maker_files import MAKERS

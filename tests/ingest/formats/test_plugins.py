@@ -20,7 +20,7 @@ from tests.ingest.synthetic import bertec_acquire, robot_log
 USUAL = """
 import numpy as np
 from data_schema.vocabulary import ChargeMode, FileRole
-from ingest.findings import FILE
+from ingest.model import FILE
 from ingest.formats.format import Format
 from ingest.instruments import Instrument
 from ingest.model import ChannelData, ChargeRow, Reading, SignalPart

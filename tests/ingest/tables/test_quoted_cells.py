@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from ingest.findings import FindingCollector
+from ingest.model import FindingCollector
 from ingest.tables.sheet import text_rows
 from ingest.text.source import open_text
 

@@ -10,8 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ingest.findings import FindingCollector
-from ingest.model import Declarations
+from ingest.model import Declarations, FindingCollector
 from ingest.read import read_file
 from ingest.text.source import open_text
 from tests.ingest.reading import rules

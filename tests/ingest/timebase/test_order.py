@@ -7,8 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ingest.findings import FindingCollector
-from ingest.model import ColumnDeclaration, Declarations
+from ingest.model import ColumnDeclaration, Declarations, FindingCollector
 from ingest.read import read_file
 from ingest.tables.table import Block
 from ingest.timebase.axis import Order, put_in_order

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ingest.file_end import End
 from labbook.actions.files.watching import (
     RESTART_S,
     RHYTHM,
     STILL_S,
     UNENDED_S,
+    End,
     Followed,
     Seen,
     due,

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ingest.file_end import End, end_of
+from labbook.actions.files.watching import End, end_of
 
 
 def archive(members: dict[str, bytes], comment: bytes = b"") -> bytes:
