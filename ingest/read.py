@@ -9,7 +9,7 @@ from data_schema.errors import unknown_name
 from data_schema.vocabulary import FileRole
 from ingest.channels.columns import count_by_rate_flags
 from ingest.formats import registry
-from ingest.formats.chargers.packs import check_packs
+from ingest.formats.chargers.sheet import check_packs
 from ingest.formats.format import UNKNOWN, Format, Head, sniff
 from ingest.model import FILE, Candidate, Declarations, Explanation, FindingCollector, ReadFile, Reading
 from ingest.tables.layout import SecondHeader

@@ -27,13 +27,14 @@ from ingest.channels.checks import (
     refuse_unsigned,
 )
 from ingest.channels.columns import ColumnPlan, Plan, TimePlan, plan_columns, with_calibration
-from ingest.channels.forces import check_plates, orient
+from ingest.channels.forces import Load, check_plates, orient
 from ingest.channels.names import (
     TIME_NAMES,
     UNIT_OF_NAME,
     channel_of,
     clean_name,
     is_cop,
+    is_of_plate,
     is_unit,
     normal_unit,
     parse_header,
@@ -99,11 +100,14 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         instrument = dataclasses.replace(
             instrument, frame=declared.axes, action=action, evidence="axes declared", declared=True
         )
-    columns, loads = orient(plan.columns, stored, instrument, findings)
+    columns, loads = plan.columns, dict[int, Load]()
+    of_plates = any(map(is_of_plate, (column.channel for column in columns)))
+    if of_plates:
+        columns, loads = orient(columns, stored, instrument, findings)
     usable = ~out_of_range(stored, columns, loads, block, findings)
     note_missing(stored, columns, block, findings)
     refuse_unsigned(stored, columns, words, usable, findings)
-    columns = check_plates(columns, stored, loads, usable, findings)
+    columns = check_plates(columns, stored, loads, usable, findings) if of_plates else columns
     check_robot(columns, stored, loads, usable, declared, findings)
     findings.tables.append(table_use(table, plan, columns, declared, instrument, trial_column))
     sources = TimeSources(block, plan, stored, declared, table.preamble, instrument.fixed_rate_hz, findings)

@@ -20,7 +20,7 @@ from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import CHANNELS, GapKind
 from ingest.channels.columns import ColumnPlan, fitting_units, in_unit, unit_flags
 from ingest.channels.forces import MOST_N, Load, find_load
-from ingest.channels.names import channel_kind, is_cop, plate_of
+from ingest.channels.names import channel_kind, is_cop, is_of_plate, plate_of
 from ingest.model import (
     FILE,
     NOTE,
@@ -193,7 +193,9 @@ def note_still_channels(channels: Sequence[ChannelData], findings: FindingCollec
             continue
         repeats = values[1:] == values[:-1]
         same = np.count_nonzero(repeats)
-        held = np.count_nonzero(repeats & (values[1:] != 0)) if _is_of_plate(channel) else same
+        held = (
+            np.count_nonzero(repeats & (values[1:] != 0)) if is_of_plate(channel.name) else same
+        )  # many programs write zeros while nothing is on it
         if same == len(values) - 1:
             message = f"The channel is {values[0]:g} throughout: a setting, or a sensor that was off."
             findings.add(NOTE, "channel_constant", message, column=channel.source_name)
@@ -206,11 +208,6 @@ def note_still_channels(channels: Sequence[ChannelData], findings: FindingCollec
         else:
             _note_flat_tops(channel, findings)
         release(values)
-
-
-def _is_of_plate(channel: ChannelData) -> bool:
-    """Many programs write zeros while nothing stands on the plate."""
-    return (channel_kind(channel.name) or "").startswith(("force_", "moment_", "free_moment_", "cop_"))
 
 
 def _is_setting(channel: ChannelData) -> bool:

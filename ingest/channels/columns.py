@@ -21,6 +21,7 @@ from ingest.channels.names import (
     clean_name,
     factor,
     is_common,
+    is_of_plate,
     normal_unit,
     parse_header,
     refuse_other_unit,
@@ -403,7 +404,7 @@ def _distinct(planned: list[ColumnPlan], findings: FindingCollector) -> tuple[Co
                 number += 1
             name = f"{name}_{number}"
             taken.add(name)
-            if not plan.channel.startswith(("force_", "moment_", "free_moment_", "cop_")):
+            if not is_of_plate(plan.channel):
                 findings.add(
                     NOTE,
                     "duplicate_column",

@@ -23,7 +23,7 @@ import numpy as np
 
 from data_schema.errors import unknown_name
 from ingest.channels.columns import ColumnPlan, fitting_units, unit_flags
-from ingest.channels.names import channel_kind, plate_of
+from ingest.channels.names import channel_kind, is_of_plate, plate_of
 from ingest.instruments import Instrument
 from ingest.model import FILE, NOTE, BoolArray, FindingCollector, FloatArray
 from ingest.spool import by_blocks
@@ -146,7 +146,7 @@ def _note_inferred(
         )
         findings.add(NOTE, "force_sign_flipped", message, column=seen[1].source_name)
         return
-    of_plates = {plan.source_name: channel_kind(plan.channel) for plan in plans if _is_plate(plan)}
+    of_plates = {plan.source_name: channel_kind(plan.channel) for plan in plans if is_of_plate(plan.channel)}
     vertical = next((name for name, kind in of_plates.items() if kind == "force_z"), None)
     open_ = [name for name, kind in of_plates.items() if seen is None or kind != "force_z"]
     unseen = "No load comes and goes that shows the sign of the forces"
@@ -186,11 +186,11 @@ def check_plates(
     nothing is said against moments and centre of pressure.
     """
     checked = list(plans)
-    for plate in sorted({plate_of(plan.channel) for plan in plans if _is_plate(plan)}):
+    for plate in sorted({plate_of(plan.channel) for plan in plans if is_of_plate(plan.channel)}):
         index = {
             channel_kind(plan.channel): number
             for number, plan in enumerate(checked)
-            if _is_plate(plan) and plate_of(plan.channel) == plate
+            if is_of_plate(plan.channel) and plate_of(plan.channel) == plate
         }
         values = {kind: stored[checked[number].position] for kind, number in index.items()}
         if "force_z" not in values:
@@ -277,10 +277,6 @@ def _fit_cop(
     )
     findings.add(NOTE, "cop_disagrees", message, column=plan.source_name)
     return plan
-
-
-def _is_plate(plan: ColumnPlan) -> bool:
-    return _VECTOR.fullmatch(plan.channel) is not None
 
 
 def _range_n(force: FloatArray) -> float:

@@ -252,6 +252,11 @@ def channel_kind(channel: str) -> str | None:
     return channel if channel in CHANNELS else None
 
 
+def is_of_plate(channel: str) -> bool:
+    """Whether a channel is a component of a force, moment or point of application, of any plate."""
+    return _PLATED.fullmatch(channel) is not None
+
+
 def is_cop(channel: str) -> bool:
     """Whether a channel is a coordinate of a centre of pressure, of any plate."""
     return (channel_kind(channel) or "").startswith("cop_")

@@ -15,10 +15,10 @@ from ingest.formats.format import Head
 from ingest.instruments import PLATE_UNITS, Instrument
 from ingest.model import FILE, ROW, Declarations, FindingCollector, Reading
 from ingest.signals import read_signals
-from ingest.tables.layout import Layout, decimal_sign, kind_of, too_wide
+from ingest.tables.layout import Layout, decimal_sign, kind_of
 from ingest.tables.rows import read_rows
 from ingest.tables.table import Block, Preamble, Table, Wanted
-from ingest.text.cells import may_group, split_cells
+from ingest.text.cells import may_group, split_cells, too_wide
 from ingest.text.source import Line, TextSource
 
 

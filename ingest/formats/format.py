@@ -100,10 +100,10 @@ class Format:
 
     `recognise` returns by what evidence a file is of this format, None where it is not; `score` is how strong such
     evidence is (`SIGNATURE`, `LAYOUT`, `NAMES`, `ANY_TEXT`): of several formats the one with the highest reads. A file
-    that does not begin as `begins`, a pattern of its first bytes, or whose beginning holds none of the `clues`, bytes
-    in lower case, is not even shown to it; without `recognise` files are read as it where that is declared. `what`
-    describes its files, for lists. `plugin` names the distribution and version that a format of somebody else's comes
-    from. A `container` holds files that are read as what is declared.
+    that does not begin as `begins`, a pattern of its first bytes, or whose beginning holds none of the `clues`,
+    patterns in lower case, is not even shown to it; without `recognise` files are read as it where that is declared.
+    `what` describes its files, for lists. `plugin` names the distribution and version that a format of somebody else's
+    comes from. A `container` holds files that are read as what is declared.
     """
 
     name: str
@@ -120,7 +120,14 @@ class Format:
     def may_be(self, head: Head) -> bool:
         """Whether a file begins so, and holds one of the clues."""
         begins = re.match(self.begins, head.data[:SIGNATURE_BYTES], re.DOTALL) is not None
-        return begins and (not self.clues or any(clue in head.beginning for clue in self.clues))
+        return begins and (not self.clues or any(re.search(clue, head.beginning) for clue in self.clues))
+
+
+def any_text(head: Head) -> str | None:
+    """Text of no other format."""
+    source = head.text
+    filled = source.data[source.start : source.start + HEAD_BYTES].strip(b"\0\r\n\x1a \t")
+    return "text of no maker known here" if filled else None
 
 
 def signed(name: str, version: int, begins: str, read: Reader) -> Format:
@@ -131,4 +138,4 @@ def signed(name: str, version: int, begins: str, read: Reader) -> Format:
         return f"{begins} on the first line" if known else None
 
     recognise.__doc__ = f"`{begins}` on the first line."
-    return Format(name, version, recognise, read, clues=(begins.lower().encode(),))
+    return Format(name, version, recognise, read, clues=(re.escape(begins.lower().encode()),))

@@ -256,7 +256,8 @@ def check_format(found: Format) -> None:
     _require(is_score, f"its score {found.score} is not from 1 to {SIGNATURE}, of a signature")
     are_clues = all(clue and clue == clue.lower() and b"\0" not in clue for clue in found.clues)
     _require(are_clues, "its clues are not in lower case, or empty, or hold a zero byte")
-    re.match(found.begins, b"")
+    for pattern in (found.begins, *found.clues):
+        re.compile(pattern)
     _require(callable(found.recognise) and callable(found.read), "its recognise or read is no function")
 
 

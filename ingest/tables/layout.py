@@ -38,6 +38,7 @@ from ingest.text.cells import (
     is_single_number,
     may_group,
     row_of,
+    too_wide,
 )
 from ingest.text.source import Line, TextSource
 
@@ -85,16 +86,6 @@ class Layout:
         if self.width == 1 or self.kinds[0] is CellKind.TEXT or debug_line(content) is None:
             return False
         return content.count(self.delimiter) + 1 != self.width or any(byte in b"0123456789" for byte in content)
-
-
-def too_wide(width: int, declared: Declarations, findings: FindingCollector) -> bool:
-    """Report rows of more columns than a file may have; they are not read."""
-    most = declared.limits.most_columns
-    if width <= most:
-        return False
-    message = f"The rows have {width} columns, more than {most} (limit most_columns); "
-    findings.add(FILE, "too_many_columns", message + "export one sample a line, not one a column.")
-    return True
 
 
 def find_layout(source: TextSource, declared: Declarations, findings: FindingCollector) -> Layout | None:

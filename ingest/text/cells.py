@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from ingest.model import NOTE, FindingCollector
+from ingest.model import FILE, NOTE, Declarations, FindingCollector
 from ingest.text.source import SEPARATORS, Line, TextSource
 
 EXPONENT = rb"(?:[eE][+-]?\d+|[dD][+-]\d+)?"
@@ -171,6 +171,16 @@ def split_cells(line: bytes, delimiter: bytes) -> list[bytes] | None:
     return [cell for cell in cells if cell] if delimiter == b" " else cells
 
 
+def too_wide(width: int, declared: Declarations, findings: FindingCollector) -> bool:
+    """Report rows of more columns than a file may have; they are not read."""
+    most = declared.limits.most_columns
+    if width <= most:
+        return False
+    message = f"The rows have {width} columns, more than {most} (limit most_columns); "
+    findings.add(FILE, "too_many_columns", message + "export one sample a line, not one a column.")
+    return True
+
+
 # A single space stands for any run of blanks; last, because blanks also pad other separators.
 BETWEEN_CELLS = tuple(bytes([sign]) for sign in SEPARATORS)
 CANDIDATES = (*BETWEEN_CELLS, b" ")
@@ -206,6 +216,10 @@ def with_clock_points(source: TextSource, findings: FindingCollector) -> TextSou
 # A name begins with a letter, so that a row of numbers or clock times, cut anywhere, is none.
 _NUMBER = re.compile(rb"[+-]?(?:\d+[.,]?\d*|\.\d+)" + EXPONENT + rb"(?:\s*[A-Za-z%/*^0-9]{1,8})?")
 _DEBUG_LINE = re.compile(rb"\s*([A-Za-z_][\w ./\[\]()-]{0,60}?)\s*[:=]\s*(\S.*?)\s*")
+
+
+LABEL_CLUE = rb"[a-z_][\w \t./%()\[\]\"-]{0,80}[:=]"
+"""What every text holds in which values bear names, in lower case."""
 
 
 class DebugLine(NamedTuple):

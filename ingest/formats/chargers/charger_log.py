@@ -237,7 +237,7 @@ def charger_format(name: str, version: int, what: str, layout: LogLayout) -> For
         return _read(head, layout, findings)
 
     recognise.__doc__ = f"Records of {', '.join(map(str, layout.cells))} fields with {layout.seen}."
-    return Format(name, version, recognise, read, what, clues=(b"$",), score=LAYOUT)
+    return Format(name, version, recognise, read, what, clues=(rb"\$",), score=LAYOUT)
 
 
 def _read(head: Head, layout: LogLayout, findings: FindingCollector) -> Reading:

@@ -258,12 +258,12 @@ def _zero_signals(
     return read_signals(table, declared, findings, instrument)
 
 
-FORMAT = Format("logview_openformat", 4, _recognise, _read, clues=(b"$",), score=NAMES)
+FORMAT = Format("logview_openformat", 4, _recognise, _read, clues=(rb"\$",), score=NAMES)
 ZERO = Format(
     "logview_zero",
     4,
     _recognise_zero,
     _read_zero,
     "Recordings of LogView Studio in OpenFormat Zero, whose headers name columns and units.",
-    clues=(b"$",),
+    clues=(rb"\$",),
 )

@@ -13,7 +13,7 @@ from ingest.instruments import Instrument
 from ingest.model import NOTE, ROW, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.tables.table import LineRows, array_table
-from ingest.text.cells import NUMBER_PATTERN, debug_line, is_single_number, value_of
+from ingest.text.cells import LABEL_CLUE, NUMBER_PATTERN, debug_line, is_single_number, value_of
 from ingest.text.source import TextSource, numbered_lines
 
 _LOG = Instrument()
@@ -134,4 +134,4 @@ class _Turns:
             self.found.drop_last()
 
 
-FORMAT = Format("debug_lines", 6, _recognise, _read, clues=(b":", b"="), score=LAYOUT)
+FORMAT = Format("debug_lines", 6, _recognise, _read, clues=(LABEL_CLUE,), score=LAYOUT)

@@ -10,24 +10,17 @@ import dataclasses
 from collections.abc import Sequence
 
 from ingest.formats.chargers.sheet import advice_on_sheet
-from ingest.formats.format import ANY_TEXT, Format, Head
+from ingest.formats.format import ANY_TEXT, Format, Head, any_text
 from ingest.instruments import Instrument
 from ingest.model import FILE, NOTE, Declarations, FindingCollector, Reading
 from ingest.signals import read_several, read_signals
 from ingest.tables.layout import SecondHeader
 from ingest.tables.rows import text_table
 from ingest.text.cells import best_split
-from ingest.text.source import HEAD_BYTES, TextSource
+from ingest.text.source import TextSource
 
 MOST_TABLES = 20
 _LOG = Instrument()
-
-
-def _recognise(head: Head) -> str | None:
-    """Text of no other format."""
-    source = head.text
-    filled = source.data[source.start : source.start + HEAD_BYTES].strip(b"\0\r\n\x1a \t")
-    return "text of no maker known here" if filled else None
 
 
 def _read(head: Head, findings: FindingCollector) -> Reading:
@@ -85,4 +78,4 @@ def _read_sections(
     return read_several(named, declared, findings)
 
 
-FORMAT = Format("delimited_log", 11, _recognise, _read, score=ANY_TEXT)
+FORMAT = Format("delimited_log", 11, any_text, _read, score=ANY_TEXT)

@@ -29,7 +29,7 @@ def state_charge(
     add: bool = False,
 ) -> str:
     """State what a charger put back after a run, beside what the run has where `add`; returns the charge's uid."""
-    from ingest.formats.chargers.packs import MOST_OF_CAPACITY  # with readers of files, which others need not load
+    from ingest.formats.chargers.sheet import MOST_OF_CAPACITY  # with readers of files, which others need not load
 
     run = run_named(session.connection, name)
     if not (math.isfinite(charge_mah) and charge_mah >= 0):
