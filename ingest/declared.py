@@ -27,8 +27,7 @@ from ingest.model import (
     ReadingSettings,
     TableUse,
 )
-from ingest.text.cells import CANDIDATES, texts_of
-from ingest.text.source import TextSource
+from ingest.text import CANDIDATES, TextSource, texts_of
 
 
 def composed(declared: Declarations) -> Declarations:

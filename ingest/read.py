@@ -13,8 +13,7 @@ from ingest.formats.chargers.sheet import check_packs
 from ingest.formats.format import UNKNOWN, Format, Head, sniff
 from ingest.model import FILE, Candidate, Declarations, Explanation, FindingCollector, ReadFile, Reading
 from ingest.tables.layout import SecondHeader
-from ingest.text.cells import GROUPED
-from ingest.text.source import looks_like_utf16
+from ingest.text import GROUPED, looks_like_utf16
 from ingest.timebase.axis import FAULTS_OF_TIME
 
 MOST_REJECTED = 0.01

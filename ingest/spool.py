@@ -173,18 +173,24 @@ class _ColumnMap(mmap.mmap):
 
 
 class ColumnFile(Generic[Scalar]):
-    """A column that is being written to a temporary file without a name."""
+    """A column that is being put together, in a temporary file without a name, or without a `folder` in memory."""
 
-    def __init__(self, folder: Path, dtype: np.dtype[Scalar]) -> None:
+    def __init__(self, folder: Path | None, dtype: np.dtype[Scalar]) -> None:
         self._folder, self._dtype = folder, dtype
-        self._file = tempfile.TemporaryFile(dir=folder)  # noqa: SIM115 - closed by `finish`
+        self._blocks: list[NDArray[Scalar]] = []
+        self._file = None if folder is None else tempfile.TemporaryFile(dir=folder)  # noqa: SIM115 - closed by `finish`
 
     def append(self, values: NDArray[Scalar]) -> None:
         """Add rows, shape (n,)."""
-        self._file.write(np.ascontiguousarray(values, dtype=self._dtype).data)
+        if self._file is None:
+            self._blocks.append(values)
+        else:
+            self._file.write(np.ascontiguousarray(values, dtype=self._dtype).data)
 
     def finish(self) -> NDArray[Scalar]:
-        """Return the column, shape (n_rows,), mapped; no row can be added after."""
+        """Return the column, shape (n_rows,), mapped where it is in a file; no row can be added after."""
+        if self._file is None or self._folder is None:
+            return self._blocks[0] if len(self._blocks) == 1 else np.concatenate(self._blocks)
         with self._file as written:
             written.flush()
             if written.tell() == 0:

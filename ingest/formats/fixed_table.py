@@ -5,7 +5,7 @@ And what such headers have in common: values by key, channels by plate, counts t
 
 from __future__ import annotations
 
-import dataclasses
+import functools
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
@@ -13,13 +13,12 @@ from dataclasses import dataclass, field
 
 from ingest.formats.format import Head
 from ingest.instruments import PLATE_UNITS, Instrument
-from ingest.model import FILE, ROW, Declarations, FindingCollector, Reading
+from ingest.model import FILE, Declarations, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.tables.layout import Layout, decimal_sign, kind_of
 from ingest.tables.rows import read_rows
-from ingest.tables.table import Block, Preamble, Table, Wanted
-from ingest.text.cells import may_group, split_cells, too_wide
-from ingest.text.source import Line, TextSource
+from ingest.tables.table import Preamble, Table
+from ingest.text import Line, TextSource, may_group, split_cells, too_wide
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,30 +68,10 @@ def fixed_table(
         data_line=header.first.number,
         last_cells=tuple(row[-1] for row in rows) if header.first.ended else (),
         complete=bool(declared.complete),
+        fixed=True,
     )
-
-    unsure = None if declared.complete else _unsure_end(source, layout)
-
-    def read(wanted: Sequence[Wanted]) -> Block:
-        if unsure is None:
-            return read_rows(source, layout, findings, wanted)
-        message = "The last line has no line end and its last number may go on; it is left out: "
-        message += "say `--complete` if it is whole."
-        findings.add(ROW, "last_line_cut", message, value=source.decode(source.data[unsure:][:80]))
-        block = read_rows(source.section(unsure), layout, findings, wanted)
-        return dataclasses.replace(block, rows_rejected=block.rows_rejected + 1)
-
+    read = functools.partial(read_rows, source, layout, findings)
     return Table(layout.names, layout.units, kinds, header.preamble, read, tuple(header.channels), layout.shape)
-
-
-def _unsure_end(source: TextSource, layout: Layout) -> int | None:
-    """Return where a last line without line end starts, if numbers in its last column differ in decimals; else None."""
-    decimals = {len(cell.rpartition(layout.decimal)[2]) if layout.decimal in cell else 0 for cell in layout.last_cells}
-    ended = source.data[-4096:].rstrip(b"\0\x1a")[-1:] in (b"\n", b"\r")
-    same = len(decimals) == 1 and decimals != {0}
-    start = max(source.data.rfind(b"\n") + 1, layout.data_start)
-    whole = len(split_cells(source.data[start:], layout.delimiter) or ()) == layout.width + layout.trailing
-    return None if ended or same or not whole or not any(layout.last_cells) else start
 
 
 def _usual(rows: list[list[bytes]]) -> list[list[bytes]]:

@@ -8,8 +8,16 @@ from dataclasses import dataclass
 
 from ingest.declared import composed, with_profile
 from ingest.model import NOTE, Declarations, FindingCollector, ReadFile, Reading
-from ingest.text.cells import with_clock_points
-from ingest.text.source import DEFAULT_PAGE, HEAD_BYTES, TextSource, as_declared, is_text, is_wide, open_text
+from ingest.text import (
+    DEFAULT_PAGE,
+    HEAD_BYTES,
+    TextSource,
+    as_declared,
+    is_text,
+    is_wide,
+    open_text,
+    with_clock_points,
+)
 
 HEAD_LINES = 60
 """Lines from which a format is recognised, those that a quoted cell spans counted as one."""

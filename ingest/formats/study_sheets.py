@@ -31,7 +31,7 @@ from ingest.tables.sheet import (
     numbers_of,
     read_sheet,
 )
-from ingest.text.source import TextSource
+from ingest.text import TextSource
 
 _SPELLINGS = {"m3": "m^3", "cm3": "cm^3", "mm3": "mm^3", "wh": "Wh", "kwh": "kWh", "mah": "mAh", "ah": "Ah"}
 _SPELLINGS |= {"a": "A", "v": "V", "w": "W", "j": "J", "n": "N"}

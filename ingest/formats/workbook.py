@@ -16,7 +16,7 @@ from ingest.containers import ArchiveRefusedError, Cell, cell_text, workbook_kin
 from ingest.formats.archive import read_members
 from ingest.formats.format import Format, Head
 from ingest.model import FILE, NOTE, Declarations, FindingCollector, Reading
-from ingest.text.cells import COMMA_NUMBER, is_number
+from ingest.text import COMMA_NUMBER, is_number
 
 _SAVE = "save its sheets as CSV"
 _HEADER_ROWS = 60

@@ -18,13 +18,15 @@ from ingest.channels.names import TIME_NAMES, channel_of, is_unit, parse_header,
 from ingest.model import FILE, NOTE, Declarations, FindingCollector, TextShape
 from ingest.spool import row_blocks
 from ingest.tables.table import Block, CellKind, Column
-from ingest.text.cells import (
+from ingest.text import (
     COMMA_NUMBER,
     COMMENT_STARTS,
     NUMBER,
     ONE_COLUMN,
+    Line,
     Row,
     Split,
+    TextSource,
     best_split,
     debug_line,
     decimal_sign_of,
@@ -40,7 +42,6 @@ from ingest.text.cells import (
     row_of,
     too_wide,
 )
-from ingest.text.source import Line, TextSource
 
 _RULE = b" \t\r\v\f-=_+|*"
 _LONG = 10**15
@@ -52,7 +53,7 @@ class Layout:
     """The shape of one table in a text. Without a header the names are the columns' numbers, from 1.
 
     `trailing` is how many cells, all blank, the rows have behind the last column; `complete`: a last line without line
-    end is whole where it has all cells.
+    end is whole where it has all cells; `fixed`: a maker's program wrote the table, with as many decimals in all rows.
     """
 
     delimiter: bytes
@@ -71,6 +72,7 @@ class Layout:
     header_line: int | None = None
     units_line: int | None = None
     complete: bool = False
+    fixed: bool = False
 
     @property
     def shape(self) -> TextShape:

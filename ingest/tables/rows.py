@@ -24,15 +24,14 @@ from ingest.model import NOTE, ROW, Declarations, FindingCollector
 from ingest.spool import ColumnFile, mapped, release_bytes
 from ingest.tables.layout import Layout
 from ingest.tables.table import Block, CellKind, Column, Table, Wanted, read_preamble
-from ingest.text.cells import split_cells
-from ingest.text.source import TextSource
+from ingest.text import TextSource, split_cells
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 
 from ingest.tables.layout import check_above, find_layout, is_header, second_header, with_units_joined
-from ingest.text.cells import (
+from ingest.text import (
     COMMENT_STARTS,
     INFINITY,
     NAN,
@@ -42,9 +41,11 @@ from ingest.text.cells import (
     integer_of,
     is_missing,
     is_number,
+    logical_line,
     parse_cell,
+    physical_line,
+    refuse_long_line,
 )
-from ingest.text.source import logical_line, physical_line, refuse_long_line
 
 PIECE_BYTES = 1 << 18
 BLOCK_BYTES = 1 << 24
@@ -78,7 +79,7 @@ def read_rows(source: TextSource, layout: Layout, findings: FindingCollector, wa
     rows = _Rows(None if large is None else large.folder)
     tried_bytes = end.stop - layout.data_start if large is None else BLOCK_BYTES
     start, line, ordinal = layout.data_start, layout.data_line, 0
-    while start < end.stop or not rows.filled:
+    while start < end.stop or not rows.columns:
         stop = _block_end(source, start, tried_bytes, end.stop)
         block = _read_clean(source, layout, wanted, start, stop, line, ordinal)
         if block is not None:
@@ -86,7 +87,7 @@ def read_rows(source: TextSource, layout: Layout, findings: FindingCollector, wa
             rows.add(block)
             start, line, ordinal = stop, line + block.n_rows, ordinal + block.rows_read
             continue
-        while start < stop or not rows.filled:
+        while start < stop or not rows.columns:
             piece_start, piece_end = start, _block_end(source, start, PIECE_BYTES, end.stop)
             block = _read_clean(source, layout, wanted, start, piece_end, line, ordinal)
             if block is not None:
@@ -225,7 +226,8 @@ def data_end(source: TextSource, layout: Layout, findings: FindingCollector) -> 
     start = max(source.data.rfind(b"\r", start, stop) + 1, start)
     if layout.is_debug(source.data[start:stop]):
         return DataEnd(stop, 0)
-    if not _is_cut(source.data[start:stop], _cell_above(source.data, layout, start), layout):
+    why = _why_cut(source.data[start:stop], _cell_above(source.data, layout, start), layout)
+    if why is None:
         findings.add(
             NOTE, "no_final_newline", "The last line has no line end; it is as complete as the others and kept."
         )
@@ -233,7 +235,7 @@ def data_end(source: TextSource, layout: Layout, findings: FindingCollector) -> 
     findings.add(
         ROW,
         "last_line_cut",
-        "The last line ends in the middle, as when power is cut while it is written; it is left out.",
+        why,
         lines=[source.data.count(b"\n", layout.data_start, start) + layout.data_line],
         value=source.decode(source.data[start:stop][:80]),
     )
@@ -261,22 +263,39 @@ def _cell_above(data: bytes, layout: Layout, start: int) -> bytes | None:
     return cells[-1] if cells else None
 
 
-def _is_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> bool:
-    """Whether cells are missing, or the last one may miss digits: it, or what ends it, is shorter than some above it.
+_CUT = "The last line ends in the middle, as when power is cut while it is written; it is left out."
+_MAY_GO_ON = (
+    "The last line has no line end and its last number may go on; it is left out: say `--complete` if it is whole."
+)
+
+
+def _why_cut(line: bytes, cell_above: bytes | None, layout: Layout) -> str | None:
+    """Say that cells are missing, or that the last one may miss digits: it, or what ends it, is shorter than some above
+    it, or, in a table of a maker, decimals differ. None where the line is whole.
 
     A number that repeats the one above it is whole. One row less of a log is no loss, 79 for 799 is a wrong value.
     """
-    cells = split_cells(line, layout.delimiter)
+    cells, above = split_cells(line, layout.delimiter), layout.last_cells
     if cells is None or len(cells) < layout.width + layout.trailing:
-        return True
+        return _CUT
     if layout.trailing:
-        return len(cells) == layout.width  # every whole row ends in a delimiter
-    if layout.complete or cells[-1] == cell_above:
-        return False
-    above = layout.last_cells
-    if above and all(b"e" in one.lower() for one in above) and b"e" not in cells[-1].lower():
-        return True  # cut before its exponent
-    return not above or len(cells[-1]) < max(map(len, above)) or _end_digits(cells[-1]) < max(map(_end_digits, above))
+        return _CUT if len(cells) == layout.width else None  # every whole row ends in a delimiter
+    if layout.complete:
+        return None
+    decimals = {len(cell.rpartition(layout.decimal)[2]) if layout.decimal in cell else 0 for cell in above}
+    if layout.fixed and len(cells) == layout.width and any(above) and (len(decimals) > 1 or decimals == {0}):
+        return _MAY_GO_ON
+    if cells[-1] == cell_above:
+        return None
+    without_exponent = above and all(b"e" in one.lower() for one in above) and b"e" not in cells[-1].lower()
+    shorter = (
+        not above or len(cells[-1]) < max(map(len, above)) or _end_digits(cells[-1]) < max(map(_end_digits, above))
+    )
+    return _CUT if without_exponent or shorter else None
+
+
+_LINES, _ORDINALS = -1, -2
+"""Places of the numbers of lines and rows beside those of the columns."""
 
 
 class _Rows:
@@ -284,48 +303,24 @@ class _Rows:
 
     def __init__(self, folder: Path | None) -> None:
         self._folder = folder
-        self._blocks: list[Block] = []
-        self._files: dict[int, ColumnFile[Any]] = {}
-
-    @property
-    def filled(self) -> bool:
-        """Whether a block was added."""
-        return bool(self._blocks)
+        self._rejected = 0
+        self._clocks: dict[int, list[bytes]] = {}
+        self.columns: dict[int, ColumnFile[Any]] = {}
 
     def add(self, block: Block) -> None:
         """Add the block that follows."""
-        if self._folder is not None:
-            for key, values in _columns(block).items():
-                if key not in self._files:
-                    self._files[key] = ColumnFile(self._folder, values.dtype)
-                self._files[key].append(values)
-            block = dataclasses.replace(block, numbers={}, lines=_NONE, ordinals=_NONE)
-        self._blocks.append(block)
+        for key, values in {**block.numbers, _LINES: block.lines, _ORDINALS: block.ordinals}.items():
+            if key not in self.columns:
+                self.columns[key] = ColumnFile(self._folder, values.dtype)
+            self.columns[key].append(values)
+        for key, cells in block.clocks.items():
+            self._clocks.setdefault(key, []).extend(cells)
+        self._rejected += block.rows_rejected
 
     def joined(self) -> Block:
         """Return all rows as one block."""
-        first, *further = self._blocks
-        if self._folder is None and not further:
-            return first
-        if self._folder is None:
-            columns = [_columns(block) for block in self._blocks]
-            whole = {key: np.concatenate([each[key] for each in columns]) for key in columns[0]}
-        else:
-            whole = {key: file.finish() for key, file in self._files.items()}
-        clocks = {at: [cell for block in self._blocks for cell in block.clocks[at]] for at in first.clocks}
-        lines, ordinals = whole.pop(_LINES), whole.pop(_ORDINALS)
-        rejected = sum(block.rows_rejected for block in self._blocks)
-        return Block(whole, clocks, lines, ordinals, rejected)
-
-
-_NONE = np.empty(0, dtype=np.int64)
-_LINES, _ORDINALS = -1, -2
-"""Places of the numbers of lines and rows beside those of the columns."""
-
-
-def _columns(block: Block) -> dict[int, Column]:
-    """Return all arrays of a block by place."""
-    return {**block.numbers, _LINES: block.lines, _ORDINALS: block.ordinals}
+        whole = {key: column.finish() for key, column in self.columns.items()}
+        return Block(whole, self._clocks, whole.pop(_LINES), whole.pop(_ORDINALS), self._rejected)
 
 
 _NO_NUMBER = re.compile(rb"[_\s]")
@@ -333,17 +328,15 @@ _NO_NUMBER = re.compile(rb"[_\s]")
 
 
 class _Reader:
-    """State of reading one piece: where it is, and the rows accepted so far."""
+    """State of reading one piece: where it is, and the rows accepted so far, their numbers before other cells."""
 
     def __init__(
         self, source: TextSource, layout: Layout, wanted: Sequence[Wanted], findings: FindingCollector
     ) -> None:
-        self.source, self.layout, self.wanted, self.findings = source, layout, wanted, findings
+        self.source, self.layout, self.findings = source, layout, findings
         self.numeric = [column for column in wanted if column.kind is CellKind.NUMBER]
         self.others = [column for column in wanted if column.kind is not CellKind.NUMBER]
-        self.values: list[list[float]] = []
-        self.exact: dict[int, list[int]] = {c.position: [] for c in self.others if c.kind is CellKind.INTEGER}
-        self.clocks: dict[int, list[bytes]] = {c.position: [] for c in self.others if c.kind is not CellKind.INTEGER}
+        self.rows: list[list[float | bytes]] = []
         self.lines: list[int] = []
         self.ordinals: list[int] = []
         self.rejected = 0
@@ -356,65 +349,60 @@ class _Reader:
 
     def take(self, cells: list[bytes], line: int, ordinal: int) -> None:
         """Keep a row of the right width, or report every cell that is wrong in it."""
-        numbers = self._numbers(cells, line)
-        exact: list[int] = []
-        bad = numbers is None
-        for column in self.others:
-            if column.kind is not CellKind.INTEGER:
-                continue
-            cell = cells[column.position]
-            number = integer_of(cell)
-            if number is not None:
-                exact.append(number)
-            else:
-                self._bad_cell(column, NOT_A_NUMBER.rule, NOT_A_NUMBER.message, line, cell)
-                bad = True
-        if bad or numbers is None:
+        quick = self._quick([cells[column.position] for column in self.numeric])
+        one_by_one = self.others if quick else (*self.numeric, *self.others)
+        found = [self._value(column, cells[column.position], line) for column in one_by_one]
+        row = [*quick, *(value for value in found if value is not None)]
+        if len(row) < len(self.numeric) + len(self.others):
             self.rejected += 1
             return
-        self.values.append(numbers)
-        for store, number in zip(self.exact.values(), exact, strict=True):
-            store.append(number)
-        for position, clock in self.clocks.items():
-            clock.append(cells[position])
+        self.rows.append(row)
         self.lines.append(line)
         self.ordinals.append(ordinal)
 
-    def _numbers(self, cells: list[bytes], line: int) -> list[float] | None:
-        own = [cells[column.position] for column in self.numeric]
-        decimal = self.layout.decimal
+    def _quick(self, cells: list[bytes]) -> list[float]:
+        """Return the numbers in cells that hold nothing else, none where one may."""
         try:
             # `float` reads all that counts as a number, and underscores, blanks and infinities beside it.
-            quick = [float(cell) for cell in own]
-            joined = b"".join(own)
-            plain = decimal == b"." or b"." not in joined
-            if plain and not _NO_NUMBER.search(joined) and INFINITY not in quick and -INFINITY not in quick:
-                return quick
+            quick = [float(cell) for cell in cells]
         except ValueError:
-            pass
-        numbers: list[float] = []
-        for column, cell in zip(self.numeric, own, strict=True):
-            parsed = parse_cell(cell, decimal)
-            if parsed is NOT_FINITE and column.infinite_is_missing:
-                numbers.append(NAN)
-            elif isinstance(parsed, CellFault):
-                self._bad_cell(column, parsed.rule, parsed.message, line, cell)
-            else:
-                numbers.append(parsed)
-        return numbers if len(numbers) == len(own) else None
+            return []
+        joined = b"".join(cells)
+        plain = self.layout.decimal == b"." or b"." not in joined
+        is_clear = plain and not _NO_NUMBER.search(joined) and INFINITY not in quick and -INFINITY not in quick
+        return quick if is_clear else []
 
-    def _bad_cell(self, column: Wanted, rule: str, message: str, line: int, cell: bytes) -> None:
-        self.findings.add(ROW, rule, message, column=column.name, lines=[line], value=self.source.decode(cell[:80]))
+    def _value(self, column: Wanted, cell: bytes, line: int) -> float | bytes | None:
+        """Return what a cell holds, None, reported, where it is not of the column's kind."""
+        parsed: float | CellFault | None
+        if column.kind is CellKind.NUMBER:
+            parsed = parse_cell(cell, self.layout.decimal)
+        elif column.kind is CellKind.INTEGER:
+            parsed = integer_of(cell)
+        else:
+            return cell
+        if parsed is NOT_FINITE and column.infinite_is_missing:
+            return NAN
+        fault = NOT_A_NUMBER if parsed is None else parsed
+        if isinstance(fault, CellFault):
+            value = self.source.decode(cell[:80])
+            self.findings.add(ROW, fault.rule, fault.message, column=column.name, lines=[line], value=value)
+            return None
+        return fault
 
     def block(self) -> Block:
         """Return the rows accepted."""
-        matrix = np.array(self.values, dtype=np.float64).reshape(len(self.lines), len(self.numeric))
+        wanted = (*self.numeric, *self.others)
+        columns = dict(zip(wanted, zip(*self.rows, strict=True) if self.rows else ((),) * len(wanted), strict=True))
+        types: dict[CellKind, Any] = {CellKind.NUMBER: np.float64, CellKind.INTEGER: np.int64}
         numbers: dict[int, Column] = {
-            column.position: np.ascontiguousarray(matrix[:, index]) for index, column in enumerate(self.numeric)
+            column.position: np.array(cells, dtype=types[column.kind])
+            for column, cells in columns.items()
+            if column.kind in types
         }
-        numbers |= {position: np.array(exact, dtype=np.int64) for position, exact in self.exact.items()}
+        clocks = {column.position: list(cells) for column, cells in columns.items() if column.kind not in types}
         lines, ordinals = (np.array(each, dtype=np.int64) for each in (self.lines, self.ordinals))
-        return Block(numbers, self.clocks, lines, ordinals, self.rejected)
+        return Block(numbers, clocks, lines, ordinals, self.rejected)
 
 
 def read_lines(

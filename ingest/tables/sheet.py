@@ -17,19 +17,24 @@ from typing import NamedTuple
 from data_schema.errors import InputRefused, UsageError, unknown_name
 from ingest.containers import ArchiveRefusedError, cell_text, workbook_kind, workbook_sheets
 from ingest.model import DEFAULT_LIMITS, FindingCollector
-from ingest.text.cells import (
+from ingest.text import (
     BETWEEN_CELLS,
     COMMA_NUMBER,
+    DEFAULT_PAGE,
     NUMBER,
     CellFault,
+    TextSource,
     decimal_sign_of,
     is_grouped,
     is_missing,
+    is_text,
+    is_wide,
     may_group,
+    numbered_lines,
+    open_text,
     parse_cell,
     split_cells,
 )
-from ingest.text.source import DEFAULT_PAGE, TextSource, is_text, is_wide, numbered_lines, open_text
 
 MINUS = "\N{MINUS SIGN}"
 """The typeset minus, which word processors write in place of the hyphen."""

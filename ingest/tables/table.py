@@ -13,7 +13,7 @@ from enum import StrEnum
 import numpy as np
 
 from ingest.model import FloatArray, IntArray, TextShape
-from ingest.text.cells import may_group
+from ingest.text import may_group
 from ingest.timebase.clock import date_order, day_of, iso_text, parse_stamp
 
 _SAMPLING = (

@@ -13,7 +13,7 @@ from typing import Any
 from data_schema.errors import InputRefused, UsageError, nearest, unknown_name
 from data_schema.vocabulary import RunKind
 from ingest.tables.sheet import Sheet, SheetFault, SheetFile, lone_number, number_in, read_sheet
-from ingest.text.cells import decimal_sign_of
+from ingest.text import decimal_sign_of
 from labbook.config.reading import is_plain
 from labbook.plan.drawing import PlanFactor
 from labbook.plan.local_time import order_of_dates, parse_clock, parse_date

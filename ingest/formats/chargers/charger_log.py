@@ -34,7 +34,7 @@ from ingest.model import (
 )
 from ingest.signals import read_signals
 from ingest.tables.table import LineRows, array_table
-from ingest.text.source import numbered_lines
+from ingest.text import numbered_lines
 
 _RECORD = re.compile(rb"\$\d{1,2}(?:;[^;\x00-\x1f]{0,24})+")
 _HEAD_RECORD = re.compile(r"\$\d{1,2}(?:;[^;]*){3}")

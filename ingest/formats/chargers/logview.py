@@ -34,8 +34,7 @@ from ingest.instruments import Instrument
 from ingest.model import FILE, NOTE, ROW, Declarations, FindingCollector, Reading, SignalPart
 from ingest.signals import read_signals
 from ingest.tables.table import Column, LineRows, Preamble, array_table
-from ingest.text.cells import COMMA_NUMBER, NUMBER, value_of
-from ingest.text.source import numbered_lines
+from ingest.text import COMMA_NUMBER, NUMBER, numbered_lines, value_of
 
 _BATTERY = {"battery_voltage", "current", "charge"}
 """A recording with one of these is a charger's or of a pack in use, not of a jump."""

@@ -32,15 +32,16 @@ from ingest.model import (
     TextShape,
 )
 from ingest.tables.sheet import RowFault, checked, head_rows, is_ended, text_rows
-from ingest.text.cells import (
+from ingest.text import (
     BETWEEN_CELLS,
+    HEAD_LINES,
     CellFault,
+    TextSource,
     decimal_sign_of,
     may_group,
     parse_cell,
     too_wide,
 )
-from ingest.text.source import HEAD_LINES, TextSource
 from ingest.timebase.clock import Unclear, date_order, day_of, iso_text, parse_stamp, to_utc
 
 _SUMMARIES = frozenset({"total", "totals", "sum", "mean", "average", "summe", "mittel"})

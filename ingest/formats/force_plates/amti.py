@@ -14,7 +14,7 @@ from ingest.formats.format import Format, Head
 from ingest.instruments import INSTRUMENTS
 from ingest.model import FindingCollector, Reading
 from ingest.tables.table import Preamble
-from ingest.text.cells import is_number, split_cells
+from ingest.text import is_number, split_cells
 
 INSTRUMENT = "amti"
 _COMPONENTS = tuple((quantity, axis) for quantity in ("force", "moment") for axis in "xyz")

@@ -13,7 +13,7 @@ from ingest.formats.format import Head, signed
 from ingest.instruments import Instrument
 from ingest.model import NOTE, FindingCollector, Reading
 from ingest.tables.table import Preamble
-from ingest.text.cells import texts_of
+from ingest.text import texts_of
 
 _FORCEDECKS = Instrument("force", "VALD ForceDecks", {"force_z": "N"}, "s", evidence="ForceDecks")
 _TITLE = re.compile(r"ForceDecks Raw Data Export\s*,\s*(\d+)")

@@ -30,7 +30,7 @@ from ingest.model import FILE, NOTE, Declarations, FindingCollector, Reading, Si
 from ingest.signals import read_signals
 from ingest.tables.rows import text_table
 from ingest.tables.table import Preamble
-from ingest.text.cells import texts_of
+from ingest.text import texts_of
 
 _BIOWARE = Instrument("force", "Kistler BioWare", time_unit="s", evidence="BioWare")
 _VERSION = re.compile(r"BioWare\b(?:.*?Version\s+(\d+)\.)?")

@@ -19,8 +19,7 @@ from ingest.instruments import Instrument
 from ingest.model import FindingCollector, Reading
 from ingest.signals import combine, read_signals
 from ingest.tables.table import Block, CellKind, Preamble, Table, Wanted
-from ingest.text.cells import texts_of
-from ingest.text.source import TextSource
+from ingest.text import TextSource, texts_of
 
 _RUN = re.compile(r"Run #\d+")
 _DELIMITERS = (b",", b";", b"\t")

@@ -21,8 +21,7 @@ from ingest.instruments import Instrument
 from ingest.model import FILE, NOTE, FindingCollector, Reading
 from ingest.signals import combine, read_signals
 from ingest.tables.table import Block, CellKind, Preamble, Table, Wanted
-from ingest.text.cells import split_cells, texts_of
-from ingest.text.source import Line, TextSource
+from ingest.text import Line, TextSource, split_cells, texts_of
 from ingest.timebase.axis import RATE_NOTED
 
 _TITLE = re.compile(r"(Devices|Joints|Trajectories|Model Outputs|Segments|Events)[,;\s]*")

@@ -13,8 +13,7 @@ from ingest.instruments import Instrument
 from ingest.model import NOTE, ROW, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.tables.table import LineRows, array_table
-from ingest.text.cells import LABEL_CLUE, NUMBER_PATTERN, debug_line, is_single_number, value_of
-from ingest.text.source import TextSource, numbered_lines
+from ingest.text import LABEL_CLUE, NUMBER_PATTERN, TextSource, debug_line, is_single_number, numbered_lines, value_of
 
 _LOG = Instrument()
 _FEWEST_LINES = 4

@@ -16,8 +16,7 @@ from ingest.model import FILE, NOTE, Declarations, FindingCollector, Reading
 from ingest.signals import read_several, read_signals
 from ingest.tables.layout import SecondHeader
 from ingest.tables.rows import text_table
-from ingest.text.cells import best_split
-from ingest.text.source import TextSource
+from ingest.text import TextSource, best_split
 
 MOST_TABLES = 20
 _LOG = Instrument()

@@ -23,8 +23,7 @@ from ingest.model import FILE, NOTE, Declarations, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.spool import LARGE_BYTES, mapped
 from ingest.tables.table import read_preamble
-from ingest.text.cells import CLOCK_PATTERN, LABEL_CLUE, NUMBER_PATTERN
-from ingest.text.source import Line, TextSource, refuse_long_line
+from ingest.text import CLOCK_PATTERN, LABEL_CLUE, NUMBER_PATTERN, Line, TextSource, refuse_long_line
 
 _LABEL = rb"[A-Za-z_][\w./%()\[\]-]*"
 _VALUE = (

@@ -15,8 +15,7 @@ from ingest.formats.format import Head, signed
 from ingest.instruments import Instrument
 from ingest.model import Declarations, FindingCollector, Reading
 from ingest.tables.table import read_preamble
-from ingest.text.cells import split_cells, texts_of
-from ingest.text.source import Line, TextSource
+from ingest.text import Line, TextSource, split_cells, texts_of
 
 _END = b"***End_of_Header***"
 _PROGRAM = "LabVIEW"

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from data_schema.errors import BookBusy, BookError, InputRefused, LabbookError
 from data_schema.vocabulary import IngestStatus
-from ingest.text.source import is_text
+from ingest.text import is_text
 from labbook.actions.files.ingesting import (
     HAS_MORE,
     FileOutcome,

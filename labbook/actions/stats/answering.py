@@ -34,7 +34,7 @@ from ingest.tables.sheet import (
     numbers_of,
     read_sheet,
 )
-from ingest.text.cells import CellFault
+from ingest.text import CellFault
 from labbook.actions.files.named_files import own_name, read_bytes
 from labbook.actions.stats.asked import Values
 from labbook.analysis.comparison import pairing

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from ingest.model import FindingCollector
 from ingest.tables.sheet import text_rows
-from ingest.text.source import open_text
+from ingest.text import open_text
 
 Rows = list[tuple[int, list[str]]]
 DELIMITERS = st.sampled_from([",", ";", "\t", "|"])

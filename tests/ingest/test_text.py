@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from ingest.model import Declarations, FindingCollector
 from ingest.read import read_file
-from ingest.text.source import open_text
+from ingest.text import open_text
 from tests.ingest.reading import rules
 from tests.ingest.synthetic import robot_log, text
 

@@ -1,1 +1,0 @@
-"""Bytes to lines and cells: encodings, line ends, delimiters, the value of a cell."""
