@@ -14,8 +14,7 @@ from benchmarks.section import Benchmark, Budget, Section, Table, milliseconds, 
 from benchmarks.timing import Times, Work, in_turns
 from ingest.model import Declarations
 from ingest.read import read_file
-from ingest.samples import write_samples
-from ingest.store import Store, raw_path
+from ingest.store import Store, raw_path, write_samples
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.analysis.outcomes.detection import BODY_HEIGHT
 from labbook.book.opening import opened

@@ -192,27 +192,23 @@ def declared_columns(declared: Declarations, names: Sequence[str]) -> Mapping[in
     header cell.
     """
     profile, direct = _by_position(declared.profile_columns, names), _by_position(declared.columns, names)
-    return {**profile, **{position: _merged(own, profile.get(position)) for position, own in direct.items()}}
+    both = {position: _merged(own, profile[position]) for position, own in direct.items() if position in profile}
+    return {**profile, **direct, **both}
 
 
 def _by_position(columns: Mapping[str, ColumnDeclaration], names: Sequence[str]) -> dict[int, ColumnDeclaration]:
-    found: dict[int, tuple[tuple[bool, bool], ColumnDeclaration]] = {}
-    for column, declaration in columns.items():
-        positions = positions_of(column, names)
-        exactness = len(positions) == 1, column in names
-        for position in positions:
-            known, other = found.get(position, (exactness, None))
-            if known < exactness:
-                found[position] = exactness, _merged(declaration, other)
-            else:
-                found[position] = known, declaration if other is None else _merged(other, declaration)
-    return {position: declaration for position, (_, declaration) in found.items()}
+    found: dict[int, ColumnDeclaration] = {}
+    meant = [(positions_of(column, names), column in names, declaration) for column, declaration in columns.items()]
+    for positions, _, declaration in sorted(meant, key=lambda each: (len(each[0]) != 1, not each[1])):
+        found |= {
+            position: _merged(found[position], declaration) if position in found else declaration
+            for position in positions
+        }
+    return found
 
 
-def _merged(first: ColumnDeclaration, other: ColumnDeclaration | None) -> ColumnDeclaration:
+def _merged(first: ColumnDeclaration, other: ColumnDeclaration) -> ColumnDeclaration:
     """Return a declaration completed by another one."""
-    if other is None:
-        return first
     measured = first if first.unit or first.calibrations else other  # a calibration is one in its unit
     return ColumnDeclaration(
         first.channel or other.channel, measured.unit, first.sign or other.sign, measured.calibrations

@@ -228,7 +228,7 @@ def reread_stored(store: Store, data: bytes, sha256: str, settings: ReadSettings
 
 def without_storing(data: bytes, sha256: str, read: ReadFile, settings: ReadSettings) -> PreparedImport:
     """Return what `store_reading` does, and store nothing."""
-    from ingest.samples import signal_sha256
+    from ingest.store import signal_sha256
 
     parts = () if read.refused else read.parts
     stored = tuple(

@@ -15,9 +15,8 @@ from data_schema.errors import InputRefused
 from ingest import spool
 from ingest.model import Declarations, ReadFile
 from ingest.read import read_file
-from ingest.samples import read_samples, signal_sha256
 from ingest.spool import map_and_hash, mapped, read_and_hash
-from ingest.store import Store
+from ingest.store import Store, signal_sha256
 from ingest.tables import rows
 from tests.ingest.bad_input import Case
 from tests.ingest.synthetic import LOG_HEADER, bertec_acquire, icharger_rows, robot_rows, text, twenty_faults
@@ -87,7 +86,7 @@ def test_a_file_beyond_the_bound_is_mapped_and_kept_byte_for_byte(
     assert spool.folder_of(part.channels[0].values) == store.root
     _, kept = store.put_signal(part)
     (whole,) = read_file(data, Declarations()).parts
-    for name, values in read_samples(store.root / kept.path, ["body_height", "leg_length"]).items():
+    for name, values in store.samples(kept.path, ["body_height", "leg_length"]).items():
         expected = whole.time_s if name == "time" else {c.name: c.values for c in whole.channels}[name]
         assert np.array_equal(values, expected)
     with pytest.raises(InputRefused, match="largest_file_bytes"):

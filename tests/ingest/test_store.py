@@ -13,8 +13,7 @@ from hypothesis.extra.numpy import arrays
 
 from data_schema.errors import BookDamaged
 from ingest.model import ChannelData, FloatArray, SignalPart
-from ingest.samples import signal_sha256
-from ingest.store import FileInStore, Store
+from ingest.store import FileInStore, Store, signal_sha256
 
 N = 20_000
 
