@@ -89,7 +89,7 @@ class TextSource:
 
     @cached_property
     def _physical(self) -> list[Line]:
-        return self._lines(self.start, self.first_line, HEAD_LINES)
+        return self.lines_at(self.start, self.first_line, HEAD_LINES)
 
     @cached_property
     def _joined(self) -> list[Line]:
@@ -98,20 +98,17 @@ class TextSource:
             return self._physical
         return list(numbered_lines(self.head.data, self.start, SEPARATORS, number=self.first_line))
 
-    def sample_lines(self, fraction: float, limit: int = 20) -> list[Line]:
-        """Return whole lines from the given fraction of the file on; their numbers mean nothing."""
+    def sample_lines(self, fraction: float) -> list[Line]:
+        """Return twenty whole lines from the given fraction of the file on; their numbers mean nothing."""
         start = self.start + int((len(self.data) - self.start) * fraction)
-        return self._lines(start, 1, limit + 1)[1:]
-
-    def lines_at(self, start: int, number: int, limit: int = 60) -> list[Line]:
-        """Return at most `limit` lines from `data[start:]`, the first of which has the given number."""
-        return self._lines(start, number, limit)
+        return self.lines_at(start, 1, 21)[1:]
 
     def section(self, stop: int) -> TextSource:
         """Return the text up to `data[stop]`, as if the file ended there; lines keep their numbers."""
         return dataclasses.replace(self, data=beginning(self.data, stop))
 
-    def _lines(self, start: int, number: int, limit: int) -> list[Line]:
+    def lines_at(self, start: int, number: int, limit: int = 60) -> list[Line]:
+        """Return at most `limit` lines from `data[start:]`, the first of which has the given number."""
         lines: list[Line] = []
         stop = min(len(self.data), start + self.longest_line_bytes)
         for end in _LINE_END.finditer(self.data, start, stop):

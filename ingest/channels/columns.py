@@ -43,23 +43,29 @@ _DATE_NAMES = frozenset({"date", "datum"})
 class ColumnPlan:
     """How one source column becomes a channel: `stored = sign * (scale * source + offset)`.
 
-    `flag` is how flags name the column, `declared_channel` what they call its channel: by the file's own axes. Until
-    one of the `calibrations` is chosen, `scale` and `offset` convert their `calibrated_unit` to the stored one.
+    `base` is its name without the unit, `flag` how flags name it, `kind` what its cells hold; `channel` is empty where
+    none is known, `unit` the one it is stored in: until that is decided, the one in the file. `file_unit` is the file's
+    whatever is declared. `declared_channel` is what flags call the channel: by the file's own axes. Until one of the
+    `calibrations` is chosen, `scale` and `offset` convert their `calibrated_unit` to the stored one.
     """
 
     position: int
     source_name: str
+    base: str
     flag: str
+    kind: CellKind
     channel: str
-    declared_channel: str
     unit: str | None
     source_unit: str | None
-    scale: float
-    offset: float
-    sign: int
-    assumed: tuple[str, ...]
-    declared_sign: int | None = None
-    calibrations: tuple[Calibration, ...] = ()
+    file_unit: str | None
+    is_declared: bool
+    declared_sign: int | None
+    calibrations: tuple[Calibration, ...]
+    declared_channel: str = ""
+    scale: float = 1.0
+    offset: float = 0.0
+    sign: int = 1
+    assumed: tuple[str, ...] = ()
     calibrated_unit: str | None = None
 
 
@@ -94,22 +100,6 @@ class Plan:
 
     time: TimePlan | None
     columns: tuple[ColumnPlan, ...]
-
-
-@dataclass(frozen=True, slots=True)
-class _Column:
-    position: int
-    name: str
-    base: str
-    flag: str
-    channel: str | None
-    unit: str | None
-    raw_unit: str | None
-    file_unit: str | None
-    declared_sign: int | None
-    kind: CellKind
-    declared: bool
-    calibrations: tuple[Calibration, ...]
 
 
 def plan_columns(table: Table, declared: Declarations, findings: FindingCollector, instrument: Instrument) -> Plan:
@@ -160,7 +150,7 @@ def _column(
     declared: Declarations,
     declaration: ColumnDeclaration | None,
     findings: FindingCollector,
-) -> _Column:
+) -> ColumnPlan:
     name = table.names[position]
     cell = parse_header(name)
     base, unit = cell.named(_is_known)
@@ -190,26 +180,26 @@ def _column(
         raw_unit = unit  # else the header's unit is that of the raw numbers
     is_declared = declaration is not None and declaration.channel is not None
     is_declared |= channel == TIME and declared.time_column is not None
-    return _Column(
+    return ColumnPlan(
         position,
         name,
         base,
         flag,
-        channel,
+        table.kinds[position],
+        channel or "",
         unit,
         raw_unit,
         file_unit,
-        sign,
-        table.kinds[position],
         is_declared,
+        sign,
         calibrations,
     )
 
 
-def _refuse_side_by_side(columns: list[_Column], findings: FindingCollector) -> None:
+def _refuse_side_by_side(columns: list[ColumnPlan], findings: FindingCollector) -> None:
     """Refuse columns that an empty one without a name parts into two tables, both with a time or one same channel."""
     for middle in columns[1:-1]:
-        if middle.name or middle.kind is not CellKind.EMPTY:
+        if middle.source_name or middle.kind is not CellKind.EMPTY:
             continue
         left = {column.channel for column in columns[: middle.position] if column.channel}
         both = left & {column.channel for column in columns[middle.position + 1 :]}
@@ -232,15 +222,15 @@ def _is_known(name: str) -> bool:
     return squash(name) in TIME_NAMES or channel_of(name) is not None
 
 
-def _time_plan(columns: list[_Column], instrument: Instrument, findings: FindingCollector) -> TimePlan | None:
+def _time_plan(columns: list[ColumnPlan], instrument: Instrument, findings: FindingCollector) -> TimePlan | None:
     of_seconds = _fractions(columns)
     named = [column for column in columns if column.channel == TIME]
-    named = named or [column for column in columns if column.channel is None and column.position in of_seconds]
-    named = [column for column in named if column.declared] or named
+    named = named or [column for column in columns if not column.channel and column.position in of_seconds]
+    named = [column for column in named if column.is_declared] or named
     if len(named) > 1:
         numeric = [column for column in named if column.kind in (CellKind.NUMBER, CellKind.INTEGER)]
         if len(numeric) != 1:
-            listed = ", ".join(repr(column.name) for column in named)
+            listed = ", ".join(repr(column.source_name) for column in named)
             findings.add(
                 FILE,
                 "several_time_columns",
@@ -258,13 +248,13 @@ def _time_plan(columns: list[_Column], instrument: Instrument, findings: Finding
             "time_unreadable",
             "The time column holds neither numbers nor times as 2021-06-05 14:30:00 or 14:30:00: name another one, "
             f"`--column NAME=time`, or have samples counted by their rate, {count_by_rate_flags(column.flag)}.",
-            column=column.name,
+            column=column.source_name,
         )
         return None
     unit = column.unit or instrument.time_unit
     if column.kind is CellKind.CLOCK:
         unit = None
-    time = TimePlan(column.position, column.name, column.flag, column.kind, unit, file_unit=column.file_unit)
+    time = TimePlan(column.position, column.source_name, column.flag, column.kind, unit, file_unit=column.file_unit)
     if column.position not in of_seconds:
         return time
     position, unit = of_seconds[column.position]
@@ -275,16 +265,16 @@ _SECONDS = re.compile(r"(?i)(.*?)(n|nano|u|micro)?sec(?:s|onds)?")
 _UNIT_OF_FRACTION = {"n": "ns", "nano": "ns", "u": "us", "micro": "us"}
 
 
-def _fractions(columns: Sequence[_Column]) -> dict[int, tuple[int, str]]:
+def _fractions(columns: Sequence[ColumnPlan]) -> dict[int, tuple[int, str]]:
     """Return, by the position of whole seconds, that of the fractions beside them, and their unit: `stamp.sec` and
     `stamp.nanosec` of ROS, `tv_sec` and `tv_usec` of C.
     """
     found = {}
     for left, right in itertools.pairwise(columns):
-        whole, fraction = _SECONDS.fullmatch(left.name.strip()), _SECONDS.fullmatch(right.name.strip())
+        whole, fraction = _SECONDS.fullmatch(left.source_name.strip()), _SECONDS.fullmatch(right.source_name.strip())
         if whole is None or fraction is None or whole[2] or not fraction[2] or whole[1] != fraction[1]:
             continue
-        if right.channel is None and {left.kind, right.kind} <= {CellKind.NUMBER, CellKind.INTEGER}:
+        if not right.channel and {left.kind, right.kind} <= {CellKind.NUMBER, CellKind.INTEGER}:
             found[left.position] = (right.position, _UNIT_OF_FRACTION[fraction[2].lower()])
     return found
 
@@ -295,7 +285,7 @@ def count_by_rate_flags(flag: str, rate: str = "HZ") -> str:
 
 
 def _with_date(
-    time: TimePlan | None, columns: list[_Column], declared: Declarations, names: Sequence[str]
+    time: TimePlan | None, columns: list[ColumnPlan], declared: Declarations, names: Sequence[str]
 ) -> TimePlan | None:
     """Return the time column with the column of dates: the one declared, or the one that is called so."""
     if time is None or time.kind is not CellKind.CLOCK:
@@ -308,17 +298,17 @@ def _with_date(
     return dataclasses.replace(time, date_position=dates[0]) if dates and dates[0] != time.position else time
 
 
-def _channel_plan(column: _Column, instrument: Instrument, findings: FindingCollector) -> ColumnPlan | None:
+def _channel_plan(column: ColumnPlan, instrument: Instrument, findings: FindingCollector) -> ColumnPlan | None:
     if column.kind in (CellKind.TEXT, CellKind.CLOCK):
         what = "text, not numbers" if column.kind is CellKind.TEXT else "dates or times"
         message = f"The column holds {what}: it stays in the raw copy only."
-        findings.add(NOTE, "text_column", message, column=column.name)
+        findings.add(NOTE, "text_column", message, column=column.source_name)
         return None
     if column.kind is CellKind.EMPTY:
-        findings.add(NOTE, "empty_column", "The column is empty: it is left out.", column=column.name)
+        findings.add(NOTE, "empty_column", "The column is empty: it is left out.", column=column.source_name)
         return None
-    known = channel_kind(column.channel) if column.channel else None
-    if column.channel is None or known is None:
+    known = channel_kind(column.channel)
+    if known is None:
         return _unknown(column, findings)
     stored = CHANNELS[known].unit
     assumed: tuple[str, ...] = ()
@@ -330,26 +320,26 @@ def _channel_plan(column: _Column, instrument: Instrument, findings: FindingColl
         findings.add(
             FILE,
             "unit_missing",
-            f"Column {column.name!r} is {column.channel} and its unit is stated nowhere: say which it is in, "
+            f"Column {column.source_name!r} is {column.channel} and its unit is stated nowhere: say which it is in, "
             f'`--unit "{column.flag}=UNIT"` ({usual_units(stored)}), or in a [profiles.NAME] table of labbook.toml.',
-            column=column.name,
+            column=column.source_name,
         )
     if unit in COUNTS and stored != "1":
         findings.add(
             FILE,
             "calibration_missing",
-            f"Column {column.name!r} is {column.channel} and its unit is {unit!r}: say what 1 is in {stored}, "
+            f"Column {column.source_name!r} is {column.channel} and its unit is {unit!r}: say what 1 is in {stored}, "
             f'`--column "{column.flag}={column.channel}:{stored},scale=SCALE,offset=OFFSET"`, or what it shows at '
             f'known values, `--column "{column.flag}={column.channel}:{stored},raw=812 3071,value=0.2 0.85"`.',
-            column=column.name,
+            column=column.source_name,
         )
         return _plan(column, clean_name(column.base) or f"column_{column.position + 1}", "counts", unit)
-    scale, offset = factor(column.name, unit or stored, stored, findings, column.flag)
+    scale, offset = factor(column.source_name, unit or stored, stored, findings, column.flag)
     return _plan(column, column.channel, stored, unit, scale, offset, assumed)
 
 
 def _plan(
-    column: _Column,
+    column: ColumnPlan,
     channel: str,
     stored: str | None,
     unit: str | None,
@@ -357,35 +347,31 @@ def _plan(
     offset: float = 0.0,
     assumed: tuple[str, ...] = (),
 ) -> ColumnPlan:
-    return ColumnPlan(
-        column.position,
-        column.name,
-        column.flag,
-        channel,
-        channel,
-        stored,
-        column.raw_unit if column.calibrations else unit,
-        scale,
-        offset,
-        column.declared_sign or 1,
-        assumed,
-        column.declared_sign,
-        column.calibrations,
-        unit,
+    return dataclasses.replace(
+        column,
+        channel=channel,
+        declared_channel=channel,
+        unit=stored,
+        source_unit=column.source_unit if column.calibrations else unit,
+        scale=scale,
+        offset=offset,
+        sign=column.declared_sign or 1,
+        assumed=assumed,
+        calibrated_unit=unit,
     )
 
 
-def _unknown(column: _Column, findings: FindingCollector) -> ColumnPlan:
-    name = column.channel if column.channel not in (None, TIME) else clean_name(column.base)
-    name = name or f"column_{column.position + 1}"
-    if not column.declared:
+def _unknown(column: ColumnPlan, findings: FindingCollector) -> ColumnPlan:
+    name = column.channel if column.channel != TIME else ""
+    name = name or clean_name(column.base) or f"column_{column.position + 1}"
+    if not column.is_declared:
         unit, example = (f"in {column.unit}", "") if column.unit else ("without a unit", ":UNIT")
         findings.add(
             NOTE,
             "unknown_column",
             f"Not a channel known here: kept as {name!r}, {unit}; to name it, "
             f'`--column "{column.flag}=CHANNEL{example}"`.',
-            column=column.name,
+            column=column.source_name,
         )
     return _plan(column, name, column.unit, column.unit)
 

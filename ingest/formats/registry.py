@@ -335,21 +335,15 @@ class Described:
 
 def described_formats() -> tuple[Described, ...]:
     """Describe all formats, in the order of the registry; those without words of their own by their module's."""
-    return tuple(
-        Described(each.name, each.version, each.what or _of_module(each), _of_recognise(each), each.plugin)
-        for each in all_formats()
-    )
+    found = []
+    for each in all_formats():
+        module, recognise = sys.modules.get(each.read.__module__), each.recognise
+        evidence = "Where declared alone." if recognise is None else _first_sentence(inspect.getdoc(recognise))
+        what = each.what or _first_sentence(inspect.getdoc(module))
+        found.append(Described(each.name, each.version, what, evidence, each.plugin))
+    return tuple(found)
 
 
-def _of_module(format_: Format) -> str:
-    module = sys.modules.get(format_.read.__module__)
-    return _first_sentence(inspect.getdoc(module) or "")
-
-
-def _of_recognise(format_: Format) -> str:
-    return _first_sentence((format_.recognise and inspect.getdoc(format_.recognise)) or "Where declared alone.")
-
-
-def _first_sentence(text: str) -> str:
-    words = " ".join(text.partition("\n\n")[0].split())
+def _first_sentence(text: str | None) -> str:
+    words = " ".join((text or "").partition("\n\n")[0].split())
     return words.partition(". ")[0].rstrip(".") + "." if words else ""

@@ -36,7 +36,8 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
             findings.add(NOTE, "sheet_without_numbers", message, column=name)
             continue
         tables = _tables(rows)
-        text_numbers |= any(_is_comma_number(cell) for row in rows for cell in row)
+        typed = (cell.strip().encode() for row in rows for cell in row if isinstance(cell, str))
+        text_numbers |= any(map(COMMA_NUMBER.fullmatch, typed))
         for number, table in enumerate(tables, start=1):
             members.append((name if len(tables) == 1 else f"{name} {number}", _as_text(table)))
     if not members:
@@ -62,24 +63,17 @@ def _is_value(cell: Cell) -> bool:
     return not isinstance(cell, bool)
 
 
-def _is_comma_number(cell: Cell) -> bool:
-    return isinstance(cell, str) and bool(cell) and COMMA_NUMBER.fullmatch(cell.strip().encode("utf-8")) is not None
-
-
 def _tables(rows: Sequence[Sequence[Cell]]) -> list[list[Sequence[Cell]]]:
     """Split a sheet whose row of names repeats the name of its time column; what stands above goes with each."""
     for number, row in enumerate(rows[:_HEADER_ROWS]):
-        times = [position for position, cell in enumerate(row) if isinstance(cell, str) and _is_time(cell)]
+        names = [squash(parse_header(cell).base) if isinstance(cell, str) else "" for cell in row]
+        times = [position for position, name in enumerate(names) if name in TIME_NAMES]
         if len(times) > 1 and len({squash(str(row[position])) for position in times}) == 1:
             edges = [0, *times[1:], len(row)]
             return [
                 [*rows[:number], *(below[first:stop] for below in rows[number:])] for first, stop in pairwise(edges)
             ]
     return [list(rows)]
-
-
-def _is_time(name: str) -> bool:
-    return squash(parse_header(name).base) in TIME_NAMES
 
 
 def _as_text(rows: Sequence[Sequence[Cell]]) -> bytes:

@@ -14,7 +14,6 @@ import functools
 import re
 import time
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -74,13 +73,13 @@ def text_table(source: TextSource, declared: Declarations, findings: FindingColl
 
 def read_rows(source: TextSource, layout: Layout, findings: FindingCollector, wanted: Sequence[Wanted]) -> Block:
     """Return the wanted columns of all rows that can be read; what cannot be is reported and left out."""
-    end = data_end(source, layout, findings)
+    end, cut = _data_end(source, layout, findings)
     large = mapped(source.data)
     rows = _Rows(None if large is None else large.folder)
-    tried_bytes = end.stop - layout.data_start if large is None else BLOCK_BYTES
+    tried_bytes = end - layout.data_start if large is None else BLOCK_BYTES
     start, line, ordinal = layout.data_start, layout.data_line, 0
-    while start < end.stop or not rows.columns:
-        stop = _block_end(source, start, tried_bytes, end.stop)
+    while start < end or not rows.columns:
+        stop = _block_end(source, start, tried_bytes, end)
         block = _read_clean(source, layout, wanted, start, stop, line, ordinal)
         if block is not None:
             release_bytes(source.data, start, stop)
@@ -88,18 +87,18 @@ def read_rows(source: TextSource, layout: Layout, findings: FindingCollector, wa
             start, line, ordinal = stop, line + block.n_rows, ordinal + block.rows_read
             continue
         while start < stop or not rows.columns:
-            piece_start, piece_end = start, _block_end(source, start, PIECE_BYTES, end.stop)
+            piece_start, piece_end = start, _block_end(source, start, PIECE_BYTES, end)
             block = _read_clean(source, layout, wanted, start, piece_end, line, ordinal)
             if block is not None:
                 start, line = piece_end, line + block.n_rows
             else:
-                span = (start, piece_end, end.stop)
+                span = (start, piece_end, end)
                 block, start, line = read_lines(source, layout, wanted, span, line, ordinal, findings)
             release_bytes(source.data, piece_start, start)
             ordinal += block.rows_read
             rows.add(block)
     block = rows.joined()
-    return dataclasses.replace(block, rows_rejected=block.rows_rejected + end.rows_rejected)
+    return dataclasses.replace(block, rows_rejected=block.rows_rejected + cut)
 
 
 def _block_end(source: TextSource, start: int, n_bytes: int, stop: int) -> int:
@@ -209,29 +208,23 @@ def _end_digits(cell: bytes) -> int:
     return len(cell) - len(cell.rstrip(b"0123456789"))
 
 
-@dataclass(frozen=True, slots=True)
-class DataEnd:
-    """`data[:stop]` holds the whole rows; `rows_rejected` is 1 when a cut last line follows."""
-
-    stop: int
-    rows_rejected: int
-
-
-def data_end(source: TextSource, layout: Layout, findings: FindingCollector) -> DataEnd:
-    """Find the end of the data; a last line without line end is read only if it is as complete as those before it."""
+def _data_end(source: TextSource, layout: Layout, findings: FindingCollector) -> tuple[int, int]:
+    """Return where the data end, and how many lines are left out behind that: a last line without line end is read
+    only if it is as complete as those before it.
+    """
     stop = _without_padding(source.data, layout.data_start, findings)
     if stop <= layout.data_start or source.data[stop - 1 : stop] in (b"\n", b"\r"):
-        return DataEnd(stop, 0)
+        return stop, 0
     start = max(source.data.rfind(b"\n", layout.data_start, stop) + 1, layout.data_start)
     start = max(source.data.rfind(b"\r", start, stop) + 1, start)
     if layout.is_debug(source.data[start:stop]):
-        return DataEnd(stop, 0)
+        return stop, 0
     why = _why_cut(source.data[start:stop], _cell_above(source.data, layout, start), layout)
     if why is None:
         findings.add(
             NOTE, "no_final_newline", "The last line has no line end; it is as complete as the others and kept."
         )
-        return DataEnd(stop, 0)
+        return stop, 0
     findings.add(
         ROW,
         "last_line_cut",
@@ -239,7 +232,7 @@ def data_end(source: TextSource, layout: Layout, findings: FindingCollector) -> 
         lines=[source.data.count(b"\n", layout.data_start, start) + layout.data_line],
         value=source.decode(source.data[start:stop][:80]),
     )
-    return DataEnd(start, 1)
+    return start, 1
 
 
 def _without_padding(data: bytes, start: int, findings: FindingCollector) -> int:

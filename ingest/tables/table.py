@@ -197,10 +197,6 @@ class LineRows:
         self.lines.append(line)
         self.ordinals.append(len(self.rows) + rejected)
 
-    def drop_last(self) -> None:
-        """Take the last row out again."""
-        del self.rows[-1], self.lines[-1], self.ordinals[-1]
-
     def column(self, position: int) -> FloatArray:
         """Return one number of all rows, shape (n,)."""
         return np.array([row[position] for row in self.rows], dtype=np.float64)

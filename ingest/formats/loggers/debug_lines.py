@@ -119,8 +119,11 @@ class _Turns:
     def _break_before(self, line: int) -> None:
         """Leave out the turn that a line end inside a number has cut: the open one, or the last that seems whole."""
         if not self._open and self.found.rows:
-            self.found.drop_last()
+            self._drop_last()
         self._break(line)
+
+    def _drop_last(self) -> None:
+        del self.found.rows[-1], self.found.lines[-1], self.found.ordinals[-1]
 
     def finish(self, last_line: int, unended: bool) -> None:
         """Judge the last line, whose number may be cut where it has no line end."""
@@ -130,7 +133,7 @@ class _Turns:
             message = "The last line has no line end and its number may be cut: the row is left out."
             self.findings.add(ROW, "last_line_cut", message, lines=[last_line])
             self.rejected += 1
-            self.found.drop_last()
+            self._drop_last()
 
 
 FORMAT = Format("debug_lines", 6, _recognise, _read, clues=(LABEL_CLUE,), score=LAYOUT)
