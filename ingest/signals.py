@@ -16,6 +16,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from data_schema.errors import unknown_name
 from data_schema.vocabulary import FileRole
 from ingest.channels.checks import (
     SIGNED_BY_DIRECTION,
@@ -27,7 +28,7 @@ from ingest.channels.checks import (
     refuse_unsigned,
 )
 from ingest.channels.columns import ColumnPlan, Plan, TimePlan, plan_columns, with_calibration
-from ingest.channels.forces import Load, check_plates, orient
+from ingest.channels.forces import AXES, Load, check_plates, orient
 from ingest.channels.names import (
     TIME_NAMES,
     UNIT_OF_NAME,
@@ -64,7 +65,7 @@ from ingest.timebase.axis import Recording, TimeSources, first_day, recordings, 
 
 
 def read_signals(table: Table, declared: Declarations, findings: FindingCollector, instrument: Instrument) -> Reading:
-    """Turn a table into one signal part for each recording in it."""
+    """Turn a table into one signal part for each recording in it. Raises `UsageError` for axes that are none."""
     declared = with_profile_for_names(declared, table.names, findings)
     by_word = series(table, declared, findings)
     if by_word.keys() != {""}:
@@ -96,6 +97,8 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         return Reading(rows_read=block.rows_read, rows_rejected=block.rows_read, role=role, declared=declared)
     stored = {column.position: _stored(block, column) for column in plan.columns}
     if declared.axes is not None:
+        if declared.axes not in AXES:
+            raise unknown_name("frame of forces", declared.axes, AXES)
         action = instrument.action and declared.axes == instrument.frame
         instrument = dataclasses.replace(
             instrument, frame=declared.axes, action=action, evidence="axes declared", declared=True

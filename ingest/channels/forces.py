@@ -21,7 +21,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from data_schema.errors import unknown_name
 from ingest.channels.columns import ColumnPlan, fitting_units, unit_flags
 from ingest.channels.names import channel_kind, is_of_plate, plate_of
 from ingest.instruments import Instrument
@@ -76,11 +75,8 @@ def orient(
     A sign that is declared of a column stands; it is applied already. Those of its plate follow a vertical force; all
     others the one sign of the instrument: that of one which is declared, or whose axes are; else that by which the
     largest load on any such plate is upward; else the maker's. A file whose maker is not
-    known, and whose forces change without showing which way a load goes, is refused. Raises `UsageError` for a frame
-    that is not known.
+    known, and whose forces change without showing which way a load goes, is refused.
     """
-    if instrument.frame not in AXES:
-        raise unknown_name("frame of forces", instrument.frame, AXES)
     axes, maker = AXES[instrument.frame], instrument.maker
     upright, upward = next((axis, turn) for axis, (stored_as, turn) in axes.items() if stored_as == "z")
     vertical = [plan for plan in plans if channel_kind(plan.channel) == f"force_{upright}"]

@@ -257,7 +257,7 @@ def check_format(found: Format) -> None:
     are_clues = all(clue and clue == clue.lower() and b"\0" not in clue for clue in found.clues)
     _require(are_clues, "its clues are not in lower case, or empty, or hold a zero byte")
     for pattern in (found.begins, *found.clues):
-        re.compile(pattern)
+        re.match(pattern, b"")
     _require(callable(found.recognise) and callable(found.read), "its recognise or read is no function")
 
 
