@@ -611,8 +611,8 @@ _NUMBER = re.compile(rb"[+-]?(?:\d+[.,]?\d*|\.\d+)" + EXPONENT + rb"(?:\s*[A-Za-
 _DEBUG_LINE = re.compile(rb"\s*([A-Za-z_][\w ./\[\]()-]{0,60}?)\s*[:=]\s*(\S.*?)\s*")
 
 
-LABEL_CLUE = rb"[a-z_][\w \t./%()\[\]\"-]{0,80}[:=]"
-"""What every text holds in which values bear names, in lower case."""
+LABEL_CLUES = (b"=", rb":(?:(?<!\d:)|(?!\d\d)|(?<=[a-z_].:)|(?<=[a-z_]..:)|(?<=[a-z_]...:))")
+"""What a text holds in which values bear names, in lower case: an equals sign, or a colon that is not one of a time."""
 
 
 class DebugLine(NamedTuple):
