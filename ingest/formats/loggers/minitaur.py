@@ -10,7 +10,7 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from ingest.formats.format import Format, Head
 from ingest.instruments import Instrument
-from ingest.model import FILE, NOTE, ROW, Declarations, FindingCollector, IntArray, Reading
+from ingest.model import FILE, NOTE, ROW, Declarations, FindingCollector, FloatArray, IntArray, Reading
 from ingest.signals import combine, read_signals
-from ingest.tables.table import Column, Table, array_table
+from ingest.tables.table import Table, array_table
 
 _TYPES = {
     "b": "i1", "B": "u1", "?": "u1", "h": "<i2", "H": "<u2", "i": "<i4", "I": "<u4", "l": "<i4", "L": "<u4",
@@ -43,32 +43,23 @@ _SCALES = {
 
 _OLD_UNITS = {"t": "ms", **{f"q{joint}": "rad" for joint in range(8)}}
 _STATES = ("mo", "behavMo")
-_USER_BYTES = "UP"
+_USER_BYTES = re.compile(r"UP\d*")
 _USER_COLUMN = re.compile(r"UP\.(u8|i16|u16|i32|f32)\.(\d{1,4})")
 _USER_TYPES = {"u8": "u1", "i16": "<i2", "u16": "<u2", "i32": "<i4", "f32": "<f4"}
 
 
 @dataclass(frozen=True, slots=True)
-class _Quantity:
-    """A column of the records: its name, unit and factor, and where in the payload which type stands."""
-
-    name: str
-    unit: str | None
-    scale: float
-    offset: int
-    dtype: str
-
-
-@dataclass(frozen=True, slots=True)
 class _Header:
-    """A header and the records behind it: `data[start:]`, payloads of `n_bytes`; user bytes from `user_offset` on."""
+    """A header and the records behind it, `data[start:]`, each a `record` without its sync bytes.
+
+    `scales` are factor and unit by name; the bytes of `user` names, which follow each other, are the robot's program's.
+    """
 
     begin: int
     start: int
-    n_bytes: int
-    quantities: tuple[_Quantity, ...]
-    user_offset: int
-    user_bytes: int
+    record: np.dtype[np.void]
+    scales: Mapping[str, tuple[float, str | None]]
+    user: tuple[str, ...]
 
 
 class _HeaderFault(Exception):
@@ -142,7 +133,7 @@ def _parse(data: bytes, begin: int) -> _Header:
     texts = [group.decode("latin-1") for group in found.groups()]
     if len(texts) == 2:
         names, letters = texts[0].split(","), _letters(texts[1])
-        known = {name: (1.0, _OLD_UNITS.get(name)) for name in names}
+        scales = {name: (1.0, _OLD_UNITS.get(name)) for name in names}
     else:
         version, layout, fields = texts
         if version != "1":
@@ -151,12 +142,14 @@ def _parse(data: bytes, begin: int) -> _Header:
         letters = _letters(layout)
         if types != letters:
             raise _HeaderFault("The two descriptions of a record in the header contradict each other.")
-        known = {name: _SCALES.get(re.sub(r"\d+\Z", "", name), (1.0, None)) for name in names}
+        scales = {name: _SCALES.get(re.sub(r"\d+\Z", "", name), (1.0, None)) for name in names}
     if len(names) != len(letters):
         raise _HeaderFault(f"The header names {len(names)} columns and describes {len(letters)} values of a record.")
     if len(set(names)) != len(names):
         raise _HeaderFault("The header names two columns alike.")
-    return _header(begin, begin + len(found[0]), names, letters, known)
+    record = np.dtype([(name, _TYPES[letter]) for name, letter in zip(names, letters, strict=True)])
+    user = (name for name, letter in zip(names, letters, strict=True) if letter == "B" and _USER_BYTES.fullmatch(name))
+    return _Header(begin, begin + len(found[0]), record, scales, tuple(user))
 
 
 def _letters(layout: str) -> str:
@@ -193,26 +186,9 @@ def _new_names(fields: str) -> tuple[list[str], str]:
     return names, letters
 
 
-def _header(
-    begin: int, start: int, names: Sequence[str], letters: str, known: dict[str, tuple[float, str | None]]
-) -> _Header:
-    quantities: list[_Quantity] = []
-    offset = user_offset = user_bytes = 0
-    for name, letter in zip(names, letters, strict=True):
-        size = np.dtype(_TYPES[letter]).itemsize
-        if re.fullmatch(rf"{_USER_BYTES}\d*", name) and letter == "B":
-            user_offset = user_offset or offset
-            user_bytes += size
-        else:
-            scale, unit = known[name]
-            quantities.append(_Quantity(name, unit, scale, offset, _TYPES[letter]))
-        offset += size
-    return _Header(begin, start, offset, tuple(quantities), user_offset, user_bytes)
-
-
 def _records(data: bytes, header: _Header, stop: int, findings: FindingCollector) -> FramedRecords | None:
     """Return the records behind a header; what is lost or stands between them is reported."""
-    least = header.n_bytes + len(SYNC)
+    least = header.record.itemsize + len(SYNC)
     stride = spacing(data, header.start, stop, least)
     if stride is None:
         stride = least
@@ -227,7 +203,7 @@ def _records(data: bytes, header: _Header, stop: int, findings: FindingCollector
             "behind each stay in the raw copy only."
         )
         findings.add(NOTE, "stride_differs", message, value=str(stride))
-    records = find_records(data, header.start, stop, header.n_bytes, stride)
+    records = find_records(data, header.start, stop, header.record.itemsize, stride)
     if records.records_lost:
         message = (
             f"Bytes are missing or foreign: {records.bytes_lost} bytes belong to no whole record of {stride}; "
@@ -238,55 +214,48 @@ def _records(data: bytes, header: _Header, stop: int, findings: FindingCollector
 
 
 def _table(header: _Header, records: FramedRecords, declared: Declarations, findings: FindingCollector) -> Table:
-    quantities = [*header.quantities, *_user_columns(header, declared, findings)]
-    columns = [_column(records, quantity) for quantity in quantities]
-    if any(quantity.scale != 1.0 for quantity in quantities):
+    values = records.payloads.view(header.record)[:, 0]
+    scales = {name: scale for name, scale in header.scales.items() if name not in header.user}
+    columns = {name: values[name].astype(np.float64) * factor for name, (factor, _) in scales.items()}
+    if header.user:
+        columns |= _user_columns(header, records, declared, findings)
+    if any(factor != 1.0 for factor, _ in scales.values()):
         message = "Scales and units are those of the maker's SDK, version 1; the file does not state them."
         findings.add(NOTE, "unit_assumed", message)
-    if any(quantity.name == "Ibat" for quantity in quantities):
+    if "Ibat" in columns:
         message = "Whether the battery's current is positive while it is drawn is stated nowhere: its sign is kept."
         findings.add(NOTE, "current_sign_unknown", message, column="Ibat")
-    names = [quantity.name for quantity in quantities]
-    units = [quantity.unit for quantity in quantities]
-    table = array_table(names, units, columns, ordinals=records.ordinals, rows_rejected=records.records_lost)
-    return dataclasses.replace(table, channels=tuple("controller_state" if name in _STATES else None for name in names))
+    units = [scales[name][1] if name in scales else None for name in columns]
+    table = array_table(
+        [*columns], units, [*columns.values()], ordinals=records.ordinals, rows_rejected=records.records_lost
+    )
+    states = tuple("controller_state" if name in _STATES else None for name in columns)
+    return dataclasses.replace(table, channels=states)
 
 
-def _column(records: FramedRecords, quantity: _Quantity) -> Column:
-    size = np.dtype(quantity.dtype).itemsize
-    raw = np.ascontiguousarray(records.payloads[:, quantity.offset : quantity.offset + size])
-    values = raw.view(quantity.dtype)[:, 0].astype(np.float64)
-    return values if quantity.scale == 1.0 else values * quantity.scale
-
-
-def _user_columns(header: _Header, declared: Declarations, findings: FindingCollector) -> list[_Quantity]:
+def _user_columns(
+    header: _Header, records: FramedRecords, declared: Declarations, findings: FindingCollector
+) -> dict[str, FloatArray]:
     """Return the columns that declarations see in the user bytes: `UP.f32.3` is the fourth float of 4 bytes in them."""
-    if not header.user_bytes:
-        return []
-    found: dict[str, _Quantity] = {}
-    for name in _declared_names(declared):
-        match = _USER_COLUMN.fullmatch(name)
-        if match is None:
-            continue
-        dtype = _USER_TYPES[match[1]]
-        size = np.dtype(dtype).itemsize
-        first = int(match[2]) * size
-        if first + size <= header.user_bytes:
-            found[name] = _Quantity(name, None, 1.0, header.user_offset + first, dtype)
+    start = header.record.fields[header.user[0]][1] if header.record.fields else 0
+    own = records.payloads[:, start : start + len(header.user)]
+    of_profiles = (name for profile in declared.profiles for name in profile.columns)
+    found: dict[str, FloatArray] = {}
+    for name in (*declared.columns, *declared.profile_columns, *of_profiles):
+        if (match := _USER_COLUMN.fullmatch(name)) is not None:
+            dtype = np.dtype(_USER_TYPES[match[1]])
+            first = int(match[2]) * dtype.itemsize
+            if first + dtype.itemsize <= len(header.user):
+                raw = np.ascontiguousarray(own[:, first : first + dtype.itemsize])
+                found[name] = raw.view(dtype)[:, 0].astype(np.float64)
     if not found:
         message = (
-            f"The {header.user_bytes} user bytes of a record have the layout that the robot's program gave them: they "
+            f"The {len(header.user)} user bytes of a record have the layout that the robot's program gave them: they "
             'stay in the raw copy only; to name them, `--column "UP.f32.0=CHANNEL:UNIT"` (u8, i16, u16, i32, f32 and '
             "its number)."
         )
         findings.add(NOTE, "user_bytes", message)
-    return list(found.values())
-
-
-def _declared_names(declared: Declarations) -> list[str]:
-    """Return the columns of which something is declared, directly or in a profile."""
-    own = [*declared.columns, *declared.profile_columns]
-    return [*own, *(name for profile in declared.profiles for name in profile.columns)]
+    return found
 
 
 SYNC = b"\xaa\xbb"
