@@ -8,6 +8,7 @@ and recharges) have no one role, so such a file is refused and its members are i
 from __future__ import annotations
 
 import dataclasses
+import gzip
 import io
 import stat
 import zipfile
@@ -33,15 +34,12 @@ from ingest.model import (
     SignalPart,
 )
 from ingest.signals import combine
+from ingest.spool import mapped
 
 UNPACK = "unpack the archive and ingest its files one by one"
 _SHEET_PACKED = "It holds the sheet of a study, which is read as a file of its own: save each as CSV and ingest those."
 _OF_THE_SYSTEM = ("__MACOSX/", ".DS_Store", "Thumbs.db", "desktop.ini")
 _GZIP_BEGINS = b"\x1f\x8b"
-_GZIP = 31  # zlib's word for: with a gzip header and checksum
-_SHORTEST_BLOCK = 1 << 10
-"""Bytes given to zlib at first: it copies what is left of a block behind the end of a member, of which there may be
-very many. Each further block of a member is twice as long."""
 
 
 def _recognise_zip(head: Head) -> str | None:
@@ -66,7 +64,7 @@ def _read_gzip(head: Head, findings: FindingCollector) -> Reading:
     try:
         data = _expanded(head.data, head.declared.limits)
         result = head.read_file(data, _deeper(head.declared, len(head.data), len(data)))
-    except (ArchiveRefusedError, zlib.error) as error:
+    except (ArchiveRefusedError, gzip.BadGzipFile, zlib.error) as error:
         return _refuse(error, findings)
     findings.tables += result.explanation.tables
     findings.encodings += filter(None, [result.explanation.encoding])
@@ -131,24 +129,15 @@ def _check_member(member: zipfile.ZipInfo) -> None:
 def _expanded(data: bytes, limits: Limits) -> bytes:
     """Return what a gzip archive holds, its checksums compared; several written one after another are one."""
     most = limits.most_expanded(len(data))
-    pieces: list[bytes] = []
-    packed, at, room = memoryview(data), 0, most
-    while at < len(packed) and packed[at]:
-        one, block = zlib.decompressobj(_GZIP), _SHORTEST_BLOCK
-        while not one.eof:
-            if at == len(packed):
-                raise ArchiveRefusedError("it ends in the middle: copy it again")
-            given = packed[at : at + block]
-            pieces.append(one.decompress(given, room + 1))
-            room -= len(pieces[-1])
-            if room < 0:
-                bounds = "limits largest_expansion, largest_expanded_bytes"
-                raise ArchiveRefusedError(f"its {len(data)} bytes expand to more than {most} ({bounds})")
-            at += len(given) - len(one.unused_data)
-            block *= 2
-    if bytes(packed[at:]).strip(b"\0"):
-        raise ArchiveRefusedError("it is damaged (something else follows its end)")
-    return b"".join(pieces)
+    with gzip.GzipFile(fileobj=mapped(data) or io.BytesIO(data)) as archive:
+        try:
+            content = archive.read(most + 1)
+        except EOFError as error:
+            raise ArchiveRefusedError("it ends in the middle: copy it again") from error
+    if len(content) > most:
+        bounds = "limits largest_expansion, largest_expanded_bytes"
+        raise ArchiveRefusedError(f"its {len(data)} bytes expand to more than {most} ({bounds})")
+    return content
 
 
 def read_members(

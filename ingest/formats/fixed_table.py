@@ -6,7 +6,6 @@ And what such headers have in common: values by key, channels by plate, counts t
 from __future__ import annotations
 
 import functools
-import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,8 +16,9 @@ from ingest.model import FILE, Declarations, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.tables.layout import Layout, decimal_sign, kind_of
 from ingest.tables.rows import read_rows
+from ingest.tables.sheet import lone_number
 from ingest.tables.table import Preamble, Table
-from ingest.text import Line, TextSource, may_group, split_cells, too_wide
+from ingest.text import Line, TextSource, split_cells, too_wide
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,8 +85,6 @@ MILLIMETRE_UNITS: Mapping[str, str] = {
 }
 """For makers that write newton millimetres and millimetres."""
 
-_NUMBER = re.compile(r"([+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)\s*(?:Hz)?")
-
 
 def plate_channel(quantity: str, axis: str, plate: int) -> str:
     """Return the channel of a component on a plate, counted from 1: `force_z`, `force_z_2`."""
@@ -105,10 +103,7 @@ def number(text: str | None) -> float | None:
 
     `1,000` is none either: it may be one or a thousand.
     """
-    found = _NUMBER.fullmatch((text or "").strip())
-    if found is None or ("," in found[1] and may_group(found[1].encode())):
-        return None
-    return float(found[1].replace(",", "."))
+    return None if text is None else lone_number(text.strip().removesuffix("Hz").strip())
 
 
 def positive(text: str | None) -> float | None:

@@ -395,7 +395,4 @@ def iso_text(text: str, order: str) -> str:
 
 def iso_clock(seconds: float) -> str:
     """Return seconds of a day as `hh:mm:ss`, with microseconds where there are any."""
-    whole = round(seconds * 1e6)
-    hours, rest = divmod(whole // 1_000_000, 3600)
-    text = f"{hours:02d}:{rest // 60:02d}:{rest % 60:02d}"
-    return text + (f".{whole % 1_000_000:06d}" if whole % 1_000_000 else "")
+    return (_UNIX_EPOCH + timedelta(microseconds=round(seconds * 1e6))).time().isoformat()
