@@ -49,7 +49,6 @@ class Reason(Code):
     LOG_BEGINS_IN_STANCE = "the log begins below the rest length"
     LOG_ENDS_IN_STANCE = "the log ends in this stance"
     LOG_ENDS_AFTER_STANCE = "the log ends right after this stance"
-    APEX_BELOW_REST_LENGTH = "the apex is not above the rest length"
     SAMPLES_MISSING_HERE = "{reason} (samples are missing here)"
     TOO_FEW_GAINS = "there are {n} gains and a line over them needs at least {least}"
     GROUPS_WITHOUT_SCATTER = "neither group has any scatter"

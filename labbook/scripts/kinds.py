@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from data_schema.vocabulary import Rule, Undefined
+from data_schema.vocabulary import Undefined
 from labbook.analysis.comparison import pairing
 from labbook.analysis.comparison.contrasts import AskedContrast, contrast_result
 from labbook.analysis.comparison.deciding import contrast_of, decide_pair
@@ -29,23 +29,22 @@ def _script(
     conditions: Sequence[ConditionValues],
     settings: Settings | None = None,
     *,
-    pick: str = "",
+    first: str | None = None,
     simulated: bool = False,
 ) -> Script | None:
     """Return the script that takes these steps once the values of the runs are read; None without a step or a run.
 
-    `pick` is the number that is asked for, of several that the last step computes together.
+    Where the last step computes several numbers together, `first` is the one that it calls its value, "" if none is.
     """
     if not steps or not conditions:
         return None
-    rows = (
-        rows_with_simulated(facts, conditions, asked.outcome)
-        if simulated
-        else rows_of(facts, conditions, asked.outcome, asked.variant)
-    )
+    read_with = rows_with_simulated if simulated else rows_of
     every = [reading_of(asked.outcome), *([steps] if isinstance(steps, str) else steps)]
-    picking: dict[str, object] = {"PICKED": pick} if pick else {}
-    return Script(rows, [*every, *(["runs.picked"] if pick else [])], {**facts.settings, **(settings or {}), **picking})
+    all_settings = {**facts.settings, **(settings or {})}
+    if first is not None and asked.name != first:
+        every.append("runs.picked")
+        all_settings["PICKED"] = asked.name
+    return Script(read_with(facts, conditions, asked.outcome, asked.variant), every, all_settings)
 
 
 def _conditions(asked: Asked, facts: Facts) -> list[ConditionValues]:
@@ -81,30 +80,34 @@ def _drain(asked: Asked, facts: Facts) -> Script | None:
     return Script(rows, (f"drain.{asked.name}",), settings)
 
 
-_CLAIMED = {"difference": "days.difference_of_means", "savings": "days.savings", "control_mean": "days.mean_of_control"}
-_TESTED = {"p": "days.difference_of_means", "run_sd": "days.run_sd"}
+_DIFFERENCE = "days.difference_of_means"
+_DECISION = {
+    **dict.fromkeys(("difference", "p"), _DIFFERENCE),
+    "savings": "days.savings",
+    "control_mean": "days.mean_of_control",
+    "run_sd": "days.run_sd",
+}
 
 
 def _decision(asked: Asked, facts: Facts) -> Script | None:
     """The test that decides a comparison: difference, saving, t, p, mean of the control, SD of runs."""
     pair, outcome = _pair(asked, facts), asked.outcome
-    of_t = {"t": "days.t_of_saving" if outcome.has_savings else "days.difference_of_means"}
-    step = (_CLAIMED | _TESTED | of_t).get(asked.name)
-    pick = asked.name if asked.name in ("t", "p") and step == "days.difference_of_means" else ""
-    if pair is None or step is None:
+    if pair is None:
         return None
-    if asked.name in _CLAIMED and contrast_of(pair).rule is Rule.NONE:
-        step = f"{step}_without_claim"
+    step = _DECISION.get(asked.name)
+    if asked.name == "t":
+        step = "days.t_of_saving" if outcome.has_savings else _DIFFERENCE
     settings: dict[str, object] = {
         "PAIR": keys_of(pair),
         "LEVEL": facts.decision_level(outcome),
         "ONE_SIDED": facts.planned.settings.one_sided and outcome.has_savings,
     }
-    if asked.variant != ADJUSTED:
-        return _script(asked, facts, step, conditions_in([pair]), settings, pick=pick)
-    pooled = facts.pooled(outcome)
-    settings["GROUPS"] = {each.label.partition(":")[0]: keys_of(each) for each in pooled}
-    return _script(asked, facts, ["position.at_mean_position", step], conditions_in(pooled), settings, pick=pick)
+    steps, pairs = [step] if step else [], [pair]
+    if step and asked.variant == ADJUSTED:
+        steps, pairs = ["position.at_mean_position", step], facts.pooled(outcome)
+        settings["GROUPS"] = {each.label.partition(":")[0]: keys_of(each) for each in pairs}
+    first = "difference" if step == _DIFFERENCE else None
+    return _script(asked, facts, steps, conditions_in(pairs), settings, first=first)
 
 
 def _family(asked: Asked, facts: Facts) -> Script | None:
@@ -165,14 +168,7 @@ def _equivalence(asked: Asked, facts: Facts) -> Script | None:
     if pair is None or settings is None:
         return None
     settings |= {"PAIR": keys_of(pair)}
-    return _script(
-        asked, facts, "equivalence.equivalence", conditions_in([pair]), settings, pick=_but(asked, "estimate")
-    )
-
-
-def _but(asked: Asked, first: str) -> str:
-    """Return a number's name, "" of the one that its function is called after."""
-    return "" if asked.name == first else asked.name
+    return _script(asked, facts, "equivalence.equivalence", conditions_in([pair]), settings, first="estimate")
 
 
 def _effects(contrast: AskedContrast) -> tuple[tuple[float, tuple[tuple[str, ...], tuple[str, ...]]], ...]:
@@ -185,12 +181,10 @@ def _contrast(asked: Asked, facts: Facts) -> Script | None:
     contrast = facts.contrasts().get(str(asked.scope["label"]))
     if contrast is None or not contrast.terms:
         return None
-    alpha = facts.planned.settings.alpha
-    claims = contrast_result(contrast, facts.swept, alpha).rule is not Rule.NONE
-    step = f"contrasts.contrast{'' if claims else '_without_claim'}"
-    settings = {"LEVEL": 1.0 - alpha, "PERCENT": contrast.percent, "EFFECTS": _effects(contrast)}
+    level = 1.0 - facts.planned.settings.alpha
+    settings = {"LEVEL": level, "PERCENT": contrast.percent, "EFFECTS": _effects(contrast)}
     conditions = conditions_in([pair for _weight, pair in contrast.terms])
-    return _script(asked, facts, step, conditions, settings, pick=_but(asked, "estimate"))
+    return _script(asked, facts, "contrasts.contrast", conditions, settings, first="estimate")
 
 
 def _overall(asked: Asked, facts: Facts) -> Script | None:
@@ -200,7 +194,7 @@ def _overall(asked: Asked, facts: Facts) -> Script | None:
     own = {"spread": "overall.spread", "heterogeneity_p": "overall.heterogeneity_p"}
     if asked.name in own:
         return _over_groups(asked, facts, own[asked.name], about)
-    return _over_groups(asked, facts, "overall.overall_savings", about, _but(asked, "savings"))
+    return _over_groups(asked, facts, "overall.overall_savings", about, "savings")
 
 
 def _overall_equivalence(asked: Asked, facts: Facts) -> Script | None:
@@ -208,10 +202,10 @@ def _overall_equivalence(asked: Asked, facts: Facts) -> Script | None:
     settings = _bounds(facts, "LOWEST_CHANGE", "HIGHEST_CHANGE")
     if settings is None:
         return None
-    return _over_groups(asked, facts, "overall.overall_equivalence", settings, _but(asked, "estimate"))
+    return _over_groups(asked, facts, "overall.overall_equivalence", settings, "estimate")
 
 
-def _over_groups(asked: Asked, facts: Facts, step: str, about: Settings, pick: str = "") -> Script | None:
+def _over_groups(asked: Asked, facts: Facts, step: str, about: Settings, first: str | None = None) -> Script | None:
     pooled, adjusted = facts.pooled(asked.outcome), asked.variant == ADJUSTED
     compared = facts.pooled(asked.outcome, ADJUSTED) if adjusted else pooled
     claimed = overall_savings({group_label(pair.group): contrast_of(pair) for pair in compared}).scope.groups
@@ -219,7 +213,7 @@ def _over_groups(asked: Asked, facts: Facts, step: str, about: Settings, pick: s
     settings = {**about, "CLAIMED": {name: pair for name, pair in groups.items() if name in claimed}, "GROUPS": groups}
     wanted = [pair for pair in pooled if adjusted or group_label(pair.group) in claimed]
     steps = ["position.at_mean_position", step] if adjusted else [step]
-    return _script(asked, facts, steps, conditions_in(wanted), settings, pick=pick)
+    return _script(asked, facts, steps, conditions_in(wanted), settings, first=first)
 
 
 def _thesis_route(asked: Asked, facts: Facts) -> Script | None:
@@ -228,8 +222,7 @@ def _thesis_route(asked: Asked, facts: Facts) -> Script | None:
     if pair is None:
         return None
     settings = {"PAIR": keys_of(pair), "ALPHA": facts.planned.settings.alpha}
-    pick = _but(asked, "difference")
-    return _script(asked, facts, "two_samples.thesis_route", conditions_in([pair]), settings, pick=pick)
+    return _script(asked, facts, "two_samples.thesis_route", conditions_in([pair]), settings, first="difference")
 
 
 def _thesis_route_over_jumps(asked: Asked, facts: Facts) -> Script | None:
@@ -246,7 +239,7 @@ def _anova(asked: Asked, facts: Facts) -> Script | None:
     }
     treated = groups.get(str(asked.scope["label"]), ())
     settings = {"CONDITIONS": tuple(one.key for one in treated)}
-    return _script(asked, facts, "anova.analysis_of_variance", treated, settings, pick=asked.name)
+    return _script(asked, facts, "anova.analysis_of_variance", treated, settings, first="")
 
 
 def _pack(asked: Asked, facts: Facts) -> Script | None:
@@ -276,26 +269,19 @@ def _hypothesis(asked: Asked, facts: Facts) -> Script | None:
         settings["EFFECTS"] = ((1.0, keys_of(other)), (-1.0, keys_of(own)))
         return _script(asked, facts, "hypotheses.change_of_saving", conditions, settings)
     settings["PAIR"] = keys_of(one.pairs[0])
-    claims = contrast_of(one.pairs[0]).rule is not Rule.NONE
-    return _script(asked, facts, f"hypotheses.change{'' if claims else '_without_claim'}", conditions, settings)
+    return _script(asked, facts, "hypotheses.change", conditions, settings)
 
 
 def _budget(asked: Asked, facts: Facts) -> Script | None:
     """What the uncertainty of joules a jump is made of, of one run and of a condition's mean."""
-    return _script(asked, facts, "budget.budget", _conditions(asked, facts), pick=asked.name)
+    return _script(asked, facts, "budget.budget", _conditions(asked, facts), first="")
 
 
-_PREDICTED_MEAN = {
-    "predicted": "predictions.predicted_mean",
-    "difference": "predictions.mean_predicted_less_measured",
-    "error_ratio": "predictions.error_ratio_of_mean",
-    "error": "predictions.error_of_mean_by",
-}
-_PREDICTED_SAVING = {
-    "predicted": "predictions.predicted_saving",
-    "difference": "predictions.saving_predicted_less_measured",
-    "error_ratio": "predictions.error_ratio_of_saving",
-    "error": "predictions.error_of_saving_by",
+_PREDICTED = {
+    "predicted": ("predicted_mean", "predicted_saving"),
+    "difference": ("mean_predicted_less_measured", "saving_predicted_less_measured"),
+    "error_ratio": ("error_ratio_of_mean", "error_ratio_of_saving"),
+    "error": ("error_of_mean_by", "error_of_saving_by"),
 }
 _PART = "predicted, error by "
 
@@ -303,32 +289,26 @@ _PART = "predicted, error by "
 def _prediction(asked: Asked, facts: Facts) -> Script | None:
     """Predictions beside what was measured: of a condition's mean, or of a saving."""
     settings: dict[str, object] = {"ERROR_BY": asked.name.removeprefix(_PART)}
-    name = "error" if asked.name.startswith(_PART) else asked.name
+    steps = _PREDICTED.get("error" if asked.name.startswith(_PART) else asked.name)
+    if steps is None:
+        return None
     if "label" not in asked.scope:
-        step = _PREDICTED_MEAN.get(name)
-        return _script(asked, facts, step, _conditions(asked, facts), settings, simulated=True)
-    pair, step = _pair(asked, facts), _PREDICTED_SAVING.get(name)
+        return _script(asked, facts, f"predictions.{steps[0]}", _conditions(asked, facts), settings, simulated=True)
+    pair = _pair(asked, facts)
     if pair is None:
         return None
-    if name == "difference" and contrast_of(pair).rule is Rule.NONE:
-        step = f"{step}_without_claim"
     settings |= {"PAIR": keys_of(pair), "LEVEL": facts.decision_level(asked.outcome)}
-    return _script(asked, facts, step, conditions_in([pair]), settings, simulated=True)
+    return _script(asked, facts, f"predictions.{steps[1]}", conditions_in([pair]), settings, simulated=True)
 
 
 _BIAS = {
-    "bias": "biases.bias",
+    **dict.fromkeys(("bias", "p"), "biases.bias"),
     "of_measured": "biases.bias_of_measured",
-    "p": "biases.bias",
     "measured": "biases.measured_over_days",
     "predicted": "biases.predicted_over_days",
 }
 _JOINT = {"p": "biases.joint_p", "tau": "biases.tau_of_groups"}
-_LIMITS = {
-    "mean_difference": "biases.mean_difference",
-    "lower_limit": "biases.lower_limit",
-    "upper_limit": "biases.upper_limit",
-}
+_LIMITS = {name: f"biases.{name}" for name in ("mean_difference", "lower_limit", "upper_limit")}
 
 
 def _simulated_groups(asked: Asked, facts: Facts) -> dict[str, list[ConditionValues]]:
@@ -344,8 +324,8 @@ def _simulated_groups(asked: Asked, facts: Facts) -> dict[str, list[ConditionVal
 def _bias(asked: Asked, facts: Facts) -> Script | None:
     """How far predictions of a group lie from what was measured."""
     group = _simulated_groups(asked, facts).get(str(asked.scope["group"]), [])
-    pick = "p" if asked.name == "p" else ""
-    return _script(asked, facts, _BIAS.get(asked.name), group, pick=pick, simulated=True)
+    first = "bias" if asked.name == "p" else None
+    return _script(asked, facts, _BIAS.get(asked.name), group, first=first, simulated=True)
 
 
 def _joint_bias(asked: Asked, facts: Facts) -> Script | None:

@@ -69,7 +69,9 @@ def rows_of(facts: Facts, conditions: Sequence[ConditionValues], outcome: Outcom
     return [{**_run(item.run), "value": item.value} for one in conditions for item in one.runs]
 
 
-def rows_with_simulated(facts: Facts, conditions: Sequence[ConditionValues], outcome: Outcome) -> list[Row]:
+def rows_with_simulated(
+    facts: Facts, conditions: Sequence[ConditionValues], outcome: Outcome, variant: str = ""
+) -> list[Row]:
     """Return the rows of the runs of some conditions, with what was simulated for each."""
     simulated: dict[Cell, Row] = {}
     for item in (item for one in conditions for item in one.runs):
@@ -81,7 +83,7 @@ def rows_with_simulated(facts: Facts, conditions: Sequence[ConditionValues], out
             "varied": ";".join(name for name, _value in varied),
             "simulated_varied": ";".join(repr(_number(value)) for _name, value in varied),
         }
-    return [{**row, **simulated.get(row["run"], {})} for row in rows_of(facts, conditions, outcome)]
+    return [{**row, **simulated.get(row["run"], {})} for row in rows_of(facts, conditions, outcome, variant)]
 
 
 def _number(value: float | None) -> float:
@@ -115,7 +117,7 @@ def columns_in(rows: Sequence[Row]) -> dict[str, str]:
     return {name: meaning for name, meaning in COLUMNS.items() if any(name in row for row in rows)}
 
 
-def _run(run: RunRow) -> dict[str, str | float | int]:
+def _run(run: RunRow) -> Row:
     return {
         "kind": "jumps",
         "run": run.name,
@@ -127,7 +129,7 @@ def _run(run: RunRow) -> dict[str, str | float | int]:
     }
 
 
-def _charge(run: RunRow, recharge: Recharge) -> dict[str, str | float | int]:
+def _charge(run: RunRow, recharge: Recharge) -> Row:
     return {
         "charge_mah": recharge.charge_mah,
         "resolution_mah": recharge.resolution_mah,
@@ -167,7 +169,7 @@ def _heights(facts: Facts, conditions: Sequence[ConditionValues], variant: str) 
                 }
 
 
-def _calibration(channel: CalibratedChannel | None) -> dict[str, str | float | int]:
+def _calibration(channel: CalibratedChannel | None) -> Row:
     if channel is None or not channel.calibration.errors:
         return {}
     slopes, intercepts = zip(*channel.calibration.errors, strict=True)

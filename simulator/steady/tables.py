@@ -181,7 +181,11 @@ def emulator_table(accuracy: float, done: Callable[[str], None]) -> EmulatorTabl
     scene = load_scene("emulator")
     rows = []
     for gain in GAINS:
-        rows.append(_row(scene, gain, accuracy))
+        stiff = scene.changed({"k_extension": stiffness_n_m(gain)})
+        damping_gains = (0.0, gain / EXTENSION_GAIN_PER_SCALED_GAIN, CONSTANT_DAMPING_GAIN)
+        scenes = [stiff.changed({"b_ad": active_damping_kg_m(damping_gain)}) for damping_gain in damping_gains]
+        ce, scaled, constant = (steady_jump(changed, accuracy) for changed in scenes)
+        rows.append(EmulatorRow(gain, ce, scaled, constant, yielding_of(scenes[0], accuracy)))
         done(f"emulator, gain {gain:g}")
     return EmulatorTable(scene, tuple(rows))
 
@@ -189,14 +193,6 @@ def emulator_table(accuracy: float, done: Callable[[str], None]) -> EmulatorTabl
 def _lost_share(ce: float, ad: float) -> float:
     """Return the share by which active damping lowers joules or an apex (thesis 4.3.2, 4.3.3)."""
     return (ce - ad) / ce
-
-
-def _row(scene: Scene, gain: float, accuracy: float) -> EmulatorRow:
-    stiff = scene.changed({"k_extension": stiffness_n_m(gain)})
-    damping_gains = (0.0, gain / EXTENSION_GAIN_PER_SCALED_GAIN, CONSTANT_DAMPING_GAIN)
-    scenes = [stiff.changed({"b_ad": active_damping_kg_m(damping_gain)}) for damping_gain in damping_gains]
-    ce, scaled, constant = (steady_jump(changed, accuracy) for changed in scenes)
-    return EmulatorRow(gain, ce, scaled, constant, yielding_of(scenes[0], accuracy))
 
 
 PLATE_GAINS = (300.0, 400.0, 500.0, 600.0)
@@ -294,30 +290,17 @@ def bed_table(accuracy: float, done: Callable[[str], None]) -> BedTable:
     for foot, radius_m in FEET_M.items():
         for gain in BED_GAINS:
             changed = scene.changed({"foot_radius": radius_m, "k_extension": stiffness_n_m(gain)})
-            rows += _bed_rows(changed, foot, gain, accuracy)
+            ce = None
+            for damping_gain in (0.0, *BED_DAMPING_GAINS):
+                damped = changed.changed({"b_ad": fitted_active_damping_kg_m(damping_gain)})
+                jump = simulate(damped, accuracy).jump
+                apex_m = apex_of(scene, jump)
+                ce = ce or (jump.cost_J, apex_m)
+                rows.append(
+                    BedRow(foot, gain, damping_gain, jump.cost_J, apex_m, jump.max_depth_m, jump.capped_time_s, *ce)
+                )
             done(f"bed, {foot} foot, gain {gain:g}")
     return BedTable(scene, tuple(rows))
-
-
-def _bed_rows(scene: Scene, foot: str, gain: float, accuracy: float) -> list[BedRow]:
-    damping_gains = (0.0, *BED_DAMPING_GAINS)
-    dampings_kg_m = map(fitted_active_damping_kg_m, damping_gains)
-    jumps = [simulate(scene.changed({"b_ad": damping_kg_m}), accuracy).jump for damping_kg_m in dampings_kg_m]
-    ce = jumps[0]
-    return [
-        BedRow(
-            foot=foot,
-            gain=gain,
-            damping_gain=damping_gain,
-            cost_j=jump.cost_J,
-            apex_height_m=apex_of(scene, jump),
-            max_depth_m=jump.max_depth_m,
-            capped_time_s=jump.capped_time_s,
-            ce_cost_j=ce.cost_J,
-            ce_apex_height_m=apex_of(scene, ce),
-        )
-        for damping_gain, jump in zip(damping_gains, jumps, strict=True)
-    ]
 
 
 STEPS = len(GAINS) + len(PLATE_GAINS) + len(FEET_M) * len(BED_GAINS)

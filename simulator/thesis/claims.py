@@ -133,38 +133,18 @@ def _mechanical_ratio(jumps: Pair[Jumps]) -> FloatArray:
     return jumps.ce.mechanical_j / jumps.ad.mechanical_j
 
 
-def _apex_difference(jumps: Pair[Jumps]) -> FloatArray:
-    return np.asarray(np.abs(jumps.ce.apex_height_m - jumps.ad.apex_height_m) / jumps.ce.apex_height_m)
-
-
 def _heat_share(jumps: Pair[Jumps]) -> FloatArray:
     return np.concatenate([(part.heat_j / part.cost_j).ravel() for part in (jumps.ce, jumps.ad)])
-
-
-def _mechanical_saving(jumps: Pair[Jumps]) -> FloatArray:
-    return 1.0 - jumps.ad.mechanical_j / jumps.ce.mechanical_j
-
-
-def _heat_saving(jumps: Pair[Jumps]) -> FloatArray:
-    return 1.0 - jumps.ad.heat_j / jumps.ce.heat_j
 
 
 OF_SET_1: dict[str, Callable[[Pair[Jumps]], FloatArray]] = {
     "sim1.saving": _saving,
     "sim1.mech_ratio": _mechanical_ratio,
-    "sim1.apex": _apex_difference,
-    "sim1.mech_saving": _mechanical_saving,
-    "sim1.heat_saving": _heat_saving,
+    "sim1.apex": lambda jumps: np.abs(1.0 - jumps.ad.apex_height_m / jumps.ce.apex_height_m),
+    "sim1.mech_saving": lambda jumps: 1.0 - jumps.ad.mechanical_j / jumps.ce.mechanical_j,
+    "sim1.heat_saving": lambda jumps: 1.0 - jumps.ad.heat_j / jumps.ce.heat_j,
 }
 """Claims about set 1 -> what is measured for each, wherever it is simulated."""
-
-
-def _spread(values: FloatArray) -> float:
-    return float(np.max(values) - np.min(values))
-
-
-def _motions(figures: ThesisFigures) -> tuple[Pair[Motion], ...]:
-    return figures.power_surface.motions
 
 
 def _distance_before_switch(pair: Pair[Motion]) -> float:
@@ -195,10 +175,6 @@ def _spring_ratios(figures: ThesisFigures) -> FloatArray:
 def _over_feet_j(jumps: Jumps) -> FloatArray:
     """Largest less smallest cost over the feet; shape (stiffness factors, drag factors, gains, coefficients)."""
     return np.asarray(np.ptp(jumps.cost_j, axis=3))
-
-
-def _ce_share(data: OverDamping) -> FloatArray:
-    return np.asarray(_over_feet_j(data.jumps)[..., 0] / data.jumps.cost_j[..., 0].mean(axis=3))
 
 
 def _prediction_2(data: OverDamping) -> FloatArray:
@@ -240,7 +216,7 @@ OF_FIGURES: dict[str, Callable[[ThesisFigures], FloatArray]] = {
     **{name: functools.partial(_both_figures, measure=measure) for name, measure in OF_SET_1.items()},
     "sim1.excess": lambda figures: figures.over_ground.jumps.ce.cost_j / figures.over_ground.jumps.ad.cost_j - 1.0,
     "sim1.steady_saving": lambda figures: np.array(
-        [_spread(_saving(jumps)) for jumps in (figures.over_velocity.jumps, figures.over_ground.jumps)]
+        [np.ptp(_saving(jumps)) for jumps in (figures.over_velocity.jumps, figures.over_ground.jumps)]
     ),
     "sim1.mech_ratio_ground": lambda figures: _mechanical_ratio(figures.over_ground.jumps),
     "sim1.efficiency": lambda figures: (
@@ -250,16 +226,25 @@ OF_FIGURES: dict[str, Callable[[ThesisFigures], FloatArray]] = {
         figures.over_ground.jumps.ce.efficiency / figures.over_ground.jumps.ad.efficiency
     ),
     "sim1.heat": lambda figures: _both_figures(figures, _heat_share),
-    "sim1.same_until_switch": lambda figures: np.array([_distance_before_switch(pair) for pair in _motions(figures)]),
-    "sim1.push": lambda figures: np.array([_pushed_m(pair.ad) / _pushed_m(pair.ce) for pair in _motions(figures)]),
+    "sim1.same_until_switch": lambda figures: np.array(
+        [_distance_before_switch(pair) for pair in figures.power_surface.motions]
+    ),
+    "sim1.push": lambda figures: np.array(
+        [_pushed_m(pair.ad) / _pushed_m(pair.ce) for pair in figures.power_surface.motions]
+    ),
     "sim1.ground_energy": lambda figures: np.array(
-        [_ground_loss_after_switch_j(pair.ad) / _ground_loss_after_switch_j(pair.ce) for pair in _motions(figures)]
+        [
+            _ground_loss_after_switch_j(pair.ad) / _ground_loss_after_switch_j(pair.ce)
+            for pair in figures.power_surface.motions
+        ]
     ),
     "sim1.leg_before_ground": _spring_ratios,
-    "sim1.jams": lambda figures: np.array([float(pair.ce.jams) for pair in _motions(figures)]),
+    "sim1.jams": lambda figures: np.array([float(pair.ce.jams) for pair in figures.power_surface.motions]),
     "sim2.foot_ce": lambda figures: _over_feet_j(figures.over_damping.jumps)[0, :, _STIFF, 0],
     "sim2.foot_ce_anywhere": lambda figures: _over_feet_j(figures.over_damping.jumps)[..., 0],
-    "sim2.pred1": lambda figures: _ce_share(figures.over_damping),
+    "sim2.pred1": lambda figures: (
+        _over_feet_j(figures.over_damping.jumps)[..., 0] / figures.over_damping.jumps.cost_j[..., 0].mean(axis=3)
+    ),
     "sim2.pred2": lambda figures: _prediction_2(figures.over_damping),
     "sim2.stiff_gain": lambda figures: _by_gain(figures.over_damping),
     "sim2.small_foot": lambda figures: _by_foot(figures.over_damping),
@@ -302,10 +287,6 @@ def _rise(tables: SteadyTables) -> FloatArray:
     return np.array([stiffest.apex_height_m - stiff.apex_height_m for stiff, stiffest in pairs])
 
 
-def _scatter(tables: SteadyTables) -> FloatArray:
-    return np.array([max(jump.apex_sd_m for row in tables.emulator.analysed for jump in _controllers(row))])
-
-
 def _constant_savings(tables: SteadyTables) -> FloatArray:
     return np.array([row.constant_saving for row in tables.emulator.analysed])
 
@@ -326,19 +307,10 @@ def _bed_costs_j(tables: SteadyTables) -> FloatArray:
     return np.array([[[row.cost_j for row in tables.bed.of(foot, gain)] for gain in BED_GAINS] for foot in FEET_M])
 
 
-def _ce_of_feet_j(tables: SteadyTables) -> FloatArray:
-    costs_j = [[tables.bed.of(foot, gain)[0].ce_cost_j for gain in BED_GAINS] for foot in FEET_M]
-    return np.asarray(np.ptp(np.array(costs_j), axis=0))
-
-
 def _margin(tables: SteadyTables, foot: str, gain: float) -> FloatArray:
     """Pooled saving of a combination less that of each other one."""
     others = [tables.bed.saving(*other) for other in _COMBINATIONS if other != (foot, gain)]
     return np.asarray(tables.bed.saving(foot, gain) - np.array(others))
-
-
-def _least_of_largest(savings: FloatArray) -> FloatArray:
-    return np.asarray(savings[..., 0] / savings.max(axis=-1))
 
 
 OF_TABLES: dict[str, Callable[[SteadyTables], FloatArray]] = {
@@ -346,7 +318,9 @@ OF_TABLES: dict[str, Callable[[SteadyTables], FloatArray]] = {
     "emu.apex_high": lambda tables: _apex(tables, HIGHEST_GAIN),
     "emu.apex_line": _line,
     "emu.apex_plateau": _rise,
-    "emu.apex_sd": _scatter,
+    "emu.apex_sd": lambda tables: np.array(
+        [max(jump.apex_sd_m for row in tables.emulator.analysed for jump in _controllers(row))]
+    ),
     "emu.apex_loss": lambda tables: np.array(
         [loss for row in tables.emulator.analysed for loss in (row.scaled_loss, row.constant_loss)]
     ),
@@ -359,11 +333,13 @@ OF_TABLES: dict[str, Callable[[SteadyTables], FloatArray]] = {
     "bed.saving_best": lambda tables: np.array([tables.bed.saving(_SMALL_FOOT, _STIFF_GAIN)]),
     "bed.best_combination": lambda tables: _margin(tables, _SMALL_FOOT, _STIFF_GAIN),
     "bed.least_combination": lambda tables: -_margin(tables, _LARGE_FOOT, _SOFT_GAIN),
-    "bed.foot_ce": _ce_of_feet_j,
+    "bed.foot_ce": lambda tables: np.ptp(
+        [[tables.bed.of(foot, gain)[0].ce_cost_j for gain in BED_GAINS] for foot in FEET_M], axis=0
+    ),
     "bed.foot_ad": lambda tables: np.subtract(*_bed_costs_j(tables).mean(axis=-1)[::-1]),
     "bed.small_foot": lambda tables: np.subtract(*_bed_savings(tables)),
     "bed.anova": lambda tables: np.ptp(_bed_costs_j(tables), axis=-1),
-    "bed.elbow": lambda tables: _least_of_largest(_bed_savings(tables)),
+    "bed.elbow": lambda tables: _bed_savings(tables)[..., 0] / _bed_savings(tables).max(axis=-1),
     "bed.apex_gain": lambda tables: np.array(
         [row.apex_gain_m for foot, gain in _COMBINATIONS for row in tables.bed.of(foot, gain)]
     ),

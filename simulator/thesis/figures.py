@@ -303,13 +303,6 @@ class OverDamping:
         return np.asarray(1.0 - cost_j / cost_j[..., :1])
 
 
-def _with_both(scene: Scene, grid: dict[str, FloatArray], accuracy: float) -> Pair[Jumps]:
-    return Pair(
-        ce=jumps_over(scene, {**grid, "b_ad": 0.0}, accuracy),
-        ad=jumps_over(scene, {**grid, "b_ad": scene["b_ad"]}, accuracy),
-    )
-
-
 def jumps_over(scene: Scene, values: Mapping[str, ArrayLike], accuracy: float) -> Jumps:
     """Simulate a jump of the scene for each point of a grid: the parameters' arrays, broadcast against each other.
 
@@ -427,19 +420,20 @@ class ThesisFigures:
 
     def of_both(self, scene: Scene, grid: dict[str, FloatArray]) -> Pair[Jumps]:
         """Jumps of a scene over a grid, by both controllers."""
-        return _with_both(scene, grid, self.accuracy)
+        ce, ad = (jumps_over(scene, {**grid, "b_ad": b_ad}, self.accuracy) for b_ad in (0.0, scene["b_ad"]))
+        return Pair(ce, ad)
 
     @cached_property
     def over_velocity(self) -> OverVelocity:
         """Figures 3.8 and 3.9: set 1 over the speed at which body and foot arrive."""
         speeds = TOUCHDOWN_SPEEDS_M_S
-        return OverVelocity(speeds, _with_both(self.set_1, {"initial_velocity": -speeds}, self.accuracy))
+        return OverVelocity(speeds, self.of_both(self.set_1, {"initial_velocity": -speeds}))
 
     @cached_property
     def over_ground(self) -> OverGround:
         """Figures 3.11 and 3.12: set 1 over the ground's depth-dependent stress and the scale of its drag."""
         scene, grid = self.set_1, {"sigma": SIGMAS_N_M3[:, np.newaxis], "b_g": DRAG_SCALES[np.newaxis, :]}
-        jumps = _with_both(scene, grid, self.accuracy)
+        jumps = self.of_both(scene, grid)
         return OverGround(SIGMAS_N_M3, DRAG_SCALES, scene["sigma"], scene["b_g"], jumps)
 
     @cached_property

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused, unknown_name
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.apexes.cleaning import CleanSignal, Floats, check_log, clean_signal, gaps_in_time, sampling_interval
+from stats.apexes.cleaning import Floats, check_log, clean_signal, gaps_in_time, sampling_interval
 from stats.apexes.flights import Flight, FlightWindowParameters, departures, fit_flights
 from stats.apexes.jumps import (
     FLAGS,
@@ -29,12 +29,12 @@ from stats.apexes.jumps import (
     Hop,
     Jump,
     Jumps,
+    Log,
     StanceParameters,
     find_hops,
     flight_around,
-    gap_in_flight,
+    jump_out_of,
     jump_without_apex,
-    landing,
     liftoff_from_leg,
 )
 from stats.apexes.standing import height_zero_m
@@ -60,63 +60,35 @@ class PublishedParameters:
         return self.window_samples
 
 
-def published_jumps(
-    time_s: Floats,
-    body_height_m: Floats,
-    leg_length_m: Floats | None,
-    gaps: Floats,
-    rest_length_m: float,
-    parameters: PublishedParameters,
-) -> tuple[Jump, ...]:
-    """Return the jumps of a log; arrays of shape (n,) in seconds and metres, gaps (n_gaps, 2): start and length.
+def published_jumps(log: Log, parameters: PublishedParameters) -> tuple[Jump, ...]:
+    """Return the jumps of a log.
 
     The apex is the highest value of the moving average in the flight after a stance, its time the mean time of the
     samples averaged. The rule has no standard error and fits no curvature.
     """
-    signal = clean_signal(time_s, body_height_m, leg_length_m, gaps, parameters.stance.cleaning)
-    hops = find_hops(signal, rest_length_m, parameters.stance)
-    width = parameters.window_samples
+    signal, hops, width = log.signal, find_hops(log), parameters.window_samples
+    no_error, no_curvature = Undefined(Reason.RULE_WITHOUT_ERROR), Undefined(Reason.RULE_WITHOUT_CURVATURE)
     jumps = []
     for number, hop in enumerate(hops, start=1):
         if isinstance(hop.apex, Undefined):
-            jumps.append(jump_without_apex(number, hop, hop.apex, signal, gaps, parameters.stance))
+            jumps.append(jump_without_apex(number, log, hop, hop.apex))
             continue
         end_s = float(signal.time_s[min(hop.fallen, signal.time_s.size - 1)])
-        first, last = np.searchsorted(time_s, [signal.time_s[hop.end], end_s]).tolist()
+        first, last = np.searchsorted(log.time_s, [signal.time_s[hop.end], end_s]).tolist()
         # Averages whose middle lies in the flight: half a window more on either side.
         first = max(first - width // 2, 0)
-        smooth = _moving_average(body_height_m[first : last + 1 + width // 2], width)
+        smooth = _moving_average(log.height_m[first : last + 1 + width // 2], width)
         if not np.isfinite(smooth).any():
-            reason = Undefined(Reason.TOO_FEW_IN_A_ROW, needed=width)
-            jumps.append(jump_without_apex(number, hop, reason, signal, gaps, parameters.stance))
+            jumps.append(jump_without_apex(number, log, hop, Undefined(Reason.TOO_FEW_IN_A_ROW, needed=width)))
             continue
         highest = int(np.argmax(np.where(np.isfinite(smooth), smooth, -np.inf)))
-        apex_s = float(np.mean(time_s[first + highest : first + highest + width]))
-        height_m = float(smooth[highest])
+        apex_s = float(np.mean(log.time_s[first + highest : first + highest + width]))
         following = hops[number] if number < len(hops) else None
-        liftoff_s = liftoff_from_leg(signal, hop, rest_length_m, parameters.stance)
+        liftoff_s = liftoff_from_leg(log, hop)
         if isinstance(liftoff_s, Undefined):
             liftoff_s = float(signal.time_s[hop.end])
-        landing_s, extrapolated = landing(
-            apex_s, height_m, parameters.stance.gravity_m_s2, following, rest_length_m, parameters.stance
-        )
-        if isinstance(landing_s, float) and not extrapolated:
-            end_s = landing_s + parameters.stance.gap_margin_s
-        jumps.append(
-            Jump(
-                number=number,
-                touchdown_s=hop.touchdown_s,
-                liftoff_s=liftoff_s,
-                apex_s=apex_s,
-                apex_height_m=height_m,
-                apex_height_se_m=Undefined(Reason.RULE_WITHOUT_ERROR),
-                flight_time_s=landing_s if isinstance(landing_s, Undefined) else landing_s - liftoff_s,
-                samples_used=width,
-                curvature_m_s2=Undefined(Reason.RULE_WITHOUT_CURVATURE),
-                gap_touched=gap_in_flight(gaps, signal, hop, liftoff_s, end_s, parameters.stance),
-                flags=("landing_extrapolated",) if extrapolated else (),
-            )
-        )
+        apex = apex_s, float(smooth[highest]), no_error
+        jumps.append(jump_out_of(number, log, hop, following, liftoff_s, apex, end_s, width, no_curvature))
     return tuple(jumps)
 
 
@@ -160,30 +132,19 @@ class RobustParameters:
         return 0
 
 
-def robust_jumps(
-    time_s: Floats,
-    body_height_m: Floats,
-    leg_length_m: Floats | None,
-    gaps: Floats,
-    rest_length_m: float,
-    parameters: RobustParameters,
-) -> tuple[Jump, ...]:
-    """Return the jumps of a log; arrays of shape (n,) in seconds and metres, gaps (n_gaps, 2): start and length.
+def robust_jumps(log: Log, parameters: RobustParameters) -> tuple[Jump, ...]:
+    """Return the jumps of a log.
 
     Dropouts and spikes are left out, stances found on a running median, and a parabola fitted to raw samples from
     lift-off to where the body leaves it, at most `half_window_s` to either side.
     """
-    signal = clean_signal(time_s, body_height_m, leg_length_m, gaps, parameters.stance.cleaning)
-    return _flown(signal, find_hops(signal, rest_length_m, parameters.stance), gaps, rest_length_m, parameters)
+    return _flown(log, find_hops(log), parameters)
 
 
-def _flown(
-    signal: CleanSignal, hops: list[Hop], gaps: Floats, rest_length_m: float, parameters: RobustParameters
-) -> tuple[Jump, ...]:
+def _flown(log: Log, hops: list[Hop], parameters: RobustParameters) -> tuple[Jump, ...]:
     """Return the jumps of stances in their order, each with the flight about its maximum."""
-    stance, window = parameters.stance, parameters.window
-    liftoffs = [liftoff_from_leg(signal, hop, rest_length_m, stance) for hop in hops]
-    fitted = fit_flights(signal, hops, liftoffs, rest_length_m, stance.gravity_m_s2, window)
+    liftoffs = [liftoff_from_leg(log, hop) for hop in hops]
+    fitted = fit_flights(log, hops, liftoffs, parameters.window)
     flights = [flight if isinstance(flight, Undefined) else _checked(flight, parameters) for flight in fitted]
 
     unseen = {
@@ -192,18 +153,27 @@ def _flown(
         if isinstance(flight, Flight) and isinstance(liftoffs[row], Undefined)
     }
     if unseen:
-        found = departures(signal, [hops[row] for row in unseen], list(unseen.values()), stance.gravity_m_s2, window)
+        found = departures(log, [hops[row] for row in unseen], list(unseen.values()), parameters.window)
         for row, liftoff_s in zip(unseen, found, strict=True):
             in_gap = hops[row].end == hops[row].begin + 1
             liftoffs[row] = Undefined(Reason.FLIGHT_ENDS_UNKNOWN) if in_gap else liftoff_s
 
-    jumps = []
+    jumps, few = [], parameters.samples_per_side_few
     for row, (hop, flight) in enumerate(zip(hops, flights, strict=True)):
         if isinstance(flight, Undefined):
-            jumps.append(jump_without_apex(row + 1, hop, flight, signal, gaps, stance))
-        else:
-            following = hops[row + 1] if row + 1 < len(hops) else None
-            jumps.append(_jump(row + 1, hop, following, liftoffs[row], flight, signal, gaps, rest_length_m, parameters))
+            jumps.append(jump_without_apex(row + 1, log, hop, flight))
+            continue
+        flags = {
+            "few_samples_before": flight.before < few,
+            "few_samples_after": flight.after < few,
+            "caught_early": flight.right_s - flight.apex_s < parameters.catch_early_s,
+            "curvature_off": _off_gravity(flight, parameters.curvature_flag, parameters),
+        }
+        following = hops[row + 1] if row + 1 < len(hops) else None
+        apex, used = (flight.apex_s, flight.height_m, flight.height_se_m), flight.before + flight.after
+        raised = tuple(flag for flag, is_raised in flags.items() if is_raised)
+        about = liftoffs[row], apex, flight.right_s, used, flight.curvature_m_s2, raised
+        jumps.append(jump_out_of(row + 1, log, hop, following, *about))
     return tuple(jumps)
 
 
@@ -221,49 +191,6 @@ def _checked(flight: Flight, parameters: RobustParameters) -> Flight | Undefined
 def _off_gravity(flight: Flight, share: float, parameters: RobustParameters) -> bool:
     gravity = parameters.stance.gravity_m_s2
     return abs(flight.curvature_m_s2 - gravity) > share * gravity + 3.0 * flight.curvature_se_m_s2
-
-
-def _jump(
-    number: int,
-    hop: Hop,
-    following: Hop | None,
-    liftoff_s: float | Undefined,
-    flight: Flight,
-    signal: CleanSignal,
-    gaps: Floats,
-    rest_length_m: float,
-    parameters: RobustParameters,
-) -> Jump:
-    landing_s, extrapolated = landing(
-        flight.apex_s, flight.height_m, flight.curvature_m_s2, following, rest_length_m, parameters.stance
-    )
-    few = parameters.samples_per_side_few
-    flags = {
-        "landing_extrapolated": extrapolated,
-        "few_samples_before": flight.before < few,
-        "few_samples_after": flight.after < few,
-        "caught_early": flight.right_s - flight.apex_s < parameters.catch_early_s,
-        "curvature_off": _off_gravity(flight, parameters.curvature_flag, parameters),
-    }
-    flight_time_s: float | Undefined = Undefined(Reason.FLIGHT_ENDS_UNKNOWN)
-    if isinstance(landing_s, float) and isinstance(liftoff_s, float):
-        flight_time_s = landing_s - liftoff_s
-    end_s = flight.right_s
-    if isinstance(landing_s, float) and not extrapolated:
-        end_s = landing_s + parameters.stance.gap_margin_s
-    return Jump(
-        number=number,
-        touchdown_s=hop.touchdown_s,
-        liftoff_s=liftoff_s,
-        apex_s=flight.apex_s,
-        apex_height_m=flight.height_m,
-        apex_height_se_m=flight.height_se_m,
-        flight_time_s=flight_time_s,
-        samples_used=flight.before + flight.after,
-        curvature_m_s2=flight.curvature_m_s2,
-        gap_touched=gap_in_flight(gaps, signal, hop, liftoff_s, end_s, parameters.stance),
-        flags=tuple(flag for flag, raised in flags.items() if raised),
-    )
 
 
 __all__ = [
@@ -289,7 +216,7 @@ class Detector:
     name: str
     version: int
     function: Callable[..., tuple[Jump, ...]]
-    """(time_s, body_height_m, leg_length_m or None, gaps, rest_length_m, parameters) -> jumps."""
+    """(log, parameters) -> jumps."""
     parameters: Parameters
     """The defaults."""
 
@@ -335,14 +262,19 @@ def find_jumps(
     time, height, leg, missing = _arrays(time_s, body_height_m, leg_length_m, gaps)
     found: tuple[Jump, ...] = ()
     zero_m = 0.0
+
+    def lowered_by(by_m: float, parameters: Parameters) -> Log:
+        return _log(time, height - by_m, leg, missing, rest_length_m, parameters)
+
     if time.size:
-        found = chosen.function(time, height, leg, missing, rest_length_m, settings)
+        found = chosen.function(lowered_by(0.0, settings), settings)
         zero_m = height_zero_m(time, height, leg, rest_length_m, settings.stance.stance_depth_m)
     if zero_m:
+        robust = RobustParameters()
         for _pass in range(2):  # the first finds flights from where the body stands, which is below its rest length
-            lowered = robust_jumps(time, height - zero_m, leg, missing, rest_length_m, RobustParameters())
+            lowered = robust_jumps(lowered_by(zero_m, robust), robust)
             zero_m = _zero_of_liftoffs(time, height, lowered, rest_length_m) or zero_m
-        lowered = chosen.function(time, height - zero_m, leg, missing, rest_length_m, settings)
+        lowered = chosen.function(lowered_by(zero_m, settings), settings)
         if _flights(lowered) > _flights(found):
             found = tuple(_raised(jump, zero_m) for jump in lowered)
     return Jumps(
@@ -368,6 +300,19 @@ def _arrays(
     return time, height, leg, gaps_in_time(time) if gaps is None else missing
 
 
+def _log(
+    time_s: Floats,
+    height_m: Floats,
+    leg_m: Floats | None,
+    gaps: Floats,
+    rest_length_m: float,
+    parameters: Parameters,
+) -> Log:
+    stance = parameters.stance
+    signal = clean_signal(time_s, height_m, leg_m, gaps, stance.cleaning)
+    return Log(time_s, height_m, gaps, signal, rest_length_m, stance)
+
+
 def jump_at(
     time_s: ArrayLike,
     body_height_m: ArrayLike,
@@ -389,12 +334,12 @@ def jump_at(
     time, height, leg, missing = _arrays(time_s, body_height_m, leg_length_m, gaps)
     parameters = RobustParameters()
     raised_m = found.zero_m if any(ZERO_DOUBTFUL in jump.flags for jump in found.jumps) else 0.0
-    signal = clean_signal(time, height - raised_m, leg, missing, parameters.stance.cleaning)
-    around = flight_around(signal, at_s, rest_length_m, parameters.stance)
+    log = _log(time, height - raised_m, leg, missing, rest_length_m, parameters)
+    around = flight_around(log, at_s)
     if isinstance(around, Undefined):
         return around
     hop, following = around
-    jump = _flown(signal, [hop, *([] if following is None else [following])], missing, rest_length_m, parameters)[0]
+    jump = _flown(log, [hop, *([] if following is None else [following])], parameters)[0]
     if isinstance(jump.apex_height_m, Undefined):
         return jump.apex_height_m
     if _rises_too_long(jump, parameters.stance.gravity_m_s2):

@@ -16,12 +16,11 @@ from dataclasses import dataclass
 from math import comb
 
 import numpy as np
-from numpy.typing import NDArray
 
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.apexes.cleaning import Bools, CleanSignal, Floats
-from stats.apexes.jumps import Hop
+from stats.apexes.cleaning import Bools, Floats
+from stats.apexes.jumps import Hop, Log
 
 _TUNING = 4.685
 """Bisquare constant for 95 % efficiency on normal noise (Holland and Welsch 1977)."""
@@ -68,22 +67,22 @@ class Quadratics:
 
 
 @dataclass(frozen=True, slots=True)
-class Parabolas:
-    """Apexes of k windows; every array has shape (k,). Only where `defined` do the numbers mean anything."""
+class Flight:
+    """The parabola through one flight."""
 
-    defined: Bools
-    """At least five samples and a highest point (not a lowest one)."""
-    apex_s: Floats
-    apex_height_m: Floats
-    apex_height_se_m: Floats
-    curvature_m_s2: Floats
+    apex_s: float
+    height_m: float
+    height_se_m: float
+    curvature_m_s2: float
     """Downward acceleration."""
-    curvature_se_m_s2: Floats
-    residual_sd_m: Floats
-    """Robust standard deviation of the samples about the parabola."""
-    samples_before: NDArray[np.int64]
+    curvature_se_m_s2: float
+    before: int
     """Samples with weight before the apex."""
-    samples_after: NDArray[np.int64]
+    after: int
+    left_s: float
+    """First moment of the window that was fitted."""
+    right_s: float
+    """Its last: the catch, the landing, or the longest reach."""
 
 
 def gather(
@@ -140,8 +139,10 @@ def row_median(values: Floats, valid: Bools) -> Floats:
     return median
 
 
-def fit_parabolas(time_s: Floats, height_m: Floats, around_s: Floats, left_s: Floats, right_s: Floats) -> Parabolas:
-    """Fit one parabola to each window of raw valid samples and return its highest point.
+def fit_parabolas(
+    time_s: Floats, height_m: Floats, around_s: Floats, left_s: Floats, right_s: Floats
+) -> list[Flight | None]:
+    """Fit one parabola to each window of raw valid samples, None where it has fewer than five or no highest point.
 
     `time_s` and `height_m` have shape (n,), seconds increasing and metres; windows have shape (k,) and run from
     `left_s` to `right_s` around `around_s`. Source: robust quadratic, statistics of apex estimation: bias below
@@ -149,8 +150,7 @@ def fit_parabolas(time_s: Floats, height_m: Floats, around_s: Floats, left_s: Fl
     """
     k = around_s.size
     if k == 0 or time_s.size == 0:
-        zeros, none = np.zeros(k), np.zeros(k, dtype=np.int64)
-        return Parabolas(none > 0, zeros, zeros, zeros, zeros, zeros, zeros, none, none)
+        return [None] * k
     scale_s = max(float(np.max(np.maximum(around_s - left_s, right_s - around_s))), np.finfo(np.float64).tiny)
     windows = gather(time_s, height_m, around_s, left_s, right_s, scale_s)
     unweighted = fit = least_squares(windows, windows.valid.astype(np.float64))
@@ -169,17 +169,20 @@ def fit_parabolas(time_s: Floats, height_m: Floats, around_s: Floats, left_s: Fl
     gradient = np.stack([np.ones(k), tau_apex, tau_apex * tau_apex], axis=1)
     used = bisquare_weights(residuals, windows.valid, scale) > 0.0
     before = windows.tau < tau_apex[:, np.newaxis]
-    return Parabolas(
-        defined=defined,
-        apex_s=around_s + scale_s * tau_apex,
-        apex_height_m=windows.reference_m + constant + 0.5 * linear * tau_apex,
-        apex_height_se_m=np.sqrt(np.einsum("ki,kij,kj->k", gradient, covariance, gradient)),
-        curvature_m_s2=-2.0 * square / scale_s**2,
-        curvature_se_m_s2=2.0 * np.sqrt(covariance[:, 2, 2]) / scale_s**2,
-        residual_sd_m=scale,
-        samples_before=np.count_nonzero(used & before, axis=1),
-        samples_after=np.count_nonzero(used & ~before, axis=1),
+    columns = (
+        defined,
+        around_s + scale_s * tau_apex,
+        windows.reference_m + constant + 0.5 * linear * tau_apex,
+        np.sqrt(np.einsum("ki,kij,kj->k", gradient, covariance, gradient)),
+        -2.0 * square / scale_s**2,
+        2.0 * np.sqrt(covariance[:, 2, 2]) / scale_s**2,
+        np.count_nonzero(used & before, axis=1),
+        np.count_nonzero(used & ~before, axis=1),
+        left_s,
+        right_s,
     )
+    rows = zip(*(column.tolist() for column in columns), strict=True)
+    return [Flight(*numbers) if is_flight else None for is_flight, *numbers in rows]
 
 
 def _covariance(windows: Windows, residuals: Floats, scale: Floats, inverse: Floats) -> Floats:
@@ -313,32 +316,8 @@ def _power_sums(windows: Windows, moments: Floats, origins: Floats) -> tuple[Flo
     return sums[:5], sums[5:]
 
 
-@dataclass(frozen=True, slots=True)
-class Flight:
-    """The parabola through one flight."""
-
-    apex_s: float
-    height_m: float
-    height_se_m: float
-    curvature_m_s2: float
-    """Downward acceleration."""
-    curvature_se_m_s2: float
-    before: int
-    """Samples with weight before the apex."""
-    after: int
-    left_s: float
-    """First moment of the window that was fitted."""
-    right_s: float
-    """Its last: the catch, the landing, or the longest reach."""
-
-
 def fit_flights(
-    signal: CleanSignal,
-    hops: list[Hop],
-    liftoffs: list[float | Undefined],
-    rest_length_m: float,
-    gravity_m_s2: float,
-    window: FlightWindowParameters,
+    log: Log, hops: list[Hop], liftoffs: list[float | Undefined], window: FlightWindowParameters
 ) -> list[Flight | Undefined]:
     """Return one flight per hop, all fitted at once; `Undefined` where a hop has no maximum or too few samples.
 
@@ -346,44 +325,32 @@ def fit_flights(
     foot cannot touch the ground above it. It ends where the body falls through it, or at the catch.
     """
     flying = [(row, hop.apex) for row, hop in enumerate(hops) if isinstance(hop.apex, int)]
-    time_s = signal.time_s
+    signal, time_s = log.signal, log.signal.time_s
     coarse_s = time_s[[apex for _, apex in flying]]
     left_s, limit_s = coarse_s - window.half_window_s, coarse_s + window.half_window_s
     for at, (row, apex) in enumerate(flying):
         liftoff_s = liftoffs[row]
         begin_s = float(time_s[hops[row].end]) if isinstance(liftoff_s, Undefined) else liftoff_s
         left_s[at] = max(left_s[at], begin_s)
-        below = np.flatnonzero(signal.coarse_m[apex : np.searchsorted(time_s, limit_s[at])] < rest_length_m)
+        below = np.flatnonzero(signal.coarse_m[apex : np.searchsorted(time_s, limit_s[at])] < log.rest_length_m)
         if below.size:
             limit_s[at] = time_s[apex + below[0] - 1]
-    right_s = window_ends(time_s, signal.height_m, coarse_s, left_s, limit_s, signal.noise_sd_m, gravity_m_s2, window)
+    sds = signal.noise_sd_m, log.stance.gravity_m_s2
+    right_s = window_ends(time_s, signal.height_m, coarse_s, left_s, limit_s, *sds, window)
     fits = fit_parabolas(time_s, signal.height_m, coarse_s, left_s, right_s)
-    flights: dict[int, Flight | Undefined] = {}
-    for at, (row, _) in enumerate(flying):
-        flights[row] = Undefined(Reason.TOO_FEW_AROUND_APEX)
-        if fits.defined[at]:
-            flights[row] = Flight(
-                apex_s=float(fits.apex_s[at]),
-                height_m=float(fits.apex_height_m[at]),
-                height_se_m=float(fits.apex_height_se_m[at]),
-                curvature_m_s2=float(fits.curvature_m_s2[at]),
-                curvature_se_m_s2=float(fits.curvature_se_m_s2[at]),
-                before=int(fits.samples_before[at]),
-                after=int(fits.samples_after[at]),
-                left_s=float(left_s[at]),
-                right_s=float(right_s[at]),
-            )
+    flights = {row: fit or Undefined(Reason.TOO_FEW_AROUND_APEX) for (row, _), fit in zip(flying, fits, strict=True)}
     return [hop.apex if isinstance(hop.apex, Undefined) else flights[row] for row, hop in enumerate(hops)]
 
 
 def departures(
-    signal: CleanSignal, hops: list[Hop], flights: list[Flight], gravity_m_s2: float, window: FlightWindowParameters
+    log: Log, hops: list[Hop], flights: list[Flight], window: FlightWindowParameters
 ) -> list[float | Undefined]:
     """Return the lift-offs of a log without leg length: where, backward in time, the body leaves its parabola.
 
     The same search as for a catch, in reversed time. The leg's force fades to nothing at lift-off, so the body
     leaves its parabola slowly and this is some 0.01 s late.
     """
+    signal = log.signal
     begin_s = signal.time_s[[hop.begin for hop in hops]]
     found_s = -window_ends(
         -signal.time_s[::-1],
@@ -392,7 +359,7 @@ def departures(
         np.array([-flight.right_s for flight in flights]),
         -begin_s,
         signal.noise_sd_m,
-        gravity_m_s2,
+        log.stance.gravity_m_s2,
         window,
     )
     never = Undefined(Reason.NEVER_LEFT_PARABOLA)

@@ -153,6 +153,18 @@ class StanceParameters:
 
 
 @dataclass(frozen=True, slots=True)
+class Log:
+    """A log as it was recorded, its gaps (rows of start and length, s), its valid samples, how stances are found."""
+
+    time_s: Floats
+    height_m: Floats
+    gaps: Floats
+    signal: CleanSignal
+    rest_length_m: float
+    stance: StanceParameters
+
+
+@dataclass(frozen=True, slots=True)
 class Hop:
     """One stance and where its apex may be; indices count the valid samples of a `CleanSignal`."""
 
@@ -169,11 +181,12 @@ class Hop:
     touchdown_s: float | Undefined
 
 
-def find_hops(signal: CleanSignal, rest_length_m: float, parameters: StanceParameters) -> list[Hop]:
+def find_hops(log: Log) -> list[Hop]:
     """Return the stances of a log in order of time, each with the first maximum after it."""
-    below = signal.coarse_m < rest_length_m - parameters.stance_depth_m
-    above = signal.coarse_m > rest_length_m
-    unseen = _stances_in_gaps(signal, parameters)
+    signal = log.signal
+    below = signal.coarse_m < log.rest_length_m - log.stance.stance_depth_m
+    above = signal.coarse_m > log.rest_length_m
+    unseen = _stances_in_gaps(signal, log.stance)
     starts = np.union1d(_rising_edges(below), unseen)
     rises = np.union1d(_rising_edges(above), unseen[above[unseen + 1]] + 1)
     from_first = bool(below.size) and bool(below[0])
@@ -191,41 +204,39 @@ def find_hops(signal: CleanSignal, rest_length_m: float, parameters: StanceParam
     hops = []
     previous_end = 0
     for begin, end, next_begin in zip(starts.tolist(), ends.tolist(), following.tolist(), strict=True):
-        apex, fallen = _first_maximum(signal, end, next_begin, parameters)
-        touchdown = _touchdown(signal, rest_length_m, previous_end, begin)
-        hops.append(Hop(begin, end, next_begin, apex, fallen, touchdown))
+        apex, fallen = _first_maximum(signal, end, next_begin, log.stance)
+        hops.append(Hop(begin, end, next_begin, apex, fallen, _touchdown(log, previous_end, begin)))
         previous_end = end
     # A body that lies low at first is in stance if a flight follows, and else at rest.
     return hops[1:] if from_first and isinstance(hops[0].apex, Undefined) else hops
 
 
-def flight_around(
-    signal: CleanSignal, at_s: float, rest_length_m: float, parameters: StanceParameters
-) -> tuple[Hop, Hop | None] | Undefined:
+def flight_around(log: Log, at_s: float) -> tuple[Hop, Hop | None] | Undefined:
     """Return the stance before the flight that a time lies in, with the sample there for its maximum, and the next one.
 
     The flight is what lies about that time between two samples of the body below the rest length, however shallow the
     stances there: `find_hops` may have missed them.
     """
+    signal = log.signal
     if not (signal.time_s.size and signal.time_s[0] <= at_s <= signal.time_s[-1]):
         return Undefined(Reason.TIME_NOT_IN_LOG)
     apex = int(np.argmin(np.abs(signal.time_s - at_s)))
-    below = signal.coarse_m < rest_length_m
+    below = signal.coarse_m < log.rest_length_m
     if below[apex]:
         return Undefined(Reason.NOT_IN_FLIGHT)
-    n, hops = signal.time_s.size, find_hops(signal, rest_length_m, parameters)
+    n, hops = signal.time_s.size, find_hops(log)
     before, after = np.flatnonzero(below[:apex]), np.flatnonzero(below[apex:])
     end = int(before[-1]) + 1 if before.size else 0
     landed = apex + int(after[0]) if after.size else n
     found = next((hop for hop in reversed(hops) if hop.end <= apex), None)
     following = next((hop for hop in hops if hop.begin >= landed), None)
     log_begins = Undefined(Reason.LOG_BEGINS_IN_STANCE)
-    if found is not None and signal.time_s[end] - signal.time_s[found.end] <= parameters.smoothing_s:
+    if found is not None and signal.time_s[end] - signal.time_s[found.end] <= log.stance.smoothing_s:
         begin, touchdown = found.begin, found.touchdown_s  # the body passes the rest length more than once in noise
     else:
         risen = 0 if found is None else found.end
         begin = risen + int(np.argmin(signal.coarse_m[risen:end])) if end > risen else risen
-        touchdown = _touchdown(signal, rest_length_m, risen, begin) if end > risen else log_begins
+        touchdown = _touchdown(log, risen, begin) if end > risen else log_begins
     return Hop(begin, end, landed, apex, landed, touchdown), following
 
 
@@ -247,10 +258,9 @@ def _speed(signal: CleanSignal, first: np.ndarray, last: np.ndarray) -> Floats:
     return np.asarray(rise_m / passed_s, dtype=np.float64)
 
 
-def liftoff_from_leg(
-    signal: CleanSignal, hop: Hop, rest_length_m: float, parameters: StanceParameters
-) -> float | Undefined:
+def liftoff_from_leg(log: Log, hop: Hop) -> float | Undefined:
     """Return when the leg, extending, reached the length it then flew with (at most the rest length)."""
+    signal = log.signal
     if signal.leg_m is None:
         return Undefined(Reason.NO_LEG_LENGTH)
     if isinstance(hop.apex, Undefined):
@@ -259,7 +269,7 @@ def liftoff_from_leg(
     in_flight = signal.leg_m[hop.end : hop.apex + 1]
     if not np.isfinite(stance_to_apex).any() or not np.isfinite(in_flight).any():
         return Undefined(Reason.LEG_LENGTH_MISSING)
-    level = min(rest_length_m, float(np.nanmedian(in_flight))) - parameters.leg_tolerance_m
+    level = min(log.rest_length_m, float(np.nanmedian(in_flight))) - log.stance.leg_tolerance_m
     shortest = hop.begin + int(np.nanargmin(stance_to_apex))
     extended = np.flatnonzero(signal.leg_m[shortest : hop.apex + 1] >= level)
     if extended.size == 0 or extended[0] == 0:
@@ -302,9 +312,10 @@ def _first_maximum(
     return centre + highest, seen
 
 
-def _touchdown(signal: CleanSignal, rest_length_m: float, earliest: int, begin: int) -> float | Undefined:
+def _touchdown(log: Log, earliest: int, begin: int) -> float | Undefined:
     """Return when the foot's height fell through 0; without a leg length the body's height over the rest length."""
-    height = signal.coarse_m[earliest : begin + 1] - rest_length_m
+    signal = log.signal
+    height = signal.coarse_m[earliest : begin + 1] - log.rest_length_m
     if signal.leg_m is not None:
         foot = signal.coarse_m[earliest : begin + 1] - signal.leg_m[earliest : begin + 1]
         if np.isfinite(foot).all():
@@ -322,69 +333,65 @@ def _crossing(time_s: Floats, values: Floats, after: int) -> float:
     return float(time_s[after - 1] + share * (time_s[after] - time_s[after - 1]))
 
 
-def landing(
-    apex_s: float,
-    apex_height_m: float,
-    curvature_m_s2: float,
-    following: Hop | None,
-    rest_length_m: float,
-    parameters: StanceParameters,
-) -> tuple[float | Undefined, bool]:
-    """Return when the flight ended, or would have, and whether that had to be read off the parabola.
-
-    Seen where the next stance begins within the time a flight can take; a robot that was caught by hand would have
-    landed when the parabola falls through the rest length.
-    """
-    seen = None if following is None else following.touchdown_s
-    fall_s = math.sqrt(2.0 * max(apex_height_m - rest_length_m, 0.0) / curvature_m_s2)
-    longest_s = max(parameters.rise_max_s, fall_s / math.sqrt(parameters.free_rise_share))
-    if isinstance(seen, float) and seen - apex_s <= longest_s:
-        return seen, False
-    if apex_height_m <= rest_length_m:
-        return Undefined(Reason.APEX_BELOW_REST_LENGTH), True
-    return apex_s + fall_s, True
-
-
-def touches_gap(gaps: Floats, begin_s: float, end_s: float) -> bool:
-    """Say whether any gap, rows (start_s, length_s), overlaps the time from `begin_s` to `end_s`."""
-    return bool(np.any((gaps[:, 0] < end_s) & (gaps[:, 0] + gaps[:, 1] > begin_s)))
-
-
-def gap_in_flight(
-    gaps: Floats,
-    signal: CleanSignal,
+def jump_out_of(
+    number: int,
+    log: Log,
     hop: Hop,
+    following: Hop | None,
     liftoff_s: float | Undefined,
+    apex: tuple[float, float, float | Undefined],
     end_s: float,
-    parameters: StanceParameters,
-) -> bool:
+    samples_used: int,
+    curvature_m_s2: float | Undefined,
+    flags: tuple[str, ...] = (),
+) -> Jump:
+    """Return the jump of a stance and a flight whose apex (time, height and its standard error) was measured.
+
+    The flight ended, where that is seen, when the next stance begins, if that is within the time a flight can take; a
+    robot that was caught by hand would have landed when the parabola falls through the rest length, which is flagged.
+    `end_s` is when else the samples end that height and flight time need.
+    """
+    (apex_s, height_m, _se), stance = apex, log.stance
+    fall_m_s2 = stance.gravity_m_s2 if isinstance(curvature_m_s2, Undefined) else curvature_m_s2
+    seen_s = None if following is None else following.touchdown_s
+    fall_s = math.sqrt(2.0 * max(height_m - log.rest_length_m, 0.0) / fall_m_s2)
+    longest_s = max(stance.rise_max_s, fall_s / math.sqrt(stance.free_rise_share))
+    landing_s: float | None = None
+    extrapolated = not (isinstance(seen_s, float) and seen_s - apex_s <= longest_s)
+    if isinstance(seen_s, float) and not extrapolated:
+        landing_s, end_s = seen_s, seen_s + stance.gap_margin_s
+    elif height_m > log.rest_length_m:
+        landing_s = apex_s + fall_s
+    flight_time_s: float | Undefined = Undefined(Reason.FLIGHT_ENDS_UNKNOWN)
+    if landing_s is not None and not isinstance(liftoff_s, Undefined):
+        flight_time_s = landing_s - liftoff_s
+    return Jump(
+        number,
+        hop.touchdown_s,
+        liftoff_s,
+        *apex,
+        flight_time_s,
+        samples_used,
+        curvature_m_s2,
+        _gap_in_flight(log, hop, liftoff_s, end_s),
+        (*(("landing_extrapolated",) if extrapolated else ()), *flags),
+    )
+
+
+def jump_without_apex(number: int, log: Log, hop: Hop, why: Undefined) -> Jump:
+    """Return the row of a stance that no flight was found after; missing samples are named beside the reason."""
+    end_s = float(log.signal.time_s[min(hop.fallen, log.signal.time_s.size - 1)])
+    gap_touched = _gap_in_flight(log, hop, why, end_s)
+    none = Undefined(Reason.SAMPLES_MISSING_HERE, reason=why.reason) if gap_touched else why
+    return Jump(number, hop.touchdown_s, none, none, none, none, none, 0, none, gap_touched, ())
+
+
+def _gap_in_flight(log: Log, hop: Hop, liftoff_s: float | Undefined, end_s: float) -> bool:
     """Say whether samples are missing that height and flight time need: from shortly before lift-off to `end_s`.
 
     Where the lift-off is not known, the body's rise through the rest length stands for it. A gap while the leg stood on
     the ground moves neither.
     """
-    rose_s = float(signal.time_s[min(hop.end, signal.time_s.size - 1)])
-    begin_s = rose_s if isinstance(liftoff_s, Undefined) else liftoff_s
-    return touches_gap(gaps, begin_s - parameters.gap_margin_s, end_s)
-
-
-def jump_without_apex(
-    number: int, hop: Hop, why: Undefined, signal: CleanSignal, gaps: Floats, parameters: StanceParameters
-) -> Jump:
-    """Return the row of a stance that no flight was found after; missing samples are named beside the reason."""
-    end_s = float(signal.time_s[min(hop.fallen, signal.time_s.size - 1)])
-    gap_touched = gap_in_flight(gaps, signal, hop, why, end_s, parameters)
-    none = Undefined(Reason.SAMPLES_MISSING_HERE, reason=why.reason) if gap_touched else why
-    return Jump(
-        number=number,
-        touchdown_s=hop.touchdown_s,
-        liftoff_s=none,
-        apex_s=none,
-        apex_height_m=none,
-        apex_height_se_m=none,
-        flight_time_s=none,
-        samples_used=0,
-        curvature_m_s2=none,
-        gap_touched=gap_touched,
-        flags=(),
-    )
+    rose_s = float(log.signal.time_s[min(hop.end, log.signal.time_s.size - 1)])
+    begin_s = (rose_s if isinstance(liftoff_s, Undefined) else liftoff_s) - log.stance.gap_margin_s
+    return bool(np.any((log.gaps[:, 0] < end_s) & (log.gaps[:, 0] + log.gaps[:, 1] > begin_s)))

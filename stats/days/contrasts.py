@@ -23,11 +23,11 @@ Coverage by design stands in docs/statistics.md.
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from data_schema.errors import InputRefused
+from data_schema.grouping import grouped
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
 from stats.checks import as_level, as_number
@@ -38,7 +38,6 @@ from stats.days.decision import (
     Means,
     RunsByDay,
     RunsOfCondition,
-    SharedDay,
     contrast_of_runs,
     scale_of_runs,
     undefined_estimate,
@@ -46,9 +45,6 @@ from stats.days.decision import (
 )
 from stats.scatter import Scale
 from stats.tails import satterthwaite_df, t_quantile, t_two_sided
-
-_ROUNDING = 16.0 * sys.float_info.epsilon
-"""Of the means compared: what a day departs by less is rounding."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,7 +96,12 @@ def linear_contrast(
     pairs = [RunsByDay(conditions[each.control], conditions[each.treated]) for each in effects]
     scale = scale_of_runs(side for pair in pairs for side in (pair.control, pair.treated))
     found = [contrast_of_runs(pair, scale=scale) for pair in pairs]
-    if _shares_conditions(effects, [one.rule for one in found]):
+    by_rule = grouped(zip(effects, found, strict=True), lambda each: each[1].rule is Rule.PAIRED)
+    paired, other = (
+        {name for each, _one in by_rule.get(is_paired, ()) for name in (each.treated, each.control)}
+        for is_paired in (True, False)
+    )
+    if paired & other:  # the errors of a condition in both go together
         found = [contrast_of_runs(pair, scale=scale, paired=False) for pair in pairs]
     rule = min((one.rule for one in found), key=[Rule.NONE, Rule.WITHIN, Rule.PAIRED].index)
     days = tuple(sorted({day for one in found for day in one.days}))
@@ -108,8 +109,9 @@ def linear_contrast(
     known = [each for each in terms if isinstance(each, _Term)]
     undefined = [each for each in terms if isinstance(each, Undefined)]
     reasons = [one.why for one in found if one.why is not None] + undefined
-    if percent and any(_unbounded(one, level) for one in found):
-        reasons.append(Undefined(Reason.GROUP_WITHOUT_BOUNDS))
+    intervals = [one.savings(level).ci for one in found if percent]
+    if any(isinstance(ci, Undefined) and ci.code is Reason.CONTROL_NEAR_ZERO for ci in intervals):
+        reasons.append(Undefined(Reason.GROUP_WITHOUT_BOUNDS))  # too uncertain for the standard error of a ratio
     value = math.fsum(each.effect.weight * each.value for each in known)
     if reasons:
         estimate = undefined_estimate(reasons[0], level, undefined[0] if undefined else value)
@@ -119,22 +121,6 @@ def linear_contrast(
     df = satterthwaite_df([each for each in (by_days, by_runs) if each[0] > 0.0])
     estimate = _estimate(value, by_days[0] + by_runs[0], _shared(known), df, level)
     return LinearContrast(rule, days, _runs(known), estimate if percent else _in_unit(estimate, scale))
-
-
-def _shares_conditions(effects: Sequence[Effect], rules: Sequence[Rule]) -> bool:
-    """Whether a condition enters an effect that is paired and another that is not: their errors go together."""
-    of_rule = [
-        {name for each, rule in zip(effects, rules, strict=True) if (rule is Rule.PAIRED) is paired
-         for name in (each.treated, each.control)}
-        for paired in (True, False)
-    ]  # fmt: skip
-    return bool(of_rule[0] & of_rule[1])
-
-
-def _unbounded(one: Contrast, level: float) -> bool:
-    """Whether a control is too uncertain for the standard error of a ratio."""
-    ci = one.savings(level).ci
-    return isinstance(ci, Undefined) and ci.code is Reason.CONTROL_NEAR_ZERO
 
 
 def _term(effect: Effect, found: Contrast, percent: bool) -> _Term | Undefined:
@@ -153,27 +139,16 @@ def _term(effect: Effect, found: Contrast, percent: bool) -> _Term | Undefined:
     )
 
 
-def _days_of(term: _Term) -> list[tuple[SharedDay, float]]:
-    """Return what L gains from each shared day of a paired effect, less the mean of these, over k."""
-    found = term.found
-    control, treated = found.control, found.treated
-    assert isinstance(control, float) and isinstance(treated, float)  # noqa: S101, PT018
-    levels = found.scale.offset + control, found.scale.offset + treated
-    rounding = _ROUNDING * (abs(term.of_control * levels[0]) + abs(term.of_treated * levels[1]))
-    departures = [
-        (day, term.of_control * (day.control.mean - control) + term.of_treated * (day.treated.mean - treated))
-        for day in found.shared_days
-    ]
-    return [(day, departs if abs(departs) > rounding else 0.0) for day, departs in departures]
-
-
 def _by_days(terms: Sequence[_Term]) -> tuple[float, float]:
     """Return the variance of what paired effects give L, with its degrees of freedom; 0 of none, or what cancels."""
     by_day: dict[str, float] = {}
     squares, dfs = [], []
     for term in terms:
         k = len(term.found.shared_days)
-        departures = [(day.day, departs / math.sqrt(k * (k - 1))) for day, departs in _days_of(term)]
+        gain = term.of_treated / math.sqrt(k * (k - 1))
+        departures = [
+            (day, gain * departs) for day, departs in term.found.departures(-term.of_control / term.of_treated)
+        ]
         for day, departs in departures:
             by_day[day] = by_day.get(day, 0.0) + departs
         squares.append(math.fsum(departs * departs for _day, departs in departures))
@@ -181,14 +156,12 @@ def _by_days(terms: Sequence[_Term]) -> tuple[float, float]:
     variance, parts = math.fsum(each * each for each in by_day.values()), math.fsum(squares)
     if parts == 0.0 or variance <= CANCELLED**2 * parts:
         return 0.0, math.inf
-    df = parts**2 / math.fsum(square**2 / df for square, df in zip(squares, dfs, strict=True))
-    return variance, min(df, len(by_day) - 1)
+    return variance, min(satterthwaite_df(list(zip(squares, dfs, strict=True))), len(by_day) - 1)
 
 
 def _by_runs(terms: Sequence[_Term]) -> tuple[float, float]:
     """Return the variance of what effects within days give L, with its degrees of freedom; 0 as `_by_days`."""
-    gains: dict[str, dict[str, list[float]]] = {}
-    runs: dict[str, dict[str, Means]] = {}
+    blocks: dict[tuple[str, str], tuple[Means, list[float]]] = {}
     for term in terms:
         weights = weights_of(term.found.shared_days)
         for day, weight in zip(term.found.shared_days, weights, strict=True):
@@ -196,16 +169,15 @@ def _by_runs(terms: Sequence[_Term]) -> tuple[float, float]:
                 (term.effect.control, term.of_control, day.control),
                 (term.effect.treated, term.of_treated, day.treated),
             ):
-                gains.setdefault(name, {}).setdefault(day.day, []).append(weight * of_mean)
-                runs.setdefault(name, {})[day.day] = of_day
+                blocks.setdefault((name, day.day), (of_day, []))[1].append(weight * of_mean)
     variances, dfs = [], []
-    for name, by_day in gains.items():
-        df = sum(each.n - 1 for each in runs[name].values())
-        of_a_run = math.fsum(each.squares for each in runs[name].values()) / df
-        part = math.fsum(math.fsum(each) ** 2 / runs[name][day].n for day, each in by_day.items())
-        largest = math.fsum(math.fsum(map(abs, each)) ** 2 / runs[name][day].n for day, each in by_day.items())
+    for own in grouped(blocks.items(), lambda item: item[0][0]).values():
+        days = [block for _place, block in own]
+        df = sum(of_day.n - 1 for of_day, _gains in days)
+        part = math.fsum(math.fsum(gains) ** 2 / of_day.n for of_day, gains in days)
+        largest = math.fsum(math.fsum(map(abs, gains)) ** 2 / of_day.n for of_day, gains in days)
         if part > CANCELLED**2 * largest:
-            variances.append(of_a_run * part)
+            variances.append(math.fsum(of_day.squares for of_day, _gains in days) / df * part)
             dfs.append(df)
     return math.fsum(variances), min(dfs, default=math.inf)
 
@@ -220,11 +192,12 @@ def _shared(terms: Sequence[_Term]) -> SharedError:
 
 def _runs(terms: Sequence[_Term]) -> int:
     """Count the runs on shared days, each once."""
-    blocks: dict[tuple[str, str], int] = {}
-    for term in terms:
-        for day in term.found.shared_days:
-            blocks[term.effect.control, day.day] = day.control.n
-            blocks[term.effect.treated, day.day] = day.treated.n
+    blocks = {
+        (name, day.day): side.n
+        for term in terms
+        for day in term.found.shared_days
+        for name, side in ((term.effect.control, day.control), (term.effect.treated, day.treated))
+    }
     return sum(blocks.values())
 
 

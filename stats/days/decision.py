@@ -37,6 +37,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.grouping import grouped
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
 from stats.checks import Labels, as_labels, as_level, as_number, as_values
@@ -238,7 +239,9 @@ class Contrast:
             ((self._treated - self._control) + (1.0 - ratio) * self._level - shift) / error
             for ratio, shift, error in zip(ratios, shifts, errors, strict=True)
         )
-        ci = _negative(self._fieller(level)) if percent else self.difference(level).ci
+        ci = self._fieller(level) if percent else self.difference(level).ci
+        if percent and not isinstance(ci, Undefined):
+            ci = -ci[1], -ci[0]  # of a change, not of a saving
         return bounds_tests(value, (low, high), ci, alpha, (below, above), float(self.df))
 
     def variance(self, ratio: float) -> float:
@@ -370,10 +373,6 @@ class _Error:
     error: float
 
 
-def _negative(ci: tuple[float, float] | Undefined) -> tuple[float, float] | Undefined:
-    return ci if isinstance(ci, Undefined) else (-ci[1], -ci[0])
-
-
 def rule_of_days(days_treated: Iterable[str], days_control: Iterable[str]) -> Rule:
     """Return the rule by which runs of these days are compared, each run by its day, whatever they measured."""
     treated, control = Counter(days_treated), Counter(days_control)
@@ -423,71 +422,48 @@ def contrast_of_runs(runs: RunsByDay, *, scale: Scale | None = None, paired: boo
     Contrasts that are added up have one `scale`.
     """
     scale = scale_of_runs((runs.control, runs.treated)) if scale is None else scale
-    shared_days, counts = runs.shared_days(scale), runs.counts()
-    df_control, df_treated = (total - len(shared_days) for total in (counts.control, counts.treated))
-    by_day: dict[str, list[SharedDay]] = {}
-    for each in shared_days:
-        by_day.setdefault(each.day, []).append(each)
-    rule = _rule(len(by_day) if paired else min(len(by_day), 1), df_control, df_treated)
-    if rule is Rule.PAIRED:
-        return _paired(tuple(map(one_day, by_day.values())), scale, counts, runs)
-    if rule is Rule.WITHIN:
-        return _within(shared_days, (df_control, df_treated), scale, counts, runs)
-    if not runs.control or not runs.treated:
-        why = Undefined(Reason.GROUP_EMPTY, group=TREATED if runs.control else CONTROL)
-    elif not shared_days:
-        why = runs.why_no_day_is_shared(CONTROL, TREATED)
-    else:
+    days, counts = runs.shared_days(scale), runs.counts()
+    df_control, df_treated = (total - len(days) for total in (counts.control, counts.treated))
+    by_day = grouped(days, lambda day: day.day)
+    rule, why = _rule(len(by_day) if paired else min(len(by_day), 1), df_control, df_treated), None
+    if rule is Rule.NONE:
         why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(by_day), of=CONTROL if df_control < 1 else TREATED)
-    control: float | Undefined
-    treated: float | Undefined
-    if shared_days:
-        together = one_day(shared_days)
-        control, treated = together.control.mean, together.treated.mean
-    else:
-        control, treated = (
-            means_of(Runs(tuple(value for each in side.values() for value in each.values), none), scale).mean
-            if side
-            else Undefined(Reason.GROUP_EMPTY, group=name)
-            for side, name in ((runs.control, CONTROL), (runs.treated, TREATED))
-            for none in [SharedError()]
-        )
-    none = SharedError()
-    return Contrast(Rule.NONE, why, scale, shared_days, control, treated, 0.0, 0.0, 0.0, 0, none, none, counts, runs)
-
-
-def _paired(days: tuple[SharedDay, ...], scale: Scale, counts: Counts, runs: RunsByDay) -> Contrast:
+    if not days:
+        sides = ((runs.control, CONTROL), (runs.treated, TREATED))
+        control, treated = (_mean_of_all(side, name, scale) for side, name in sides)
+        why = next((mean for mean in (control, treated) if isinstance(mean, Undefined)), runs.why_no_day_is_shared())
+        none = SharedError()
+        return Contrast(rule, why, scale, days, control, treated, 0.0, 0.0, 0.0, 0, none, none, counts, runs)
+    if rule is Rule.PAIRED:
+        days = tuple(map(one_day, by_day.values()))
     k = len(days)
-    means = np.array([(day.control.mean, day.treated.mean) for day in days])
-    control, treated = (math.fsum(column) / k for column in means.T)
-    about = means - (control, treated)
-    (v_cc, v_ct), (_, v_tt) = (about.T @ about / (k - 1) / k).tolist()
-    weights = [1.0 / k] * k
-    of_control = weighted_sum([day.control.shared for day in days], weights)
-    of_treated = weighted_sum([day.treated.shared for day in days], weights)
+    weights = [1.0 / k] * k if rule is Rule.PAIRED else weights_of(days)
+    together = one_day(days, weights)
+    of_control, of_treated, df = together.control, together.treated, min(df_control, df_treated)
+    v_cc = v_ct = v_tt = 0.0
+    if rule is Rule.PAIRED:
+        about = np.array([(day.control.mean - of_control.mean, day.treated.mean - of_treated.mean) for day in days])
+        (v_cc, v_ct), (_, v_tt) = (about.T @ about / (k - 1) / k).tolist()
+        df = k - 1
+    elif rule is Rule.WITHIN:
+        v_cc, v_tt = (
+            side.squares / of_side * math.fsum(weight * weight / n for weight, n in zip(weights, ns, strict=True))
+            for side, of_side, ns in (
+                (of_control, df_control, [day.control.n for day in days]),
+                (of_treated, df_treated, [day.treated.n for day in days]),
+            )
+        )
+    means = of_control.mean, of_treated.mean
     return Contrast(
-        Rule.PAIRED, None, scale, days, control, treated, v_cc, v_ct, v_tt, k - 1, of_control, of_treated, counts, runs
+        rule, why, scale, days, *means, v_cc, v_ct, v_tt, df, of_control.shared, of_treated.shared, counts, runs
     )
 
 
-def _within(
-    days: tuple[SharedDay, ...], dfs: tuple[int, int], scale: Scale, counts: Counts, runs: RunsByDay
-) -> Contrast:
-    weights = weights_of(days)
-
-    def side(found: list[Means], df: int) -> tuple[float, float, SharedError]:
-        """Return the weighed mean of a side, the variance of its error, and its error in common with others."""
-        mean = math.fsum(weight * one.mean for weight, one in zip(weights, found, strict=True))
-        of_a_run = math.fsum(one.squares for one in found) / df
-        variance = of_a_run * math.fsum(w * w / one.n for w, one in zip(weights, found, strict=True))
-        return mean, variance, weighted_sum([one.shared for one in found], weights)
-
-    control, v_cc, of_control = side([day.control for day in days], dfs[0])
-    treated, v_tt, of_treated = side([day.treated for day in days], dfs[1])
-    df = min(dfs)
-    return Contrast(
-        Rule.WITHIN, None, scale, days, control, treated, v_cc, 0.0, v_tt, df, of_control, of_treated, counts, runs
-    )
+def _mean_of_all(side: RunsOfCondition, name: str, scale: Scale) -> float | Undefined:
+    """Return the mean of all runs of a side in a scale."""
+    if not side:
+        return Undefined(Reason.GROUP_EMPTY, group=name)
+    return means_of(Runs(tuple(value for each in side.values() for value in each.values), SharedError()), scale).mean
 
 
 Block = tuple[str, str]
@@ -580,11 +556,11 @@ class RunsByDay:
             for block in both
         )
 
-    def why_no_day_is_shared(self, control: str, treated: str) -> Undefined:
+    def why_no_day_is_shared(self) -> Undefined:
         """Return that no day holds both, or that none does within one stratum."""
-        days = [{day for day, _stratum in side} for side in (self.control, self.treated)]
-        code = Reason.NO_DAY_HOLDS_BOTH_ALIKE if days[0] & days[1] else Reason.NO_DAY_HOLDS_BOTH
-        return Undefined(code, a=control, b=treated)
+        control, treated = ({day for day, _stratum in side} for side in (self.control, self.treated))
+        code = Reason.NO_DAY_HOLDS_BOTH_ALIKE if control & treated else Reason.NO_DAY_HOLDS_BOTH
+        return Undefined(code, a=CONTROL, b=TREATED)
 
     def counts(self) -> Counts:
         """Count the runs."""
@@ -594,11 +570,11 @@ class RunsByDay:
         return Counts(shared[0], shared[1], total[0] - shared[0], total[1] - shared[1])
 
 
-def one_day(strata: Sequence[SharedDay]) -> SharedDay:
-    """Return the strata of a day as one day."""
+def one_day(strata: Sequence[SharedDay], weights: Sequence[float] | None = None) -> SharedDay:
+    """Return the strata of a day as one day, or days by their weights."""
     if len(strata) == 1:
         return strata[0]
-    weights = weights_of(strata)
+    weights = weights or weights_of(strata)
 
     def side(runs: Sequence[Means]) -> Means:
         mean = math.fsum(weight * one.mean for weight, one in zip(weights, runs, strict=True))
@@ -634,9 +610,7 @@ def blocks_of_runs(
             raise InputRefused(
                 f"{name} has {plural(n, 'value')} and {plural(len(given), what)}: give one for each value."
             )
-    blocks: dict[Block, list[int]] = {}
-    for at, block in enumerate(zip(days, levels, strict=True)):
-        blocks.setdefault(block, []).append(at)
+    blocks = grouped(range(n), lambda at: (days[at], levels[at]))
     return {
         block: Runs(tuple(found[places].tolist()), shared_of_mean([own[at] for at in places]))
         for block, places in blocks.items()

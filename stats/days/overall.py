@@ -30,7 +30,7 @@ from data_schema.vocabulary import Rule, Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import CANCELLED, SharedError, joined_variance, shared_of_mean
 from stats.days.decision import Bounded, Contrast, Estimate, bounds_tests, undefined_bounds, undefined_estimate
-from stats.tails import f_upper, t_quantile, t_two_sided
+from stats.tails import f_upper, satterthwaite_df, t_quantile, t_two_sided
 
 
 @dataclass(frozen=True, slots=True)
@@ -98,7 +98,7 @@ def overall_savings(groups: Mapping[str, Contrast], level: float = 0.95) -> Over
     level = as_level("level", level)
     claimed = _claimed(groups)
     scope, found = _scope(groups, claimed), _overall(claimed)
-    if _unbounded_savings(groups, level):
+    if any(isinstance(one.savings(level).ci, Undefined) for one in claimed.values()):
         found = Undefined(Reason.GROUP_WITHOUT_BOUNDS)
     if isinstance(found, Undefined):
         return OverallSavings(undefined_estimate(found, level, found), scope, found, found)
@@ -114,7 +114,9 @@ def overall_savings(groups: Mapping[str, Contrast], level: float = 0.95) -> Over
         df=found.df,
         p=t_two_sided(found.saved / error, found.df),
     )
-    return OverallSavings(estimate, scope, _spread(claimed), _heterogeneity(claimed, level))
+    savings = [100.0 * (1.0 - one.ratio) for one in claimed.values()]
+    spread = statistics.stdev(savings) if len(savings) > 1 else Undefined(Reason.ONE_GROUP)
+    return OverallSavings(estimate, scope, spread, _heterogeneity(claimed, level))
 
 
 def overall_equivalence(
@@ -144,27 +146,12 @@ def _scope(groups: Mapping[str, Contrast], claimed: Mapping[str, Contrast]) -> S
     )
 
 
-def _spread(groups: Mapping[str, Contrast]) -> float | Undefined:
-    savings = [100.0 * (1.0 - one.ratio) for one in groups.values()]
-    return statistics.stdev(savings) if len(savings) > 1 else Undefined(Reason.ONE_GROUP)
-
-
 def _claimed(groups: Mapping[str, Contrast]) -> dict[str, Contrast]:
-    same = _same_on_every_day(groups)
-    return {name: one for name, one in groups.items() if name not in same and _scatters(one)}
-
-
-def _same_on_every_day(groups: Mapping[str, Contrast]) -> list[str]:
-    """Return the groups left out because treatment and control differ by as much on every day: their error is unknown.
+    """Return the groups that enter: not those in which treatment and control differ by as much on every day.
 
     The saving in percent of such a group scatters with its control alone: that is not the error of the difference.
     """
-    return [name for name, one in groups.items() if _scatters(one) and one.variance(1.0) == 0.0]
-
-
-def _unbounded_savings(groups: Mapping[str, Contrast], level: float) -> list[str]:
-    """Return the groups of an effect over all whose own savings have no interval at this level."""
-    return [name for name, one in _claimed(groups).items() if isinstance(one.savings(level).ci, Undefined)]
+    return {name: one for name, one in groups.items() if _scatters(one) and one.variance(1.0) != 0.0}
 
 
 def _scatters(one: Contrast) -> bool:
@@ -181,7 +168,7 @@ def _overall(groups: Mapping[str, Contrast]) -> _Overall | Undefined:
     if not groups:
         return Undefined(Reason.NO_GROUP_WITH_CLAIM)
     count = len(groups)
-    by_day, df = _by_day(groups), _satterthwaite(groups)
+    by_day, df = _by_day(groups), _df(groups)
     within = math.fsum(one.relative_variance / count**2 for one in groups.values() if one.rule is Rule.WITHIN)
     shared = shared_of_mean([one.relative_shared for one in groups.values()])
     variance = math.fsum((math.fsum(each) / count) ** 2 for each in by_day.values()) + within
@@ -205,16 +192,15 @@ def _by_day(groups: Mapping[str, Contrast]) -> dict[str, list[float]]:
     return found
 
 
-def _satterthwaite(groups: Mapping[str, Contrast]) -> float:
-    parts = [(one.relative_variance, one.df) for one in groups.values()]
-    return math.fsum(square for square, _df in parts) ** 2 / math.fsum(square**2 / df for square, df in parts)
+def _df(groups: Mapping[str, Contrast]) -> float:
+    return satterthwaite_df([(one.relative_variance, one.df) for one in groups.values()])
 
 
 def _heterogeneity(groups: Mapping[str, Contrast], level: float) -> Heterogeneity | Undefined:
     """Test that the groups' savings are the same; `level` is that at which errors in common are joined."""
     if len(groups) < 2:
         return Undefined(Reason.ONE_GROUP)
-    by_day, df = _by_day(groups), _satterthwaite(groups)
+    by_day, df = _by_day(groups), _df(groups)
     own = [math.sqrt(one.relative_variance) if one.rule is Rule.WITHIN else 0.0 for one in groups.values()]
     errors = np.column_stack([*by_day.values(), np.diag(own)])
     shared = [one.relative_shared for one in groups.values()]

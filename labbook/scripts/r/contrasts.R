@@ -23,7 +23,7 @@ term_of <- function(runs, effect, paired, percent) {
   list(
     pair = vapply(pair, paste, "", collapse = "; "),
     gain = weight * (if (percent) 100 * (control - treated) / control else treated - control),
-    of_control = of_control, of_treated = of_treated, control = control, treated = treated,
+    of_control = of_control, of_treated = of_treated, means = means,
     days = runs_by_day(runs, pair),
     shared = of_control * means$control_shared + of_treated * means$treated_shared
   )
@@ -35,8 +35,8 @@ variance_by_days <- function(terms) {
   gains <- lapply(terms, function(term) {
     k <- length(term$days)
     vapply(term$days, function(day) {
-      of_control <- term$of_control * (mean(day[[1]]$value) - term$control)
-      (of_control + term$of_treated * (mean(day[[2]]$value) - term$treated)) / sqrt(k * (k - 1))
+      of_control <- term$of_control * (mean(day[[1]]$value) - term$means$control)
+      (of_control + term$of_treated * (mean(day[[2]]$value) - term$means$treated)) / sqrt(k * (k - 1))
     }, 0)
   })
   by_day <- tapply(unlist(gains), unlist(lapply(gains, names)), sum)
@@ -67,13 +67,16 @@ variance_within_days <- function(terms) {
   c(variance = sum(parts[1, ]), df = min(parts[2, ]))
 }
 
-# The sum with its interval, t and p; the degrees of freedom are Satterthwaite's over both kinds of effects.
+# The sum with its interval, t and p; the degrees of freedom are Satterthwaite's over both kinds of effects. Nothing is
+# claimed where the days of an effect allow no test, or where a saving has no bounds.
 contrast_of <- function(runs, effects, percent) {
   by_days <- days_are_units(runs, effects)
   terms <- Map(function(effect, paired) term_of(runs, effect, paired, percent), effects, by_days)
+  value <- sum(vapply(terms, function(term) term$gain, 0))
+  unclaimed <- function(term) term$means$df == 0 || (percent && is.null(fieller(term$means)))
+  if (any(vapply(terms, unclaimed, NA))) return(list(value = value))
   parts <- rbind(variance_by_days(terms[by_days]), variance_within_days(terms[!by_days]))
   parts <- parts[parts[, "variance"] > 0, , drop = FALSE]
-  value <- sum(vapply(terms, function(term) term$gain, 0))
   df <- satterthwaite_df(parts[, "variance"], parts[, "df"])
   shared <- Reduce(`+`, lapply(terms, function(term) term$shared))
   error <- sqrt(sum(parts[, "variance"]) + shared_covariance(shared, shared, LEVEL, df))
@@ -85,17 +88,3 @@ contrast_of <- function(runs, effects, percent) {
 }
 
 contrast <- function(runs) contrast_of(runs, EFFECTS, PERCENT)
-
-# The sum of which nothing is claimed, because the days of an effect allow no test.
-contrast_without_claim <- function(runs) {
-  gains <- mapply(function(effect, paired) {
-    if (paired) {
-      found <- paired_means(runs, effect[[2]])
-      means <- c(found$control, found$treated)
-    } else {
-      means <- means_without_claim(runs, effect[[2]])
-    }
-    effect[[1]] * (if (PERCENT) 100 * (means[1] - means[2]) / means[1] else means[2] - means[1])
-  }, EFFECTS, days_are_units(runs, EFFECTS))
-  list(value = sum(gains))
-}

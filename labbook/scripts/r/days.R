@@ -50,9 +50,14 @@ side_within_days <- function(days, side) {
   )
 }
 
-# Fewer shared days: the run is the unit, df the smaller side's, which bound Welch's (Mickey and Brown 1966).
+# Fewer shared days: the run is the unit, df the smaller side's, which bound Welch's (Mickey and Brown 1966). With 0 of
+# them nothing is claimed; the means are of all runs where no day is shared.
 means_within_days <- function(runs, pair) {
   days <- runs_by_day(runs, pair)
+  if (length(days) == 0) {
+    means <- lapply(pair, function(conditions) mean(of_conditions(runs, conditions)$value))
+    return(list(control = means[[1]], treated = means[[2]], df = 0, control_shared = 0, treated_shared = 0))
+  }
   control <- side_within_days(days, 1)
   treated <- side_within_days(days, 2)
   list(
@@ -80,6 +85,7 @@ error_of <- function(means, ratio) {
 difference_of_means <- function(runs) {
   means <- compare(runs, PAIR)
   value <- means$treated - means$control
+  if (means$df == 0) return(list(value = value))
   half <- t_quantile(LEVEL, means$df) * error_of(means, 1)
   list(
     value = value, se = sqrt(own_variance(means, 1)), shared_se = shared_se(shared_difference(means, 1)),
@@ -103,10 +109,12 @@ fieller <- function(means) {
 
 # The saving 100 (1 - T / C) in percent, with Fieller's interval.
 saving_of <- function(means) {
+  value <- 100 * (means$control - means$treated) / means$control
+  if (means$df == 0) return(list(value = value))
   ratio <- means$treated / means$control
   ends <- fieller(means)
   found <- list(
-    value = 100 * (means$control - means$treated) / means$control,
+    value = value,
     se = 100 * sqrt(own_variance(means, ratio)) / means$control,
     shared_se = 100 * shared_se(shared_difference(means, ratio)) / means$control,
     df = means$df
@@ -135,22 +143,3 @@ run_sd <- function(runs) {
   sides <- unlist(runs_by_day(runs, PAIR), recursive = FALSE)
   list(value = sqrt(sum(vapply(sides, squares_of, 0)) / sum(vapply(sides, nrow, 0) - 1)))
 }
-
-# C and T where the days allow no test: weighted over shared days, of all runs where no day is shared.
-means_without_claim <- function(runs, pair) {
-  days <- runs_by_day(runs, pair)
-  if (length(days) == 0) return(vapply(pair, function(conditions) mean(of_conditions(runs, conditions)$value), 0))
-  vapply(1:2, function(side) sum(day_weights(days) * vapply(days, function(day) mean(day[[side]]$value), 0)), 0)
-}
-
-difference_of_means_without_claim <- function(runs) {
-  means <- means_without_claim(runs, PAIR)
-  list(value = means[2] - means[1])
-}
-
-savings_without_claim <- function(runs) {
-  means <- means_without_claim(runs, PAIR)
-  list(value = 100 * (means[1] - means[2]) / means[1])
-}
-
-mean_of_control_without_claim <- function(runs) list(value = means_without_claim(runs, PAIR)[1])

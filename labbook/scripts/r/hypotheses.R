@@ -9,7 +9,5 @@ as_change <- function(saving) {
 
 change <- function(runs) as_change(saving_of(compare(runs, PAIR)))
 
-change_without_claim <- function(runs) as_change(savings_without_claim(runs))
-
 # The last saving less the first in percentage points.
 change_of_saving <- function(runs) as_change(contrast_of(runs, EFFECTS, TRUE))

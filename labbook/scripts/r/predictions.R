@@ -82,8 +82,4 @@ error_ratio_of_mean <- function(runs) error_ratio(condition_mean(runs), predicte
 
 saving_predicted_less_measured <- function(runs) away_from(saving_of(compare(runs, PAIR)), predicted_saving(runs))
 
-saving_predicted_less_measured_without_claim <- function(runs) {
-  away_from(savings_without_claim(runs), predicted_saving(runs))
-}
-
 error_ratio_of_saving <- function(runs) error_ratio(saving_of(compare(runs, PAIR)), predicted_saving(runs), LEVEL)

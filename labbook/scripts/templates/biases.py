@@ -22,6 +22,7 @@ from labbook.scripts.templates.shared import (
     satterthwaite_df,
     shared_df,
     shared_se,
+    student,
     two_sided_p,
 )
 
@@ -74,9 +75,7 @@ def bias_of(runs: Runs, *, assumed: bool) -> Number:
     se, df = math.sqrt(math.fsum(variance for variance, _df in parts)), satterthwaite_df(parts)
     if se == 0.0:
         return {"value": value}
-    half = quantile(LEVEL, df) * se
-    found = {"value": value, "se": se, "ci_low": value - half, "ci_high": value + half}
-    return {**found, "df": df, "p": two_sided_p(value / se, df)}
+    return {**student(value, se, df), "p": two_sided_p(value / se, df)}
 
 
 def bias(runs: Runs) -> Number:
@@ -117,8 +116,8 @@ def tau_of_groups(runs: Runs) -> Number:
     return {"value": agreeing / len(pairs)}
 
 
-def limits_of(runs: Runs) -> dict[str, tuple[float, float]]:
-    """Return the mean difference and the limits of agreement over conditions, each with its standard error.
+def limits_of(runs: Runs) -> dict[str, Number]:
+    """Return the mean difference and the limits of agreement over conditions, each with Student's interval.
 
     Source: Bland and Altman (1986), The Lancet 327, 307.
     """
@@ -129,26 +128,20 @@ def limits_of(runs: Runs) -> dict[str, tuple[float, float]]:
     ]
     n, mean, sd, z = len(away), float(np.mean(away)), float(np.std(away, ddof=1)), quantile(LEVEL, math.inf)
     of_limit = sd * math.sqrt(1.0 / n + z**2 / (2.0 * (n - 1)))
-    return {"mean": (mean, sd / math.sqrt(n)), "low": (mean - z * sd, of_limit), "high": (mean + z * sd, of_limit)}
-
-
-def with_ends(runs: Runs, name: str) -> Number:
-    """Return the mean difference or a limit with Student's interval."""
-    (value, se), df = limits_of(runs)[name], len(conditions_of(runs)) - 1.0
-    half = quantile(LEVEL, df) * se
-    return {"value": value, "se": se, "ci_low": value - half, "ci_high": value + half, "df": df}
+    found = {"mean": (mean, sd / math.sqrt(n)), "low": (mean - z * sd, of_limit), "high": (mean + z * sd, of_limit)}
+    return {name: student(value, se, n - 1.0) for name, (value, se) in found.items()}
 
 
 def mean_difference(runs: Runs) -> Number:
     """Return the mean over conditions of predicted less measured."""
-    return with_ends(runs, "mean")
+    return limits_of(runs)["mean"]
 
 
 def lower_limit(runs: Runs) -> Number:
     """Return the lower limit of agreement."""
-    return with_ends(runs, "low")
+    return limits_of(runs)["low"]
 
 
 def upper_limit(runs: Runs) -> Number:
     """Return the upper limit of agreement."""
-    return with_ends(runs, "high")
+    return limits_of(runs)["high"]

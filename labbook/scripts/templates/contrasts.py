@@ -9,10 +9,11 @@ from typing import NamedTuple
 
 from labbook.scripts.templates.days import (
     DAYS_AS_UNITS,
+    Means,
     day_weights,
+    fieller,
     mean_of,
     means_within_days,
-    means_without_claim,
     paired_means,
     runs_by_day,
     squares_of,
@@ -45,8 +46,7 @@ class Term(NamedTuple):
     gain: float
     of_control: float
     of_treated: float
-    control: float
-    treated: float
+    means: Means
     days: dict[str, tuple[list[Run], list[Run]]]
     shared: Shared
 
@@ -69,7 +69,7 @@ def term_of(runs: Runs, weight: float, pair: Pair, *, paired: bool, percent: boo
         value, of_control = 100.0 * (control - treated) / control, 100.0 * weight * treated / control**2
         of_treated = -100.0 * weight / control
     shared = weighted_sum([means.control_shared, means.treated_shared], [of_control, of_treated])
-    return Term(pair, weight * value, of_control, of_treated, control, treated, runs_by_day(runs, pair), shared)
+    return Term(pair, weight * value, of_control, of_treated, means, runs_by_day(runs, pair), shared)
 
 
 def variance_by_days(terms: Sequence[Term]) -> Variance:
@@ -79,8 +79,8 @@ def variance_by_days(terms: Sequence[Term]) -> Variance:
     for term in terms:
         k = len(term.days)
         gains = {
-            day: term.of_control * (mean_of(control) - term.control)
-            + term.of_treated * (mean_of(treated) - term.treated)
+            day: term.of_control * (mean_of(control) - term.means.control)
+            + term.of_treated * (mean_of(treated) - term.means.treated)
             for day, (control, treated) in term.days.items()
         }
         for day, gain in gains.items():
@@ -116,14 +116,20 @@ def variance_within_days(terms: Sequence[Term]) -> Variance:
 
 
 def contrast_of(runs: Runs, effects: Sequence[Effect], *, percent: bool) -> Number:
-    """Return L with its interval, t and p; the degrees of freedom are Satterthwaite's over both kinds of effects."""
+    """Return L with its interval, t and p; the degrees of freedom are Satterthwaite's over both kinds of effects.
+
+    Nothing is claimed where the days of an effect allow no test, or where a saving has no bounds.
+    """
     rules = days_are_units(runs, effects)
     terms = [term_of(runs, weight, pair, paired=rules[pair], percent=percent) for weight, pair in effects]
+    value = math.fsum(term.gain for term in terms)
+    if any(not term.means.df or (percent and fieller(term.means) is None) for term in terms):
+        return {"value": value}
     parts = [
         variance_by_days([term for term in terms if rules[term.pair]]),
         variance_within_days([term for term in terms if not rules[term.pair]]),
     ]
-    value, variance = math.fsum(term.gain for term in terms), math.fsum(part for part, _df in parts)
+    variance = math.fsum(part for part, _df in parts)
     df = satterthwaite_df([part for part in parts if part[0] > 0.0])
     shared = weighted_sum([term.shared for term in terms], [1.0] * len(terms))
     error = math.sqrt(variance + shared_covariance(shared, shared, LEVEL, df))
@@ -143,15 +149,3 @@ def contrast_of(runs: Runs, effects: Sequence[Effect], *, percent: bool) -> Numb
 def contrast(runs: Runs) -> Number:
     """Return the contrast."""
     return contrast_of(runs, EFFECTS, percent=PERCENT)
-
-
-def contrast_without_claim(runs: Runs) -> Number:
-    """Return the contrast of which nothing is claimed, because the days of an effect allow no test."""
-    rules, gains = days_are_units(runs, EFFECTS), []
-    for weight, pair in EFFECTS:
-        if rules[pair]:
-            control, treated = paired_means(runs, pair)[:2]
-        else:
-            control, treated = means_without_claim(runs, pair)
-        gains.append(weight * (100.0 * (control - treated) / control if PERCENT else treated - control))
-    return {"value": math.fsum(gains)}

@@ -88,7 +88,7 @@ def day_weights(days: Sequence[tuple[list[Run], list[Run]]]) -> list[float]:
 def side_within_days(sides: Sequence[list[Run]], weights: Sequence[float]) -> tuple[float, float, int, Shared]:
     """Return the weighted mean of a side over days, its variance by the runs within days, its df, its shared errors."""
     df = sum(len(side) - 1 for side in sides)
-    of_a_run = math.fsum(map(squares_of, sides)) / df
+    of_a_run = math.fsum(map(squares_of, sides)) / max(df, 1)
     variance = of_a_run * math.fsum(weight**2 / len(side) for weight, side in zip(weights, sides, strict=True))
     mean = math.fsum(weight * mean_of(side) for weight, side in zip(weights, sides, strict=True))
     return mean, variance, df, weighted_sum(list(map(shared_of, sides)), weights)
@@ -97,9 +97,13 @@ def side_within_days(sides: Sequence[list[Run]], weights: Sequence[float]) -> tu
 def means_within_days(runs: Runs, pair: Pair) -> Means:
     """Compare runs within days, where fewer days are shared: the run is the unit, df the smaller side's.
 
-    These degrees of freedom bound Welch's (Mickey and Brown 1966).
+    These degrees of freedom bound Welch's (Mickey and Brown 1966). With 0 of them nothing is claimed; the means are of
+    all runs where no day is shared.
     """
     days = list(runs_by_day(runs, pair).values())
+    if not days:
+        control, treated = (mean_of(of_conditions(runs, conditions)) for conditions in pair)
+        return Means(control, treated, 0.0, 0.0, 0.0, 0.0, {}, {})
     weights = day_weights(days)
     control, v_cc, df_control, of_control = side_within_days([day[0] for day in days], weights)
     treated, v_tt, df_treated, of_treated = side_within_days([day[1] for day in days], weights)
@@ -142,9 +146,12 @@ def p_of(means: Means) -> float:
 
 
 def difference_of_means(runs: Runs) -> Number:
-    """Return T - C with its interval, and t and p of no difference."""
+    """Return T - C with its interval, and t and p of no difference, where something is claimed of it."""
     means = compare(runs, PAIR)
-    value, half = means.treated - means.control, quantile(LEVEL, means.df) * error_of(means, 1.0)
+    value = means.treated - means.control
+    if not means.df:
+        return {"value": value}
+    half = quantile(LEVEL, means.df) * error_of(means, 1.0)
     return {
         "value": value,
         "se": math.sqrt(own_variance(means, 1.0)),
@@ -178,10 +185,13 @@ def fieller(means: Means) -> tuple[float, float] | None:
 
 
 def saving_of(means: Means) -> Number:
-    """Return the saving 100 (1 - T / C) in percent, with Fieller's interval."""
+    """Return the saving 100 (1 - T / C) in percent, with Fieller's interval where something is claimed of it."""
+    value = 100.0 * (means.control - means.treated) / means.control
+    if not means.df:
+        return {"value": value}
     ratio, interval = means.treated / means.control, fieller(means)
     return {
-        "value": 100.0 * (means.control - means.treated) / means.control,
+        "value": value,
         "se": 100.0 * math.sqrt(own_variance(means, ratio)) / means.control,
         "shared_se": 100.0 * shared_se(shared_difference(means, ratio)) / means.control,
         "df": means.df,
@@ -210,32 +220,3 @@ def run_sd(runs: Runs) -> Number:
     sides = [side for day in runs_by_day(runs, PAIR).values() for side in day]
     df = sum(len(side) - 1 for side in sides)
     return {"value": math.sqrt(math.fsum(map(squares_of, sides)) / df)}
-
-
-def means_without_claim(runs: Runs, pair: Pair) -> tuple[float, float]:
-    """Return C and T where the days allow no test: weighted over shared days, of all runs where no day is shared."""
-    days = list(runs_by_day(runs, pair).values())
-    if not days:
-        return mean_of(of_conditions(runs, pair[0])), mean_of(of_conditions(runs, pair[1]))
-    weights = day_weights(days)
-    control, treated = (
-        math.fsum(weight * mean_of(day[side]) for weight, day in zip(weights, days, strict=True)) for side in (0, 1)
-    )
-    return control, treated
-
-
-def difference_of_means_without_claim(runs: Runs) -> Number:
-    """Return T - C, of which nothing is claimed."""
-    control, treated = means_without_claim(runs, PAIR)
-    return {"value": treated - control}
-
-
-def savings_without_claim(runs: Runs) -> Number:
-    """Return the saving in percent, of which nothing is claimed."""
-    control, treated = means_without_claim(runs, PAIR)
-    return {"value": 100.0 * (control - treated) / control}
-
-
-def mean_of_control_without_claim(runs: Runs) -> Number:
-    """Return the mean of the control, with which nothing is compared."""
-    return {"value": means_without_claim(runs, PAIR)[0]}

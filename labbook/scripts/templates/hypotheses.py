@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 
 from labbook.scripts.templates.contrasts import EFFECTS, contrast_of
-from labbook.scripts.templates.days import PAIR, compare, saving_of, savings_without_claim
+from labbook.scripts.templates.days import PAIR, compare, saving_of
 from labbook.scripts.templates.runs import Number, Runs
 
 
@@ -22,11 +22,6 @@ def as_change(saving: Mapping[str, float]) -> Number:
 def change(runs: Runs) -> Number:
     """Return the change of the second mean in percent of the first."""
     return as_change(saving_of(compare(runs, PAIR)))
-
-
-def change_without_claim(runs: Runs) -> Number:
-    """Return the change of which nothing is claimed."""
-    return as_change(savings_without_claim(runs))
 
 
 def change_of_saving(runs: Runs) -> Number:

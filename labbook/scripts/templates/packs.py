@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from labbook.scripts.templates.runs import Number, Runs, of_conditions, values_of
-from labbook.scripts.templates.shared import LEVEL, quantile
+from labbook.scripts.templates.shared import student
 
 PACK = ""
 """The pack that is asked about."""
@@ -21,6 +21,4 @@ def pack_deviation(runs: Runs) -> Number:
     n, value = len(away), math.fsum(away) / len(away)
     if n < 2:  # one run has no scatter
         return {"value": value}
-    se = float(np.std(away, ddof=1)) / math.sqrt(n)
-    half = quantile(LEVEL, n - 1.0) * se
-    return {"value": value, "se": se, "ci_low": value - half, "ci_high": value + half}
+    return student(value, float(np.std(away, ddof=1)) / math.sqrt(n), n - 1.0)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from labbook.scripts.templates.condition import condition_mean
-from labbook.scripts.templates.days import PAIR, compare, saving_of, savings_without_claim
+from labbook.scripts.templates.days import PAIR, compare, saving_of
 from labbook.scripts.templates.runs import Number, Row, Runs, of_conditions
 from labbook.scripts.templates.shared import LEVEL, quantile
 
@@ -134,11 +134,6 @@ def error_ratio_of_mean(runs: Runs) -> Number:
 def saving_predicted_less_measured(runs: Runs) -> Number:
     """Return the simulated saving less the measured one."""
     return away_from(saving_of(compare(runs, PAIR)), predicted_saving(runs))
-
-
-def saving_predicted_less_measured_without_claim(runs: Runs) -> Number:
-    """Return the simulated saving less the measured one, of which nothing is claimed."""
-    return away_from(savings_without_claim(runs), predicted_saving(runs))
 
 
 def error_ratio_of_saving(runs: Runs) -> Number:

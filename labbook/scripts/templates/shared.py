@@ -18,6 +18,12 @@ def quantile(level: float, df: float) -> float:
     return float(stats.t.isf((1.0 - level) / 2.0, df))
 
 
+def student(value: float, se: float, df: float) -> Number:
+    """Return a value with its standard error and Student's interval."""
+    half = quantile(LEVEL, df) * se
+    return {"value": value, "se": se, "ci_low": value - half, "ci_high": value + half, "df": df}
+
+
 def two_sided_p(t: float, df: float) -> float:
     """Return the chance of a t as far from 0 as this, to either side."""
     return 2.0 * float(stats.t.sf(abs(t), df))
