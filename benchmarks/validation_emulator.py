@@ -14,7 +14,6 @@ from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Undefined
 from labbook.analysis.outcomes.conditions import RunNumber
 from labbook.analysis.outcomes.run_energy import joules_per_mah
-from labbook.demo.records import CampaignFiles
 from labbook.demo.running import make_campaign_book
 from labbook.demo.studies.emulator import (
     CONSTANT,
@@ -28,7 +27,7 @@ from labbook.demo.studies.emulator import (
     emulator_files,
     truths,
 )
-from labbook.demo.writers import SheetRun
+from labbook.demo.writers import CampaignFiles, SheetRun
 from labbook.studies.emulator import SAME_PERCENT, Controller, EmulatorStudy, ask, emulator_study
 from labbook.studies.study import Asked, Found, S_co
 from stats.compare.shared_error import SharedError

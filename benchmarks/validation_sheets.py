@@ -10,7 +10,6 @@ from benchmarks.validation_emulator import LEVEL, ingested
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import read_flasks, read_walks
 from ingest.tables.sheet import SheetFile
-from labbook.demo.records import CampaignFiles
 from labbook.demo.studies.sheets import (
     COMPACTED,
     DAMPING,
@@ -28,6 +27,7 @@ from labbook.demo.studies.sheets import (
     walk_campaign,
     walks,
 )
+from labbook.demo.writers import CampaignFiles
 from labbook.studies import characterisation, compaction, field
 from labbook.studies.characterisation import Characterisation
 from labbook.studies.compaction import Compaction

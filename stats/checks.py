@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from decimal import Decimal
 from numbers import Real
 from typing import Any, Literal
@@ -13,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.frozen import frozen
 
 Missing = Literal["refuse", "drop"]
 MISSING: tuple[Missing, ...] = ("refuse", "drop")
@@ -22,7 +22,7 @@ NO_VALUE = ("NAType", "NaTType", "NoneType")
 """Types of a missing value, by name: pandas itself need not be loaded."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Sample:
     """Finite values, shape (n,), and how many were left out as missing."""
 

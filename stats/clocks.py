@@ -7,16 +7,15 @@ yield (thesis 3.2.2). What both have seen gives the offset and the drift of one 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.vocabulary import Undefined
-from stats.lines.regression import LinearFit, fit_linear
-
-_Floats = NDArray[np.float64]
+from stats.lines.regression import fit_linear
+from stats.scatter import Floats, Interval
 
 LEAST_TOUCHDOWNS = 5
 """With fewer common touchdowns neither their pairs nor the quality of the fit can be determined."""
@@ -38,7 +37,7 @@ _FAR = 5.0
 """Standard deviations beyond which a touchdown was misread, and is left out of the line."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Clocks:
     """The line between two clocks: second = at_zero_s + (1 + drift) * first.
 
@@ -47,20 +46,20 @@ class Clocks:
     """
 
     at_zero_s: float
-    at_zero_ci: tuple[float, float] | Undefined
+    at_zero_ci: Interval | Undefined
     drift: float
-    drift_ci: tuple[float, float] | Undefined
+    drift_ci: Interval | Undefined
     residual_sd_s: float
     n: int
     left_out: int
 
-    def second_s(self, first_s: ArrayLike) -> _Floats:
+    def second_s(self, first_s: ArrayLike) -> Floats:
         """Return what the second clock shows when the first shows `first_s`, shape (n,)."""
         first = np.asarray(first_s, dtype=np.float64)
         return np.asarray(self.at_zero_s + first + self.drift * first)
 
 
-def leg_touchdowns(time_s: ArrayLike, length_m: ArrayLike) -> _Floats:
+def leg_touchdowns(time_s: ArrayLike, length_m: ArrayLike) -> Floats:
     """Return when a leg began to yield after each flight, by the clock of its log; shape (touchdowns,).
 
     The line through the deflections of 5 and 10 % of the range of lengths is extended back to the length in flight.
@@ -86,7 +85,7 @@ def leg_touchdowns(time_s: ArrayLike, length_m: ArrayLike) -> _Floats:
     return np.array(found)
 
 
-def _last_rise(time: _Floats, values: _Floats, level: float) -> float:
+def _last_rise(time: Floats, values: Floats, level: float) -> float:
     """Return when the values last rose above a level, between samples on a straight line."""
     below = int(np.flatnonzero(values <= level)[-1])
     if below == values.size - 1:
@@ -132,33 +131,20 @@ def align_clocks(first_s: ArrayLike, second_s: ArrayLike, level: float = 0.95) -
             "hop, or tap the foot on the plate at uneven times"
         )
     near = np.abs(_residuals(*pairs)) <= max(_FAR * spread_s, 1e-9)
-    return _line(pairs[:, near], pairs.shape[1] - int(near.sum()), level)
+    fit = fit_linear(pairs[1, near] - pairs[0, near], {"first": pairs[0, near]}, level=level)
+    (at_zero_s, drift), (at_zero_ci, drift_ci) = fit.coefficients, fit.intervals()
+    _errors, residual_sd_s = fit.spread("the line between the clocks")
+    return Clocks(at_zero_s, at_zero_ci, drift, drift_ci, residual_sd_s, fit.n, pairs.shape[1] - fit.n)
 
 
-def _line(pairs: _Floats, left_out: int, level: float) -> Clocks:
-    first, second = pairs
-    fit: LinearFit = fit_linear(second - first, {"first": first}, level=level)
-    at_zero, drift = fit.intervals()
-    _errors, residual_sd = fit.spread("the line between the clocks")
-    return Clocks(
-        at_zero_s=fit.coefficients[0],
-        at_zero_ci=at_zero,
-        drift=fit.coefficients[1],
-        drift_ci=drift,
-        residual_sd_s=residual_sd,
-        n=fit.n,
-        left_out=left_out,
-    )
-
-
-def _pairings(first: _Floats, second: _Floats) -> list[tuple[float, _Floats]]:
+def _pairings(first: Floats, second: Floats) -> list[tuple[float, Floats]]:
     """Return pairings that differ, as (scatter, pairs of shape (2, n)), the best first.
 
     Those with less than half as many pairs as the largest are left out.
     """
     every = np.unique(np.round((second[:, np.newaxis] - first) / (_PAIRED_S / 2.0)))
     counts = np.array([_pairs(first, second, offset * _PAIRED_S / 2.0).shape[1] for offset in every])
-    found: list[tuple[float, _Floats, float]] = []
+    found: list[tuple[float, Floats, float]] = []
     for place in np.argsort(-counts, kind="stable"):
         if counts[place] < max(_RIVAL_SHARE * counts.max(), LEAST_TOUCHDOWNS):
             break
@@ -170,13 +156,15 @@ def _pairings(first: _Floats, second: _Floats) -> list[tuple[float, _Floats]]:
             pairs = _pairs(first, second, float(np.median(pairs[1] - pairs[0])))
         offset_s = float(np.median(pairs[1] - pairs[0]))
         if all(abs(offset_s - other) > _PAIRED_S for _, _, other in found):
-            found.append((_spread_s(pairs), pairs, offset_s))
+            # A fifth may be misread; of a pairing that is one hop off it is enough that a fifth of the hops differ.
+            spread_s = float(np.quantile(np.abs(_residuals(*pairs)), _SIZE_SHARE)) / _SIZE_SDS
+            found.append((spread_s, pairs, offset_s))
     most = max((pairs.shape[1] for _, pairs, _ in found), default=0)
     found = [one for one in found if one[1].shape[1] >= _RIVAL_SHARE * most]
     return [(spread_s, pairs) for spread_s, pairs, _ in sorted(found, key=lambda one: one[0] / one[1].shape[1])]
 
 
-def _pairs(first: _Floats, second: _Floats, offset_s: float) -> _Floats:
+def _pairs(first: Floats, second: Floats, offset_s: float) -> Floats:
     """Return the touchdowns of the first and the nearest of the second within 60 ms, shape (2, pairs)."""
     after = np.clip(np.searchsorted(second, first + offset_s), 1, second.size - 1)
     nearest = np.where(
@@ -186,7 +174,7 @@ def _pairs(first: _Floats, second: _Floats, offset_s: float) -> _Floats:
     return np.stack([first[near], second[nearest[near]]])
 
 
-def _residuals(first: _Floats, second: _Floats) -> _Floats:
+def _residuals(first: Floats, second: Floats) -> Floats:
     """Return what Theil and Sen's line leaves, which single misread touchdowns do not turn."""
     apart = second - first
     place, other = np.triu_indices(first.size, 1)
@@ -195,15 +183,7 @@ def _residuals(first: _Floats, second: _Floats) -> _Floats:
     return np.asarray(left - np.median(left))
 
 
-def _spread_s(pairs: _Floats) -> float:
-    """Return the standard deviation of what the line leaves, by the size that a fifth exceeds.
-
-    A fifth may be misread; of a pairing that is one hop off it is enough that a fifth of the hops differ from others.
-    """
-    return float(np.quantile(np.abs(_residuals(*pairs)), _SIZE_SHARE)) / _SIZE_SDS
-
-
-def moving_average(values: ArrayLike, window: int) -> _Floats:
+def moving_average(values: ArrayLike, window: int) -> Floats:
     """Return the centred moving average over `window` samples, an odd number; beyond the ends they repeat."""
     from scipy.ndimage import uniform_filter1d
 

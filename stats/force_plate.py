@@ -9,18 +9,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from stats.compare.summary import describe
-
-_Floats = NDArray[np.float64]
+from stats.scatter import Floats
 
 SHORTEST_S = 0.02
 """A shorter contact is a knock on the plate, a shorter flight a contact's own vibration."""
@@ -44,7 +44,7 @@ _LONGEST_ONSET_S = 0.03
 """The longest time over which the force's first rise is extended back to zero."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Contact:
     """A contact that begins and ends within the record.
 
@@ -66,7 +66,7 @@ class Contact:
         return self.end_s - self.start_s
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PlateJumps:
     """Jump heights of the centre of mass above take-off, and the weight they were computed with."""
 
@@ -103,13 +103,15 @@ def find_contacts(time_s: ArrayLike, force_n: ArrayLike) -> tuple[Contact, ...] 
         whole = known[around].all() and np.diff(time[around]).max() < 1.5 * step_s
         found.append(_contact(time[around], above[around], threshold_n) if whole else None)
     return tuple(
-        contact if after is None else _with_flight(contact, after)
+        replace(contact, flight_s=after.start_s - contact.end_s)
+        if after is not None and after.start_s - contact.end_s <= LONGEST_FLIGHT_S
+        else contact
         for contact, after in zip(found, [*found[1:], None], strict=True)
         if contact is not None
     )
 
 
-def force_above_zero(time_s: ArrayLike, force_n: ArrayLike) -> _Floats | Undefined:
+def force_above_zero(time_s: ArrayLike, force_n: ArrayLike) -> Floats | Undefined:
     """Return the force above the plate's zero, which is read in the flights and followed as it drifts, shape (n,).
 
     Parameters and reasons are those of `find_contacts`.
@@ -160,37 +162,24 @@ def jump_heights(contacts: Sequence[Contact]) -> PlateJumps | Undefined:
     return PlateJumps(tuple(found), about.mean, se, weight_n)
 
 
-def _contact(time: _Floats, above: _Floats, threshold_n: float) -> Contact:
+def _contact(time: Floats, above: Floats, threshold_n: float) -> Contact:
     """Measure a contact in the samples from the middle of the flight before it to the middle of that after it."""
-    start_s = _onset_s(time, above, threshold_n)
-    end_s = -_onset_s(-time[::-1], above[::-1], threshold_n)
-    return Contact(
-        float(start_s),
-        float(end_s),
-        float(above.max()),
-        float(np.trapezoid(above, time)),
-        float(np.trapezoid(above * (end_s - time), time)),
-    )
+    start_s, end_s = _onset_s(time, above, threshold_n), -_onset_s(-time[::-1], above[::-1], threshold_n)
+    impulse_n_s, moment_n_s2 = (float(np.trapezoid(load, time)) for load in (above, above * (end_s - time)))
+    return Contact(start_s, end_s, float(above.max()), impulse_n_s, moment_n_s2)
 
 
-def _with_flight(contact: Contact, after: Contact) -> Contact:
-    flight_s = after.start_s - contact.end_s
-    if flight_s > LONGEST_FLIGHT_S:
-        return contact
-    return Contact(contact.start_s, contact.end_s, contact.peak_n, contact.impulse_n_s, contact.moment_n_s2, flight_s)
-
-
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class _Zeroed:
     """The force above the plate's zero, what of it is a load, a sample's length, and the shortest contact's samples."""
 
-    above_n: _Floats
+    above_n: Floats
     threshold_n: float
     step_s: float
     least: int
 
 
-def _zeroed(time: _Floats, force: _Floats) -> _Zeroed | Undefined:
+def _zeroed(time: Floats, force: Floats) -> _Zeroed | Undefined:
     from scipy.ndimage import uniform_filter1d
 
     known = np.isfinite(force)
@@ -215,7 +204,7 @@ def _ranges(empty: NDArray[np.bool_], least: int) -> list[tuple[int, int]]:
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2) if b - a >= least]
 
 
-def _zero(time: _Floats, force: _Floats, flights: Sequence[tuple[int, int]]) -> tuple[_Floats | None, float]:
+def _zero(time: Floats, force: Floats, flights: Sequence[tuple[int, int]]) -> tuple[Floats | None, float]:
     """Return the plate's zero at each sample, straight between the flights' means, and the noise about it."""
     if not flights:
         return None, 0.0
@@ -227,7 +216,7 @@ def _zero(time: _Floats, force: _Floats, flights: Sequence[tuple[int, int]]) -> 
     return zero, math.sqrt(squares / sum(part.stop - part.start - 1 for part in inner))
 
 
-def _onset_s(time: _Floats, above: _Floats, threshold_n: float) -> float:
+def _onset_s(time: Floats, above: Floats, threshold_n: float) -> float:
     """Return when the force began to rise.
 
     The line through the points at which its moving average passes a low threshold and the double of that is extended
@@ -242,7 +231,7 @@ def _onset_s(time: _Floats, above: _Floats, threshold_n: float) -> float:
     return began + 0.5 * _SMOOTHED_S if twice - once < _STEP_SHARE * _SMOOTHED_S else began
 
 
-def _crossing_s(time: _Floats, values: _Floats, level: float) -> float:
+def _crossing_s(time: Floats, values: Floats, level: float) -> float:
     """Return when the values first pass a level, between samples on a straight line."""
     at = int(np.argmax(values > level))
     if at == 0:

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_sample
@@ -24,11 +24,6 @@ Interval = tuple[float, float]
 def finite(value: float, what: str) -> float | Undefined:
     """Return a number, or that it is beyond the doubles; `what` names it."""
     return float(value) if math.isfinite(value) else Undefined(Reason.BEYOND_DOUBLES, what=what)
-
-
-def finite_pair(low: float, high: float) -> Interval | Undefined:
-    """Return both ends of an interval, or that one is beyond the doubles."""
-    return (float(low), float(high)) if math.isfinite(low + high) else Undefined(Reason.END_BEYOND_DOUBLES)
 
 
 def as_interval(low: float | Undefined, high: float | Undefined) -> Interval | Undefined:
@@ -46,7 +41,7 @@ def times_power(value: float, exponent: int) -> float:
         return math.copysign(math.inf, value)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Scale:
     """Values less a middle of theirs, in units of a power of two of about their largest distance from it."""
 
@@ -78,7 +73,8 @@ class Scale:
 
     def interval(self, low: float, high: float) -> Interval | Undefined:
         """Return an interval of a difference in the unit of the values, where doubles reach so far."""
-        return finite_pair(times_power(low, self.exponent), times_power(high, self.exponent))
+        low, high = times_power(low, self.exponent), times_power(high, self.exponent)
+        return (low, high) if math.isfinite(low + high) else Undefined(Reason.END_BEYOND_DOUBLES)
 
 
 _LARGEST_EXPONENT = 1000
@@ -103,7 +99,7 @@ def mean_of(values: Floats) -> float:
         return 4.0 * (math.fsum(np.ldexp(values, -2).tolist()) / values.size)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Group:
     """One sample in a scale: its mean, and the sum of squares about it, exactly 0 where all values are equal."""
 
@@ -138,7 +134,7 @@ def group_of(name: str, scaled: Floats) -> Group:
     return Group(name, scaled.size, mean, squares)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Groups:
     """All groups in one scale; empty ones stand apart."""
 

@@ -9,17 +9,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from stats.force_plate import LONGEST_FLIGHT_S, SHORTEST_S
-
-_Floats = NDArray[np.float64]
+from stats.scatter import Floats
 
 QUIET_S = 1.0
 """How long the standing before a jump is weighed (Owen et al. 2014)."""
@@ -43,7 +42,7 @@ _FEWEST = 2 * _BLOCKS
 """Samples that a flight has at least."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Standing:
     """Quiet standing in the samples `start` to `stop` (half-open): mean and standard deviation of the force."""
 
@@ -53,7 +52,7 @@ class Standing:
     sd_n: float
 
 
-def weigh(force_n: _Floats, start: int, stop: int) -> Standing:
+def weigh(force_n: Floats, start: int, stop: int) -> Standing:
     """Weigh a body that stands from one sample of a force of shape (n,) to another."""
     return Standing(start, stop, float(force_n[start:stop].mean()), float(force_n[start:stop].std()))
 
@@ -66,26 +65,24 @@ def _last(found: NDArray[np.bool_]) -> int | None:
     return found.size - 1 - int(np.argmax(found[::-1])) if found.any() else None
 
 
-def _five_sds(force_n: _Floats, standing: Standing, peak: int, rate_hz: float) -> int | None:
+def _five_sds(force_n: Floats, standing: Standing, peak: int, rate_hz: float) -> int | None:
     off_n = np.abs(force_n[standing.stop : peak + 1] - standing.weight_n)
     found = _first(off_n > _SDS * standing.sd_n, standing.stop)
     return None if found is None else max(found - round(BACK_S * rate_hz), 0)
 
 
-def _back_to_weight(force_n: _Floats, standing: Standing, peak: int, _rate_hz: float) -> int | None:
+def _back_to_weight(force_n: Floats, standing: Standing, peak: int, _rate_hz: float) -> int | None:
     deepest = int(np.argmin(force_n[: peak + 1]))
     within = _last(force_n[: deepest + 1] >= standing.weight_n - _SDS * standing.sd_n)
     return None if within is None or within == deepest else _last(force_n[: within + 1] >= standing.weight_n)
 
 
-def _ten_percent(force_n: _Floats, standing: Standing, peak: int, _rate_hz: float) -> int | None:
-    return _first(force_n[standing.stop : peak + 1] < 0.9 * standing.weight_n, standing.stop)
-
-
-ONSETS: Mapping[str, Callable[[_Floats, Standing, int, float], int | None]] = {
+ONSETS: Mapping[str, Callable[[Floats, Standing, int, float], int | None]] = {
     "5sd_back_30ms": _five_sds,
     "5sd_back_to_weight": _back_to_weight,
-    "10_percent": _ten_percent,
+    "10_percent": lambda force_n, standing, peak, _rate_hz: _first(
+        force_n[standing.stop : peak + 1] < 0.9 * standing.weight_n, standing.stop
+    ),
 }
 """Onset of the movement, by name: of force (n,), standing, sample of the largest force before take-off and rate in Hz
 the sample at which the movement begins, None where the force does not change as the rule says.
@@ -95,7 +92,7 @@ the sample at which the movement begins, None where the force does not change as
 - `10_percent`: the force is 10 % below the weight (Meylan et al. 2011).
 """
 
-TAKE_OFFS: Mapping[str, Callable[[float, _Floats], float]] = {
+TAKE_OFFS: Mapping[str, Callable[[float, Floats], float]] = {
     "flight_5sd": lambda _weight_n, flight_n: float(flight_n.mean() + _SDS * flight_n.std()),
     "10n": lambda _weight_n, _flight_n: 10.0,
     "50n": lambda _weight_n, _flight_n: 50.0,
@@ -112,18 +109,18 @@ ONSET, TAKE_OFF = "5sd_back_30ms", "flight_5sd"
 """The rules that are used where none is named."""
 
 
-def take_off_sample(force_n: _Floats, peak: int, threshold_n: float) -> int | None:
+def take_off_sample(force_n: Floats, peak: int, threshold_n: float) -> int | None:
     """Return the first sample from the largest force on that is not above a threshold."""
     return _first(force_n[peak:] <= threshold_n, peak)
 
 
-def speed_m_s(force_n: _Floats, standing: Standing, onset: int, take_off: int, rate_hz: float) -> float:
+def speed_m_s(force_n: Floats, standing: Standing, onset: int, take_off: int, rate_hz: float) -> float:
     """Return the speed of the body at the last sample before take-off, from the impulse since the onset."""
     net_n = force_n[onset:take_off] - standing.weight_n
     return float(np.trapezoid(net_n, dx=1.0 / rate_hz)) / standing.weight_n * STANDARD_GRAVITY_M_S2
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class FoundJump:
     """A jump out of quiet standing as it lies in a record, before onset and take-off are decided.
 
@@ -132,8 +129,8 @@ class FoundJump:
     plate is empty. `landed` is None where the body does not come back to the plate, or a sample until then is missing.
     """
 
-    time_s: _Floats
-    force_n: _Floats
+    time_s: Floats
+    force_n: Floats
     standing: Standing
     peak: int
     left: int
@@ -155,7 +152,7 @@ def _middle(start: int, stop: int) -> slice:
     return slice(start + edge, stop - edge)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SingleJump:
     """A jump by one rule of onset and one of take-off; each number has its standard error.
 
@@ -234,7 +231,7 @@ def find_jumps(time_s: ArrayLike, force_n: ArrayLike) -> tuple[FoundJump, ...] |
     return tuple(found)
 
 
-def _standing(force_n: _Floats, start: int, step_s: float, zero_n: float) -> tuple[int, int] | None:
+def _standing(force_n: Floats, start: int, step_s: float, zero_n: float) -> tuple[int, int] | None:
     """Return the samples of the second of standing before the last movement of a force (n,), None if it is not quiet.
 
     The quietest second says how the force scatters; the movement begins where the force was last within that scatter.
@@ -260,7 +257,7 @@ def _standing(force_n: _Floats, start: int, step_s: float, zero_n: float) -> tup
     return (stop - n, stop) if quiet else None
 
 
-def _speeds_m_s(force_n: _Floats, weight_n: float, step_s: float) -> _Floats:
+def _speeds_m_s(force_n: Floats, weight_n: float, step_s: float) -> Floats:
     """Return the speed of a body that stands, from its force, up to a constant."""
     return np.cumsum(force_n - force_n.mean()) * (step_s * STANDARD_GRAVITY_M_S2 / weight_n)
 
@@ -291,7 +288,7 @@ def measure_jump(jump: FoundJump, onset: str = ONSET, take_off: str = TAKE_OFF) 
         return Undefined(Reason.NO_TAKE_OFF)
     push_off_s = (off - begin) / rate_hz
     second_n = force_n[standing.start : standing.stop]
-    step_n = _step_n(force_n)
+    step_n = float(np.diff(np.unique(force_n.round(6))).min())  # of the converter; next to nothing where there is none
     scatter_n, *slope = _blocks(second_n, rate_hz)
     zero_rounding_n = _rounding_se_n(flight_n, step_n)
     weight_se_n = math.hypot(scatter_n, _rounding_se_n(second_n, step_n), zero_rounding_n)
@@ -331,17 +328,12 @@ def measure_jump(jump: FoundJump, onset: str = ONSET, take_off: str = TAKE_OFF) 
     )
 
 
-def _step_n(force_n: _Floats) -> float:
-    """Return the step of the converter that a force was read with, next to nothing where there is none."""
-    return float(np.diff(np.unique(force_n.round(6))).min())
-
-
-def _rounding_se_n(force_n: _Floats | np.float64, step_n: float) -> float:
+def _rounding_se_n(force_n: Floats | np.float64, step_n: float) -> float:
     """Return the standard error that steps leave in a force's mean; scatter of half a step evens them out."""
     return step_n / math.sqrt(12.0) if force_n.std() < step_n / 2.0 else 0.0
 
 
-def _blocks(force_n: _Floats, rate_hz: float) -> tuple[float, float, float]:
+def _blocks(force_n: Floats, rate_hz: float) -> tuple[float, float, float]:
     """Return the standard error of a force's mean from the means of its parts, its slope and the slope's error."""
     means = np.array([part.mean() for part in np.array_split(force_n, _BLOCKS)])
     at_s = (np.arange(_BLOCKS) - (_BLOCKS - 1) / 2.0) * force_n.size / _BLOCKS / rate_hz
@@ -357,7 +349,7 @@ def _drift_n_s(*slopes: Sequence[float]) -> float:
     return math.hypot(mean, math.fsum(weights) ** -0.5)
 
 
-def _smooth_start(force_n: _Floats, standing: Standing, peak: int) -> int:
+def _smooth_start(force_n: Floats, standing: Standing, peak: int) -> int:
     """Return the sample at which a force begins to leave that of standing, as the square of time.
 
     The square that passes 5 SD and 10 SD where the force does begins 1 + sqrt(2) times the time between before that.
@@ -368,7 +360,7 @@ def _smooth_start(force_n: _Floats, standing: Standing, peak: int) -> int:
     return max(once - round((1.0 + math.sqrt(2.0)) * (twice - once)), 0)
 
 
-def _fade_s(force_n: _Floats, flight_n: _Floats, sample: int, rate_hz: float) -> float:
+def _fade_s(force_n: Floats, flight_n: Floats, sample: int, rate_hz: float) -> float:
     """Return the time from a sample to where a force that falls into the noise of a flight has surely ended.
 
     That is where the line from its passing 10 SD of the flight to its passing 5 SD reaches -2 SD.

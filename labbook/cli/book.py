@@ -88,7 +88,7 @@ def demo(
 
 def _study_demo(folder: Path, study: str, seed: int, full: bool, report: Callable[[str], None]) -> Shown:
     from data_schema.errors import UsageError, unknown_name
-    from labbook.demo.studies.registry import make_study
+    from labbook.demo.running import make_study
 
     if study not in STUDIES:
         raise unknown_name("study with a demonstration", study, STUDIES)

@@ -68,7 +68,7 @@ def _as_profile(given: Mapping[str, Any]) -> dict[str, Any]:
     keys = {_KEYS[option]: "\t" if value == "tab" else value for option, value in given.items()}
     profile = read_model(ProfileSettings, {"files": "*", **keys}, faults)
     if profile is not None:
-        check_profile(profile, "", faults)
+        faults += check_profile(profile, "")
     if profile is None or faults:
         key, _colon, sentence = faults[0].partition(": ")
         option = next(option for option, name in _KEYS.items() if name == key.strip("."))

@@ -7,7 +7,7 @@ the order of the file. `parsing.py` fills in what is marked `NOT_A_KEY`.
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from datetime import date
 from enum import StrEnum
 from typing import Annotated, Any, Literal, get_args
@@ -17,6 +17,7 @@ from msgspec import field as named
 
 from data_schema.calibration import Calibration, line_through
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ContrastKind, FactorKind, ReasonCode, StudyKind
 
@@ -92,7 +93,7 @@ class TakeOff(StrEnum):
     PERCENT = "20_percent"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class StudySettings:
     """`[study]`. Joules are charge times `reference_voltage_v` (thesis: 15.4 V in 5.1.3, 16.8 V in 4.3.1).
 
@@ -107,7 +108,7 @@ class StudySettings:
     run_names: str = "r{:03d}"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LevelSettings:
     """A level of a factor: `value` where the factor is a number, `attributes` such as a foot's `radius_m`."""
 
@@ -143,7 +144,7 @@ RejectReason = Literal["dropped_packet", "wrong_apex", "touched_by_hand", "misfi
 """A `ReasonCode` for which a jump is rejected: all but those for which one is accepted."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ProtocolSettings:
     """`[protocol]`: how a run is made and what of it is used.
 
@@ -164,7 +165,7 @@ class ProtocolSettings:
     reject_reasons: tuple[RejectReason, ...] = get_args(RejectReason)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class GainSettings:
     """`[gains.FACTOR]`: slope * gain + offset in `unit`, but 0 at the gain `zero`, where nothing is applied."""
 
@@ -179,7 +180,7 @@ class GainSettings:
         return 0.0 if gain == self.zero else self.slope * gain + self.offset
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RobotSettings:
     """`[robots.NAME]`."""
 
@@ -192,7 +193,7 @@ class RobotSettings:
     leg_max_m: Positive
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class BatterySettings:
     """`[batteries.NAME]`."""
 
@@ -200,7 +201,7 @@ class BatterySettings:
     capacity_mah: Positive
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class InstrumentSettings:
     """`[instruments.NAME]`."""
 
@@ -223,7 +224,7 @@ Limit = Literal[
 """A bound of `ingest.model.Limits`."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class FileSettings:
     """`[files]`: `limits` are the bounds on what a file may ask for that `[files.limits]` sets, by name."""
 
@@ -292,7 +293,7 @@ class ProfileColumn(CalibrationKeys, frozen=True, kw_only=True):
         return tuple(each for each in found if each is not None)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TimeColumn:
     """`time` of a profile: the column of times, its unit, and the column of dates beside times of day."""
 
@@ -343,7 +344,7 @@ class ProfileSettings(
         return {name: value for name, value in found.items() if value is not None and value is not False}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SimulationSettings:
     """`[simulation]`: the scene that conditions are predicted with, and what becomes of it in each of them.
 
@@ -379,7 +380,7 @@ class Alternative(StrEnum):
     ONE_SIDED = "one-sided"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bounds:
     """The differences of apex height that are too small to matter: metres, or percent of the control's mean."""
 
@@ -395,7 +396,7 @@ class Side(StrEnum):
     TREATED = "treated"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ContrastSettings:
     """A contrast of condition means that was decided on; `factor`, `side`, `levels` and `at` as its kind needs them."""
 
@@ -413,7 +414,7 @@ class ContrastSettings:
         return " ".join(filter(None, parts))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class AnalysisSettings:
     """`[analysis]`: what was decided about the analysis before anything was measured.
 
@@ -462,7 +463,7 @@ class ClaimKind(StrEnum):
     """One group saves less than any other."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class HypothesisSettings:
     """`[hypotheses.NAME]`: `text` says it, `source` where it was published, `published` what was found there.
 
@@ -482,7 +483,7 @@ class HypothesisSettings:
     name: Annotated[str, NOT_A_KEY] = ""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class StudyProtocol:
     """`[studies.NAME]`: what `labbook study NAME` is asked with; None where that is left to it.
 
@@ -500,21 +501,21 @@ class StudyProtocol:
     level: Part | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class DatabaseSettings:
     """`[database]`: where the tables of a shared book are."""
 
     url: PostgresUrl | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class StoreSettings:
     """`[store]`: where raw copies and journal lie, if not in the book."""
 
     path: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SharingSettings:
     """`[sharing]`: under which licence others may use what leaves the book, an SPDX identifier or an address."""
 
@@ -525,14 +526,14 @@ Private = Literal["people", "notes", "paths"]
 """What a capsule for sharing can leave out: names of people, texts of notes, paths of files and the database's."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PrivacySettings:
     """`[privacy]`: what is left out of what is shared with everybody."""
 
     leave_out: tuple[Private, ...] = ()
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
+@frozen(kw_only=True)
 class Configuration:
     """All of `labbook.toml`; `people` goes from name to initials."""
 

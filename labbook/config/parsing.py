@@ -74,7 +74,7 @@ def parse_configuration(text: str, source: str, folder: Path | None = None) -> C
         simulation = configuration.simulation and replace(configuration.simulation, scene_toml=scene_toml)
         hypotheses = {name: replace(one, name=name) for name, one in configuration.hypotheses.items()}
         configuration = replace(configuration, simulation=simulation, hypotheses=hypotheses, text=text)
-        check(configuration, given, faults)
+        faults += check(configuration, given)
     if configuration is None or faults:
         if len(faults) == 1:
             raise InputRefused(f"{source}: {faults[0]}")
@@ -146,90 +146,88 @@ _CLAIM_KEYS: Mapping[ClaimKind, tuple[str, ...]] = {
 """The keys that a contrast or a claim needs, and that no other has."""
 
 
-def check(configuration: Configuration, given: Mapping[str, Any], faults: Faults) -> None:
-    """Add a fault for all that no study can mean; `given` is the TOML, for which keys it has."""
-    _check_study(configuration, faults)
-    _check_factors(configuration, faults)
+def check(configuration: Configuration, given: Mapping[str, Any]) -> Iterator[str]:
+    """Give a fault for all that no study can mean; `given` is the TOML, for which keys it has."""
+    yield from _check_study(configuration)
+    yield from _check_factors(configuration)
     for name, profile in configuration.profiles.items():
-        check_profile(profile, below("profiles", name), faults)
-    _check_simulation(configuration, faults)
-    _check_analysis(configuration, given, faults)
+        yield from check_profile(profile, below("profiles", name))
+    yield from _check_simulation(configuration)
+    yield from _check_analysis(configuration, given)
     for name, hypothesis in configuration.hypotheses.items():
         path = below("hypotheses", name)
         needed = _CLAIM_KEYS[hypothesis.claim]
         allowed = (*needed, "levels") if "between" in needed else needed
-        if _has_its_keys(path, given["hypotheses"][name], needed, allowed, _CLAIM_KEYS, faults):
-            _check_hypothesis(hypothesis, configuration.factors, path, faults)
+        other = _other_keys(path, given["hypotheses"][name], needed, allowed, _CLAIM_KEYS)
+        yield from other or _check_hypothesis(hypothesis, configuration.factors, path)
     for study in configuration.studies:
         if study not in STUDIES:
-            faults.append(f"{below('studies', study)}: {unknown_name('study', study, STUDIES)}")
+            yield f"{below('studies', study)}: {unknown_name('study', study, STUDIES)}"
             continue
         for key in given["studies"][study].keys() - set(STUDIES[study].keys):
-            faults.append(f"{below('studies', study)}.{key}: {unknown_name('key', key, STUDIES[study].keys)}")
+            yield f"{below('studies', study)}.{key}: {unknown_name('key', key, STUDIES[study].keys)}"
 
 
-def _check_study(configuration: Configuration, faults: Faults) -> None:
+def _check_study(configuration: Configuration) -> Iterator[str]:
     study, people, protocol = configuration.study, configuration.people, configuration.protocol
     try:
         zoneinfo.ZoneInfo(study.time_zone)
     except (zoneinfo.ZoneInfoNotFoundError, ValueError, OSError):  # a folder of zones raises OSError
         known = zoneinfo.available_timezones()
-        faults.append(f"study.time_zone: {unknown_name('time zone', study.time_zone, known)}")
+        yield f"study.time_zone: {unknown_name('time zone', study.time_zone, known)}"
     scheme = scheme_fault(study.run_names)
     if scheme is not None:
-        faults.append(f"study.run_names: {scheme}")
+        yield f"study.run_names: {scheme}"
     for name, initials in people.items():
         if list(people.values()).count(initials) > 1 or (initials in people and initials != name):
-            faults.append(
-                f"{below('people', name)}: the initials {initials!r} also stand for someone else: choose others."
-            )
-    _check_once(protocol.checks, "protocol.checks", faults)
-    _check_once(protocol.reject_reasons, "protocol.reject_reasons", faults)
-    _check_once(configuration.privacy.leave_out, "privacy.leave_out", faults)
+            yield f"{below('people', name)}: the initials {initials!r} also stand for someone else: choose others."
+    yield from _check_once(protocol.checks, "protocol.checks")
+    yield from _check_once(protocol.reject_reasons, "protocol.reject_reasons")
+    yield from _check_once(configuration.privacy.leave_out, "privacy.leave_out")
     for name, robot in configuration.robots.items():
         if robot.leg_min_m >= robot.leg_max_m:
-            faults.append(
+            yield (
                 f"{below('robots', name)}.leg_min_m: {robot.leg_min_m:g} is not less than leg_max_m: exchange or "
                 "correct them."
             )
 
 
-def _check_once(items: Iterable[object], path: str, faults: Faults) -> None:
+def _check_once(items: Iterable[object], path: str) -> Iterator[str]:
     for one, times in Counter(items).items():
         if times > 1:
-            faults.append(f"{path}: {str(one)!r} is there {times} times: keep one.")
+            yield f"{path}: {str(one)!r} is there {times} times: keep one."
 
 
-def _check_factors(configuration: Configuration, faults: Faults) -> None:
+def _check_factors(configuration: Configuration) -> Iterator[str]:
     factors = configuration.factors
     folded = Counter(name.casefold() for name in factors)
     for name, factor in factors.items():
         path = below("factors", name)
         if not name.isidentifier() or name.casefold() in RESERVED_NAMES or folded[name.casefold()] > 1:
-            faults.append(f"{path}: {name!r} is no name for a factor, or is taken: use other letters, digits and _.")
+            yield f"{path}: {name!r} is no name for a factor, or is taken: use other letters, digits and _."
         labels = list(factor.given_levels)
         if not labels:
             example = "[300, 400]" if factor.kind is FactorKind.NUMBER else '["small", "large"]'
-            faults.append(f"{path}.levels: there are none: write for example levels = {example}.")
-        _check_once(labels, f"{path}.levels", faults)
+            yield f"{path}.levels: there are none: write for example levels = {example}."
+        yield from _check_once(labels, f"{path}.levels")
         if factor.kind is FactorKind.NUMBER and (
             isinstance(factor.given_levels, dict) or not all(map(_is_number_label, labels))
         ):
-            faults.append(f'{path}.levels: not all are numbers: write numbers in square brackets, or kind = "label".')
+            yield f'{path}.levels: not all are numbers: write numbers in square brackets, or kind = "label".'
         elif labels and factor.control is not None:
-            _check_levels([factor.control], name, factors, f"{path}.control", faults)
+            yield from _check_levels([factor.control], name, factors, f"{path}.control")
     swept = [name for name, factor in factors.items() if factor.control is not None]
     if len(swept) > 1:
-        faults.append(
+        yield (
             f"factors.{swept[1]}.control: [factors.{swept[0]}] names a control already: keep one, for one factor is "
             "swept."
         )
     numbers = [name for name, factor in factors.items() if factor.kind is FactorKind.NUMBER]
     for name, gain in configuration.gains.items():
         if name not in numbers:
-            faults.append(f"{below('gains', name)}: {_unknown_factor(name, numbers, FactorKind.NUMBER)}")
+            yield f"{below('gains', name)}: {_unknown_factor(name, numbers, FactorKind.NUMBER)}"
         if gain.slope == 0:
-            faults.append(f"{below('gains', name)}.slope: 0 makes every gain the same: give another slope.")
+            yield f"{below('gains', name)}.slope: 0 makes every gain the same: give another slope."
 
 
 def _is_number_label(label: str) -> bool:
@@ -247,45 +245,39 @@ def _unknown_factor(name: str, factors: Iterable[str], kind: FactorKind | None =
     return str(unknown_name(f"factor{of_kind}", name, known, remedy))
 
 
-def _check_factor(name: str, factors: Collection[str], path: str, faults: Faults) -> bool:
-    if name not in factors:
-        faults.append(f"{path}: {_unknown_factor(name, factors)}")
-    return name in factors
+def _check_factor(name: str, factors: Collection[str], path: str) -> Faults:
+    return [] if name in factors else [f"{path}: {_unknown_factor(name, factors)}"]
 
 
-def _check_levels(
-    labels: Iterable[str], factor: str, factors: Mapping[str, FactorSettings], path: str, faults: Faults
-) -> None:
+def _check_levels(labels: Iterable[str], factor: str, factors: Mapping[str, FactorSettings], path: str) -> Faults:
     known = list(factors[factor].given_levels)
-    faults += [f"{path}: {unknown_name(f'level of {factor}', label, known)}" for label in labels if label not in known]
+    return [f"{path}: {unknown_name(f'level of {factor}', label, known)}" for label in labels if label not in known]
 
 
-def check_profile(profile: ProfileSettings, path: str, faults: Faults) -> None:
-    """Add a fault for what a profile, or what is declared of a file, cannot mean."""
+def check_profile(profile: ProfileSettings, path: str) -> Iterator[str]:
+    """Give a fault for what a profile, or what is declared of a file, cannot mean."""
     if profile.files is None and not profile.recognise:
-        faults.append(
-            f"{path}.recognise: names no column: list one or more that only this logger has, or give `files`."
-        )
+        yield f"{path}.recognise: names no column: list one or more that only this logger has, or give `files`."
     if profile.time is not None and profile.rate_hz is not None:
-        faults.append(f"{path}.rate_hz: stands beside a time column: leave one of the two out.")
-    _check_words(profile, path, faults)
+        yield f"{path}.rate_hz: stands beside a time column: leave one of the two out."
+    yield from _check_words(profile, path)
     if profile.encoding is not None:
         try:
             if "a1;".encode(profile.encoding) != b"a1;":
                 raise LookupError
         except (LookupError, UnicodeError):
-            faults.append(
+            yield (
                 f"{path}.encoding: {profile.encoding!r} is not known, or does not hold plain letters as bytes: give "
                 "for example cp1252 or cp1250."
             )
     if profile.time is not None and profile.time.unit is not None:
-        _try(f"{path}.time.unit", faults, check_unit, profile.time.unit, None)
-    _check_once((one.channel for one in profile.columns.values() if one.channel), f"{path}.columns", faults)
+        yield from _refusal(f"{path}.time.unit", check_unit, profile.time.unit, None)
+    yield from _check_once((one.channel for one in profile.columns.values() if one.channel), f"{path}.columns")
     for name, column in profile.columns.items():
-        _check_column(column, below(f"{path}.columns", name), faults)
+        yield from _check_column(column, below(f"{path}.columns", name))
 
 
-def _check_words(profile: ProfileSettings, path: str, faults: Faults) -> None:
+def _check_words(profile: ProfileSettings, path: str) -> Iterator[str]:
     """Check the keys whose words the readers define; their modules are loaded only where such a key stands."""
     if profile.date_format is None and profile.clock_format is None and profile.axes is None:
         return
@@ -298,35 +290,36 @@ def _check_words(profile: ProfileSettings, path: str, faults: Faults) -> None:
         ("axes", profile.axes, AXES),
     ):
         if given is not None and given not in words:
-            faults.append(f"{path}.{key}: {unknown_name(key, given, words)}")
+            yield f"{path}.{key}: {unknown_name(key, given, words)}"
 
 
-def _check_column(column: ProfileColumn, path: str, faults: Faults) -> None:
+def _check_column(column: ProfileColumn, path: str) -> Iterator[str]:
     channel = column.channel
-    if channel is not None and not _try(f"{path}.channel", faults, declared_channel, channel):
+    if channel is not None and (unknown := _refusal(f"{path}.channel", declared_channel, channel)):
+        yield from unknown
         return
     if column.unit is not None:
-        _try(f"{path}.unit", faults, check_unit, column.unit, channel and declared_channel(channel))
+        yield from _refusal(f"{path}.unit", check_unit, column.unit, channel and declared_channel(channel))
     for place, keys in ((path, column), *((f"{path}.calibrations", each) for each in column.listed)):
-        if not _try(place, faults, keys.calibration):
+        if refused := _refusal(place, keys.calibration):
+            yield from refused
             return
     if column.calibrations and column.unit is None:
-        faults.append(f"{path}.unit: is missing: give the unit of the calibrated value.")
+        yield f"{path}.unit: is missing: give the unit of the calibrated value."
     if len(column.calibrations) > max(1, len(column.listed)):
-        faults.append(f"{path}.calibrations: stands beside keys of a calibration: list all of them there.")
+        yield f"{path}.calibrations: stands beside keys of a calibration: list all of them there."
 
 
-def _try(path: str, faults: Faults, checked: Any, *given: Any) -> bool:
-    """Call a check, and add its refusal to the faults."""
+def _refusal(path: str, checked: Any, *given: Any) -> Faults:
+    """Call a check, and return what it refuses."""
     try:
         checked(*given)
     except (UsageError, InputRefused) as error:
-        faults.append(f"{path}: {error}")
-        return False
-    return True
+        return [f"{path}: {error}"]
+    return []
 
 
-def _check_simulation(configuration: Configuration, faults: Faults) -> None:
+def _check_simulation(configuration: Configuration) -> Iterator[str]:
     simulation, factors = configuration.simulation, configuration.factors
     if simulation is None:
         return
@@ -335,16 +328,15 @@ def _check_simulation(configuration: Configuration, faults: Faults) -> None:
         shipped = [entry.name.removesuffix(".toml") for entry in scenes if entry.name.endswith(".toml")]
         if simulation.scene not in shipped:
             own = "A scene of your own is given by its file, NAME.toml, relative to labbook.toml."
-            faults.append(f"simulation.scene: {unknown_name('scene', simulation.scene, shipped, own)}")
+            yield f"simulation.scene: {unknown_name('scene', simulation.scene, shipped, own)}"
     for name in simulation.factors:
-        _check_factor(name, factors, below("simulation.factors", name), faults)
+        yield from _check_factor(name, factors, below("simulation.factors", name))
     for name, levels in simulation.levels.items():
         path = below("simulation.levels", name)
-        if _check_factor(name, factors, path, faults):
-            _check_levels(levels, name, factors, path, faults)
+        yield from _check_factor(name, factors, path) or _check_levels(levels, name, factors, path)
 
 
-def _check_analysis(configuration: Configuration, given: Mapping[str, Any], faults: Faults) -> None:
+def _check_analysis(configuration: Configuration, given: Mapping[str, Any]) -> Iterator[str]:
     analysis = configuration.analysis
     if analysis is None:
         return
@@ -353,85 +345,83 @@ def _check_analysis(configuration: Configuration, given: Mapping[str, Any], faul
         ("apex_bounds_percent", analysis.apex_bounds_percent),
     ):
         if bounds is not None and not bounds[0] < 0.0 < bounds[1]:
-            faults.append(
+            yield (
                 f"analysis.{key}: {list(bounds)} are no bounds round no difference: write one below 0 and one above."
             )
     if analysis.apex_bounds_m is not None and analysis.apex_bounds_percent is not None:
-        faults.append("analysis.apex_bounds_m: stands beside apex_bounds_percent: leave one of the two out.")
+        yield "analysis.apex_bounds_m: stands beside apex_bounds_percent: leave one of the two out."
     path = "analysis.contrasts"
     for contrast, keys in zip(analysis.contrasts, given["analysis"].get("contrasts", ()), strict=True):
         needed = _CONTRAST_KEYS[contrast.kind]
         allowed = needed if contrast.kind is ContrastKind.LEVELS_OFF else (*needed, "levels")
-        if _has_its_keys(path, keys, needed, allowed, _CONTRAST_KEYS, faults):
-            _check_contrast(contrast, configuration.factors, path, faults)
-    _check_once(analysis.contrasts, path, faults)
+        other = _other_keys(path, keys, needed, allowed, _CONTRAST_KEYS)
+        yield from other or _check_contrast(contrast, configuration.factors, path)
+    yield from _check_once(analysis.contrasts, path)
 
 
-def _has_its_keys(
+def _other_keys(
     path: str,
     given: Collection[str],
     needed: Collection[str],
     allowed: Collection[str],
     of_kinds: Mapping[Any, Iterable[str]],
-    faults: Faults,
-) -> bool:
-    """Add a fault for a key that is missing for what is asked, or that belongs to what is not asked."""
+) -> Faults:
+    """Return a fault for a key that is missing for what is asked, or that belongs to what is not asked."""
     others = {"levels", *(key for keys in of_kinds.values() for key in keys)} - set(allowed)
     missing = [f"{path}.{key}: is missing: give it, or ask something else." for key in needed if key not in given]
-    beside = [f"{path}.{key}: {unknown_name('key of what is asked', key, allowed)}" for key in others & set(given)]
-    faults += missing + beside
-    return not missing and not beside
+    return missing + [
+        f"{path}.{key}: {unknown_name('key of what is asked', key, allowed)}" for key in others & set(given)
+    ]
 
 
-def _check_contrast(
-    contrast: ContrastSettings, factors: Mapping[str, FactorSettings], path: str, faults: Faults
-) -> None:
+def _check_contrast(contrast: ContrastSettings, factors: Mapping[str, FactorSettings], path: str) -> Iterator[str]:
     swept = _swept(factors)
     named = bool(contrast.factor)
     factor = contrast.factor or swept or ""
-    if not _check_factor(factor, [name for name in factors if not named or name != swept], f"{path}.factor", faults):
+    others = [name for name in factors if not named or name != swept]
+    if unknown := _check_factor(factor, others, f"{path}.factor"):
+        yield from unknown
         return
     control = factors[factor].control
-    _check_levels(contrast.levels, factor, factors, f"{path}.levels", faults)
+    yield from _check_levels(contrast.levels, factor, factors, f"{path}.levels")
     if contrast.kind is ContrastKind.TREND and control in contrast.levels:
-        faults.append(f"{path}.levels: {control} is the control, which saves nothing: leave it out.")
-    _check_several(contrast.levels, path, faults)
+        yield f"{path}.levels: {control} is the control, which saves nothing: leave it out."
+    yield from _check_several(contrast.levels, path)
     rises = contrast.kind in (ContrastKind.TREND, ContrastKind.LEVELS_OFF)
     if rises and factors[factor].kind is not FactorKind.NUMBER:
-        faults.append(f"{path}.kind: the levels of {factor} are no numbers, so nothing rises with them: compare them.")
+        yield f"{path}.kind: the levels of {factor} are no numbers, so nothing rises with them: compare them."
 
 
-def _check_several(levels: Collection[str], path: str, faults: Faults) -> None:
+def _check_several(levels: Collection[str], path: str) -> Iterator[str]:
     if len(set(levels)) == 1:
         (one, *_) = levels
-        faults.append(f"{path}.levels: {one} alone is compared with nothing: name two or more, or leave levels out.")
+        yield f"{path}.levels: {one} alone is compared with nothing: name two or more, or leave levels out."
 
 
-def _check_hypothesis(
-    found: HypothesisSettings, factors: Mapping[str, FactorSettings], path: str, faults: Faults
-) -> None:
-    """Add a fault for a hypothesis that no runs of these factors could test."""
+def _check_hypothesis(found: HypothesisSettings, factors: Mapping[str, FactorSettings], path: str) -> Iterator[str]:
+    """Give a fault for a hypothesis that no runs of these factors could test."""
     swept = _swept(factors)
     saves = found.claim not in (ClaimKind.SAME, ClaimKind.NOT_LOWER)
     if saves and not found.outcome.has_savings:
         saved = [outcome.key for outcome in type(found.outcome) if outcome.has_savings]
-        faults.append(f"{path}.outcome: {unknown_name('outcome of a saving', found.outcome.key, saved)}")
-    if found.between and _check_factor(found.between, factors, f"{path}.between", faults):
+        yield f"{path}.outcome: {unknown_name('outcome of a saving', found.outcome.key, saved)}"
+    if found.between and (unknown := _check_factor(found.between, factors, f"{path}.between")):
+        yield from unknown
+    elif found.between:
         control = factors[found.between].control
-        _check_levels(found.levels, found.between, factors, f"{path}.levels", faults)
-        _check_several(found.levels, path, faults)
+        yield from _check_levels(found.levels, found.between, factors, f"{path}.levels")
+        yield from _check_several(found.levels, path)
         if found.between == swept and found.side is Side.CONTROL:
-            faults.append(
-                f"{path}.side: the control has one level of {swept}: compare another factor, or the treated side."
-            )
+            yield f"{path}.side: the control has one level of {swept}: compare another factor, or the treated side."
         elif found.between == swept and control in found.levels:
-            faults.append(f"{path}.levels: {control} is the control, which is not on the treated side: leave it out.")
+            yield f"{path}.levels: {control} is the control, which is not on the treated side: leave it out."
     for name, label in found.group.items():
-        if _check_factor(name, factors, f"{path}.group", faults):
-            _check_levels([label], name, factors, f"{path}.group.{name}", faults)
+        yield from _check_factor(name, factors, f"{path}.group") or _check_levels(
+            [label], name, factors, f"{path}.group.{name}"
+        )
     others = [name for name in factors if name != swept]
     if swept is not None and found.group and set(found.group) != set(others):
-        faults.append(f"{path}.group: a group has one level of each of {', '.join(others)}: name just these.")
+        yield f"{path}.group: a group has one level of each of {', '.join(others)}: name just these."
 
 
 def _swept(factors: Mapping[str, FactorSettings]) -> str | None:

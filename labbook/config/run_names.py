@@ -5,13 +5,14 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection
-from dataclasses import dataclass
+
+from data_schema.frozen import frozen
 
 DEFAULT = "r{:03d}"
 _SCHEME = re.compile(r"(?P<before>[^{}]*)\{(?::0(?P<digits>[1-9])d)?\}(?P<after>[^{}]*)")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RunNames:
     """Names of runs by number: `r{:03d}` is r001, r002 and so on, `LOG{:04d}` is LOG0001, `trial {}` is trial 1.
 

@@ -15,9 +15,16 @@ from data_schema.vocabulary import RunKind
 from labbook.demo.campaign import BATTERIES, IDLE_MINUTES, JUMPS_PER_RUN, Campaign, DemoRun
 from labbook.demo.logger import DECIMALS, RunLog, run_log
 from labbook.demo.plate import hopping_record
-from labbook.demo.records import MARK, CampaignFiles, PlannedRun, Record
 from labbook.demo.truth import CONTROL_GAIN, FOOT_RADIUS_M, Truth
-from labbook.demo.writers import Recharge, bertec_text, icharger_log, string_pot_log
+from labbook.demo.writers import (
+    MARK,
+    CampaignFiles,
+    Recharge,
+    Record,
+    bertec_text,
+    icharger_log,
+    string_pot_log,
+)
 
 FACTORS = ("foot", "k_gain", "b_ad_gain")
 ROBOT = "hopper"
@@ -241,14 +248,20 @@ def campaign_files(campaign: Campaign, *, full: bool = False) -> CampaignFiles:
         },
         runs=[replace(run, levels={**run.levels, **mistakes.get(run.name, {})}) for run in campaign.runs],
         factors=FACTORS,
-        planned=(campaign.seed, [_planned(run, dates.index(run.date) + 1) for run in campaign.runs]),
+        planned=(
+            campaign.seed,
+            [
+                (
+                    run.name,
+                    dates.index(run.date) + 1,
+                    "" if run.condition is None else f"{run.condition.foot} {run.condition.k_gain}",
+                    {name: str(level) for name, level in run.levels.items()} or None,
+                )
+                for run in campaign.runs
+            ],
+        ),
         corrections=campaign.corrections,
     )
-
-
-def _planned(run: DemoRun, day: int) -> PlannedRun:
-    block = "" if run.condition is None else f"{run.condition.foot} {run.condition.k_gain}"
-    return run.name, day, block, {name: str(level) for name, level in run.levels.items()} or None
 
 
 def _records(campaign: Campaign, full: bool) -> Iterator[Record]:

@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
+from data_schema.frozen import frozen
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.demo.campaign import DemoRun
-from labbook.demo.truth import REST_LENGTH_M, Group, Hop, Truth
-
-FloatArray = NDArray[np.float64]
+from labbook.demo.truth import REST_LENGTH_M, FloatArray, Group, Hop, Truth
 
 _B_GAIN = 5.0
 """Damping gain of the leg, the same in all runs (assumed)."""
@@ -41,7 +40,7 @@ _DROP_CHANCE = 0.12
 _LONGEST_DROP = 12
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class RunLog:
     """One run's log as recorded, and what is true of it.
 
@@ -135,22 +134,6 @@ def _carry_m(time_s: FloatArray, duration_s: float, start_m: float, end_m: float
     return start_m + (end_m - start_m) * share**3 * (10 - 15 * share + 6 * share**2)
 
 
-def _carry_duration_s(distance_m: float, acceleration_m_s2: float) -> float:
-    """Time of a move over `distance_m` whose acceleration nowhere exceeds `acceleration_m_s2`, see `_carry_m`."""
-    return math.sqrt(10 / math.sqrt(3) * distance_m / acceleration_m_s2)
-
-
-def _catch_duration_s(speed_m_s: float, distance_m: float) -> float:
-    """Time in which a fall at `speed_m_s` is stopped within `distance_m`, see `_catch_m`."""
-    return 3 * distance_m / speed_m_s
-
-
-def _catch_m(time_s: FloatArray, start_m: float, speed_m_s: float, distance_m: float) -> FloatArray:
-    """Stop a fall: the speed dies quadratically and the body comes to rest `distance_m` lower."""
-    left = np.clip(1 - time_s / _catch_duration_s(speed_m_s, distance_m), 0, 1)
-    return start_m - distance_m * (1 - left**3)
-
-
 RATE_HZ = 300
 _CLAMP_HEIGHT_M = 0.46
 _START_MARK_M = 0.42
@@ -168,7 +151,7 @@ _LIFTING_M_S2 = (2.5, 4.5)
 """Greatest acceleration of a hand that lifts 2 kg without haste."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Pace:
     """How long the pauses are: before the first jump, between a catch and the next lowering, at the end."""
 
@@ -249,8 +232,10 @@ def _fly_and_catch(rng: np.random.Generator, track: _Track, hop: Hop) -> float:
     caught_m = hop.apex_height_m - STANDARD_GRAVITY_M_S2 * falling_s**2 / 2
     speed_m_s = STANDARD_GRAVITY_M_S2 * falling_s
     distance_m = _STOPPING_SHARE * (caught_m - REST_LENGTH_M)
-    since_s = track.since(_catch_duration_s(speed_m_s, distance_m))
-    track.hang(_catch_m(since_s, caught_m, speed_m_s, distance_m))
+    # The speed dies quadratically, and the body comes to rest so much lower.
+    catching_s = 3 * distance_m / speed_m_s
+    left = np.clip(1 - track.since(catching_s) / catching_s, 0, 1)
+    track.hang(caught_m - distance_m * (1 - left**3))
     return caught_m - distance_m
 
 
@@ -277,7 +262,8 @@ def _lift(rng: np.random.Generator, track: _Track, low_m: float, leg_m: float, r
     """Back above the clamp, down onto it, and rest while the ground is stirred and smoothed."""
     track.clamp_m = _CLAMP_HEIGHT_M + rng.normal(0, _CLAMP_PLAY_M)
     over_m = track.clamp_m + rng.uniform(0.006, 0.018)
-    lifting_s = _carry_duration_s(over_m - low_m, rng.uniform(*_LIFTING_M_S2))
+    # so long that the hand's acceleration nowhere exceeds what is drawn, see `_carry_m`
+    lifting_s = math.sqrt(10 / math.sqrt(3) * (over_m - low_m) / rng.uniform(*_LIFTING_M_S2))
     settling_s = rng.uniform(0.2, 0.4)
     resting_s = reset_s * rng.uniform(0.93, 1.07) - lifting_s - settling_s
     since_s = track.since(lifting_s)

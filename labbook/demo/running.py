@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import json
+import shlex
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from importlib import import_module
 from itertools import chain, groupby
 from pathlib import Path
 
 from data_schema.errors import UsageError
+from data_schema.frozen import frozen
 from data_schema.queries.study import PlannedEntry
 from data_schema.vocabulary import PlanMethod, RunKind
 from ingest.tables.sheet import SheetFile
@@ -23,14 +25,15 @@ from labbook.actions.runs.day_checks import state_check
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import CONFIGURATION, Book, opened
-from labbook.demo.records import MARK, CampaignFiles, Record
-from labbook.demo.writers import charger_sheet, run_sheet
+from labbook.demo.campaign import make_campaign
+from labbook.demo.files import campaign_files
+from labbook.demo.writers import MARK, CampaignFiles, Record, charger_sheet, run_sheet
 
 RUN_SHEET = "runs.csv"
 Say = Callable[[str], None]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class DemoDone:
     """Where the demonstration lies."""
 
@@ -135,3 +138,28 @@ def _ingest(book: Book, folder: Path, step: Say) -> Counter[str]:
         step(f"ingesting {position} of {len(files)}")
         counts[str(ingest_file(book, path, IngestRequest()).status)] += 1
     return counts
+
+
+_DRAWN_BY = {
+    "force-plate": ("force_plate", "demonstration"),
+    "characterisation": ("sheets", "oscillation_campaign"),
+    "emulator": ("emulator", "demonstration"),
+    "compaction": ("sheets", "flask_campaign"),
+    "field": ("sheets", "walk_campaign"),
+}
+"""In the order of the thesis (3.2.2, 4.2.6, 4.3, 5.2, 5.1.2, 2.2.3): a module here, and its function that draws the
+files of a campaign from a seed. Of another study's runs, as of the bed's, it is the demonstration itself.
+"""
+
+
+def make_study(study: str, folder: Path, seed: int, step: Say, say: Say) -> str:
+    """Make the book of a study's campaign; returns the command to go on with."""
+    place = _DRAWN_BY.get(study)
+    step("drawing the campaign")
+    if place is None:
+        book = run_demo(folder, campaign_files(make_campaign(seed)), step, say).book
+    else:
+        module, draw = place
+        files = vars(import_module(f"labbook.demo.studies.{module}"))[draw](seed)
+        book = str(make_campaign_book(folder, files, step, say))
+    return shlex.join(["labbook", "study", study, "--book", book])

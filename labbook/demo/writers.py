@@ -1,4 +1,4 @@
-"""Files in the instruments' own formats; each writer returns bytes.
+"""Files in the instruments' own formats, each writer of which returns bytes, and what is written of a campaign.
 
 What they write is synthetic. None of the formats but `labbook.toml` and the run sheet has a place to say so, so
 the names of the files do.
@@ -12,13 +12,13 @@ import functools
 import io
 import operator
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
+from data_schema.frozen import frozen
 from data_schema.vocabulary import RunKind
 
 Column = tuple[NDArray[np.float64] | NDArray[np.int64], int]
@@ -72,7 +72,7 @@ def string_pot_log(
 FloatArray = NDArray[np.float64]
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class PlateRecord:
     """Force-plate samples: `time_ms` (n,), force and moment (n, 3), centre of pressure (n, 2); z down."""
 
@@ -111,7 +111,7 @@ CELLS = 10
 _DATA_PACKET = 1
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class Recharge:
     """One recharge sampled in time: arrays of shape (n,), cells of shape (n, cells); charge counts up from 0."""
 
@@ -153,7 +153,7 @@ def checksum(line: bytes) -> int:
     return functools.reduce(operator.xor, line, 0)
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False, kw_only=True)
 class SheetRun:
     """One run as people write it down, on the run sheet and from the charger's display; times are local.
 
@@ -229,3 +229,46 @@ def _sheet(head: Sequence[str], rows: Iterable[Sequence[object]]) -> bytes:
     stream = io.StringIO()
     csv.writer(stream, lineterminator="\n").writerows([head, *rows])
     return stream.getvalue().encode()
+
+
+MARK = "synthetic"
+"""Part of the name of every instrument's file."""
+PlannedRun: TypeAlias = tuple[str, int, str, Mapping[str, str] | None]
+"""Name, number of the day, block, and levels, which an idle run lacks."""
+
+
+@frozen
+class Record:
+    """What an instrument wrote, its path below `instruments`, and what is true of it, if that is told."""
+
+    path: str
+    content: bytes
+    truth: Mapping[str, Any] | None = None
+
+
+@frozen
+class Correction:
+    """A fact that was written down wrong and put right later."""
+
+    run: str
+    field: str
+    written: str
+    right: str
+    why: str
+
+
+@frozen(kw_only=True)
+class CampaignFiles:
+    """What is written of a campaign: its configuration, its sheets and records, and what is true.
+
+    `records` are made one after the other. `runs`, if there are any, are made with `factors`, as `planned` from a seed
+    where they were; `corrections` are stated after all is ingested.
+    """
+
+    configuration: str
+    records: Iterable[Record]
+    truth: Mapping[str, Any]
+    runs: Sequence[SheetRun] = ()
+    factors: tuple[str, ...] = ()
+    planned: tuple[int, Sequence[PlannedRun]] | None = None
+    corrections: Sequence[Correction] = ()

@@ -19,7 +19,6 @@ import unicodedata
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from itertools import pairwise, takewhile
 from pathlib import Path, PurePosixPath
@@ -28,6 +27,7 @@ from typing import IO, Self
 
 from data_schema.disk import partial_path, path_in_errors, put_in_place
 from data_schema.errors import InputRefused, UsageError
+from data_schema.frozen import frozen
 
 BLOCK = 1 << 20
 ASK_AGAIN = "ask who gave you the capsule for another copy"
@@ -43,7 +43,7 @@ _UNIX, _ENCRYPTED = 3, 0x1
 _RIGHTS = (stat.S_IFREG | 0o644) << 16
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Member:
     """A file of a capsule: its path below the root folder, its bytes or where they lie, how many, and their sums."""
 
@@ -173,17 +173,14 @@ class Archive:
         """
         target = folder / path
         target.parent.mkdir(parents=True, exist_ok=True)
-        n_bytes, crc32, digest = 0, 0, hashlib.sha256()
         try:
             with target.open("xb") as stream:
                 for block in self._read(path, most):
                     stream.write(block)
-                    n_bytes, crc32 = n_bytes + len(block), zlib.crc32(block, crc32)
-                    digest.update(block)
         except BaseException:
             target.unlink(missing_ok=True)
             raise
-        return Member(path, target, n_bytes, digest.hexdigest(), crc32)
+        return member(path, target)
 
     def refuse_more_than(self, n_bytes: int, folder: Path) -> None:
         """Raise `InputRefused` where its files state more bytes than such an archive can have, or a disk has room."""

@@ -13,7 +13,6 @@ import importlib.metadata
 import json
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path, PurePosixPath
 
@@ -22,6 +21,7 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.disk import SPECIAL, is_special
 from data_schema.errors import BookDamaged, UsageError
+from data_schema.frozen import frozen
 from data_schema.journal import Entry
 from data_schema.queries.files import signal_files
 from data_schema.queries.history import ReportRow, list_reports
@@ -54,7 +54,7 @@ _FROM_BACKUP = "restore it from a backup"
 ANALYSIS, VERIFY, SUMS = "analysis.json", "VERIFY.md", "SHA256SUMS"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class WrittenCapsule:
     """Where a capsule was written, its SHA-256 and size, and what it holds; `remarks` are on what is private in it."""
 

@@ -8,7 +8,6 @@ from __future__ import annotations
 import datetime
 import itertools
 import json
-import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -57,24 +56,19 @@ def write_mcap(selection: Selection, name: str, path: Path) -> int:
                     topic = f"/{signal.role}" if f"/{signal.role}" not in topics else f"/{signal.role}_{next(names)}"
                     topics.add(topic)
                     samples = dataset(selection.connection, selection.store, run, signal)
-                    count += _write(writer, topic, _channels(samples), _messages(samples), signal.start_utc)
-                first = found[0].start_utc
+                    channels = {
+                        str(name): Column(values.attrs["long_name"], ValueKind.NUMBER, values.attrs.get("units", ""))
+                        for name, values in samples.data_vars.items()
+                    }
+                    count += _write(writer, topic, channels, _messages(samples), signal.start_utc)
                 marks = jumps(selection)
-                count += _write(writer, MARKS, marks.columns, _marks(marks), first)
+                count += _write(writer, MARKS, marks.columns, _marks(marks), found[0].start_utc)
                 writer.add_metadata("labbook", {"run": run.name, "day": run.day, "condition": run.condition_key})
                 writer.finish()  # type: ignore[no-untyped-call]
             put_in_place(path)
         finally:
             part.unlink(missing_ok=True)
     return count
-
-
-def _channels(samples: xr.Dataset) -> dict[str, Column]:
-    """Return what each channel is, for the schema."""
-    return {
-        str(name): Column(values.attrs["long_name"], ValueKind.NUMBER, values.attrs.get("units", ""))
-        for name, values in samples.data_vars.items()
-    }
 
 
 def _messages(samples: xr.Dataset) -> Iterator[tuple[float, dict[str, Any]]]:
@@ -117,15 +111,7 @@ def _write(
     for time_s, message in messages:
         count += 1
         at_ns = start_ns + round(time_s * 1e9)
-        data = json.dumps(_numbers_alone(message)).encode()
+        there = {name: value for name, value in message.items() if value is not None and value == value}
+        data = json.dumps(there).encode()
         writer.add_message(channel_id=channel_id, log_time=at_ns, publish_time=at_ns, data=data)
     return count
-
-
-def _numbers_alone(message: Mapping[str, Any]) -> dict[str, Any]:
-    """Leave out what is missing, or NaN, which JSON has not."""
-    return {
-        name: value
-        for name, value in message.items()
-        if value is not None and not (isinstance(value, float) and math.isnan(value))
-    }

@@ -68,16 +68,12 @@ def data_dictionary(tables: Iterable[ExportTable]) -> bytes:
         [
             head,
             *(
-                [csv_field(text) for text in (table.name, name, *_about(column))]
+                list(map(csv_field, (table.name, name, str(one.kind), *(getattr(one, of) for of in head[3:]))))
                 for table in tables
-                for name, column in table.columns.items()
+                for name, one in table.columns.items()
             ),
         ]
     )
-
-
-def _about(column: Column) -> tuple[str, ...]:
-    return (str(column.kind), column.unit, column.meaning, column.missing, column.allowed, column.source)
 
 
 def data_package(title: str, license_: str | None, tables: Iterable[ExportTable], files: Mapping[str, bytes]) -> bytes:
@@ -86,7 +82,7 @@ def data_package(title: str, license_: str | None, tables: Iterable[ExportTable]
         "profile": "tabular-data-package",
         "name": re.sub(r"[^a-z0-9]+", "-", title.lower()).strip("-") or "study",
         "title": title,
-        **({} if license_ is None else {"licenses": [_license(license_)]}),
+        **({} if license_ is None else {"licenses": [{"path" if "://" in license_ else "name": license_}]}),
         "resources": [_resource(table, files[table_path(table.name)]) for table in tables],
     }
     return (json.dumps(package, indent=1, ensure_ascii=False) + "\n").encode()
@@ -95,10 +91,6 @@ def data_package(title: str, license_: str | None, tables: Iterable[ExportTable]
 def table_path(name: str) -> str:
     """Return where a table's file lies below the package."""
     return f"tables/{name}.csv"
-
-
-def _license(given: str) -> dict[str, str]:
-    return {"path": given} if "://" in given else {"name": given}
 
 
 def _resource(table: ExportTable, data: bytes) -> dict[str, Any]:

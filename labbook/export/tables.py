@@ -6,12 +6,13 @@ Numbers are those of a report of the same runs. Columns that stand in a view of 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
 from data_schema.columns import Column, ValueKind
+from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.queries.history import void_reasons
 from data_schema.queries.study import planned_runs
@@ -22,7 +23,7 @@ from labbook.analysis.outcomes.conditions import number_of
 from labbook.analysis.outcomes.detection import jumps_found
 from labbook.export.selection import Selection
 from reports.display import unit_slug
-from reports.numbers import Number, Value
+from reports.numbers import Value
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -33,7 +34,7 @@ _NO_LOG = "no log of it can be used"
 _JUDGED = "the protocol in labbook.toml, and verdicts of persons"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ExportTable:
     """A table: of what a row is, its columns by name, and its rows; the first `keys` columns say which thing it is."""
 
@@ -116,7 +117,9 @@ def runs(selection: Selection) -> ExportTable:
         outcomes: list[Any] = []
         for outcome, results in measured.results.items():
             if (result := results.results.get(run.uid)) is not None:
-                outcomes += _cells(number_of(result, outcome))
+                number = number_of(result, outcome)
+                why_not = number.value.reason if isinstance(number.value, Undefined) else None
+                outcomes += [*map(_plain, (number.value, number.se, number.shared_se)), why_not]
                 continue
             why = results.missing[run.uid].reason if run.uid in results.missing else outcome.undefined_because
             if run.uid not in numbers:
@@ -126,7 +129,7 @@ def runs(selection: Selection) -> ExportTable:
     return replace(facts, columns=columns, rows=rows)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class FactorColumn:
     """A column of a factor's levels: what stands for each label, the label itself without `values`."""
 
@@ -166,34 +169,23 @@ def factor_columns(selection: Selection) -> list[FactorColumn]:
     return found
 
 
+def _computed(meaning: str, unit: str, missing: str = "it has none") -> Column:
+    return Column(meaning, NUMBER, unit, missing, source=_COMPUTED)
+
+
 def _outcome_columns(outcomes: Mapping[Outcome, object]) -> dict[str, Column]:
     found: dict[str, Column] = {}
     for one in outcomes:
-        missing = f"see why_no_{one.key}"
-        found[f"{one.key}_{one.unit}"] = Column(one.heading.lower(), NUMBER, one.unit, missing, source=_COMPUTED)
-        found[f"{one.key}_se_{one.unit}"] = Column(
-            f"standard error of the {one.heading.lower()}, without what runs have in common",
-            NUMBER,
-            one.unit,
-            "it has none",
-            source=_COMPUTED,
-        )
-        found[f"{one.key}_shared_se_{one.unit}"] = Column(
-            "standard error that it has in common with other runs (drain line, calibration)",
-            NUMBER,
-            one.unit,
-            "it has none",
-            source=_COMPUTED,
-        )
-        found[f"why_no_{one.key}"] = Column(
-            f"why it has no {one.heading.lower()}", missing="it has one", source=_COMPUTED
-        )
+        key, unit, what = one.key, one.unit, one.heading.lower()
+        found |= {
+            f"{key}_{unit}": _computed(what, unit, f"see why_no_{key}"),
+            f"{key}_se_{unit}": _computed(f"standard error of the {what}, without what runs have in common", unit),
+            f"{key}_shared_se_{unit}": _computed(
+                "standard error that it has in common with other runs (drain line, calibration)", unit
+            ),
+            f"why_no_{key}": Column(f"why it has no {what}", missing="it has one", source=_COMPUTED),
+        }
     return found
-
-
-def _cells(number: Number) -> list[Any]:
-    why = number.value.reason if isinstance(number.value, Undefined) else None
-    return [_plain(number.value), _plain(number.se), _plain(number.shared_se), why]
 
 
 def _plain(value: Value | None) -> float | None:
@@ -276,7 +268,7 @@ def _mean_columns(outcome: Outcome) -> dict[str, Column]:
     name, unit, of = outcome.key, outcome.unit, outcome.heading.lower()
 
     def number(meaning: str, missing: str = "too few runs") -> Column:
-        return Column(meaning, NUMBER, unit, missing, source=_COMPUTED)
+        return _computed(meaning, unit, missing)
 
     return {
         f"{name}_runs": Column(f"runs with a value of the {of}", COUNT, source=_COMPUTED),

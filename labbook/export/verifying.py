@@ -11,11 +11,10 @@ Where files are not those that the crate states, nothing is computed from them.
 from __future__ import annotations
 
 import csv
-import hashlib
 import io
 import re
 import tempfile
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from itertools import pairwise, zip_longest
 from pathlib import Path
@@ -27,6 +26,7 @@ from data_schema import journal
 from data_schema.engine import reading
 from data_schema.errors import BookDamaged, BookError, InputRefused, LabbookError, UsageError
 from data_schema.file_cache import without_caches
+from data_schema.frozen import frozen
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.queries.files import signal_files
@@ -41,7 +41,7 @@ from labbook.book.opening import JOURNAL
 from labbook.book.replaying import Replay, replayed
 from labbook.book.report_numbers import NUMBERS, ReportedNumber, ReportNumbers, numbers_bytes, numbers_of_report
 from labbook.config.parsing import parse_configuration
-from labbook.export.archive import ASK_AGAIN, Archive, Member, first_difference, write_archive
+from labbook.export.archive import ASK_AGAIN, Archive, Member, first_difference, member, write_archive
 from labbook.export.capsule import (
     REPORT,
     SUMS,
@@ -116,7 +116,7 @@ class Verified:
             self.differences.append(f"and {len(sentences) - MOST_NAMED} more {what}.")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Unpacked:
     """A capsule, unpacked into a folder: its files by path, and what was found so far; `step` is told what is done."""
 
@@ -130,9 +130,9 @@ class _Unpacked:
         """Return what a file holds."""
         return (self.folder / path).read_bytes()
 
-    def beyond(self, folder: str, known: Container[str]) -> list[str]:
-        """Return the files of a folder that are not known."""
-        return [path for path in self.members if path.startswith(f"{folder}/") and path not in known]
+    def below(self, folder: str) -> list[str]:
+        """Return the files in a folder."""
+        return [path for path in self.members if path.startswith(f"{folder}/")]
 
 
 def verify(file: Path, step: Step = lambda _what: None) -> Verified:
@@ -250,7 +250,8 @@ def _check_raw(capsule: _Unpacked, entries: Sequence[Entry]) -> None:
         if held != most:
             differing.append(f"{path} holds {held} bytes, and the journal says {most}.")
     of_journal = {raw_path(sha256) for sha256 in n_bytes}
-    differing += [f"{path} is of no entry of the journal." for path in capsule.beyond("raw", of_journal)]
+    others = [path for path in capsule.below("raw") if path not in of_journal]
+    differing += [f"{path} is of no entry of the journal." for path in others]
     capsule.found.raw_copies = len(n_bytes)
     capsule.found.add(differing, "raw files that differ")
 
@@ -294,7 +295,7 @@ def _check_made(capsule: _Unpacked, engine: sa.Engine, replay: Replay, entries: 
     if data != given:
         found.add(_numbers_that_differ(given, data), "numbers that differ")
     step("writing the report's pages")
-    figures = [path for path in capsule.members if path.startswith(f"{REPORT}/figures/")]
+    figures = capsule.below(f"{REPORT}/figures")
     active = [path for path in figures if is_active(capsule.bytes_of(path))]
     found.add([f"{path} holds a script or a link, which no figure of labbook does." for path in active], "such figures")
     found.remarks += _not_proved(entries, len(figures))
@@ -379,8 +380,7 @@ def _entry_of_report(capsule: _Unpacked, entries: Sequence[Entry]) -> Entry | No
 def _compare_made(capsule: _Unpacked, anew: Mapping[str, Member]) -> None:
     """Compare what a capsule made of its book with the same made anew."""
     members = capsule.members
-    differing = [f"{path} is missing, which this book gives." for path in anew if path not in members]
-    differing += [f"{path} is nothing that this book gives." for path in members if path not in anew]
+    differing = _other_files(members, anew, "this book gives")
     for path, one in anew.items():
         if path not in members or members[path].sha256 == one.sha256 or path in (METADATA, SUMS):
             continue
@@ -396,6 +396,13 @@ def _compare_made(capsule: _Unpacked, anew: Mapping[str, Member]) -> None:
             if isinstance(made, bytes) and given != made:
                 differing.append(f"{path} is not as labbook writes it: {_first_line(given, made)}.")
     capsule.found.add(differing, "things that differ")
+
+
+def _other_files(given: Iterable[str], anew: Iterable[str], who_gives: str, known: Container[str] = ()) -> list[str]:
+    """Name the files that are missing, and those that are too many but for known ones."""
+    missing = [f"{path} is missing, which {who_gives}." for path in anew if path not in set(given)]
+    others = [path for path in given if path not in set(anew) and path not in known]
+    return missing + [f"{path} is nothing that {who_gives}." for path in others]
 
 
 def _first_line(given: bytes, anew: bytes) -> str:
@@ -476,8 +483,8 @@ def _compare_pages(capsule: _Unpacked, results: StudyResults, *, own_page: bool)
 
     A page of a lab's own is compared with the journal's hash alone, as figures and tables for Word are.
     """
-    found, names = capsule.found, [path for path in capsule.members if path.startswith(_OF_REPORT)]
-    given = {path.removeprefix(_OF_REPORT): capsule.bytes_of(path) for path in names}
+    found = capsule.found
+    given = {path.removeprefix(_OF_REPORT): capsule.bytes_of(path) for path in capsule.below(REPORT)}
     if PAGE not in given:
         return
     page = given[PAGE].decode(errors="replace")
@@ -503,19 +510,19 @@ def _compare_pages(capsule: _Unpacked, results: StudyResults, *, own_page: bool)
         for name, data in given.items()
         if name in anew and data != anew[name]
     ]
-    differing += [f"{_OF_REPORT}{name} is missing, which this report has." for name in anew if name not in given]
-    known = {*anew, *drawn, NUMBERS, WORD}
-    differing += [f"{_OF_REPORT}{name} is nothing that this report has." for name in given if name not in known]
+    here, expected, known = (
+        [f"{_OF_REPORT}{name}" for name in names] for names in (given, anew, (*drawn, NUMBERS, WORD))
+    )
+    differing += _other_files(here, expected, "this report has", known)
     found.add(differing, "pages and tables that differ")
 
 
 def _compare_samples(capsule: _Unpacked, samples: Mapping[str, str], again: Store) -> None:
     """Compare the files of samples with those that the raw copies gave: their bytes, or else what they hold."""
     members, folder = capsule.members, capsule.folder
-    differing = [f"{path} is missing, which the raw files give." for path in samples if path not in members]
-    differing += [f"{path} is nothing that the raw files give." for path in capsule.beyond("signals", samples)]
+    differing = _other_files(capsule.below("signals"), samples, "the raw files give")
     for path, sha256 in samples.items():
-        if path not in members or _same_bytes(members[path], again.root / path):
+        if path not in members or members[path].sha256 == member(path, again.root / path).sha256:
             continue
         try:
             if not _same_shape(folder / path, again.root / path):
@@ -524,11 +531,6 @@ def _compare_samples(capsule: _Unpacked, samples: Mapping[str, str], again: Stor
         except BookDamaged:
             differing.append(f"{path} does not hold the samples that its raw file gives.")
     capsule.found.add(differing, "files of samples that differ")
-
-
-def _same_bytes(one: Member, path: Path) -> bool:
-    with path.open("rb") as stream:
-        return hashlib.file_digest(stream, "sha256").hexdigest() == one.sha256
 
 
 def _same_shape(path: Path, other: Path) -> bool:

@@ -14,7 +14,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,8 +24,8 @@ from data_schema import journal
 from data_schema.columns import ValueKind
 from data_schema.disk import PART, make_folder, path_in_errors, sync, sync_all
 from data_schema.errors import UsageError
+from data_schema.frozen import frozen
 from data_schema.libraries import optional
-from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import people
 from labbook.actions.report_command import refuse_store
@@ -50,7 +50,7 @@ WORKBOOK, SIGNALS = "tables.xlsx", "signals"
 _MOST_ROWS_OF_A_SHEET = 1_048_576
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Exported:
     """What was written: the folder, rows by table, and how many signals."""
 
@@ -59,7 +59,7 @@ class Exported:
     signals: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Format:
     """A form of files: the ending, and what writes a table, and a signal, to a path; None where it holds none.
 
@@ -67,8 +67,8 @@ class Format:
     """
 
     ending: str
-    table: Callable[[ExportTable, Path], None] | None
-    signal: Callable[[xr.Dataset, Path], None] | None
+    table: Callable[[ExportTable, Path], object] | None
+    signal: Callable[[xr.Dataset, Path], object] | None
     library: str = ""
 
 
@@ -80,25 +80,34 @@ def export_tables(
     `form` is one of `FORMATS`; `for_sharing` leaves out what `[privacy]` of labbook.toml names. Raises `UsageError`
     for a folder with files in it, and for signals in a form that has none.
     """
-    if with_signals and FORMATS[form].signal is None:
+    chosen = FORMATS[form]
+    write_signal = chosen.signal if with_signals else None
+    if with_signals and write_signal is None:
         held = ", ".join(name for name, one in FORMATS.items() if one.signal is not None)
         raise UsageError(f"--signals needs another format than {form}, which does not hold so many rows: {held}.")
-    if FORMATS[form].library:
-        optional(FORMATS[form].library, f"--format {form}", EXTRA)
+    if chosen.library:
+        optional(chosen.library, f"--format {form}", EXTRA)
     with _in_place(folder) as partial:
         tables = {table.name: table for table in every_table(selection)}
         if for_sharing:
             private = private_of(people(selection.connection), selection.configuration)
             tables = {name: private.table(table) for name, table in tables.items()}
-        paths = _signal_paths(selection, FORMATS[form].ending) if with_signals else {}
+        paths = _signal_paths(selection, chosen.ending) if with_signals else {}
         if with_signals:
             tables["signals"] = _with_paths(tables["signals"], paths)
         selection.step("tables")
-        _write_tables(tables, partial, form)
-        runs = {run.uid: run for run in selection.data.selected}
-        for signal, path in paths.values():
-            selection.step(f"samples of {signal.run_name}")
-            _write_signal(selection, runs, signal, partial / path, form)
+        if chosen.table is None:
+            _write_workbook(tables, partial / WORKBOOK)
+        else:
+            for name, table in tables.items():
+                chosen.table(table, partial / f"{name}.{chosen.ending}")
+        if write_signal is not None:
+            (partial / SIGNALS).mkdir()
+            runs = {run.uid: run for run in selection.data.selected}
+            for signal, path in paths.values():
+                selection.step(f"samples of {signal.run_name}")
+                samples = dataset(selection.connection, selection.store, runs[signal.run_uid], signal)
+                write_signal(samples, partial / path)
         (partial / DICTIONARY).write_bytes(data_dictionary(tables.values()))
         readme = _readme(selection, tables, form, len(paths))
         if for_sharing:
@@ -135,28 +144,16 @@ def _in_place(folder: Path) -> Iterator[Path]:
                 for path in sorted(partial.iterdir()):
                     path.rename(folder / path.name)
             else:
-                _take_name(partial, folder)
+                try:
+                    partial.rename(folder)
+                except OSError as error:
+                    if error.errno not in (errno.ENOTEMPTY, errno.EEXIST, errno.ENOTDIR):
+                        raise
+                    raise UsageError(f"somebody made {str(folder)!r} meanwhile: name a new folder.") from error
             sync(folder)
         finally:
             shutil.rmtree(own, ignore_errors=True)
         sync(folder.parent)
-
-
-def _take_name(partial: Path, folder: Path) -> None:
-    try:
-        partial.rename(folder)
-    except OSError as error:
-        if error.errno not in (errno.ENOTEMPTY, errno.EEXIST, errno.ENOTDIR):
-            raise
-        raise UsageError(f"somebody made {str(folder)!r} meanwhile: name a new folder.") from error
-
-
-def _write_csv(table: ExportTable, path: Path) -> None:
-    path.write_bytes(table_csv(table))
-
-
-def _write_parquet(table: ExportTable, path: Path) -> None:
-    table.frame().reset_index().to_parquet(path, index=False)
 
 
 def as_dataset(table: ExportTable) -> xr.Dataset:
@@ -191,10 +188,6 @@ def _plain_values(values: pd.Series[Any], kind: ValueKind) -> Any:
             return values.dt.tz_localize(None).to_numpy()
         case _:
             return values.to_numpy()
-
-
-def _write_netcdf(table: ExportTable, path: Path) -> None:
-    _signal_netcdf(as_dataset(table), path)
 
 
 def _write_workbook(tables: Mapping[str, ExportTable], path: Path) -> None:
@@ -250,21 +243,14 @@ def _signal_netcdf(samples: xr.Dataset, path: Path) -> None:
 
 
 FORMATS: Mapping[str, Format] = {
-    "csv": Format("csv", _write_csv, _signal_csv),
-    "parquet": Format("parquet", _write_parquet, _signal_parquet),
-    "netcdf": Format("nc", _write_netcdf, _signal_netcdf, "netCDF4"),
+    "csv": Format("csv", lambda table, path: path.write_bytes(table_csv(table)), _signal_csv),
+    "parquet": Format(
+        "parquet", lambda table, path: table.frame().reset_index().to_parquet(path, index=False), _signal_parquet
+    ),
+    "netcdf": Format("nc", lambda table, path: _signal_netcdf(as_dataset(table), path), _signal_netcdf, "netCDF4"),
     "xlsx": Format("xlsx", None, None, "openpyxl"),
 }
 """The forms of an export by name; a workbook holds all tables."""
-
-
-def _write_tables(tables: Mapping[str, ExportTable], folder: Path, form: str) -> None:
-    write = FORMATS[form].table
-    if write is None:
-        _write_workbook(tables, folder / WORKBOOK)
-        return
-    for name, table in tables.items():
-        write(table, folder / f"{name}.{FORMATS[form].ending}")
 
 
 def _signal_paths(selection: Selection, ending: str) -> dict[str, tuple[SignalRow, str]]:
@@ -289,13 +275,6 @@ def _with_paths(table: ExportTable, paths: Mapping[str, tuple[SignalRow, str]]) 
     columns = {**table.columns, "samples": replace(table.columns["samples"], meaning="the file with its samples")}
     rows = [[*row[:samples], paths[row[uid]][1], *row[samples + 1 :]] for row in table.rows if row[uid] in paths]
     return replace(table, columns=columns, rows=rows)
-
-
-def _write_signal(selection: Selection, runs: Mapping[str, RunRow], signal: SignalRow, path: Path, form: str) -> None:
-    path.parent.mkdir(exist_ok=True)
-    write = FORMATS[form].signal
-    assert write is not None  # noqa: S101 - refused before
-    write(dataset(selection.connection, selection.store, runs[signal.run_uid], signal), path)
 
 
 def _readme(selection: Selection, tables: Mapping[str, ExportTable], form: str, n_signals: int) -> str:

@@ -38,10 +38,11 @@ import hashlib
 import itertools
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TypeVar
 
 from data_schema.errors import UsageError
+from data_schema.frozen import frozen
+from data_schema.grouping import grouped
 from data_schema.vocabulary import PlanMethod, RunKind
 
 _Item = TypeVar("_Item")
@@ -78,7 +79,7 @@ Condition = tuple[tuple[str, str], ...]
 """Factor and level, in the order of the factors."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Slot:
     """What takes one place of a day; an idle run has neither group nor condition."""
 
@@ -87,20 +88,12 @@ class Slot:
     duration_s: float | None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Replicate:
     """Runs that belong together, and the control that a day with any of them must have."""
 
     slots: tuple[Slot, ...]
     control: Slot | None
-
-
-def _rounds(groups: list[list[Replicate]], chance: SeededChance) -> list[Replicate]:
-    return [replicate for together in zip(*groups, strict=True) for replicate in chance.shuffled(together)]
-
-
-def _one_after_another(groups: list[list[Replicate]], chance: SeededChance) -> list[Replicate]:
-    return [replicate for replicates in groups for replicate in chance.shuffled(replicates)]
 
 
 def fill_days(queue: list[Replicate], idle: list[Slot], runs_per_day: int, chance: SeededChance) -> list[list[Slot]]:
@@ -162,16 +155,13 @@ def _filled_days(
     return days + [left[start : start + runs_per_day] for start in range(0, len(left), runs_per_day)], continued
 
 
-def _whole_day(slots: list[Slot], chance: SeededChance) -> list[tuple[str, Slot]]:
-    return [("day", slot) for slot in chance.shuffled(slots)]
-
-
 def _group_by_group(slots: list[Slot], chance: SeededChance) -> list[tuple[str, Slot]]:
-    stretches: dict[Condition, list[Slot]] = {}
-    idle: list[Slot] = []
-    for slot in slots:
-        (idle if slot.group is None else stretches.setdefault(slot.group, [])).append(slot)
-    blocks = [(_block_name(group), chance.shuffled(runs)) for group, runs in stretches.items()]
+    stretches = grouped(slots, lambda slot: slot.group)
+    idle = stretches.pop(None, [])
+    blocks = [
+        (", ".join(f"{factor}={level}" for factor, level in group or ()) or "day", chance.shuffled(runs))
+        for group, runs in stretches.items()
+    ]
     for slot in idle:
         blocks.insert(chance.below(len(blocks) + 1), ("idle", [slot]))
     return [(name, slot) for name, runs in blocks for slot in runs]
@@ -222,18 +212,18 @@ def _nearest(places: Sequence[int], wanted: float) -> range:
     return range(max(0, at - 1), min(len(places), at + 2))
 
 
-def _block_name(group: Condition) -> str:
-    return ", ".join(f"{factor}={level}" for factor, level in group) or "day"
-
-
 QUEUES: dict[PlanMethod, Callable[[list[list[Replicate]], SeededChance], list[Replicate]]] = {
-    PlanMethod.RANDOMISED: _rounds,
-    PlanMethod.BLOCKED: _one_after_another,
+    PlanMethod.RANDOMISED: lambda groups, chance: [
+        replicate for together in zip(*groups, strict=True) for replicate in chance.shuffled(together)
+    ],
+    PlanMethod.BLOCKED: lambda groups, chance: [
+        replicate for replicates in groups for replicate in chance.shuffled(replicates)
+    ],
 }
 """How the replicates of all groups are put one behind another."""
 
 ORDERS: dict[PlanMethod, Callable[[list[Slot], SeededChance], list[tuple[str, Slot]]]] = {
-    PlanMethod.RANDOMISED: _whole_day,
+    PlanMethod.RANDOMISED: lambda slots, chance: [("day", slot) for slot in chance.shuffled(slots)],
     PlanMethod.BLOCKED: _group_by_group,
 }
 """How the runs of one day are ordered; the name of the block of each comes with it."""
@@ -243,7 +233,7 @@ LARGEST_PLAN = 100_000
 """Runs that a plan may have."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PlanFactor:
     """A factor and its levels; the one with a `control` level is the treatment, the others form the groups."""
 
@@ -252,7 +242,7 @@ class PlanFactor:
     control: str | None = None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PlannedRun:
     """One run to be made: `condition` is None for an idle run, `duration_s` where the protocol fixes none.
 
@@ -269,7 +259,7 @@ class PlannedRun:
     duration_s: float | None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Plan:
     """The runs of a study in the order in which to make them."""
 

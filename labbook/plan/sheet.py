@@ -13,11 +13,11 @@ import datetime
 import html
 import io
 import itertools
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 
 from data_schema.errors import UsageError
+from data_schema.frozen import frozen
 from data_schema.vocabulary import RunKind
 from ingest.tables.sheet import is_number_text
 from labbook.plan.drawing import Plan, PlannedRun
@@ -44,7 +44,7 @@ def without_mark(cell: str) -> str:
     return cell[1:] if cell.startswith(_TEXT) and cell[1:].startswith(_FORMULA) else cell
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SheetLine:
     """A planned run with its name and date."""
 
@@ -138,8 +138,11 @@ def format_run_sheet_for_print(
     `names` and `dates` as for `write_run_sheet`; an empty `battery` or `robot` is a blank. Each of a day's `checks` has
     a box to tick.
     """
+    jumps = "" if jumps_nominal is None else f"{jumps_nominal} jumps a run. "
+    about = f"{plan.method.value} order, seed {plan.seed}. {jumps}{'Before the first run:' if checks else ''}"
+    boxes = "".join(f'<span class="check">&#9633; {html.escape(check.replace("_", " "))}</span>' for check in checks)
     pages = (
-        _page(list(lines), plan, study, battery, robot, jumps_nominal, checks)
+        _page(list(lines), plan, study, battery, robot, about, boxes)
         for _, lines in groupby(_sheet_lines(plan, names, dates), key=lambda line: line.run.day)
     )
     title = html.escape(f"Run sheet: {study}")
@@ -150,21 +153,9 @@ def format_run_sheet_for_print(
     )
 
 
-def _page(
-    lines: Sequence[SheetLine],
-    plan: Plan,
-    study: str,
-    battery: str,
-    robot: str,
-    jumps_nominal: int | None,
-    checks: Sequence[str],
-) -> str:
-    day = lines[0].run.day
-    heading = f"{study}: day {day} of {len(plan.days)}, {lines[0].date.isoformat()}"
-    jumps = "" if jumps_nominal is None else f"{jumps_nominal} jumps a run. "
-    before = "Before the first run:" if checks else ""
-    about = f"{len(lines)} runs, {plan.method.value} order, seed {plan.seed}. {jumps}{before}"
-    boxes = "".join(f'<span class="check">&#9633; {html.escape(check.replace("_", " "))}</span>' for check in checks)
+def _page(lines: Sequence[SheetLine], plan: Plan, study: str, battery: str, robot: str, about: str, boxes: str) -> str:
+    heading = f"{study}: day {lines[0].run.day} of {len(plan.days)}, {lines[0].date.isoformat()}"
+    about = f"{len(lines)} runs, {about}"
     factors = [factor.name for factor in plan.factors]
     header = ["run", "", "kind", *factors, "min", "battery", "robot"]
     cells = "".join(f"<th>{html.escape(name)}</th>" for name in header)
@@ -177,19 +168,11 @@ def _page(
         shown = [line.name, str(line.run.position_in_day), line.run.kind.value]
         shown += [levels.get(factor, "") for factor in factors] + [minutes, battery, robot] + [""] * len(BLANKS)
         start = '<tr class="new-block">' if line.run.block != block else "<tr>"
-        rows.append(start + _cells(shown) + "</tr>\n")
+        sides = [(' class="number"' if text.replace(".", "", 1).isdigit() else "", html.escape(text)) for text in shown]
+        rows.append(start + "".join(f"<td{number}>{text}</td>" for number, text in sides) + "</tr>\n")
         block = line.run.block
     return (
         f"<section>\n<h1>{html.escape(heading)}</h1>\n<p>{html.escape(about)} {boxes}</p>\n"
         f'<p>At the rig: <span class="line"></span></p>\n'
         f"<table>\n<thead>\n<tr>{cells}</tr>\n</thead>\n<tbody>\n{''.join(rows)}</tbody>\n</table>\n</section>\n"
-    )
-
-
-def _cells(shown: Iterable[str]) -> str:
-    return "".join(
-        f'<td class="number">{html.escape(text)}</td>'
-        if text.replace(".", "", 1).isdigit()
-        else f"<td>{html.escape(text)}</td>"
-        for text in shown
     )

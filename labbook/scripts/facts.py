@@ -9,6 +9,7 @@ from functools import cached_property
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
+from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Undefined
 from ingest.store import Store
@@ -36,7 +37,7 @@ WITHOUT = "without "
 _RULES = {str(rules): rules for rules in ALL_RULES}
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Varied:
     """The facts of a variant of the analysis, and by which jumps.
 

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
+from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 
 Cell = str | float | int
 Row = Mapping[str, Cell]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Script:
     """A number's script.
 
@@ -31,7 +32,7 @@ class Script:
     table: str = "runs.csv"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Asked:
     """A number that a script is asked for: its name, and the scope of its result."""
 

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, ClassVar
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import refuse_empty_selection
 from labbook.analysis.study import analyse
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 OUTCOMES = (Outcome.JOULES, Outcome.APEX)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class BedStudy(Study):
     """What the report claims of a selection, and all its tables by their names, a record a row, without those of runs.
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
+from data_schema.grouping import grouped
 from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
@@ -17,6 +19,7 @@ from ingest.formats.study_sheets import read_oscillation, read_trials
 from labbook.studies.sheet import sheet_source
 from labbook.studies.study import Asked, Found, level_of
 from labbook.terminal import NOT_IN_JSON
+from reports.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, light_grid, paper_figure
 from reports.page.study import Study
 from simulator.steady.published_results import published_numbers
 from stats.compare.summary import autocorrelation
@@ -39,12 +42,12 @@ TOGETHER = 1.25
 """Factor by which intervals are wider for residuals that go together, above which that is reported."""
 _OTHER_UNIT = 3.0
 """Velocity over the rate of the position, or its inverse, from which on a unit is wrong."""
-_STYLES, _MARKERS = ("-", "--", ":", "-."), "osD^v"
+_STYLES, _MARKERS, _COLOURS = ("-", "--", ":", "-."), "osD^v", (VERMILLION, BLACK, BLUE, GREEN, ORANGE)
 _ASIDE = 0.006
 """How far beside each other points of one gain stand, in the range of gains."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Condition:
     """What is fitted together, whatever the mass; `neutral_m` is the leg's length without load, if the sheet says it.
 
@@ -64,7 +67,7 @@ class Condition:
         return f"gain {self.gain:g}, damping gain {self.damping_gain:g}{_at(self.neutral_m)}"
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class Trial(Oscillation):
     """One trajectory as its log `file` has it, and the condition that it is of."""
 
@@ -72,7 +75,7 @@ class Trial(Oscillation):
     condition: Condition
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class OfMass:
     """What the trajectories of one mass say of a condition, and the number of their points."""
 
@@ -82,7 +85,7 @@ class OfMass:
     damping_kg_s: Coefficient
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Plane:
     """The thesis's fit, forces by differences of velocities over position and velocity; biased by noise."""
 
@@ -90,7 +93,7 @@ class Plane:
     damping_kg_s: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class MeasuredGains(Condition):
     """One condition: the leg's stiffness and damping, of all masses and of each.
 
@@ -113,7 +116,7 @@ class MeasuredGains(Condition):
     fit: OscillationFit = field(metadata=NOT_IN_JSON)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class GainLines:
     """Of one neutral length: stiffness over gain and damping over damping gain; undefined with too few gains."""
 
@@ -122,14 +125,14 @@ class GainLines:
     damping: GainLine | Undefined
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class TooFew(Condition):
     """A condition that was left out, with the number of its points."""
 
     n: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Characterisation(Study):
     """All conditions with enough points, the lines by neutral length, and the conditions left out."""
 
@@ -209,10 +212,7 @@ class Characterisation(Study):
         """Draw trajectories with their fits, and both coefficients over the gains that were set (thesis fig. 4.5)."""
         from matplotlib.lines import Line2D
 
-        from reports.figures.style import GREY, TWO_COLUMNS_IN, light_grid, new_figure, publication_style
-
-        with publication_style():
-            figure = new_figure(TWO_COLUMNS_IN, 2.7)
+        with paper_figure(2.7) as figure:
             of_motion, *panels = figure.subplots(1, 3)
             least = min(self.conditions, key=lambda one: one.damping_kg_s.value / one.stiffness_n_m.value**0.5)
             of_masses = {one.mass_kg: place for place, one in reversed(list(enumerate(least.trials)))}
@@ -282,10 +282,7 @@ class Characterisation(Study):
 
 
 def _colour(place: int) -> str:
-    from reports.figures.style import BLACK, BLUE, GREEN, ORANGE, VERMILLION
-
-    colours = (VERMILLION, BLACK, BLUE, GREEN, ORANGE)
-    return colours[place % len(colours)]
+    return _COLOURS[place % len(_COLOURS)]
 
 
 def _length_text(neutral_m: float | None) -> str:
@@ -330,10 +327,15 @@ def characterisation(trials: Sequence[Trial], level: float = 0.95) -> Characteri
     Conditions with fewer than 250 points are left out. Raises `InputRefused` where none has as many, where a velocity
     is three times or more off the rate of the position, and where a motion is none of a mass on a spring and a damper.
     """
-    by_condition: dict[Condition, list[Trial]] = {}
     for one in trials:
-        _refuse_other_unit(one)
-        by_condition.setdefault(one.condition, []).append(one)
+        share = velocity_over_rate(one.time_s, one.displacement_m, one.velocity_m_s)
+        if share is not None and not 1.0 / _OTHER_UNIT < share < _OTHER_UNIT:
+            off = f"{number_text(1.0 / share)} times smaller" if share < 1.0 else f"{number_text(share)} times larger"
+            raise InputRefused(
+                f"the velocity in {one.file} is {off} than the rate of the position: a unit in its header is likely "
+                "wrong."
+            )
+    by_condition = grouped(trials, lambda one: one.condition)
     points = {condition: sum(one.time_s.size for one in several) for condition, several in by_condition.items()}
     if max(points.values(), default=0) < MINIMUM_POINTS:
         raise InputRefused(
@@ -349,22 +351,15 @@ def characterisation(trials: Sequence[Trial], level: float = 0.95) -> Characteri
     return Characterisation(
         conditions=tuple(conditions),
         lines=tuple(
-            _lines(length, [one for one in conditions if one.neutral_m == length], level)
-            for length in dict.fromkeys(one.neutral_m for one in conditions)
+            GainLines(
+                length,
+                _line([one.gain for one in several], [one.stiffness_n_m for one in several], level),
+                _line([one.damping_gain for one in several], [one.damping_kg_s for one in several], level),
+            )
+            for length, several in grouped(conditions, lambda one: one.neutral_m).items()
         ),
         too_few=tuple(TooFew(one.neutral_m, one.gain, one.damping_gain, count) for one, count in few),
         level=level,
-    )
-
-
-def _refuse_other_unit(one: Trial) -> None:
-    """Refuse a velocity that is far off the rate of the position."""
-    share = velocity_over_rate(one.time_s, one.displacement_m, one.velocity_m_s)
-    if share is None or 1.0 / _OTHER_UNIT < share < _OTHER_UNIT:
-        return
-    off = f"{number_text(1.0 / share)} times smaller" if share < 1.0 else f"{number_text(share)} times larger"
-    raise InputRefused(
-        f"the velocity in {one.file} is {off} than the rate of the position: a unit in its header is likely wrong."
     )
 
 
@@ -427,14 +422,6 @@ def _of_masses(
         else:
             found.append(OfMass(mass_kg, sum(one.time_s.size for one in same), alone.stiffness, alone.damping))
     return tuple(found), left_out
-
-
-def _lines(neutral_m: float | None, conditions: Sequence[MeasuredGains], level: float) -> GainLines:
-    return GainLines(
-        neutral_m=neutral_m,
-        stiffness=_line([one.gain for one in conditions], [one.stiffness_n_m for one in conditions], level),
-        damping=_line([one.damping_gain for one in conditions], [one.damping_kg_s for one in conditions], level),
-    )
 
 
 def _line(gains: Sequence[float], found: Sequence[Coefficient], level: float) -> GainLine | Undefined:

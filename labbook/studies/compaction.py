@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from data_schema.errors import InputRefused, UsageError
+from data_schema.frozen import frozen
 from data_schema.rounding import end_text, interval_text, level_text, number_text, p_text
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import StudySheet, read_flasks
 from labbook.studies.sheet import sheet_source
 from labbook.studies.study import Asked, Found, level_of
 from labbook.terminal import NOT_IN_JSON
+from reports.figures.style import BLUE, ONE_COLUMN_IN, VERMILLION, draw_line, light_grid, paper_figure
 from reports.page.study import Study
 from simulator.steady.published_results import published_numbers
 from stats.lines.regression import LinearFit, fit_linear
@@ -43,7 +45,7 @@ _PUBLISHED_GRAIN_M = 3.4e-3
 _Interval = tuple[float, float] | Undefined
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Extrapolated:
     """A volume fraction, or the difference of two, where no grain touches a wall.
 
@@ -56,7 +58,7 @@ class Extrapolated:
     curved_ci: _Interval
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class State(Extrapolated):
     """One state of the grains, with the mean fraction of each flask, and the line through these."""
 
@@ -66,7 +68,7 @@ class State(Extrapolated):
     line: LinearFit = field(metadata=NOT_IN_JSON)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Compaction(Study):
     """Both states, the loose one first where it is called so, and how much denser the second is than the first.
 
@@ -91,8 +93,8 @@ class Compaction(Study):
         First, where it is so, that no grains of one size lie as densely.
         """
         first, last = self.states
-        of_states = " and ".join(f"{self._text(one, f'{self._intervals(one)}')} {one.state}" for one in self.states)
-        within = f"{self._intervals(self.difference)}; within flasks, n = {self.n}, df = {self.df}"
+        of_states = " and ".join(f"{self._text(one)} {one.state}" for one in self.states)
+        within = f"; within flasks, n = {self.n}, df = {self.df}"
         lines = [
             f"Without walls the grains fill {of_states}.",
             f"Difference, {last.state} less {first.state}: {self._text(self.difference, within)}.",
@@ -121,13 +123,11 @@ class Compaction(Study):
             )
         return lines if self.doubt is None else [*lines, self.doubt]
 
-    def _text(self, one: Extrapolated, remark: str) -> str:
-        return f"{number_text(one.fraction, error=one.se)} ({remark})"
-
-    def _intervals(self, one: Extrapolated) -> str:
+    def _text(self, one: Extrapolated, remark: str = "") -> str:
         curved = one.curved_ci
         ends = "unknown" if isinstance(curved, Undefined) else " to ".join(end_text(end, one.se) for end in curved)
-        return f"{interval_text(one.ci, self.level, '', one.se)}, along a curve {ends}"
+        interval = f"{interval_text(one.ci, self.level, '', one.se)}, along a curve {ends}"
+        return f"{number_text(one.fraction, error=one.se)} ({interval}{remark})"
 
     def _line_or_curve(self) -> str:
         """Say which of the intervals hold: few flasks seldom show a slight curve, which moves what lies beyond them."""
@@ -158,18 +158,7 @@ class Compaction(Study):
 
     def draw(self) -> Figure:
         """Draw all measurements, the lines with their bands, and the fractions without walls (thesis fig. 5.2)."""
-        from reports.figures.style import (
-            BLUE,
-            ONE_COLUMN_IN,
-            VERMILLION,
-            draw_line,
-            light_grid,
-            new_figure,
-            publication_style,
-        )
-
-        with publication_style():
-            figure = new_figure(ONE_COLUMN_IN, 2.8)
+        with paper_figure(2.8, ONE_COLUMN_IN) as figure:
             axes = figure.add_subplot()
             for one, (colour, marker) in zip(self.states, ((BLUE, "o"), (VERMILLION, "s")), strict=True):
                 places = np.linspace(0.0, max(one.grain_over_radius), 101).tolist()

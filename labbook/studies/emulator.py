@@ -13,14 +13,13 @@ import statistics
 import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
-import scipy.stats
 
 from data_schema.errors import InputRefused, UsageError
+from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.reasons import Reason
@@ -39,10 +38,12 @@ from labbook.book.opening import opened
 from labbook.config.model import Configuration
 from labbook.studies.study import Asked, Found, book_sources, damping_factor, first_given, level_of
 from reports.display import list_text
+from reports.figures.style import BLUE, GREY, SKY, VERMILLION, light_grid, paper_figure
 from reports.page.study import Study
 from simulator.steady.published_results import published_numbers
 from stats.days.contrasts import Effect, linear_contrast
 from stats.days.decision import Bounded, Contrast, Estimate, bounds_tests, undefined_bounds
+from stats.tails import t_quantile
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -81,7 +82,7 @@ class Controller(StrEnum):
         return f"a consistent {100.0 * published_numbers()['emu.saving_scaled']:g} %"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Mean:
     """The mean over runs of one condition with its standard error, None of one run."""
 
@@ -90,7 +91,7 @@ class Mean:
     n: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class AtGain:
     """A controller at an extension gain; what it saves and loses in height against CE, in percent, None of CE itself.
 
@@ -110,7 +111,7 @@ class AtGain:
     simulated_apex_m: float | None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Rise:
     """By how much, in percent, the apex of a controller is higher at a gain than at the gain before.
 
@@ -134,7 +135,7 @@ class Rise:
         return f"{name} {_fixed(change.value, 2, '+')} %, 90 % CI {low} to {high}"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SavingsTrend:
     """The least-squares line through the savings of groups over a quantity x, each group counted once.
 
@@ -167,7 +168,7 @@ class SavingsTrend:
         )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Trend:
     """The line of savings over the apex under CE, in percentage points a cm; None where fewer than three gains tell."""
 
@@ -175,7 +176,7 @@ class Trend:
     line: SavingsTrend | None
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Jumps:
     """How many of the compared runs' jumps were looked at and count, and how many do not, by reason."""
 
@@ -187,12 +188,18 @@ class Jumps:
         """Say how many jumps count, and why the others do not."""
         out: Counter[str] = Counter()
         for reason, n in self.excluded.items():
-            out[_excluded_text(reason)] += n
+            if reason == "touches a gap":
+                reason = "with a dropped packet in flight"
+            elif reason.startswith("among the first"):
+                reason = f"{reason} of a run"
+            elif not reason.startswith("rejected"):
+                reason = "without an apex"
+            out[reason] += n
         why = f"; left out: {list_text([f'{n} {reason}' for reason, n in out.most_common()])}" if out else ""
         return f"Apexes are those of {self.counted} of {self.made} jumps{why}."
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class EmulatorStudy(Study):
     """Each controller at all `gains`, those `left_out` among them; `rises` from each gain to the next.
 
@@ -360,19 +367,7 @@ class EmulatorStudy(Study):
 
         Gains that are left out have a grey ground, and neither saving nor lost height.
         """
-        from reports.figures.style import (
-            BLUE,
-            GREY,
-            SKY,
-            TWO_COLUMNS_IN,
-            VERMILLION,
-            light_grid,
-            new_figure,
-            publication_style,
-        )
-
-        with publication_style():
-            figure = new_figure(TWO_COLUMNS_IN, 4.2)
+        with paper_figure(4.2) as figure:
             (energy, savings), (height, lost) = figure.subplots(2, 2)
             ce_cm = {row.gain: 100.0 * row.apex_m.value for row in self.gains if row.controller is Controller.CE}
             looks = zip(Controller, (("o", VERMILLION), ("s", SKY), ("^", BLUE)), (-1, 0, 1), strict=True)
@@ -460,14 +455,6 @@ def _listed(gains: Iterable[float]) -> str:
 
 def _gains(gains: Sequence[float]) -> str:
     return ("gain " if len(gains) == 1 else "gains ") + _listed(gains)
-
-
-def _excluded_text(reason: str) -> str:
-    if reason == "touches a gap":
-        return "with a dropped packet in flight"
-    if reason.startswith("among the first"):
-        return f"{reason} of a run"
-    return reason if reason.startswith("rejected") else "without an apex"
 
 
 def ask(asked: Asked) -> Found[EmulatorStudy]:
@@ -709,18 +696,13 @@ def savings_trend(
         effects = [Effect(unit * each / squares, f"{name} treated", f"{name} control") for name, each in away.items()]
         return linear_contrast(runs, effects, percent=True, level=level).estimate
 
-    saved = statistics.fmean(100.0 * (1.0 - one.ratio) for one in claimed.values())
-    return SavingsTrend(
-        tuple(claimed), trend(1.0, level), _within(trend(reach, 1.0 - 2.0 * alpha), bound, alpha), (middle, saved)
-    )
-
-
-def _within(change: Estimate, bound: float, alpha: float) -> Bounded:
-    """Test that a change lies within bounds on both sides of 0; its interval has the level 1 - 2 alpha."""
-    bounds = (-bound, bound)
-    if isinstance(change.ci, Undefined) or isinstance(change.value, Undefined) or isinstance(change.df, Undefined):
+    change, bounds = trend(reach, 1.0 - 2.0 * alpha), (-bound, bound)
+    if isinstance(change.ci, Undefined) or not isinstance(change.value, float) or not isinstance(change.df, float):
         why = change.ci if isinstance(change.ci, Undefined) else Undefined(Reason.GROUPS_WITHOUT_SCATTER)
-        return undefined_bounds(why, bounds, alpha, change.value)
-    error = (change.ci[1] - change.value) / float(scipy.stats.t.ppf(0.5 + 0.5 * change.level, change.df))
-    tests = ((change.value + bound) / error, (change.value - bound) / error)
-    return bounds_tests(change.value, bounds, change.ci, alpha, tests, change.df)
+        within = undefined_bounds(why, bounds, alpha, change.value)
+    else:
+        error = (change.ci[1] - change.value) / t_quantile(change.level, change.df)
+        tests = (change.value + bound) / error, (change.value - bound) / error
+        within = bounds_tests(change.value, bounds, change.ci, alpha, tests, change.df)
+    saved = statistics.fmean(100.0 * (1.0 - one.ratio) for one in claimed.values())
+    return SavingsTrend(tuple(claimed), trend(1.0, level), within, (middle, saved))

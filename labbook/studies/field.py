@@ -5,18 +5,20 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.rounding import error_of, interval_text, level_text, number_text
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import StudySheet, read_power, read_walks
 from labbook.studies.sheet import sheet_source
 from labbook.studies.study import Asked, Found, level_of
+from reports.figures.style import BLACK, BLUE, GREY, ONE_COLUMN_IN, VERMILLION, legend_below, light_grid, paper_figure
 from reports.page.study import Study
 from simulator.steady.published_results import published_numbers
 from stats.compare.summary import describe
@@ -33,7 +35,7 @@ PUBLISHED = {"thin": "field.sr_thin", "wide": "field.sr_wide"}
 """What docs/published.md calls the specific resistance of the thesis's RHex, by its legs (2.2.3)."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class GeometricMean:
     """Of values on the same walks, with Student's interval of the logarithms; `published` is the thesis's, if any."""
 
@@ -49,7 +51,7 @@ class GeometricMean:
         return text if isinstance(self.ci, Undefined) else text + after.format(interval_text(self.ci, level))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class FieldStudy(Study):
     """The specific resistance of two robots on the same walks, and the ratio of the second to the first within walks.
 
@@ -94,10 +96,7 @@ class FieldStudy(Study):
 
     def draw(self) -> Figure:
         """Draw the walks as lines from robot to robot, from 0 on, and the ratio on each walk."""
-        from reports.figures.style import BLACK, GREY, ONE_COLUMN_IN, light_grid, new_figure, publication_style
-
-        with publication_style():
-            figure = new_figure(ONE_COLUMN_IN, 2.9)
+        with paper_figure(2.9, ONE_COLUMN_IN) as figure:
             of_robots, of_ratio = figure.subplots(1, 2, width_ratios=(2.2, 1.0))
             for values in zip(*(one.walks.values() for one in self.robots), strict=True):
                 of_robots.plot((0, 1), values, "o-", color=GREY, markersize=3, linewidth=0.7, label="one walk")
@@ -116,14 +115,11 @@ class FieldStudy(Study):
             of_ratio.set_ylabel("Ratio")
             for axes in (of_robots, of_ratio):
                 light_grid(axes)
-            handles = dict(zip(*reversed(of_robots.get_legend_handles_labels()), strict=True))
-            figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
+            legend_below(figure, [of_robots], 3)
             return figure
 
     def _draw_mean(self, axes: Axes, place: int, side: int, one: GeometricMean) -> None:
         """Draw a mean with its interval beside the walks, and beyond it the thesis's value."""
-        from reports.figures.style import BLUE, VERMILLION
-
         ends = None if isinstance(one.ci, Undefined) else [[abs(end - one.geometric_mean)] for end in one.ci]
         look: dict[str, Any] = {"fmt": "D", "color": VERMILLION, "markersize": 4, "capsize": 3, "zorder": 5}
         label = f"mean, {level_text(self.level)} CI"

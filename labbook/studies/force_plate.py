@@ -16,7 +16,7 @@ another is no scatter of days; it is listed by condition.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
@@ -24,6 +24,7 @@ import sqlalchemy as sa
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, UsageError
+from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow, refuse_empty_selection
 from data_schema.queries.signals import SignalRow, gaps_by_signal, signals_of_runs
@@ -45,6 +46,7 @@ from labbook.config.model import Configuration
 from labbook.studies.study import Asked, Found, book_sources, level_of
 from labbook.terminal import NOT_IN_JSON
 from reports.display import true_minus
+from reports.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, light_grid, paper_figure
 from reports.page.study import Study
 from simulator.kinematics import lever_m
 from simulator.steady.published_results import published_numbers
@@ -78,7 +80,7 @@ _ODD_RATIO = 3.0
 _DASH = "–"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Drive:
     """A symmetric five-bar leg and its two motors: links in m, N m / A, Ohm, V s / rad."""
 
@@ -110,7 +112,7 @@ class Drive:
         return np.asarray(factor * (speed_m_s / levers_m) ** 2)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class PlateRun:
     """A run: what the battery gave a hop, and both records.
 
@@ -135,7 +137,7 @@ class PlateRun:
     title: str = ""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RunEstimate:
     """A run's joules a hop, estimated and measured.
 
@@ -163,7 +165,7 @@ class RunEstimate:
         return self.estimated_j / self.measured_j
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PlateCondition:
     """A condition, in words too: joules a hop, measured and simulated, and estimated over measured ones.
 
@@ -182,7 +184,7 @@ class PlateCondition:
     length_m: Floats = field(metadata=NOT_IN_JSON)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Window:
     """A moving average of so many samples: the slope with it, and the sum of absolute differences from the one before.
 
@@ -194,7 +196,7 @@ class Window:
     slope: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ForcePlateStudy(Study):
     """The slope of estimated over measured joules, and all that it is computed from.
 
@@ -221,6 +223,9 @@ class ForcePlateStudy(Study):
         over = f"{plural(self.slope.n, 'run')} of {plural(len(self.conditions), 'condition')}"
         over = f"{plural(days, 'day')}, {over}" if days > 1 else over
         of_conditions = ", ".join(f"{number_text(one.ratio, 3)} at {one.condition}" for one in self.conditions)
+        drifts = [1e6 * one.clocks.drift for one in self.runs]
+        between = true_minus(f"{min(drifts):.0f} to {max(drifts):.0f}")
+        spread_ms = max(1e3 * one.clocks.residual_sd_s for one in self.runs)
         lines = [
             f"Estimated joules are {self._slope_text()} times the measured ones (over {over}); the thesis found "
             f"{published['plate.slope']:g} (3.2.2).",
@@ -230,7 +235,8 @@ class ForcePlateStudy(Study):
             "The plate carries the foot's weight too, the leg does not: less that, the slope is "
             f"{number_text(self.slope_without_foot, 3)}.",
             self._window_text(),
-            self._clocks_text(),
+            f"The log's clock drifts by {between} ppm against the plate's; touchdowns lie {spread_ms:.2g} ms or less "
+            "from one line (standard deviation, by run).",
         ]
         if left := sum(one.stances - len(one.hops_j) for one in self.runs):
             lines.append(
@@ -283,15 +289,6 @@ class ForcePlateStudy(Study):
             f"{number_text(last.slope, 3)} over {last.window} samples{at_1}."
         )
 
-    def _clocks_text(self) -> str:
-        drifts = [1e6 * one.clocks.drift for one in self.runs]
-        spread_ms = max(1e3 * one.clocks.residual_sd_s for one in self.runs)
-        between = true_minus(f"{min(drifts):.0f} to {max(drifts):.0f}")
-        return (
-            f"The log's clock drifts by {between} ppm against the plate's; touchdowns lie {spread_ms:.2g} ms or less "
-            "from one line (standard deviation, by run)."
-        )
-
     def table(self) -> list[Sequence[str]]:
         """Return the table of the runs; the last column is the standard deviation of the touchdowns in ms."""
         head = ("run", "day", "condition", "measured J", "estimated J", "hops", "offset s", "drift ppm", "ms")
@@ -337,22 +334,8 @@ class ForcePlateStudy(Study):
 
     def draw(self) -> Figure:
         """Draw traces of hops, estimated over measured joules, and what the window does (thesis fig. 3.7)."""
-        from reports.figures.style import (
-            BLACK,
-            BLUE,
-            GREEN,
-            GREY,
-            ORANGE,
-            TWO_COLUMNS_IN,
-            VERMILLION,
-            light_grid,
-            new_figure,
-            publication_style,
-        )
-
         colours, markers, dashed = (BLUE, VERMILLION, GREEN, ORANGE, BLACK), "os^vD", (0, (2, 2))
-        with publication_style():
-            figure = new_figure(TWO_COLUMNS_IN, 4.7)
+        with paper_figure(4.7) as figure:
             panels = figure.subplots(2, 2).T.ravel()
             force, leg, joules, windows = panels
             for place, one in enumerate(self.conditions):
@@ -383,8 +366,6 @@ class ForcePlateStudy(Study):
 
     def _draw_line(self, axes: Axes) -> None:
         """Draw the line where there are hops, and that of equal joules."""
-        from reports.figures.style import BLACK
-
         measured = [one.measured_j for one in self.runs]
         ends = np.array([0.92 * min(measured), 1.06 * max(measured)])
         axes.plot(ends, self.slope.slope * ends, color=BLACK, linewidth=0.9, label=f"slope {self._slope_text()}")
@@ -398,8 +379,6 @@ class ForcePlateStudy(Study):
 
     def _draw_windows(self, axes: Axes) -> None:
         """Draw differences, relative to the first, and slopes over the window, each with its axis."""
-        from reports.figures.style import BLACK, BLUE, VERMILLION
-
         across, slopes = [one.window for one in self.windows[1:]], [one.slope for one in self.windows[1:]]
         differences = np.array([one.difference_n for one in self.windows[1:]], dtype=np.float64)
         axes.plot(across, differences / differences[0], "o-", color=BLUE, markersize=2, linewidth=0.8)
@@ -541,6 +520,7 @@ def _plate_run(
             f"labbook.toml has no robot {run.robot!r}, whose links run {run.name} needs: write [robots.{run.robot}] "
             "with link_1_m and link_2_m."
         )
+    factors = data.configuration.factors
     gaps = gaps_by_signal(connection, [force.uid])[force.uid]
     plate_time_s, force_n = vertical_force(store, force, gaps_for_detector(gaps))
     samples, scene = store.samples(distinct[0].store_path, [LEG_LENGTH]), study_scene(settings)
@@ -550,7 +530,10 @@ def _plate_run(
         name=run.name,
         day=run.day,
         condition=_condition(run),
-        title=", ".join(_level_words(data.configuration, factor, label) for factor, label in run.levels.items()),
+        title=", ".join(
+            " ".join(filter(None, (factors[name].title or name, label, factors[name].unit)))
+            for name, label in run.levels.items()
+        ),
         measured_j=measured_j,
         shared=energy.shared_error,
         hops=run.jumps_made,
@@ -565,11 +548,6 @@ def _plate_run(
 
 def _condition(run: RunRow) -> str:
     return ", ".join(f"{factor} {label}" for factor, label in run.levels.items())
-
-
-def _level_words(configuration: Configuration, factor: str, label: str) -> str:
-    about = configuration.factors[factor]
-    return f"{about.title or factor} {label}{f' {about.unit}' if about.unit else ''}"
 
 
 def compare_joules(
@@ -619,7 +597,9 @@ def compare_joules(
     made = [_estimate(run, one, hops) for run, one, hops in zip(runs, stances, at_window, strict=True)]
     return ForcePlateStudy(
         slope=line,
-        slope_without_foot=slope([one.joules(one.force_n(chosen) - one.foot_weight_n) for one in stances]).slope,
+        slope_without_foot=slope(
+            [one.joules(one.force_n(chosen) - one.run.foot_mass_kg * STANDARD_GRAVITY_M_S2) for one in stances]
+        ).slope,
         rmse=rmse_over_iqr(np.concatenate(at_window), expected),
         conditions=tuple(
             _of_condition([one for one in made if one.condition == condition], stances, chosen, simulated_j)
@@ -671,7 +651,7 @@ def _of_condition(
     )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class _Stances:
     """The stances of a run that both records hold whole, one after another.
 
@@ -691,11 +671,6 @@ class _Stances:
     weights_s: Floats
     stances: int
     first: int
-
-    @property
-    def foot_weight_n(self) -> float:
-        """Weight of the foot, which stands on the plate and is not carried by the leg."""
-        return self.run.foot_mass_kg * STANDARD_GRAVITY_M_S2
 
     def force_n(self, window: int) -> Floats:
         """Return the smoothed force in stance."""
@@ -737,8 +712,17 @@ def _stances(run: PlateRun, level: float) -> _Stances:
     if not ranges:
         raise InputRefused(f"run {run.name}: no stance is whole in both records: look for its missing samples.")
     at = np.concatenate([np.arange(begin, end) for begin, end in ranges])
-    _check_reach(run, run.plate_time_s[at], length_m[at])
-    weights_s = np.concatenate([_weights(run.plate_time_s[begin:end]) for begin, end in ranges])
+    low, high = run.drive.reach_m
+    out = at[(length_m[at] <= low) | (length_m[at] >= high)]
+    if out.size:
+        raise InputRefused(
+            f"run {run.name}: the leg is {length_m[out[0]]:.3f} m long at {run.plate_time_s[out[0]]:.2f} s, and links "
+            f"of {run.drive.upper_link:g} and {run.drive.lower_link:g} m reach {low:g} to {high:g} m: measure the "
+            "links ([robots] of labbook.toml) and the leg's length when it is held straight."
+        )
+    halves_s = [0.5 * np.diff(run.plate_time_s[begin:end]) for begin, end in ranges]
+    # what each sample counts for in the integral by trapezoids
+    weights_s = np.concatenate([np.pad(half_s, (0, 1)) + np.pad(half_s, (1, 0)) for half_s in halves_s])
     return _Stances(
         run=run,
         clocks=clocks,
@@ -762,20 +746,3 @@ def _range(run: PlateRun, clocks: Clocks, contact: Contact) -> tuple[int, int] |
         return None
     steps_s = np.diff(run.leg_time_s[first - 1 : last + 1])
     return None if steps_s.max() > 1.5 * np.median(np.diff(run.leg_time_s)) else (int(begin), int(end))
-
-
-def _weights(time_s: Floats) -> Floats:
-    """Return what each sample counts for in the integral by trapezoids."""
-    half_s = 0.5 * np.diff(time_s)
-    return np.asarray(np.concatenate([[0.0], half_s]) + np.concatenate([half_s, [0.0]]))
-
-
-def _check_reach(run: PlateRun, time_s: Floats, length_m: Floats) -> None:
-    low, high = run.drive.reach_m
-    out = np.flatnonzero((length_m <= low) | (length_m >= high))
-    if out.size:
-        raise InputRefused(
-            f"run {run.name}: the leg is {length_m[out[0]]:.3f} m long at {time_s[out[0]]:.2f} s, and links of "
-            f"{run.drive.upper_link:g} and {run.drive.lower_link:g} m reach {low:g} to {high:g} m: measure the links "
-            "([robots] of labbook.toml) and the leg's length when it is held straight."
-        )

@@ -8,12 +8,13 @@ import json
 import os
 import shlex
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 
 import sqlalchemy as sa
 
 from data_schema.errors import InputRefused, UsageError
+from data_schema.frozen import frozen
 from data_schema.queries.files import ReadingRow, find_files, last_reading, readings_in_force
 from ingest.store import raw_path
 from ingest.tables.sheet import SheetFile
@@ -27,7 +28,7 @@ _Contents = tuple[bytes, str | None, str | None]
 """A file's bytes, the page of a text that is neither UTF-8 nor UTF-16, and its decimal sign; None: as it shows."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SheetSource:
     """A study's sheet at `path`, and the `options` it is asked with.
 

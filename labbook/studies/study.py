@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import field, fields, replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -11,6 +11,7 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.errors import UsageError
+from data_schema.frozen import frozen
 from data_schema.vocabulary import FactorKind
 from labbook.analysis.comparison.pairing import swept_factor
 from labbook.config.model import Configuration, StudyProtocol
@@ -21,7 +22,7 @@ S_co = TypeVar("S_co", bound=Study, covariant=True)
 V = TypeVar("V")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Asked:
     """What a study is asked: of `book`, None being the one that holds this folder, or of the sheet `file`.
 
@@ -52,7 +53,7 @@ def level_of(options: StudyProtocol) -> float:
     return as_level("--level", first_given(options.level, 0.95))
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Found(Generic[S_co]):
     """A study with what it comes from: by name the facts of its book, and the files read with their SHA-256."""
 

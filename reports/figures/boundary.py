@@ -8,17 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from reports.figures.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    SKY,
-    TWO_COLUMNS_IN,
-    VERMILLION,
-    legend_below,
-    new_figure,
-    publication_style,
-)
+from reports.figures.style import BLACK, BLUE, GREY, SKY, TWO_COLUMNS_IN, VERMILLION, legend_below, paper_figure
 from simulator.compiled import Row
 from simulator.falsify import FAILS, NO_JUMP, SAME, SAME_WITHIN, SAVES, VERDICTS, Counterexample, Question, Searched
 from simulator.sweep.design import LOGARITHMIC, Axis, at_shares
@@ -44,9 +34,8 @@ def draw_boundary(question: Question, searched: Searched, examples: Sequence[Cou
     pairs = list(itertools.combinations(range(len(own)), 2))[:_MOST_PANELS] or [(0, 0)]
     across = min(len(pairs), 3)
     down = -(-len(pairs) // across)
-    with publication_style():
-        width_in = TWO_COLUMNS_IN if across > 1 else 1.6 * _PANEL_IN
-        figure = new_figure(width_in, 1.0 + _PANEL_IN * down * (0.8 if across > 1 else 1.0))
+    width_in, share = (TWO_COLUMNS_IN, 0.8) if across > 1 else (1.6 * _PANEL_IN, 1.0)
+    with paper_figure(1.0 + share * _PANEL_IN * down, width_in) as figure:
         panels = [figure.add_subplot(down, across, place) for place in range(1, len(pairs) + 1)]
         for axes, (x, y) in zip(panels, pairs, strict=True):
             across_axis, up_axis = own[x], own[y] if x != y else None

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from reports.display import as_shown, count_text, general_text, given_text, level_text, sentence_start, shown_unit
 from reports.figures.kind import FigureKind, absence_text
@@ -18,18 +18,12 @@ from reports.results import StudyResults
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
-    from matplotlib.lines import Line2D
 
 
 def has_quantity(results: StudyResults, quantity: Outcome) -> bool:
     """Whether any condition has a mean of the quantity."""
     summaries = (condition.summary(quantity) for condition in results.conditions)
     return any(summary is not None and summary.mean.known is not None for summary in summaries)
-
-
-def _absent_quantity(results: StudyResults, quantity: Outcome) -> str | None:
-    """Give the reason why there is nothing of the quantity to draw, None where there is."""
-    return None if has_quantity(results, quantity) else absence_text(results, f"are no {quantity.plural}")
 
 
 def coefficient_of(results: StudyResults) -> str:
@@ -68,7 +62,7 @@ def range_text(results: StudyResults, quantity: Outcome) -> str:
     return " ".join(sentences)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Marks:
     """What is drawn of one series: `(x, mean, below, above)` in the order of x, and `(x, value)` of every run.
 
@@ -145,7 +139,21 @@ def _draw_on(
 
 
 def _legend(figure: Figure, drawn: list[_Marks], columns: int) -> None:
-    handles = [_handle(marks.series) for marks in drawn]
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D(
+            [],
+            [],
+            color=series.colour,
+            linestyle=series.line_style,
+            marker="o",
+            markersize=series.marker_pt,
+            markerfacecolor=series.colour if series.filled else "white",
+            label=series.label,
+        )
+        for series in (marks.series for marks in drawn)
+    ]
     figure.legend(handles=handles, loc="outside lower center", ncols=columns, handlelength=3.2)
 
 
@@ -234,21 +242,6 @@ def _label_above(axes: Axes, axis: Axis) -> None:
         gains.spines["top"].set_visible(False)
 
 
-def _handle(series: Series) -> Line2D:
-    from matplotlib.lines import Line2D
-
-    return Line2D(
-        [],
-        [],
-        color=series.colour,
-        linestyle=series.line_style,
-        marker="o",
-        markersize=series.marker_pt,
-        markerfacecolor=series.colour if series.filled else "white",
-        label=series.label,
-    )
-
-
 def caption(results: StudyResults, quantity: Outcome) -> str:
     """Say what is drawn."""
     return f"{quantity.heading} against the {coefficient_of(results)}. {points_text(results, quantity)}"
@@ -278,7 +271,7 @@ def _kind(outcome: Outcome) -> FigureKind:
         lambda results, width_in: _draw_by_level(results, outcome, width_in),
         lambda results: caption(results, outcome),
         lambda results: alternative(results, outcome),
-        lambda results: _absent_quantity(results, outcome),
+        lambda results: None if has_quantity(results, outcome) else absence_text(results, f"are no {outcome.plural}"),
         ("factors", "conditions"),
         outcome,
     )

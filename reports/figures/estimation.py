@@ -9,9 +9,9 @@ import math
 import statistics
 import textwrap
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from data_schema.frozen import frozen
 from reports.display import EQUALS, as_shown, level_text, shown_unit
 from reports.figures.style import (
     BLACK,
@@ -20,9 +20,8 @@ from reports.figures.style import (
     TWO_COLUMNS_IN,
     VERMILLION,
     light_grid,
-    new_figure,
+    paper_figure,
     plain_ticks,
-    publication_style,
     spread,
 )
 from reports.numbers import Number
@@ -45,7 +44,7 @@ _UPRIGHT_LETTERS, _UPRIGHT_IN = 24, 0.8
 """Letters in a line of a name that stands upright, and the height that such names add."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class EstimationGroup:
     """A group and its values."""
 
@@ -53,7 +52,7 @@ class EstimationGroup:
     values: tuple[float, ...]
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Estimation:
     """Groups and their differences from one of them.
 
@@ -84,8 +83,7 @@ def draw_estimation(estimation: Estimation, width_in: float = TWO_COLUMNS_IN) ->
     >>> figure.savefig("energy.pdf")  # doctest: +SKIP
     """
     one, differences = estimation, [end for number in estimation.differences for end in _ends(number)]
-    with publication_style():
-        figure = new_figure(width_in, _HEIGHT_IN)
+    with paper_figure(_HEIGHT_IN, width_in) as figure:
         ratios = (3, 3 if one.bounds else 2)  # bounds make the intervals small
         upper, lower = figure.subplots(2, 1, height_ratios=ratios)
         set_limits(upper, [_factors(one)[0] * value for group in one.groups for value in group.values])
@@ -103,7 +101,8 @@ def draw_estimation(estimation: Estimation, width_in: float = TWO_COLUMNS_IN) ->
         figure.align_ylabels()
         if one.interval:
             bounds = " Dashed: bounds of equivalence." if one.bounds else ""
-            put_above(figure, f"Gapped line: mean and SD. Interval: {one.interval}.{bounds}", width_in)
+            line = f"Gapped line: mean and SD. Interval: {one.interval}.{bounds}"
+            figure.suptitle(textwrap.fill(line, int(72.0 * width_in / _LINE_PT)), x=0.01, ha="left", fontsize=6.5)
         return figure
 
 
@@ -198,11 +197,6 @@ def set_names(axes: Axes, names: Sequence[str], width_in: float) -> bool:
     broken = ["\n".join(textwrap.fill(part, lines) for part in name.split("\n")) for name in names]
     axes.set_xticks(range(len(names)), broken, rotation=90 if upright else 0)
     return upright
-
-
-def put_above(figure: Figure, line: str, width_in: float) -> None:
-    """Write a line above the figure."""
-    figure.suptitle(textwrap.fill(line, int(72.0 * width_in / _LINE_PT)), x=0.01, ha="left", fontsize=6.5)
 
 
 def named_with_unit(quantity: str, unit: str) -> str:

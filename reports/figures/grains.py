@@ -5,10 +5,9 @@ from __future__ import annotations
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from reports.figures.style import BLACK, TWO_COLUMNS_IN, legend_below, light_grid, new_figure, publication_style
+from reports.figures.style import BLACK, legend_below, light_grid, paper_figure
 from reports.figures.thesis_jumps import MILLI, ControllerLook, mark_instant, with_looks
 from simulator.grains.foot import FootMotion, GrainsJump, GrainsStudy
-from simulator.thesis.figures import Pair
 
 _AFTER_IMPACT_S = 0.01
 """At touchdown the bulk model's force has a spike of a few milliseconds, which would flatten all else."""
@@ -17,8 +16,10 @@ _AFTER_IMPACT_S = 0.01
 def draw_grains(study: GrainsStudy) -> Figure:
     """Draw a column for each size of grains: energy with both controllers, then the force with each; a line a bed."""
     sizes_m = sorted({bed.asked.diameter_m for bed in study.beds})
-    with publication_style():
-        figure = new_figure(TWO_COLUMNS_IN, 5.2)
+    motions = study.motions.ce, study.motions.ad
+    of_grains = [jump.force_n.max() for bed in study.beds for jump in (bed.jumps.ce, bed.jumps.ad)]
+    largest_n = float(max(*of_grains, *(one.reaction_n[one.time_s > _AFTER_IMPACT_S].max() for one in motions)))
+    with paper_figure(5.2) as figure:
         grid = figure.subplots(3, len(sizes_m), sharex=True, sharey="row", squeeze=False, height_ratios=(3, 2, 2))
         for (energy, *forces), diameter_m in zip(grid.T, sizes_m, strict=True):
             beds = study.of_diameter(diameter_m)
@@ -39,8 +40,8 @@ def draw_grains(study: GrainsStudy) -> Figure:
             axes.set_ylabel(label)
         grid[0, 0].set_ylim(bottom=0.0)
         for row in grid[1:]:
-            row[0].set_ylim(0.0, 1.05 * _largest_force_n(study))
-        grid[0, 0].set_xlim(0.0, float(max(study.motions.ce.time_s[-1], study.motions.ad.time_s[-1])))
+            row[0].set_ylim(0.0, 1.05 * largest_n)
+        grid[0, 0].set_xlim(0.0, float(max(one.time_s[-1] for one in motions)))
         figure.align_ylabels(grid[:, 0])
         legend_below(figure, grid.ravel(), 3, handlelength=3.2)
         return figure
@@ -50,10 +51,3 @@ def _draw_force(axes: Axes, look: ControllerLook, motion: FootMotion, jumps: lis
     for jump in jumps:
         axes.plot(jump.time_s, jump.force_n, alpha=0.8, linewidth=0.7, **look.line)
     axes.plot(motion.time_s, motion.reaction_n, color=BLACK, linestyle=":", label="bulk model")
-
-
-def _largest_force_n(study: GrainsStudy) -> float:
-    pairs: list[Pair[GrainsJump]] = [bed.jumps for bed in study.beds]
-    of_grains = [jump.force_n.max() for pair in pairs for jump in (pair.ce, pair.ad)]
-    of_bulk = [m.reaction_n[m.time_s > _AFTER_IMPACT_S].max() for m in (study.motions.ce, study.motions.ad)]
-    return float(max(*of_grains, *of_bulk))

@@ -5,16 +5,17 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
 from data_schema.errors import UsageError
+from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from reports.figures.style import GREY, lay_out, new_figure, publication_style
-from reports.results import EMPTY, Condition, ConditionSummary, StudyResults
+from reports.results import EMPTY, StudyResults
 
 if TYPE_CHECKING:
     from matplotlib.artist import Artist
@@ -41,7 +42,7 @@ def check_form(option: str, path: Path | None, forms: tuple[str, ...] = FORMS) -
         raise UsageError(f"{option} {path} may not be written: name a place where you may write.")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class FigureKind:
     """One figure: `draw(results, width_in)`; `absent` gives the reason when there is nothing to draw.
 
@@ -65,13 +66,13 @@ class FigureKind:
         """Return the results with nothing in them but what the figure draws."""
         shown = {name: getattr(results, name) for name in self.shows}
         if "conditions" in shown:
-            shown["conditions"] = tuple(replace(one, summaries=self._own(one)) for one in results.conditions)
+            shown["conditions"] = tuple(
+                replace(one, summaries={key: own for key, own in one.summaries.items() if key is self.outcome})
+                for one in results.conditions
+            )
         if "comparisons" in shown and self.outcome is not None:
             shown["comparisons"] = tuple(one for one in results.comparisons if one.quantity is self.outcome)
         return replace(EMPTY, **shown)
-
-    def _own(self, condition: Condition) -> dict[Outcome, ConditionSummary]:
-        return {outcome: one for outcome, one in condition.summaries.items() if outcome is self.outcome}
 
 
 def absence_text(results: StudyResults, what: str) -> str:

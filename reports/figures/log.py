@@ -25,8 +25,7 @@ from reports.figures.style import (
     VERMILLION,
     legend_below,
     light_grid,
-    new_figure,
-    publication_style,
+    paper_figure,
 )
 
 _GAP_COLOURS = {"dropped": GREY}
@@ -37,9 +36,8 @@ _COLUMNS = 2000
 def draw_log(log: RunLog) -> Figure:
     """Draw a run's log: overview above, one jump below; gaps are shaded and no line crosses them."""
     chosen = _panel_jump(log)
-    with publication_style():
-        ratios = [2.0] if chosen is None else [2.0, 2.0] if log.leg_length_m is None else [2.0, 2.0, 1.0]
-        figure = new_figure(TWO_COLUMNS_IN, 0.7 + sum(ratios))
+    ratios = [2.0] if chosen is None else [2.0, 2.0] if log.leg_length_m is None else [2.0, 2.0, 1.0]
+    with paper_figure(0.7 + sum(ratios)) as figure:
         panels = figure.subplots(len(ratios), 1, squeeze=False, height_ratios=ratios)[:, 0]
         overview = panels[0]
         overview.set_title(f"Run {log.run}" + (f": {log.title}" if log.title else ""), loc="left")
@@ -69,12 +67,12 @@ def draw_logs_overlaid(first: RunLog, second: RunLog) -> Figure:
     gap. A log ends before a gap of unknown length, for when the next one began is not known.
     """
     logs = (first, second)
-    jumps = [_first_flight(log) for log in logs]
-    flights = [jump for jump in jumps if jump is not None]
+    flown = [[jump for jump in log.jumps if None not in (jump.lift_off_s, jump.apex_height_m)] for log in logs]
+    flights = [jumps[0] for jumps in flown if jumps]
     both_fly = len(flights) == len(logs)
-    origins_s = [float(jump.lift_off_s or 0.0) for jump in flights] if both_fly else [_start_s(log) for log in logs]
-    with publication_style():
-        figure = new_figure(TWO_COLUMNS_IN, 5.2 if both_fly else 3.0)
+    starts_s = [float(log.time_s[0]) if log.time_s.size else 0.0 for log in logs]
+    origins_s = [float(jump.lift_off_s or 0.0) for jump in flights] if both_fly else starts_s
+    with paper_figure(5.2 if both_fly else 3.0) as figure:
         panels = figure.subplots(2 if both_fly else 1, 1, squeeze=False)[:, 0]
         panels[0].set_title(f"Runs {first.run} and {second.run}", loc="left")
         for log, origin_s, look in zip(logs, origins_s, _OVERLAID, strict=True):
@@ -99,14 +97,6 @@ _OVERLAID: tuple[dict[str, Any], ...] = (
     {"color": VERMILLION, "linewidth": 0.7, "zorder": 3},
 )
 """How two logs are told apart, in grey too: the second is thinner, and lies above."""
-
-
-def _first_flight(log: RunLog) -> LogJump | None:
-    return next((jump for jump in log.jumps if jump.lift_off_s is not None and jump.apex_height_m is not None), None)
-
-
-def _start_s(log: RunLog) -> float:
-    return float(log.time_s[0]) if log.time_s.size else 0.0
 
 
 def _overlay(axes: Axes, log: RunLog, origin_s: float, look: dict[str, Any]) -> None:

@@ -7,10 +7,10 @@ what the figure shows of the report, and its width.
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 
 from data_schema.file_cache import FileCache
+from data_schema.frozen import frozen
 from reports.figures.by_level import BY_LEVEL
 from reports.figures.kind import FigureKind, draw_figure, pdf_bytes, svg_bytes
 from reports.figures.passive_drain import PASSIVE_DRAIN
@@ -44,7 +44,7 @@ DRAWN = FileCache(
 )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Wanted:
     """A figure at a width in inches, and the formats that are wanted of it: "svg", "pdf"."""
 
@@ -55,19 +55,12 @@ class Wanted:
 
 def cached_figure(results: StudyResults, wanted: Wanted) -> dict[str, bytes]:
     """Return a figure of the report by format: as it was drawn before of the same, else drawn now."""
-    names = _names(results, wanted)
-    known = {suffix: data for suffix, name in names.items() if (data := DRAWN.read(name)) is not None}
-    return known if len(known) == len(wanted.formats) else _drawn_anew(results, wanted, names)
-
-
-def _names(results: StudyResults, wanted: Wanted) -> dict[str, str]:
-    """Return the name of a figure's file in each format."""
     shown = wanted.kind.absent(results) or wanted.kind.drawn(results)
     key = hashlib.sha256(f"{wanted.kind.name} {wanted.width_in!r} {shown!r}".encode()).hexdigest()
-    return {suffix: f"{key}.{suffix}" for suffix in wanted.formats}
-
-
-def _drawn_anew(results: StudyResults, wanted: Wanted, names: Mapping[str, str]) -> dict[str, bytes]:
+    names = {suffix: f"{key}.{suffix}" for suffix in wanted.formats}
+    known = {suffix: data for suffix, name in names.items() if (data := DRAWN.read(name)) is not None}
+    if len(known) == len(wanted.formats):
+        return known
     figure = draw_figure(wanted.kind, results, wanted.width_in)
     found = {"svg": svg_bytes(figure)}  # always first: the other format has its positions
     if "pdf" in wanted.formats:

@@ -91,6 +91,13 @@ def new_figure(width_in: float, height_in: float) -> Figure:
     return Figure(figsize=(width_in, height_in), layout="constrained")
 
 
+@contextlib.contextmanager
+def paper_figure(height_in: float, width_in: float = TWO_COLUMNS_IN) -> Iterator[Figure]:
+    """Give an empty figure to draw on with our settings, across both columns where nothing else is said."""
+    with publication_style():
+        yield new_figure(width_in, height_in)
+
+
 def lay_out(figure: Figure) -> None:
     """Lay a figure out for SVG, once: every format has these positions, and none is drawn to find them, too.
 

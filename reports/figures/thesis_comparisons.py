@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,20 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator
 
+from data_schema.frozen import frozen
 from reports.display import general_text, given_text
 from reports.figures.series import LineStyle
-from reports.figures.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    GREY,
-    TWO_COLUMNS_IN,
-    VERMILLION,
-    legend_below,
-    light_grid,
-    new_figure,
-    publication_style,
-)
+from reports.figures.style import BLACK, BLUE, GREEN, GREY, VERMILLION, legend_below, light_grid, paper_figure
 from reports.figures.thesis_jumps import AD_LOOK, CE_LOOK, MILLI
 from simulator.thesis.figures import BoolArray, FloatArray, Jumps, OverDamping, OverGround, OverVelocity, Pair
 
@@ -49,7 +38,7 @@ APEX_OVER_SPEED_CAPTION = (
 )
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class Compared:
     """One quantity with either controller; arrays of one shape, in the unit of the label, and which hang on little."""
 
@@ -88,8 +77,7 @@ def _compared(quantity: Quantity, jumps: Pair[Jumps]) -> Compared:
 def draw_over_speed(data: OverVelocity, quantities: tuple[Quantity, Quantity]) -> Figure:
     """Draw two quantities side by side, from 0 on, and under each the difference as a share of CE's value."""
     speed_m_s = data.touchdown_speed_m_s
-    with publication_style():
-        figure = new_figure(TWO_COLUMNS_IN, 3.4)
+    with paper_figure(3.4) as figure:
         grid = figure.subplots(2, 2, sharex=True, height_ratios=(5, 4))
         for (above, below), each in zip(grid.T, quantities, strict=True):
             quantity = _compared(each, data.jumps)
@@ -137,8 +125,7 @@ APEX_OVER_GROUNDS_CAPTION = (
 
 def draw_over_grounds(grounds: OverGround, quantities: tuple[Quantity, Quantity]) -> Figure:
     """Draw CE, AD and their relative difference for either quantity; CE and AD have one scale of colours."""
-    with publication_style():
-        figure = new_figure(TWO_COLUMNS_IN, 4.0)
+    with paper_figure(4.0) as figure:
         grid = figure.subplots(2, 3, sharex=True, sharey=True)
         for (*values, difference), each in zip(grid, quantities, strict=True):
             _draw_quantity(figure, grounds, _compared(each, grounds.jumps), values, difference)
@@ -200,8 +187,7 @@ _GAIN_STYLES: tuple[LineStyle, ...] = ("--", "-")
 
 def draw_joules_by_damping(costs: OverDamping) -> Figure:
     """Draw a panel for each stiffness of the ground, all on one scale, with bands over its drag."""
-    with publication_style():
-        figure = new_figure(TWO_COLUMNS_IN, 2.9)
+    with paper_figure(2.9) as figure:
         panels = figure.subplots(1, len(costs.stiffness_factors), sharex=True, sharey=True)
         own = costs.drag_factors.index(1.0)
         for row, axes in enumerate(panels):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -10,25 +9,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from reports.figures.style import (
-    BLACK,
-    BLUE,
-    GREY,
-    PURPLE,
-    TWO_COLUMNS_IN,
-    VERMILLION,
-    legend_below,
-    light_grid,
-    new_figure,
-    publication_style,
-)
+from data_schema.frozen import frozen
+from reports.figures.style import BLACK, BLUE, GREY, PURPLE, VERMILLION, legend_below, light_grid, paper_figure
 from simulator.thesis.figures import GroundFunctions, JumpEnergies, Motion, Pair, PowerSurface
 
 MILLI = 1e3
 T = TypeVar("T")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class ControllerLook:
     """How one controller is drawn in every figure of ch. 3: distinguished by colour and by dashes."""
 
@@ -82,8 +71,7 @@ def draw_ground_functions(curves: GroundFunctions) -> Figure:
         ("Inertial drag", "D (kg/m)", curves.drag_kg_m),
         ("Added mass", "Added mass (g)", curves.added_mass_kg * MILLI),
     )
-    with publication_style():
-        figure = new_figure(TWO_COLUMNS_IN, 2.1)
+    with paper_figure(2.1) as figure:
         grid = figure.subplots(1, 3)
         for axes, (title, label, values) in zip(grid, panels, strict=True):
             axes.plot(curves.depth_m * MILLI, values, color=BLACK)
@@ -116,8 +104,7 @@ BODY_AND_TOE_CAPTION = (
 
 def draw_body_and_toe(paths: Pair[Motion]) -> Figure:
     """Draw the body's height above, the toe's below, over one time."""
-    with publication_style():
-        figure = new_figure(TWO_COLUMNS_IN, 3.6)
+    with paper_figure(3.6) as figure:
         body, toe = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         end_s = max(float(path.time_s[-1]) for path in (paths.ce, paths.ad))
         for look, path in with_looks(paths):
@@ -153,8 +140,7 @@ _LINE_WIDTH = 1.3
 
 def draw_energies(energies: Pair[JumpEnergies]) -> Figure:
     """Draw either controller in a panel of its own, both on one scale."""
-    with publication_style():
-        figure = new_figure(TWO_COLUMNS_IN, 3.2)
+    with paper_figure(3.2) as figure:
         panels = figure.subplots(1, 2, sharex=True, sharey=True)
         end_s = max(part.motion.liftoff_time_s for part in (energies.ce, energies.ad)) + _AFTER_LIFTOFF_S
         for axes, (look, curves) in zip(panels, with_looks(energies), strict=True):
@@ -199,8 +185,7 @@ _LEVELS_W = (-800.0, -400.0, -200.0, -100.0, -50.0, -25.0, -10.0, -5.0, 0.0)
 
 def draw_power_surface(power: PowerSurface) -> Figure:
     """Draw the map in greys with its contours, and the paths over it."""
-    with publication_style():
-        figure = new_figure(TWO_COLUMNS_IN, 3.8)
+    with paper_figure(3.8) as figure:
         axes = figure.add_subplot()
         greys = [str(shade) for shade in np.linspace(0.45, 1.0, len(_LEVELS_W) - 1)]
         depth_mm = power.depth_m * MILLI

@@ -24,8 +24,7 @@ from reports.figures.style import (
     VERMILLION,
     legend_below,
     light_grid,
-    new_figure,
-    publication_style,
+    paper_figure,
 )
 from simulator.kernel.layout import FLIGHT, MODES
 from simulator.parameter import GRAVITY_M_S2
@@ -56,8 +55,7 @@ def draw_trajectory(result: SceneResult, title: str, mode_name: Callable[[str], 
         motion[name].to_numpy()[last] for name in ("time", "body_height", "foot_height", "body_acceleration", "mode")
     )
     ground_m = _ground_m(scene, foot_m, modes == FLIGHT)
-    with publication_style():
-        figure = new_figure(TWO_COLUMNS_IN, 4.4)
+    with paper_figure(4.4) as figure:
         heights, force = figure.subplots(2, 1, sharex=True, height_ratios=(3, 2))
         heights.set_title(textwrap.fill(title, int(14 * TWO_COLUMNS_IN)), loc="left")
         for axes in (heights, force):

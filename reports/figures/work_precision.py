@@ -22,8 +22,7 @@ from reports.figures.style import (
     VERMILLION,
     legend_below,
     light_grid,
-    new_figure,
-    publication_style,
+    paper_figure,
 )
 from simulator.accuracy.methods import LABBOOK, TITLES
 from simulator.accuracy.study import AccuracyStudy, Point, Series
@@ -55,9 +54,8 @@ def draw_work_precision(study: AccuracyStudy, title: str, notes: Sequence[str] =
     drawn_points = [found for marks in panels.values() for _series, each in marks for found in each]
     limits = _limits([error for _point, error in drawn_points], list(floors.values()))
     down = -(-len(panels) // _ACROSS)
-    with publication_style():
-        notes = [line for note in notes for line in textwrap.wrap(note, int(18 * TWO_COLUMNS_IN))]
-        figure = new_figure(TWO_COLUMNS_IN, 0.9 + 2.1 * down + 0.13 * len(notes))
+    notes = [line for note in notes for line in textwrap.wrap(note, int(18 * TWO_COLUMNS_IN))]
+    with paper_figure(0.9 + 2.1 * down + 0.13 * len(notes)) as figure:
         axes = figure.subplots(down, _ACROSS, squeeze=False, sharex=True, sharey=True).flatten()
         looks = _looks(study)
         for (name, marks), drawn in zip(panels.items(), axes, strict=False):

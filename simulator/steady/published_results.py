@@ -9,8 +9,9 @@ import functools
 import importlib.resources
 import tomllib
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+from data_schema.frozen import frozen
 
 if TYPE_CHECKING:  # a report names what is published, and simulates none of it
     from simulator.steady.tables import BedTable
@@ -21,7 +22,7 @@ DEPENDS = "depends on unpublished gains"
 VERDICTS = (REPRODUCED, DEPENDS, CONTRADICTED, NOT_TESTABLE)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PublishedResult:
     """A published result. `published` is its number, in `unit` ("p": a p value), to which `relation` belongs.
 
@@ -49,7 +50,7 @@ class PublishedResult:
         return self.unit == "m"
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class JudgedResult:
     """A published result with the finding on its claim; None where it has none.
 
@@ -82,7 +83,7 @@ class JudgedResult:
         return self.result.why or self.result.note
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Contradiction:
     """Two statements of the thesis that exclude each other: where they stand, and what they say."""
 

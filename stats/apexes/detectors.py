@@ -13,12 +13,13 @@ The robust one takes after each stance a flight that curves like gravity, measur
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import Floats, check_log, clean_signal, gaps_in_time, sampling_interval
@@ -41,7 +42,7 @@ from stats.apexes.standing import height_zero_m
 from stats.checks import as_number
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PublishedParameters:
     """Parameters of the published detector."""
 
@@ -109,7 +110,7 @@ def _moving_average(values: Floats, width: int) -> Floats:
     return np.convolve(finite, np.full(width, 1.0 / width), mode="valid")
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RobustParameters:
     """Parameters of the robust detector."""
 
@@ -209,7 +210,7 @@ Parameters = PublishedParameters | RobustParameters
 """Frozen dataclasses of plain numbers, nested; `dataclasses.asdict` makes them JSON."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Detector:
     """One way to find jumps; its version changes whenever its results may."""
 
@@ -342,18 +343,12 @@ def jump_at(
     jump = _flown(log, [hop, *([] if following is None else [following])], parameters)[0]
     if isinstance(jump.apex_height_m, Undefined):
         return jump.apex_height_m
-    if _rises_too_long(jump, parameters.stance.gravity_m_s2):
-        unknown = Undefined(Reason.FLIGHT_ENDS_UNKNOWN)
+    apex_s, liftoff_s = jump.apex_s, jump.liftoff_s
+    longest_s2 = 2.0 * jump.apex_height_m / parameters.stance.gravity_m_s2  # of a free rise from the ground, squared
+    if isinstance(apex_s, float) and isinstance(liftoff_s, float) and (apex_s - liftoff_s) ** 2 > longest_s2:
+        unknown = Undefined(Reason.FLIGHT_ENDS_UNKNOWN)  # it was held between lift-off and the time
         jump = replace(jump, liftoff_s=unknown, flight_time_s=unknown)
     return _raised(jump, raised_m) if raised_m else jump
-
-
-def _rises_too_long(jump: Jump, gravity_m_s2: float) -> bool:
-    """Tell whether a jump has risen longer than freely from the ground: it was held between lift-off and the time."""
-    apex_s, liftoff_s, height_m = jump.apex_s, jump.liftoff_s, jump.apex_height_m
-    if isinstance(apex_s, Undefined) or isinstance(liftoff_s, Undefined) or isinstance(height_m, Undefined):
-        return False
-    return (apex_s - liftoff_s) ** 2 > 2.0 * height_m / gravity_m_s2
 
 
 def _flights(jumps: tuple[Jump, ...]) -> int:

@@ -12,17 +12,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import Bools, CleaningParameters, CleanSignal, Floats
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Jump:
     """One stance and, where there was one, the flight that followed it.
 
@@ -82,7 +83,7 @@ HEIGHT_DOUBTFUL = frozenset({"few_samples_before", "few_samples_after", "caught_
 """Flags for which a person should look whether the apex height of one jump is right."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Jumps:
     """All jumps of one log as one detector found them."""
 
@@ -124,7 +125,7 @@ _SPEED_SAMPLES = 8
 """So many samples on either side of a gap show the speed there."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class StanceParameters:
     """How stances and the first maximum after them are recognised."""
 
@@ -152,7 +153,7 @@ class StanceParameters:
     """Acceleration expected in flight (standard gravity, CGPM 1901)."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Log:
     """A log as it was recorded, its gaps (rows of start and length, s), its valid samples, how stances are found."""
 
@@ -164,7 +165,7 @@ class Log:
     stance: StanceParameters
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Hop:
     """One stance and where its apex may be; indices count the valid samples of a `CleanSignal`."""
 

@@ -18,12 +18,12 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Sequence
-from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import fixed_text, interval_text, number_text
 from data_schema.vocabulary import Undefined
@@ -33,7 +33,7 @@ from stats.results import Result
 from stats.tails import satterthwaite_df, t_quantile, t_two_sided
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PredictedRun:
     """One run beside the prediction for its condition, in one unit."""
 
@@ -46,7 +46,7 @@ class PredictedRun:
     """Standard uncertainty of the prediction, from inputs that all predictions assume alike."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Interval:
     """A standard error with its degrees of freedom, and the interval of the bias that they give."""
 
@@ -57,7 +57,7 @@ class Interval:
     """Two-sided p of no bias."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bias:
     """Predicted less measured, in the unit of the runs."""
 
@@ -130,7 +130,7 @@ FEWEST_DIFFERENCES = 3
 """With fewer, their scatter says nothing about the next one."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LimitsOfAgreement:
     """In the unit of the differences: their mean, and the limits between which 95 % of further ones are expected.
 
@@ -188,7 +188,7 @@ def limits_of_agreement(differences: Sequence[float], level: float = 0.95) -> Li
     )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Kappa(Result):
     """How two people agree who gave each of n things one of several answers; shares are of 1."""
 
@@ -257,16 +257,16 @@ def cohen_kappa(first: Sequence[str], second: Sequence[str], level: float = 0.95
     table = np.zeros((len(answers), len(answers)))
     for one, other in zip(first, second, strict=True):
         table[place[one], place[other]] += 1.0
-    counts = tuple(tuple(int(count) for count in row) for row in table.tolist())
+    about = n, answers, tuple(tuple(int(count) for count in row) for row in table.tolist())
     if n == 0:
         none = Undefined(Reason.NO_VALUE)
-        return Kappa(n, answers, counts, none, none, none, none, none, level)
+        return Kappa(*about, none, none, none, none, none, level)
     shares = table / n
     rows, columns = shares.sum(axis=1), shares.sum(axis=0)
     agreed, expected = float(np.trace(shares)), float(rows @ columns)
     if len(answers) == 1:
         only = Undefined(Reason.ONE_ANSWER, answer=answers[0])
-        return Kappa(n, answers, counts, agreed, 1.0, only, only, only, level)
+        return Kappa(*about, agreed, 1.0, only, only, only, level)
     kappa = (agreed - expected) / (1.0 - expected)
     same = float(np.diag(shares) @ (1.0 - (rows + columns) * (1.0 - kappa)) ** 2)
     apart = (1.0 - kappa) ** 2 * (shares * (columns[:, np.newaxis] + rows) ** 2)
@@ -274,11 +274,11 @@ def cohen_kappa(first: Sequence[str], second: Sequence[str], level: float = 0.95
     variance = (same + off - (kappa - expected * (1.0 - kappa)) ** 2) / ((1.0 - expected) ** 2 * n)
     if variance <= _NO_VARIANCE:
         exact = Undefined(Reason.KAPPA_EXACT)
-        return Kappa(n, answers, counts, agreed, expected, kappa, exact, exact, level)
+        return Kappa(*about, agreed, expected, kappa, exact, exact, level)
     se = math.sqrt(variance)
     half_width = t_quantile(level, math.inf) * se
     ci = (max(-1.0, kappa - half_width), min(1.0, kappa + half_width))
-    return Kappa(n, answers, counts, agreed, expected, kappa, se, ci, level)
+    return Kappa(*about, agreed, expected, kappa, se, ci, level)
 
 
 _NO_VARIANCE = 1e-14

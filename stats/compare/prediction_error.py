@@ -6,12 +6,12 @@ The thesis has 0.63 for the cost estimated from forces (3.2.2).
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_values
@@ -19,7 +19,7 @@ from stats.results import Result
 from stats.scatter import finite, scale_of
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RmseOverIqr(Result):
     """Error of a prediction in interquartile ranges of what was measured."""
 

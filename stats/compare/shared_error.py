@@ -11,11 +11,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level
 from stats.compare.summary import Summary, describe
@@ -27,7 +28,7 @@ CANCELLED = 1e-9
 """What is left of two equal terms after their difference is rounding, not error."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SharedError:
     """What one value takes from errors that it has in common with others.
 
@@ -154,7 +155,7 @@ def joined_variance(one: SharedError, other: SharedError, level: float, df: floa
     return total
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SharedSummary(Result):
     """A mean with its scatter and the error it shares with other means, in the unit of the values."""
 

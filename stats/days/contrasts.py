@@ -23,10 +23,12 @@ Coverage by design stands in docs/statistics.md.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.grouping import grouped
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
@@ -46,8 +48,11 @@ from stats.days.decision import (
 from stats.scatter import Scale
 from stats.tails import satterthwaite_df, t_quantile, t_two_sided
 
+_ROUNDING = 16.0 * sys.float_info.epsilon
+"""Of the means compared: what a day departs by less is rounding."""
 
-@dataclass(frozen=True, slots=True)
+
+@frozen
 class Effect:
     """A condition and the one that it is compared with, by name, and the weight of their effect."""
 
@@ -56,7 +61,7 @@ class Effect:
     control: str
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LinearContrast:
     """A weighted sum of effects on shared days, in the unit of the values, or in percentage points of savings."""
 
@@ -68,12 +73,14 @@ class LinearContrast:
     estimate: Estimate
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Term:
     """An effect with its runs on shared days, and what L gains for each unit of its control's and treated mean."""
 
     effect: Effect
     found: Contrast
+    control: float
+    treated: float
     value: float
     of_control: float
     of_treated: float
@@ -125,18 +132,15 @@ def linear_contrast(
 
 def _term(effect: Effect, found: Contrast, percent: bool) -> _Term | Undefined:
     control, treated, a = found.control, found.treated, effect.weight
-    for mean in (control, treated):
-        if isinstance(mean, Undefined):
-            return mean
-    assert isinstance(control, float) and isinstance(treated, float)  # noqa: S101, PT018 - seen above
+    if isinstance(control, Undefined) or isinstance(treated, Undefined):
+        return next(mean for mean in (control, treated) if isinstance(mean, Undefined))
     if not percent:
-        return _Term(effect, found, treated - control, -a, a)
+        return _Term(effect, found, control, treated, treated - control, -a, a)
     level = found.scale.offset + control
     if level <= 0.0:
         return Undefined(Reason.NOTHING_TO_SAVE)
-    return _Term(
-        effect, found, 100.0 * (control - treated) / level, 100.0 * a * found.ratio / level, -100.0 * a / level
-    )
+    gains = 100.0 * a * found.ratio / level, -100.0 * a / level
+    return _Term(effect, found, control, treated, 100.0 * (control - treated) / level, *gains)
 
 
 def _by_days(terms: Sequence[_Term]) -> tuple[float, float]:
@@ -144,19 +148,24 @@ def _by_days(terms: Sequence[_Term]) -> tuple[float, float]:
     by_day: dict[str, float] = {}
     squares, dfs = [], []
     for term in terms:
-        k = len(term.found.shared_days)
-        gain = term.of_treated / math.sqrt(k * (k - 1))
-        departures = [
-            (day, gain * departs) for day, departs in term.found.departures(-term.of_control / term.of_treated)
+        found, k, squares_of_term = term.found, len(term.found.shared_days), []
+        pairs = [
+            (day.day, day.control.mean - term.control, day.treated.mean - term.treated) for day in found.shared_days
         ]
+        departures = [(day, term.of_control * control + term.of_treated * treated) for day, control, treated in pairs]
+        of_means = (term.of_control, term.control), (term.of_treated, term.treated)
+        rounding = _ROUNDING * sum(abs(gain * (found.scale.offset + mean)) for gain, mean in of_means)
         for day, departs in departures:
-            by_day[day] = by_day.get(day, 0.0) + departs
-        squares.append(math.fsum(departs * departs for _day, departs in departures))
+            share = departs / math.sqrt(k * (k - 1)) if abs(departs) > rounding else 0.0
+            by_day[day] = by_day.get(day, 0.0) + share
+            squares_of_term.append(share * share)
+        squares.append(math.fsum(squares_of_term))
         dfs.append(k - 1)
     variance, parts = math.fsum(each * each for each in by_day.values()), math.fsum(squares)
     if parts == 0.0 or variance <= CANCELLED**2 * parts:
         return 0.0, math.inf
-    return variance, min(satterthwaite_df(list(zip(squares, dfs, strict=True))), len(by_day) - 1)
+    df = parts**2 / math.fsum(square**2 / df for square, df in zip(squares, dfs, strict=True))
+    return variance, min(df, len(by_day) - 1)
 
 
 def _by_runs(terms: Sequence[_Term]) -> tuple[float, float]:

@@ -31,23 +31,23 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.grouping import grouped
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
 from stats.checks import Labels, as_labels, as_level, as_number, as_values
 from stats.compare.shared_error import SharedError, joined_variance, shared_of_mean, weighted_sum
 from stats.results import plural
-from stats.scatter import Scale, group_of, scale_of, times_power
+from stats.scatter import Interval, Scale, group_of, scale_of, times_power
 from stats.tails import t_quantile, t_two_sided, t_upper
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Estimate:
     """An estimate with its interval and the test that it is 0, in the unit of the values or in percent."""
 
@@ -56,7 +56,7 @@ class Estimate:
     """Without errors in common."""
     shared_se: float | Undefined
     """What it takes from errors in common with others."""
-    ci: tuple[float, float] | Undefined
+    ci: Interval | Undefined
     level: float
     t: float | Undefined
     df: float | Undefined
@@ -64,7 +64,7 @@ class Estimate:
     """Two-sided."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Bounded:
     """Two one-sided tests that an estimate lies above `low` and below `high`, and its interval of level 1 - 2 alpha."""
 
@@ -72,7 +72,7 @@ class Bounded:
     low: float
     high: float
     """Infinite where there is no such bound."""
-    ci: tuple[float, float] | Undefined
+    ci: Interval | Undefined
     alpha: float
     t_low: float | Undefined
     p_low: float | Undefined
@@ -90,8 +90,8 @@ _NO_LOW, _NO_HIGH = Undefined(Reason.NO_LOWER_BOUND), Undefined(Reason.NO_UPPER_
 
 def bounds_tests(
     value: float | Undefined,
-    bounds: tuple[float, float],
-    ci: tuple[float, float] | Undefined,
+    bounds: Interval,
+    ci: Interval | Undefined,
     alpha: float,
     t: tuple[float, float],
     df: float,
@@ -111,7 +111,7 @@ def undefined_estimate(why: Undefined, level: float, value: float | Undefined) -
     return Estimate(value, why, why, why, level, why, why, why)
 
 
-def undefined_bounds(why: Undefined, bounds: tuple[float, float], alpha: float, value: float | Undefined) -> Bounded:
+def undefined_bounds(why: Undefined, bounds: Interval, alpha: float, value: float | Undefined) -> Bounded:
     """Return what there is where nothing is tested against bounds."""
     return Bounded(value, *bounds, why, alpha, why, why, why, why, why, why, why)
 
@@ -123,7 +123,7 @@ CONTROL, TREATED = "the control", "the treatment"
 _ROUNDING = 8.0 * sys.float_info.epsilon
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Contrast:
     """Means over the shared days with the variances of their errors, in the scale.
 
@@ -342,7 +342,7 @@ class Contrast:
         more = joined_variance(shared, shared, level, self.df)
         return _Error(math.sqrt(variance), shared.se, math.sqrt(variance + more))
 
-    def _fieller(self, level: float) -> tuple[float, float] | Undefined:
+    def _fieller(self, level: float) -> Interval | Undefined:
         squared = t_quantile(level, self.df) ** 2
         control, difference = self._level, self._treated - self._control
         of_control, of_treated = self.control_shared, self.treated_shared
@@ -364,7 +364,7 @@ class Contrast:
         return 100.0 * (middle - root) / a, 100.0 * (middle + root) / a
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Error:
     """The standard error of an estimate: of its own, in common with others, and of both together."""
 
@@ -440,9 +440,11 @@ def contrast_of_runs(runs: RunsByDay, *, scale: Scale | None = None, paired: boo
     weights = [1.0 / k] * k if rule is Rule.PAIRED else weights_of(days)
     together = one_day(days, weights)
     of_control, of_treated, df = together.control, together.treated, min(df_control, df_treated)
-    v_cc = v_ct = v_tt = 0.0
+    means, v_cc, v_ct, v_tt = (of_control.mean, of_treated.mean), 0.0, 0.0, 0.0
     if rule is Rule.PAIRED:
-        about = np.array([(day.control.mean - of_control.mean, day.treated.mean - of_treated.mean) for day in days])
+        by_day_means = np.array([(day.control.mean, day.treated.mean) for day in days])
+        means = math.fsum(by_day_means[:, 0]) / k, math.fsum(by_day_means[:, 1]) / k
+        about = by_day_means - means
         (v_cc, v_ct), (_, v_tt) = (about.T @ about / (k - 1) / k).tolist()
         df = k - 1
     elif rule is Rule.WITHIN:
@@ -453,7 +455,6 @@ def contrast_of_runs(runs: RunsByDay, *, scale: Scale | None = None, paired: boo
                 (of_treated, df_treated, [day.treated.n for day in days]),
             )
         )
-    means = of_control.mean, of_treated.mean
     return Contrast(
         rule, why, scale, days, *means, v_cc, v_ct, v_tt, df, of_control.shared, of_treated.shared, counts, runs
     )
@@ -470,7 +471,7 @@ Block = tuple[str, str]
 """A day and a stratum."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Runs:
     """The values of the runs of one condition on one day, and the error that their mean has in common with others."""
 
@@ -487,7 +488,7 @@ RunsOfCondition = Mapping[Block, Runs]
 """The runs of a condition by day, as `blocks_of_runs` gathers them."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Means:
     """The mean of runs and the squares about it, in a `stats.scatter.Scale`."""
 
@@ -510,7 +511,7 @@ def means_of(runs: Runs, scale: Scale) -> Means:
     return Means(found.n, found.mean, found.squares, shared)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Counts:
     """Runs on shared days, and runs on other days, which enter nothing."""
 
@@ -520,7 +521,7 @@ class Counts:
     other_treated: int
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SharedDay:
     """A day with runs of both conditions; within days, of one stratum."""
 
@@ -534,7 +535,7 @@ class SharedDay:
         return self.control.n * self.treated.n / (self.control.n + self.treated.n)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class RunsByDay:
     """The runs of a control and of a treatment, by day and stratum."""
 

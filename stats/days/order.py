@@ -14,18 +14,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, as_labels, as_values
 from stats.compare.shared_error import SharedError
-
-Floats = NDArray[np.float64]
+from stats.scatter import Floats
 
 SLOPE = ("position", "slope")
 """Fit and term of the error that adjusted values have in common."""
@@ -34,7 +33,7 @@ _MOST_STEPS = 10**8
 _ROUNDING = 1e-9
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PositionsCompared:
     """Mean positions in the day of both sides within shared days, and how a random order would differ as much."""
 
@@ -94,7 +93,7 @@ def _shares_of_sums(places: NDArray[np.int64], n: int) -> Floats:
     return np.asarray(shares[n])
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class AdjustedForPosition:
     """Values as at the mean position of their day, with the error that they have in common by the slope's."""
 

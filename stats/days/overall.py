@@ -20,20 +20,20 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import CANCELLED, SharedError, joined_variance, shared_of_mean
 from stats.days.decision import Bounded, Contrast, Estimate, bounds_tests, undefined_bounds, undefined_estimate
-from stats.tails import f_upper, satterthwaite_df, t_quantile, t_two_sided
+from stats.tails import f_upper, t_quantile, t_two_sided
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Scope:
     """What an effect over groups is of."""
 
@@ -49,7 +49,7 @@ class Scope:
     """Runs that enter."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Heterogeneity:
     """The test that the groups' savings are all the same: F, its two degrees of freedom and the upper tail."""
 
@@ -58,7 +58,7 @@ class Heterogeneity:
     p: float
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class OverallSavings:
     """The mean of the groups' savings in percent of each group's control."""
 
@@ -70,7 +70,7 @@ class OverallSavings:
     """The test that all groups saved the same."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class OverallEquivalence:
     """Two one-sided tests that the mean change of the groups, in percent of each control, lies within bounds."""
 
@@ -78,7 +78,7 @@ class OverallEquivalence:
     scope: Scope
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _Overall:
     saved: float
     variance: float
@@ -193,7 +193,8 @@ def _by_day(groups: Mapping[str, Contrast]) -> dict[str, list[float]]:
 
 
 def _df(groups: Mapping[str, Contrast]) -> float:
-    return satterthwaite_df([(one.relative_variance, one.df) for one in groups.values()])
+    parts = [(one.relative_variance, one.df) for one in groups.values()]
+    return math.fsum(square for square, _df in parts) ** 2 / math.fsum(square**2 / df for square, df in parts)
 
 
 def _heterogeneity(groups: Mapping[str, Contrast], level: float) -> Heterogeneity | Undefined:

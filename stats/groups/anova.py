@@ -18,11 +18,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from numpy.typing import ArrayLike
 
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import alpha_of_level, p_text, statistic_text
 from data_schema.vocabulary import Undefined
@@ -32,7 +32,7 @@ from stats.scatter import Groups, finite, read_groups
 from stats.tails import f_upper
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class _MeansCompared(Result):
     """Whether the means of several groups differ."""
 
@@ -82,7 +82,7 @@ class _MeansCompared(Result):
         )
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Anova(_MeansCompared):
     """Whether the means of several groups differ by more than their scatter explains."""
 
@@ -99,7 +99,7 @@ class Anova(_MeansCompared):
     """Means of `groups`, in the values' unit; shape (k,)."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class WelchAnova(_MeansCompared):
     """Whether the means of several groups differ, each group with a scatter of its own."""
 

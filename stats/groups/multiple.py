@@ -5,11 +5,11 @@ Holm's method asks nothing about how the tests depend on each other and rejects 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
+from data_schema.grouping import grouped
 from data_schema.rounding import p_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number
@@ -21,10 +21,12 @@ MOST_NAMED = 10
 
 def reasons_text(untested: Sequence[tuple[str, str]]) -> str:
     """Return names with the reason behind all that share it, from (name, reason)."""
-    names: dict[str, list[str]] = {}
-    for name, reason in untested:
-        names.setdefault(reason, []).append(name)
-    return "; ".join(f"{_some_of(own)}, because {reason}" for reason, own in names.items())
+    parts = []
+    for reason, own in grouped(untested, lambda each: each[1]).items():
+        names = ", ".join(name for name, _reason in own[:MOST_NAMED])
+        more = f" and {len(own) - MOST_NAMED} more" if len(own) > MOST_NAMED else ""
+        parts.append(f"{names}{more}, because {reason}")
+    return "; ".join(parts)
 
 
 def none_text(untested: Sequence[tuple[str, str]]) -> str:
@@ -33,13 +35,7 @@ def none_text(untested: Sequence[tuple[str, str]]) -> str:
     return f", because {reasons.pop()}" if len(reasons) == 1 else f": {reasons_text(untested)}"
 
 
-def _some_of(names: Sequence[str]) -> str:
-    """Return all names, or of many the first and how many more there are."""
-    more = f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else ""
-    return f"{', '.join(names[:MOST_NAMED])}{more}"
-
-
-@dataclass(frozen=True, slots=True)
+@frozen
 class HolmMember(Result):
     """One test of a family."""
 
@@ -53,7 +49,7 @@ class HolmMember(Result):
     """Whether the adjusted p is at most alpha."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class HolmFamily(Result):
     """A named family of tests with adjusted p-values, in the order given."""
 
@@ -110,7 +106,9 @@ def holm(
     (0.04, 0.02)
     """
     alpha = as_level("alpha", alpha)
-    p_values = {name: p if isinstance(p, Undefined) else _as_p(name, p) for name, p in p_values.items()}
+    for name, p in p_values.items():
+        if not isinstance(p, Undefined) and not _is_p(p):
+            raise InputRefused(f"the p-value of {name!r} is {p!r}: give a number from 0 to 1.")
     defined = sorted((p, name) for name, p in p_values.items() if not isinstance(p, Undefined))
     adjusted_p: dict[str, float] = {}
     worst = 0.0
@@ -127,11 +125,8 @@ def holm(
     )
 
 
-def _as_p(name: str, p: float) -> float:
+def _is_p(p: float) -> bool:
     try:
-        number = as_number(f"the p-value of {name!r}", p)
+        return 0.0 <= as_number("p", p) <= 1.0
     except InputRefused:
-        number = math.nan
-    if not 0.0 <= number <= 1.0:
-        raise InputRefused(f"the p-value of {name!r} is {p!r}: give a number from 0 to 1.")
-    return number
+        return False

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
 from typing import Literal
@@ -16,6 +15,7 @@ from typing import Literal
 from numpy.typing import ArrayLike
 
 from data_schema.errors import unknown_name
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
@@ -29,7 +29,7 @@ VARIANCES: tuple[Variances, ...] = ("equal", "unequal")
 """Tukey and Kramer with one pooled variance, or Games and Howell with each pair's own."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class PairDifference(Result):
     """One pair of groups among all, mean(a) - mean(b) in the values' unit."""
 
@@ -53,7 +53,7 @@ class PairDifference(Result):
     """Adjusted for all pairs."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class AllPairs(Result):
     """Every pair of groups, in the order given."""
 
@@ -128,25 +128,14 @@ def compare_all_pairs(
 def _compared(read: Groups, a: Group, b: Group, variances: Variances, level: float) -> PairDifference:
     difference = a.mean - b.mean
     shown = read.scale.length(difference)
-    error = _pooled_error(read, a, b) if variances == "equal" else _own_error(a, b)
-    if read.empty:
-        error = Undefined(Reason.GROUP_EMPTY_OF_FAMILY, group=f"group {read.empty[0]!r}")
+    error = _error(read, a, b, variances)
     if isinstance(error, Undefined):
         return PairDifference(a.name, b.name, a.n, b.n, shown, error, error, error, error)
     squared, df = error
     se, k = math.sqrt(squared / 2.0), len(read.filled)
     q, half = abs(difference) / se, _range_quantile(1.0 - level, k, df) * se
-    return PairDifference(
-        a=a.name,
-        b=b.name,
-        n_a=a.n,
-        n_b=b.n,
-        difference=shown,
-        difference_ci=read.scale.interval(difference - half, difference + half),
-        q=q,
-        df=df,
-        p=_range_upper(q, k, df),
-    )
+    ci = read.scale.interval(difference - half, difference + half)
+    return PairDifference(a.name, b.name, a.n, b.n, shown, ci, q, df, _range_upper(q, k, df))
 
 
 def _range_upper(q: float, k: int, df: float) -> float:
@@ -173,16 +162,16 @@ def _range_quantile(tail: float, k: int, df: float) -> float:
     return float(brentq(lambda q: _range_upper(q, k, df) - tail, low, high, rtol=1e-13))
 
 
-def _pooled_error(read: Groups, a: Group, b: Group) -> tuple[float, float] | Undefined:
+def _error(read: Groups, a: Group, b: Group, variances: Variances) -> tuple[float, float] | Undefined:
     """Return the squared standard error of a difference in the groups' scale, and its degrees of freedom."""
-    if read.df_within < 1:
-        return Undefined(Reason.NO_GROUP_OF_TWO_TO_SCATTER)
-    if read.squares_within == 0.0:
-        return Undefined(Reason.NO_GROUP_SCATTERS)
-    return read.squares_within / read.df_within * (1.0 / a.n + 1.0 / b.n), float(read.df_within)
-
-
-def _own_error(a: Group, b: Group) -> tuple[float, float] | Undefined:
+    if read.empty:
+        return Undefined(Reason.GROUP_EMPTY_OF_FAMILY, group=f"group {read.empty[0]!r}")
+    if variances == "equal":
+        if read.df_within < 1:
+            return Undefined(Reason.NO_GROUP_OF_TWO_TO_SCATTER)
+        if read.squares_within == 0.0:
+            return Undefined(Reason.NO_GROUP_SCATTERS)
+        return read.squares_within / read.df_within * (1.0 / a.n + 1.0 / b.n), float(read.df_within)
     for group in (a, b):
         if group.n < 2:
             return Undefined(Reason.SINGLE_NO_VARIANCE, group=f"group {group.name!r}")

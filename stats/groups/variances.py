@@ -7,11 +7,11 @@ level, far below where groups have 3 to 5 values. Bartlett's and Levene's are `s
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import p_text, statistic_text
 from data_schema.vocabulary import Undefined
@@ -23,7 +23,7 @@ from stats.tails import f_two_sided, f_upper
 _ROUNDING = 8.0 * float(np.finfo(np.float64).eps)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class VarianceTest(Result):
     """Brown and Forsythe's test of equal variances."""
 

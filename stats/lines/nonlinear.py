@@ -14,11 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
+from stats.scatter import Floats
 from stats.tails import t_quantile
 
-Floats = NDArray[np.float64]
 Residuals = Callable[[Floats], Floats]
 """Residuals, shape (m, n), of m vectors of parameters, shape (m, k); NaN where the model gives nothing."""
 
@@ -34,7 +35,7 @@ class NothingAtStart(InputRefused):
     """The model gives nothing at the starting values of a fit."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class NonlinearFit:
     """Parameters at the least sum of squares.
 
@@ -84,16 +85,10 @@ def fit_nonlinear(residuals: Residuals, start: ArrayLike, low: ArrayLike, high: 
     if not np.isfinite(at_start).all():
         raise NothingAtStart("the model gives nothing at the starting values: begin from a scene whose robot jumps.")
 
-    def values_at(shares: Floats) -> Floats:
-        return np.asarray(_known(residuals((shares * begin)[np.newaxis, :]))[0])
-
-    def slopes_at(shares: Floats) -> Floats:
-        return np.asarray(sensitivities(residuals, shares * begin, *bounds) * begin)
-
     found = least_squares(
-        values_at,
+        lambda shares: _known(residuals((shares * begin)[np.newaxis, :]))[0],
         np.ones_like(begin),
-        slopes_at,
+        lambda shares: sensitivities(residuals, shares * begin, *bounds) * begin,
         bounds=(bounds[0] / begin, bounds[1] / begin),
         x_scale="jac",
         xtol=1e-6,

@@ -7,19 +7,18 @@ once; the standard deviations of both are estimated with it.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.optimize
-from numpy.typing import NDArray
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from stats.lines.regression import LinearFit
 from stats.lines.stiffness import fit_stiffness, force_points
+from stats.scatter import Floats, Interval
 from stats.tails import t_quantile
 
-Floats = NDArray[np.float64]
 _WEIGHINGS, _LEAST = 3, 1e-12
 """Fits with weights estimated anew, and the least spread in m and m/s, of data without errors."""
 _FIXED_POINT = 30
@@ -27,7 +26,7 @@ _HIGHEST_ORDER = 20
 """Of autoregressions that are tried: 67 ms at 300 Hz."""
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class Oscillation:
     """One trajectory of a mass on the spring; arrays of shape (n,).
 
@@ -45,16 +44,16 @@ class Oscillation:
         return place, velocity, force + self.mass_kg * STANDARD_GRAVITY_M_S2
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Coefficient:
     """A physical coefficient with its standard error and Student's interval."""
 
     value: float
     se: float
-    ci: tuple[float, float]
+    ci: Interval
 
 
-@dataclass(frozen=True, slots=True, eq=False)
+@frozen(eq=False)
 class OscillationFit:
     """What is fitted: stiffness in N/m, damping in kg/s, and the force in N at no compression.
 

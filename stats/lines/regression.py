@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
+from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number, as_values
@@ -34,7 +34,7 @@ EXACT = Undefined(Reason.FIT_EXACT)
 _EPS = float(np.finfo(np.float64).eps)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Response(Result):
     """The fitted response at one place."""
 
@@ -50,7 +50,7 @@ class Response(Result):
     """Degrees of freedom of the fit."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class LinearFit(Result):
     """response = intercept + sum of coefficient * column; units are those of the response over its column's."""
 
@@ -291,7 +291,7 @@ _TAKES_PART = 1e-3
 """Share of a column in a combination of columns that is 0, from which it is named."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class SlopeThroughOrigin:
     """y = slope * x, with what groups scatter by and what all x have in common.
 
@@ -303,7 +303,7 @@ class SlopeThroughOrigin:
     se: float | Undefined
     df: float | Undefined
     shared_se: float
-    ci: tuple[float, float] | Undefined
+    ci: Interval | Undefined
     level: float
     groups: int
     n: int
@@ -352,19 +352,16 @@ def slope_through_origin(
     for pull, one in zip(pulls.tolist(), shared, strict=bool(shared)):
         error = error.minus(one.times(-pull))
     names = list(dict.fromkeys(group for group, value in zip(groups, across.tolist(), strict=True) if value))
-    if len(names) < 2:
-        none = Undefined(Reason.SINGLE_NO_SCATTER, unit="run")
-        return SlopeThroughOrigin(slope, none, none, error.se, none, level, len(names), across.size)
     of_group = np.array([[group == name for group in groups] for name in names], dtype=np.float64)
     shares = of_group @ across**2 / squares
     if float(shares.max()) >= 1.0 - _ALL_OF_ONE:
-        none = Undefined(Reason.SINGLE_NO_SCATTER, unit="group")
+        none = Undefined(Reason.SINGLE_NO_SCATTER, unit="run" if len(names) < 2 else "group")
         return SlopeThroughOrigin(slope, none, none, error.se, none, level, len(names), across.size)
     se = float(np.sqrt(np.sum((of_group @ (across * (up - slope * across))) ** 2 / (1.0 - shares))) / squares)
     products = np.outer(shares, shares) / np.sqrt(np.outer(1.0 - shares, 1.0 - shares))
     np.fill_diagonal(products, shares)
     df = 1.0 / float(np.sum(products**2))
-    ci: tuple[float, float] = (slope, slope)
+    ci: Interval = (slope, slope)
     if se or error.se:
         half = joined_half_width(se, df, error, level)
         ci = slope - half, slope + half

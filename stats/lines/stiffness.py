@@ -6,18 +6,17 @@ d = 3.32 gain + 19.67 kg/s on the thesis's leg (5.1.1), with which gains become 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy.optimize
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
+from data_schema.frozen import frozen
 from data_schema.vocabulary import Undefined
 from stats.checks import as_number, as_values
 from stats.lines.regression import LinearFit, fit_linear
 from stats.results import Result
-from stats.scatter import Floats
+from stats.scatter import Floats, Interval
 
 MINIMUM_POINTS = 250
 """Thesis 4.2.6: planes were fitted only to conditions with at least this many points."""
@@ -90,7 +89,7 @@ def fit_stiffness(displacement_m: ArrayLike, velocity_m_s: ArrayLike, force_n: A
     return fit_linear(force, {"displacement": displacement_m, "velocity": velocity_m_s})
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class GainLine(Result):
     """Physical coefficient = slope * gain + offset."""
 
@@ -98,13 +97,13 @@ class GainLine(Result):
     """N/m (or kg/s) per unit of gain."""
     slope_se: float
     """Its standard error, in the unit of the slope."""
-    slope_ci: tuple[float, float] | Undefined
+    slope_ci: Interval | Undefined
     """Student's interval of the slope; undefined where the fit is exact."""
     offset: float
     """At gain 0, in N/m (or kg/s): what the mechanism has of its own."""
     offset_se: float
     """Its standard error, in N/m (or kg/s)."""
-    offset_ci: tuple[float, float] | Undefined
+    offset_ci: Interval | Undefined
     """Student's interval of the offset."""
     fit: LinearFit
     """All that least squares says of the line; with weights, of coefficients over their standard deviations."""

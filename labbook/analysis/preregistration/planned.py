@@ -279,7 +279,7 @@ def _changed_settings(stood: AnalysisSettings, now: AnalysisSettings | None, his
     if now is None:
         return [Departure(DepartureKind.NO_ANALYSIS, {}).sentence]
     found = []
-    for name in (*(one for one in AnalysisSettings.__slots__ if not one.startswith("apex_bounds")), "apex_bounds"):
+    for name in (*(one for one in AnalysisSettings.__match_args__ if not one.startswith("apex_bounds")), "apex_bounds"):
         was, value = getattr(stood, name), getattr(now, name)
         since = _since([(item, getattr(settings, name, None)) for item, settings in history], value)
         parameters = {

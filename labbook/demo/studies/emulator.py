@@ -10,17 +10,17 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from functools import cache
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from labbook.demo.records import CampaignFiles
+from data_schema.frozen import frozen
 from labbook.demo.studies.runs import RUNS_TOML, Made, StudyRun, StudyScatter, drawn_days, logs_of, samples_not_dropped
+from labbook.demo.truth import FloatArray
+from labbook.demo.writers import CampaignFiles
 
-FloatArray = NDArray[np.float64]
 GAINS = (100, 200, 300, 400, 500)
 CONSTANT, RATIO = 50, 6
 DAYS, JUMPS = 4, 100
@@ -41,7 +41,7 @@ RUN_HEIGHT, JUMP_HEIGHT = 0.01, 0.02
 """Standard deviations of flights by run and by jump, as shares."""
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Truth:
     """A condition as it is simulated: joules of a jump over all jumps, and the mean apex without the first two."""
 

@@ -9,16 +9,16 @@ simulation; what days and runs differ by is drawn. The plate has noise, and the 
 from __future__ import annotations
 
 import datetime as dt
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from itertools import chain
 from typing import Any
 
 import numpy as np
 
+from data_schema.frozen import frozen
 from labbook.demo.plate import HELD_S, RATE_HZ, Hopping, apex_of, pieces, record_of
-from labbook.demo.records import MARK, CampaignFiles, Record
 from labbook.demo.studies.runs import RUNS_TOML, Made, StudyRun, StudyScatter, drawn_days, logs_of, samples_not_dropped
-from labbook.demo.writers import PlateRecord, bertec_text
+from labbook.demo.writers import MARK, CampaignFiles, PlateRecord, Record, bertec_text
 
 GAINS = (300, 600, 500, 400)
 """In the order of the day (thesis 3.2.2)."""
@@ -40,7 +40,7 @@ _OVERHEAD_S = 22
 SCATTER = StudyScatter(day=0.01, run=0.01)
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False, kw_only=True)
 class PlateStudyRun(StudyRun):
     """A run as it was, and what both instruments recorded of it.
 
@@ -145,16 +145,13 @@ def plate_files(campaign: Sequence[PlateStudyRun]) -> CampaignFiles:
         rest_length_m=0.27,
         capacity_mah=6600,
     )
-    return CampaignFiles(
-        configuration=text + _FURTHER, records=_records(campaign), truth={}, runs=campaign, factors=("k_gain",)
+    plates = (
+        Record(f"force/{run.name}_bertec_{MARK}.txt", bertec_text(run.plate), _truth(run))
+        for run in campaign
+        if run.plate is not None
     )
-
-
-def _records(campaign: Sequence[PlateStudyRun]) -> Iterator[Record]:
-    for run in campaign:
-        if run.plate is not None:
-            yield Record(f"force/{run.name}_bertec_{MARK}.txt", bertec_text(run.plate), _truth(run))
-    yield from logs_of(campaign, {"k_gain": 1})
+    records = chain(plates, logs_of(campaign, {"k_gain": 1}))
+    return CampaignFiles(configuration=text + _FURTHER, records=records, truth={}, runs=campaign, factors=("k_gain",))
 
 
 def _truth(run: PlateStudyRun) -> dict[str, object]:

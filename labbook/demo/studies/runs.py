@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from data_schema.frozen import frozen
 from data_schema.vocabulary import RunKind
 from labbook.demo.files import STUDY_TOML
-from labbook.demo.records import MARK, Record
 from labbook.demo.truth import recharged_mah
-from labbook.demo.writers import SheetRun, string_pot_log
+from labbook.demo.writers import MARK, Record, SheetRun, string_pot_log
 
 RUNS_TOML = (
     """\
@@ -59,7 +59,7 @@ capacity_mah = {capacity_mah}
 C = TypeVar("C")
 
 
-@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+@frozen(eq=False, kw_only=True)
 class StudyRun(SheetRun):
     """A run of a campaign.
 
@@ -73,7 +73,7 @@ class StudyRun(SheetRun):
 R = TypeVar("R", bound=StudyRun)
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class StudyScatter:
     """Standard deviations of what the battery gives: as shares by day and by run, and of each recharge."""
 
@@ -82,7 +82,7 @@ class StudyScatter:
     recharge_mah: float = 0.35
 
 
-@dataclass(frozen=True, slots=True)
+@frozen
 class Made:
     """Jumps that a run made: its factors' levels, how long it took, joules of all jumps, and what was recorded of it,
     by field of the run, drawn after its charge.

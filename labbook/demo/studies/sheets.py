@@ -15,7 +15,7 @@ import numpy as np
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.demo.files import STUDY_TOML
-from labbook.demo.records import CampaignFiles, Record
+from labbook.demo.writers import CampaignFiles, Record
 from labbook.studies.characterisation import Condition, Trial
 
 _TITLE = """\

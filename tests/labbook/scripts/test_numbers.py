@@ -13,7 +13,7 @@ import pytest
 from labbook.actions.report_command import state_report
 from labbook.analysis.comparison.order import ADJUSTED
 from labbook.book.opening import opened
-from labbook.demo.studies.registry import make_study
+from labbook.demo.running import make_study
 from labbook.scripts.kinds import KINDS
 from labbook.scripts.writing import R, facts_of, numbers_printed, script_of
 from tests.helpers.books import ADA, reported_book
