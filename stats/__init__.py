@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from stats.apexes.detectors import find_jumps, jump_at
-    from stats.compare.agreement import cohen_kappa, limits_of_agreement
-    from stats.compare.prediction_error import rmse_over_iqr
+    from stats.compare.agreement import cohen_kappa, limits_of_agreement, rmse_over_iqr
     from stats.compare.shared_error import SharedError, describe_shared
     from stats.compare.summary import autocorrelation, describe
     from stats.compare.two_sample import compare_two
@@ -50,7 +49,7 @@ _MODULE_OF = {
     "one_way_anova": "groups.anova",
     "welch_anova": "groups.anova",
     "holm": "groups.multiple",
-    "rmse_over_iqr": "compare.prediction_error",
+    "rmse_over_iqr": "compare.agreement",
     "compare_all_pairs": "groups.tukey",
     "brown_forsythe": "groups.variances",
     "fit_passive_drain": "lines.passive_drain",

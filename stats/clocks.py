@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 from data_schema.errors import InputRefused
 from data_schema.frozen import frozen
 from data_schema.vocabulary import Undefined
+from stats.force_plate import crossing_s
 from stats.lines.regression import fit_linear
 from stats.scatter import Floats, Interval
 
@@ -86,12 +87,9 @@ def leg_touchdowns(time_s: ArrayLike, length_m: ArrayLike) -> Floats:
 
 
 def _last_rise(time: Floats, values: Floats, level: float) -> float:
-    """Return when the values last rose above a level, between samples on a straight line."""
+    """Return when the values last rose above a level."""
     below = int(np.flatnonzero(values <= level)[-1])
-    if below == values.size - 1:
-        return float(time[-1])
-    part = (level - values[below]) / (values[below + 1] - values[below])
-    return float(time[below] + part * (time[below + 1] - time[below]))
+    return float(time[-1]) if below == values.size - 1 else crossing_s(time, values, level, below + 1)
 
 
 def align_clocks(first_s: ArrayLike, second_s: ArrayLike, level: float = 0.95) -> Clocks:

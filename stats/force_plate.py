@@ -20,7 +20,7 @@ from data_schema.reasons import Reason
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from stats.compare.summary import describe
-from stats.scatter import Floats
+from stats.scatter import Floats, Value
 
 SHORTEST_S = 0.02
 """A shorter contact is a knock on the plate, a shorter flight a contact's own vibration."""
@@ -72,7 +72,7 @@ class PlateJumps:
 
     heights_m: tuple[float, ...]
     mean_m: float
-    se_m: float | Undefined
+    se_m: Value
     weight_n: float
 
 
@@ -226,15 +226,18 @@ def _onset_s(time: Floats, above: Floats, threshold_n: float) -> float:
 
     window = max(round(_SMOOTHED_S / (time[1] - time[0])), 1)
     smooth, low_n = uniform_filter1d(above, window), threshold_n / math.sqrt(window)
-    once, twice = (_crossing_s(time, smooth, level) for level in (low_n, 2.0 * low_n))
+    once, twice = (_first_rise_s(time, smooth, level) for level in (low_n, 2.0 * low_n))
     began = once - min(twice - once, _LONGEST_ONSET_S)
     return began + 0.5 * _SMOOTHED_S if twice - once < _STEP_SHARE * _SMOOTHED_S else began
 
 
-def _crossing_s(time: Floats, values: Floats, level: float) -> float:
-    """Return when the values first pass a level, between samples on a straight line."""
+def _first_rise_s(time: Floats, values: Floats, level: float) -> float:
+    """Return when the values first pass a level."""
     at = int(np.argmax(values > level))
-    if at == 0:
-        return float(time[0])
+    return crossing_s(time, values, level, at) if at else float(time[0])
+
+
+def crossing_s(time: Floats, values: Floats, level: float, at: int) -> float:
+    """Return when values pass a level between a sample and the one before it, on a straight line."""
     part = (level - values[at - 1]) / (values[at] - values[at - 1])
     return float(time[at - 1] + part * (time[at] - time[at - 1]))

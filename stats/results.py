@@ -21,6 +21,7 @@ import numpy as np
 from data_schema.notebook import fields_html, table_html, value_text
 from data_schema.rounding import decimals_for, fixed_text, interval_text, number_text
 from data_schema.vocabulary import Remark, Undefined
+from stats.scatter import Value
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -137,7 +138,7 @@ def _plain(value: Any) -> Any:
 _SHARE_DECIMALS = 3
 
 
-def share_text(share: float | Undefined) -> str:
+def share_text(share: Value) -> str:
     """Return a share of 1, such as R squared: three decimals, and as many more as distinguish it from 1."""
     if isinstance(share, Undefined):
         return "undefined"

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -19,14 +20,16 @@ from stats.checks import Missing, as_groups, as_sample
 
 Floats = NDArray[np.float64]
 Interval = tuple[float, float]
+Value: TypeAlias = float | Undefined
+"""A number, or the reason why there is none."""
 
 
-def finite(value: float, what: str) -> float | Undefined:
+def finite(value: float, what: str) -> Value:
     """Return a number, or that it is beyond the doubles; `what` names it."""
     return float(value) if math.isfinite(value) else Undefined(Reason.BEYOND_DOUBLES, what=what)
 
 
-def as_interval(low: float | Undefined, high: float | Undefined) -> Interval | Undefined:
+def as_interval(low: Value, high: Value) -> Interval | Undefined:
     """Return two ends as an interval, or why one of them is undefined."""
     if isinstance(low, Undefined):
         return low
@@ -67,7 +70,7 @@ class Scale:
             return self.middle + times_power(scaled, self.exponent)
         return times_power(self.offset + scaled, self.exponent)
 
-    def length(self, scaled: float, what: str = "the difference") -> float | Undefined:
+    def length(self, scaled: float, what: str = "the difference") -> Value:
         """Return a difference or a standard deviation in the unit of the values, where doubles reach so far."""
         return finite(times_power(scaled, self.exponent), what)
 
@@ -173,7 +176,7 @@ class Groups:
         grand = math.fsum(group.n * group.mean for group in self.filled) / sum(self.sizes)
         return math.fsum(group.n * (group.mean - grand) ** 2 for group in self.filled)
 
-    def in_squared_unit(self, scaled: float) -> float | Undefined:
+    def in_squared_unit(self, scaled: float) -> Value:
         """Return a sum of squares in the values' unit squared, where doubles reach so far."""
         found = times_power(scaled, 2 * self.scale.exponent)
         lost = math.isinf(found) or (found == 0.0 and scaled != 0.0)

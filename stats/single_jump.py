@@ -18,7 +18,7 @@ from data_schema.reasons import Reason
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from stats.force_plate import LONGEST_FLIGHT_S, SHORTEST_S
-from stats.scatter import Floats
+from stats.scatter import Floats, Value
 
 QUIET_S = 1.0
 """How long the standing before a jump is weighed (Owen et al. 2014)."""
@@ -166,8 +166,8 @@ class SingleJump:
     weight_se_n: float
     height_m: float
     height_se_m: float
-    flight_height_m: float | Undefined
-    flight_height_se_m: float | Undefined
+    flight_height_m: Value
+    flight_height_se_m: Value
     peak_n: float
     peak_se_n: float
     push_off_s: float
@@ -375,9 +375,7 @@ def _fade_s(force_n: Floats, flight_n: Floats, sample: int, rate_hz: float) -> f
     return max(once + (once - twice) * (_SDS + 2.0) / _SDS - sample, 1.0) / rate_hz
 
 
-def _flight_height(
-    jump: FoundJump, threshold_n: float, off: int, gone_s: float
-) -> tuple[float | Undefined, float | Undefined]:
+def _flight_height(jump: FoundJump, threshold_n: float, off: int, gone_s: float) -> tuple[Value, Value]:
     """Return the height by the time of flight and its standard error; `gone_s` is that of the take-off."""
     if jump.landed is None:
         missing = Undefined(Reason.NO_LANDING)

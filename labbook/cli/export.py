@@ -73,7 +73,7 @@ def _refuse(what: str, given: Mapping[str, bool]) -> None:
 def _tables(
     folder: Path, form: str, where: str | None, book: Path | None, *, signals: bool, for_sharing: bool
 ) -> Shown:
-    from labbook.export.selection import Selection
+    from labbook.export.tables import Selection
     from labbook.export.writing import FORMATS, export_tables
 
     if form not in FORMATS:
@@ -87,7 +87,7 @@ def _tables(
 
 def _mcap(run: str, file: Path, book: Path | None) -> Shown:
     from labbook.export.mcap import write_mcap
-    from labbook.export.selection import Selection
+    from labbook.export.tables import Selection
 
     with opened(book) as opened_book, opened_book.reading() as connection, progress("export", None) as step:
         of_run = f"run={json.dumps(run, ensure_ascii=False)}"

@@ -35,7 +35,6 @@ from labbook.book.report_numbers import NUMBERS, numbers_path
 from labbook.config.parsing import Configuration, own_text, parse_configuration
 from labbook.export.archive import BLOCK, Member, member, write_archive
 from labbook.export.crate import METADATA, About, crate_bytes
-from labbook.export.selection import Selection
 from labbook.export.sharing import ORIGIN, Origin, origin_bytes, parts_left, played_back, shared_book
 from labbook.export.table_files import (
     DICTIONARY,
@@ -45,7 +44,7 @@ from labbook.export.table_files import (
     table_csv,
     table_path,
 )
-from labbook.export.tables import every_table
+from labbook.export.tables import Selection, every_table
 from labbook.terminal import plain
 
 ENDING = ".eln"

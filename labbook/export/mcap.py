@@ -17,9 +17,8 @@ from data_schema.disk import partial_path, path_in_errors, put_in_place
 from data_schema.errors import UsageError
 from data_schema.libraries import optional
 from labbook.book.naming import run_named
-from labbook.export.selection import Selection
 from labbook.export.signals import dataset, signals_named
-from labbook.export.tables import ExportTable, jumps
+from labbook.export.tables import ExportTable, Selection, jumps
 from labbook.export.writing import EXTRA
 
 if TYPE_CHECKING:

@@ -16,8 +16,7 @@ from data_schema.queries.runs import refuse_empty_selection, run_names
 from data_schema.vocabulary import FileRole
 from labbook.book.naming import run_named
 from labbook.book.opening import Book, find_folder, open_book
-from labbook.export.selection import Selection
-from labbook.export.tables import table_of
+from labbook.export.tables import Selection, table_of
 
 if TYPE_CHECKING:
     import pandas as pd

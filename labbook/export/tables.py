@@ -6,7 +6,8 @@ Numbers are those of a report of the same runs. Columns that stand in a view of 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
@@ -15,18 +16,60 @@ from data_schema.columns import Column, ValueKind
 from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.queries.history import void_reasons
+from data_schema.queries.runs import refuse_empty_selection
 from data_schema.queries.study import planned_runs
 from data_schema.views import VIEWS, words
 from data_schema.vocabulary import FactorKind, ReasonCode, RunState, Undefined
+from ingest.store import Store
 from labbook.analysis.comparison import pairing
 from labbook.analysis.outcomes.conditions import number_of
-from labbook.analysis.outcomes.detection import jumps_found
-from labbook.export.selection import Selection
+from labbook.analysis.outcomes.detection import Detections, jumps_found
+from labbook.analysis.results import Results
+from labbook.analysis.measured import Measured, measure_study
+from labbook.analysis.study_data import StudyData, gather
+from labbook.config.parsing import Configuration
 from reports.display import unit_slug
 from reports.numbers import Value
 
 if TYPE_CHECKING:
     import pandas as pd
+
+
+@dataclass
+class Selection:
+    """The selected runs of an open book, all of them without `where`; `step` is called with what is being done.
+
+    `known` is what was measured of them, if it was: now, or before in a book that has not changed since.
+    """
+
+    connection: sa.Connection
+    store: Store
+    configuration: Configuration
+    where: str | None = None
+    step: Callable[[str], None] = field(default=lambda _what: None)
+    known: Measured | None = None
+
+    @cached_property
+    def data(self) -> StudyData:
+        """The facts of the runs; raises `InputRefused` where no run fulfils `where`."""
+        if self.known is not None:
+            return self.known.evidence
+        refuse_empty_selection(self.connection, self.where)
+        return gather(self.connection, self.configuration, self.where)
+
+    @property
+    def measured(self) -> Measured:
+        """What a report of these runs measures."""
+        if self.known is None:
+            detections = Detections(self.connection, self.store, self.step)
+            self.known = measure_study(Results(), detections, self.data, self.step)
+        return self.known
+
+    @cached_property
+    def places(self) -> dict[str, int]:
+        """Where each selected run stands in the order of lists, by its name."""
+        return {run.name: place for place, run in enumerate(self.data.selected)}
+
 
 NUMBER, COUNT, FLAG = ValueKind.NUMBER, ValueKind.COUNT, ValueKind.FLAG
 _COMPUTED = "computed"

@@ -30,11 +30,10 @@ from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import people
 from labbook.actions.report_command import refuse_store
 from labbook.book.write_session import now_utc
-from labbook.export.selection import Selection
 from labbook.export.sharing import LEFT_OUT, private_of
 from labbook.export.signals import CONVENTIONS, dataset
 from labbook.export.table_files import DICTIONARY, data_dictionary, table_csv
-from labbook.export.tables import ExportTable, every_table
+from labbook.export.tables import ExportTable, Selection, every_table
 from reports.display import count_text
 
 if TYPE_CHECKING:

@@ -42,7 +42,7 @@ def _script(
     every = [reading_of(asked.outcome), *([steps] if isinstance(steps, str) else steps)]
     all_settings = {**facts.settings, **(settings or {})}
     if first is not None and asked.name != first:
-        every.append("runs.picked")
+        every.append("picked")
         all_settings["PICKED"] = asked.name
     return Script(read_with(facts, conditions, asked.outcome, asked.variant), every, all_settings)
 
@@ -59,7 +59,7 @@ def _pair(asked: Asked, facts: Facts) -> Pair | None:
     return next((pair for pair in pairs if wanted in ((pair.family, pair.label), (None, pair.label))), None)
 
 
-_CONDITION = {"mean": "condition.condition_mean", "sd": "condition.condition_sd"}
+_CONDITION = {"mean": "condition_mean", "sd": "condition_sd"}
 
 
 def _condition(asked: Asked, facts: Facts) -> Script | None:
@@ -77,15 +77,15 @@ def _drain(asked: Asked, facts: Facts) -> Script | None:
     durations_s = [float(row["duration_s"]) for row in rows]
     duration_s = facts.configuration.protocol.run_duration_s
     settings = {"RUN_DURATION_S": sum(durations_s) / len(durations_s) if duration_s is None else float(duration_s)}
-    return Script(rows, (f"drain.{asked.name}",), settings)
+    return Script(rows, (asked.name,), settings)
 
 
-_DIFFERENCE = "days.difference_of_means"
+_DIFFERENCE = "difference_of_means"
 _DECISION = {
     **dict.fromkeys(("difference", "p"), _DIFFERENCE),
-    "savings": "days.savings",
-    "control_mean": "days.mean_of_control",
-    "run_sd": "days.run_sd",
+    "savings": "savings",
+    "control_mean": "mean_of_control",
+    "run_sd": "run_sd",
 }
 
 
@@ -96,7 +96,7 @@ def _decision(asked: Asked, facts: Facts) -> Script | None:
         return None
     step = _DECISION.get(asked.name)
     if asked.name == "t":
-        step = "days.t_of_saving" if outcome.has_savings else _DIFFERENCE
+        step = "t_of_saving" if outcome.has_savings else _DIFFERENCE
     settings: dict[str, object] = {
         "PAIR": keys_of(pair),
         "LEVEL": facts.decision_level(outcome),
@@ -104,7 +104,7 @@ def _decision(asked: Asked, facts: Facts) -> Script | None:
     }
     steps, pairs = [step] if step else [], [pair]
     if step and asked.variant == ADJUSTED:
-        steps, pairs = ["position.at_mean_position", step], facts.pooled(outcome)
+        steps, pairs = ["at_mean_position", step], facts.pooled(outcome)
         settings["GROUPS"] = {each.label.partition(":")[0]: keys_of(each) for each in pairs}
     first = "difference" if step == _DIFFERENCE else None
     return _script(asked, facts, steps, conditions_in(pairs), settings, first=first)
@@ -128,7 +128,7 @@ def _family(asked: Asked, facts: Facts) -> Script | None:
         "ASKED": label,
         "WITHOUT_P": len(pairs) - len(tested),
     }
-    return _script(asked, facts, "holm.adjusted_p", conditions_in(tested), values)
+    return _script(asked, facts, "adjusted_p", conditions_in(tested), values)
 
 
 def _family_of_contrasts(label: str, asked: Asked, facts: Facts) -> Script | None:
@@ -146,7 +146,7 @@ def _family_of_contrasts(label: str, asked: Asked, facts: Facts) -> Script | Non
     }
     pairs = [pair for one in tested.values() for _weight, pair in one.terms]
     of_outcome = Asked(asked.name, {**asked.scope, "quantity": outcomes.pop()})
-    return _script(of_outcome, facts, "holm.adjusted_p_of_contrast", conditions_in(pairs), values)
+    return _script(of_outcome, facts, "adjusted_p_of_contrast", conditions_in(pairs), values)
 
 
 def _bounds(facts: Facts, low: str, high: str) -> dict[str, object] | None:
@@ -168,7 +168,7 @@ def _equivalence(asked: Asked, facts: Facts) -> Script | None:
     if pair is None or settings is None:
         return None
     settings |= {"PAIR": keys_of(pair)}
-    return _script(asked, facts, "equivalence.equivalence", conditions_in([pair]), settings, first="estimate")
+    return _script(asked, facts, "equivalence", conditions_in([pair]), settings, first="estimate")
 
 
 def _effects(contrast: AskedContrast) -> tuple[tuple[float, tuple[tuple[str, ...], tuple[str, ...]]], ...]:
@@ -184,17 +184,17 @@ def _contrast(asked: Asked, facts: Facts) -> Script | None:
     level = 1.0 - facts.planned.settings.alpha
     settings = {"LEVEL": level, "PERCENT": contrast.percent, "EFFECTS": _effects(contrast)}
     conditions = conditions_in([pair for _weight, pair in contrast.terms])
-    return _script(asked, facts, "contrasts.contrast", conditions, settings, first="estimate")
+    return _script(asked, facts, "contrast", conditions, settings, first="estimate")
 
 
 def _overall(asked: Asked, facts: Facts) -> Script | None:
     """The effect over all groups: mean saving, its test, and whether groups saved the same."""
     settings = facts.planned.settings
     about = {"LEVEL": 1.0 - settings.outside, "ONE_SIDED_OVERALL": settings.one_sided}
-    own = {"spread": "overall.spread", "heterogeneity_p": "overall.heterogeneity_p"}
+    own = {"spread": "spread", "heterogeneity_p": "heterogeneity_p"}
     if asked.name in own:
         return _over_groups(asked, facts, own[asked.name], about)
-    return _over_groups(asked, facts, "overall.overall_savings", about, "savings")
+    return _over_groups(asked, facts, "overall_savings", about, "savings")
 
 
 def _overall_equivalence(asked: Asked, facts: Facts) -> Script | None:
@@ -202,7 +202,7 @@ def _overall_equivalence(asked: Asked, facts: Facts) -> Script | None:
     settings = _bounds(facts, "LOWEST_CHANGE", "HIGHEST_CHANGE")
     if settings is None:
         return None
-    return _over_groups(asked, facts, "overall.overall_equivalence", settings, "estimate")
+    return _over_groups(asked, facts, "overall_equivalence", settings, "estimate")
 
 
 def _over_groups(asked: Asked, facts: Facts, step: str, about: Settings, first: str | None = None) -> Script | None:
@@ -212,7 +212,7 @@ def _over_groups(asked: Asked, facts: Facts, step: str, about: Settings, first: 
     groups = {group_label(pair.group): keys_of(pair) for pair in pooled}
     settings = {**about, "CLAIMED": {name: pair for name, pair in groups.items() if name in claimed}, "GROUPS": groups}
     wanted = [pair for pair in pooled if adjusted or group_label(pair.group) in claimed]
-    steps = ["position.at_mean_position", step] if adjusted else [step]
+    steps = ["at_mean_position", step] if adjusted else [step]
     return _script(asked, facts, steps, conditions_in(wanted), settings, first=first)
 
 
@@ -222,13 +222,13 @@ def _thesis_route(asked: Asked, facts: Facts) -> Script | None:
     if pair is None:
         return None
     settings = {"PAIR": keys_of(pair), "ALPHA": facts.planned.settings.alpha}
-    return _script(asked, facts, "two_samples.thesis_route", conditions_in([pair]), settings, first="difference")
+    return _script(asked, facts, "thesis_route", conditions_in([pair]), settings, first="difference")
 
 
 def _thesis_route_over_jumps(asked: Asked, facts: Facts) -> Script | None:
     """The same over jumps."""
     script = _thesis_route(asked, facts)
-    return script and Script(script.rows, ("heights.heights_of_jumps", *script.steps[1:]), script.settings)
+    return script and Script(script.rows, ("heights_of_jumps", *script.steps[1:]), script.settings)
 
 
 def _anova(asked: Asked, facts: Facts) -> Script | None:
@@ -239,13 +239,13 @@ def _anova(asked: Asked, facts: Facts) -> Script | None:
     }
     treated = groups.get(str(asked.scope["label"]), ())
     settings = {"CONDITIONS": tuple(one.key for one in treated)}
-    return _script(asked, facts, "anova.analysis_of_variance", treated, settings, first="")
+    return _script(asked, facts, "analysis_of_variance", treated, settings, first="")
 
 
 def _pack(asked: Asked, facts: Facts) -> Script | None:
     """How far the runs of a battery pack lie from the means of their conditions."""
     settings = {"PACK": asked.scope["pack"]}
-    return _script(asked, facts, "packs.pack_deviation", facts.conditions(asked.outcome), settings)
+    return _script(asked, facts, "pack_deviation", facts.conditions(asked.outcome), settings)
 
 
 def _hypothesis(asked: Asked, facts: Facts) -> Script | None:
@@ -260,21 +260,21 @@ def _hypothesis(asked: Asked, facts: Facts) -> Script | None:
     conditions = conditions_in(one.pairs)
     if asked.name == "simulated":
         settings: dict[str, object] = {"COMPARED": tuple(tuple(each.key for each in side) for side in one.sides)}
-        return _script(asked, facts, "simulated_changes.simulated_change", conditions, settings, simulated=True)
+        return _script(asked, facts, "simulated_change", conditions, settings, simulated=True)
     decided = facts.planned.settings
     as_planned = len(one.pairs) > 1 or hypothesis.claim is ClaimKind.SAVES
     settings = {"LEVEL": 1.0 - (decided.outside if as_planned else 2.0 * decided.alpha)}
     if len(one.pairs) > 1:
         other, own = one.pairs
         settings["EFFECTS"] = ((1.0, keys_of(other)), (-1.0, keys_of(own)))
-        return _script(asked, facts, "hypotheses.change_of_saving", conditions, settings)
+        return _script(asked, facts, "change_of_saving", conditions, settings)
     settings["PAIR"] = keys_of(one.pairs[0])
-    return _script(asked, facts, "hypotheses.change", conditions, settings)
+    return _script(asked, facts, "change", conditions, settings)
 
 
 def _budget(asked: Asked, facts: Facts) -> Script | None:
     """What the uncertainty of joules a jump is made of, of one run and of a condition's mean."""
-    return _script(asked, facts, "budget.budget", _conditions(asked, facts), first="")
+    return _script(asked, facts, "budget", _conditions(asked, facts), first="")
 
 
 _PREDICTED = {
@@ -293,22 +293,22 @@ def _prediction(asked: Asked, facts: Facts) -> Script | None:
     if steps is None:
         return None
     if "label" not in asked.scope:
-        return _script(asked, facts, f"predictions.{steps[0]}", _conditions(asked, facts), settings, simulated=True)
+        return _script(asked, facts, steps[0], _conditions(asked, facts), settings, simulated=True)
     pair = _pair(asked, facts)
     if pair is None:
         return None
     settings |= {"PAIR": keys_of(pair), "LEVEL": facts.decision_level(asked.outcome)}
-    return _script(asked, facts, f"predictions.{steps[1]}", conditions_in([pair]), settings, simulated=True)
+    return _script(asked, facts, steps[1], conditions_in([pair]), settings, simulated=True)
 
 
 _BIAS = {
-    **dict.fromkeys(("bias", "p"), "biases.bias"),
-    "of_measured": "biases.bias_of_measured",
-    "measured": "biases.measured_over_days",
-    "predicted": "biases.predicted_over_days",
+    **dict.fromkeys(("bias", "p"), "bias"),
+    "of_measured": "bias_of_measured",
+    "measured": "measured_over_days",
+    "predicted": "predicted_over_days",
 }
-_JOINT = {"p": "biases.joint_p", "tau": "biases.tau_of_groups"}
-_LIMITS = {name: f"biases.{name}" for name in ("mean_difference", "lower_limit", "upper_limit")}
+_JOINT = {"p": "joint_p", "tau": "tau_of_groups"}
+_LIMITS = ("mean_difference", "lower_limit", "upper_limit")
 
 
 def _simulated_groups(asked: Asked, facts: Facts) -> dict[str, list[ConditionValues]]:
@@ -339,7 +339,7 @@ def _joint_bias(asked: Asked, facts: Facts) -> Script | None:
 def _limits(asked: Asked, facts: Facts) -> Script | None:
     """Limits of agreement of predicted and measured over conditions."""
     every = [one for one in facts.conditions(asked.outcome) if facts.is_simulated(one, asked.outcome)]
-    return _script(asked, facts, _LIMITS.get(asked.name), every, simulated=True)
+    return _script(asked, facts, asked.name if asked.name in _LIMITS else None, every, simulated=True)
 
 
 KINDS: Mapping[str, Callable[[Asked, Facts], Script | None]] = {

@@ -20,7 +20,7 @@ class Script:
     Parameters
     ----------
     rows : of the table, whose columns `labbook.scripts.tables.COLUMNS` describes
-    steps : functions of templates, `template.function`, each applied to what the one before returns; the first takes
+    steps : functions of templates, each applied to what the one before returns; the first takes
         the table's rows, the last returns the number
     settings : values of the templates' constants, by name
     table : the name of the table's file
@@ -29,7 +29,7 @@ class Script:
     rows: Sequence[Row]
     steps: Sequence[str]
     settings: Mapping[str, object] = field(default_factory=dict)
-    table: str = "runs.csv"
+    table: str = "csv"
 
 
 @frozen

@@ -51,12 +51,12 @@ COLUMNS: Mapping[str, str] = {
 }
 
 
-_READING = {Outcome.JOULES: "joules.joules_of_runs", Outcome.APEX: "heights.heights_of_runs"}
+_READING = {Outcome.JOULES: "joules_of_runs", Outcome.APEX: "heights_of_runs"}
 
 
 def reading_of(outcome: Outcome) -> str:
     """Return the function of the templates that gives the values of runs from the rows of a table."""
-    return _READING.get(outcome, "measured.measured_of_runs")
+    return _READING.get(outcome, "measured_of_runs")
 
 
 def rows_of(facts: Facts, conditions: Sequence[ConditionValues], outcome: Outcome, variant: str = "") -> list[Row]:

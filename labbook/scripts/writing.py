@@ -20,9 +20,8 @@ from labbook.book.as_of import book_as_of
 from labbook.book.opening import Book
 from labbook.book.report_numbers import ReportedNumber, ReportedResult
 from labbook.config.parsing import parse_configuration
-from labbook.scripts.assembling import assemble
+from labbook.scripts.assembling import assemble, assemble_in_r
 from labbook.scripts.facts import Facts
-from labbook.scripts.in_r import assemble_in_r
 from labbook.scripts.kinds import KINDS
 from labbook.scripts.script import Asked, Script
 from labbook.scripts.tables import columns_in, table_bytes

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
+
+from matplotlib.figure import Figure
 
 from data_schema.errors import InputRefused
 from data_schema.frozen import frozen
@@ -37,9 +39,6 @@ from reports.tables.headlines import groups
 from reports.tables.predictions import block_of, level_text_of, published_text, scene_sentences
 from reports.tables.registry import TABLES, tables_of
 from reports.tables.table import Raw
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 OUTCOMES = (Outcome.JOULES, Outcome.APEX)
 

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import field, replace
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from data_schema.errors import InputRefused
 from data_schema.frozen import frozen
@@ -32,10 +34,6 @@ from stats.lines.oscillations import (
     plane_of,
 )
 from stats.lines.stiffness import MINIMUM_POINTS, GainLine, fit_gain_line, velocity_over_rate
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 FEWEST_GAINS = 3
 TOGETHER = 1.25

@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.frozen import frozen
@@ -22,9 +23,6 @@ from reports.page.study import Study
 from simulator.steady.published_results import published_numbers
 from stats.lines.regression import LinearFit, fit_linear
 from stats.results import plural
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 DENSEST = math.pi / math.sqrt(18.0)
 """0.7405: no packing of equal spheres is denser (Hales 2005)."""

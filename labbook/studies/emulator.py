@@ -14,9 +14,11 @@ import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from enum import StrEnum
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from data_schema.errors import InputRefused, UsageError
 from data_schema.frozen import frozen
@@ -44,10 +46,6 @@ from simulator.steady.published_results import published_numbers
 from stats.days.contrasts import Effect, linear_contrast
 from stats.days.decision import Bounded, Contrast, Estimate, bounds_tests, undefined_bounds
 from stats.tails import t_quantile
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 CONSTANT, RATIO, SAME_PERCENT = 50.0, 6.0, 2.0
 """The active-damping gain that is the same at all extension gains, the extension gain over the one that is scaled with

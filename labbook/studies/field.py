@@ -6,9 +6,11 @@ import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from data_schema.errors import InputRefused
 from data_schema.frozen import frozen
@@ -23,10 +25,6 @@ from reports.page.study import Study
 from simulator.steady.published_results import published_numbers
 from stats.compare.summary import describe
 from stats.results import plural
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 FARTHEST_APART = 1.1
 """Quotient of two robots' distances up to which they walked together, as they measure it."""

@@ -17,10 +17,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import field
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import sqlalchemy as sa
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, UsageError
@@ -51,15 +53,11 @@ from reports.page.study import Study
 from simulator.kinematics import lever_m
 from simulator.steady.published_results import published_numbers
 from stats.clocks import Clocks, align_clocks, corner, leg_touchdowns, moving_average
-from stats.compare.prediction_error import RmseOverIqr, rmse_over_iqr
+from stats.compare.agreement import RmseOverIqr, rmse_over_iqr
 from stats.compare.shared_error import SharedError
 from stats.force_plate import Contact, find_contacts, force_above_zero
 from stats.lines.regression import SlopeThroughOrigin, slope_through_origin
 from stats.results import plural
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 Floats = NDArray[np.float64]
 WINDOWS = tuple(range(1, 53, 2))

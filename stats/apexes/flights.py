@@ -21,6 +21,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import Bools, Floats
 from stats.apexes.jumps import Hop, Log
+from stats.scatter import Value
 
 _TUNING = 4.685
 """Bisquare constant for 95 % efficiency on normal noise (Holland and Welsch 1977)."""
@@ -317,7 +318,7 @@ def _power_sums(windows: Windows, moments: Floats, origins: Floats) -> tuple[Flo
 
 
 def fit_flights(
-    log: Log, hops: list[Hop], liftoffs: list[float | Undefined], window: FlightWindowParameters
+    log: Log, hops: list[Hop], liftoffs: list[Value], window: FlightWindowParameters
 ) -> list[Flight | Undefined]:
     """Return one flight per hop, all fitted at once; `Undefined` where a hop has no maximum or too few samples.
 
@@ -342,9 +343,7 @@ def fit_flights(
     return [hop.apex if isinstance(hop.apex, Undefined) else flights[row] for row, hop in enumerate(hops)]
 
 
-def departures(
-    log: Log, hops: list[Hop], flights: list[Flight], window: FlightWindowParameters
-) -> list[float | Undefined]:
+def departures(log: Log, hops: list[Hop], flights: list[Flight], window: FlightWindowParameters) -> list[Value]:
     """Return the lift-offs of a log without leg length: where, backward in time, the body leaves its parabola.
 
     The same search as for a catch, in reversed time. The leg's force fades to nothing at lift-off, so the body

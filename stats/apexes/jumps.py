@@ -21,6 +21,8 @@ from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import Bools, CleaningParameters, CleanSignal, Floats
+from stats.force_plate import crossing_s
+from stats.scatter import Value
 
 
 @frozen
@@ -33,21 +35,21 @@ class Jump:
 
     number: int
     """1 for the first stance of the log."""
-    touchdown_s: float | Undefined
+    touchdown_s: Value
     """The foot met the ground: the foot's height, or without a leg length the body's over the rest length, is 0."""
-    liftoff_s: float | Undefined
+    liftoff_s: Value
     """The leg reached its flight length again or, without a leg length, the body began to fly a parabola."""
-    apex_s: float | Undefined
+    apex_s: Value
     """When the body was highest."""
-    apex_height_m: float | Undefined
+    apex_height_m: Value
     """Height of the body at the apex, above the undisturbed ground."""
-    apex_height_se_m: float | Undefined
+    apex_height_se_m: Value
     """Standard error of that height from the scatter of the samples."""
-    flight_time_s: float | Undefined
+    flight_time_s: Value
     """Lift-off to landing; flagged where the landing had to be read off the parabola."""
     samples_used: int
     """Samples that the apex is fitted to; 0 without an apex."""
-    curvature_m_s2: float | Undefined
+    curvature_m_s2: Value
     """Downward acceleration fitted around the apex: a self-check, near the gravity that acts on the robot."""
     gap_touched: bool
     """Whether samples are missing from shortly before lift-off to shortly after landing, or to the catch."""
@@ -116,7 +118,7 @@ class Jumps:
         return defined(jump.apex_s for jump in self.with_apex)
 
 
-def defined(values: Iterable[float | Undefined]) -> NDArray[np.float64]:
+def defined(values: Iterable[Value]) -> NDArray[np.float64]:
     """Return the values that exist, in order, as an array of shape (n_defined,)."""
     return np.array([value for value in values if not isinstance(value, Undefined)], dtype=np.float64)
 
@@ -179,7 +181,7 @@ class Hop:
     """Sample nearest to the first maximum after the stance."""
     fallen: int
     """First sample by which the body has fallen from that maximum; where the search ended without one."""
-    touchdown_s: float | Undefined
+    touchdown_s: Value
 
 
 def find_hops(log: Log) -> list[Hop]:
@@ -259,7 +261,7 @@ def _speed(signal: CleanSignal, first: np.ndarray, last: np.ndarray) -> Floats:
     return np.asarray(rise_m / passed_s, dtype=np.float64)
 
 
-def liftoff_from_leg(log: Log, hop: Hop) -> float | Undefined:
+def liftoff_from_leg(log: Log, hop: Hop) -> Value:
     """Return when the leg, extending, reached the length it then flew with (at most the rest length)."""
     signal = log.signal
     if signal.leg_m is None:
@@ -276,7 +278,7 @@ def liftoff_from_leg(log: Log, hop: Hop) -> float | Undefined:
     if extended.size == 0 or extended[0] == 0:
         return Undefined(Reason.LEG_NOT_RETURNED)
     after = shortest + int(extended[0])
-    return _crossing(signal.time_s[after - 1 :], signal.leg_m[after - 1 : after + 1] - level, 1)
+    return crossing_s(signal.time_s[after - 1 :], signal.leg_m[after - 1 : after + 1] - level, 0.0, 1)
 
 
 def _rising_edges(mask: Bools) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
@@ -313,7 +315,7 @@ def _first_maximum(
     return centre + highest, seen
 
 
-def _touchdown(log: Log, earliest: int, begin: int) -> float | Undefined:
+def _touchdown(log: Log, earliest: int, begin: int) -> Value:
     """Return when the foot's height fell through 0; without a leg length the body's height over the rest length."""
     signal = log.signal
     height = signal.coarse_m[earliest : begin + 1] - log.rest_length_m
@@ -324,14 +326,7 @@ def _touchdown(log: Log, earliest: int, begin: int) -> float | Undefined:
     down = np.flatnonzero((height[:-1] > 0.0) & (height[1:] <= 0.0))
     if down.size == 0:
         return Undefined(Reason.LOG_BEGINS_IN_STANCE)
-    return _crossing(signal.time_s[earliest:], height, int(down[-1]) + 1)
-
-
-def _crossing(time_s: Floats, values: Floats, after: int) -> float:
-    """Return the time at which `values` pass 0 between the samples `after` - 1 and `after`."""
-    before, there = float(values[after - 1]), float(values[after])
-    share = before / (before - there)
-    return float(time_s[after - 1] + share * (time_s[after] - time_s[after - 1]))
+    return crossing_s(signal.time_s[earliest:], height, 0.0, int(down[-1]) + 1)
 
 
 def jump_out_of(
@@ -339,11 +334,11 @@ def jump_out_of(
     log: Log,
     hop: Hop,
     following: Hop | None,
-    liftoff_s: float | Undefined,
-    apex: tuple[float, float, float | Undefined],
+    liftoff_s: Value,
+    apex: tuple[float, float, Value],
     end_s: float,
     samples_used: int,
-    curvature_m_s2: float | Undefined,
+    curvature_m_s2: Value,
     flags: tuple[str, ...] = (),
 ) -> Jump:
     """Return the jump of a stance and a flight whose apex (time, height and its standard error) was measured.
@@ -363,7 +358,7 @@ def jump_out_of(
         landing_s, end_s = seen_s, seen_s + stance.gap_margin_s
     elif height_m > log.rest_length_m:
         landing_s = apex_s + fall_s
-    flight_time_s: float | Undefined = Undefined(Reason.FLIGHT_ENDS_UNKNOWN)
+    flight_time_s: Value = Undefined(Reason.FLIGHT_ENDS_UNKNOWN)
     if landing_s is not None and not isinstance(liftoff_s, Undefined):
         flight_time_s = landing_s - liftoff_s
     return Jump(
@@ -387,7 +382,7 @@ def jump_without_apex(number: int, log: Log, hop: Hop, why: Undefined) -> Jump:
     return Jump(number, hop.touchdown_s, none, none, none, none, none, 0, none, gap_touched, ())
 
 
-def _gap_in_flight(log: Log, hop: Hop, liftoff_s: float | Undefined, end_s: float) -> bool:
+def _gap_in_flight(log: Log, hop: Hop, liftoff_s: Value, end_s: float) -> bool:
     """Say whether samples are missing that height and flight time need: from shortly before lift-off to `end_s`.
 
     Where the lift-off is not known, the body's rise through the rest length stands for it. A gap while the leg stood on

@@ -21,7 +21,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import as_level
 from stats.compare.summary import Summary, describe
 from stats.results import Result
-from stats.scatter import finite
+from stats.scatter import Value, finite
 from stats.tails import satterthwaite_df, t_quantile
 
 CANCELLED = 1e-9
@@ -163,9 +163,9 @@ class SharedSummary(Result):
     """What the values alone say; its interval leaves the shared error out."""
     shared_se: float
     """Standard error that the mean shares with others, in the unit of the values."""
-    ci_low: float | Undefined
+    ci_low: Value
     """Lower end of the interval of both errors together, in the unit of the values."""
-    ci_high: float | Undefined
+    ci_high: Value
     """Its upper end, in the unit of the values."""
     level: float
     """Level of the interval."""

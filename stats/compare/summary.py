@@ -13,7 +13,7 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_values
 from stats.results import Result
-from stats.scatter import Group, Interval, Scale, finite, group_of, mean_of, scale_of
+from stats.scatter import Group, Interval, Scale, Value, finite, group_of, mean_of, scale_of
 from stats.tails import satterthwaite_df, t_quantile, t_two_sided
 
 _NO_SCATTER = Undefined(Reason.NO_SCATTER)
@@ -25,15 +25,15 @@ class Summary(Result):
 
     n: int
     """Number of values."""
-    mean: float | Undefined
+    mean: Value
     """Arithmetic mean, in the unit of the values."""
-    sd: float | Undefined
+    sd: Value
     """Standard deviation with n - 1, in the unit of the values."""
-    se: float | Undefined
+    se: Value
     """Standard error of the mean, in the unit of the values."""
-    ci_low: float | Undefined
+    ci_low: Value
     """Lower end of Student's interval for the mean, in the unit of the values."""
-    ci_high: float | Undefined
+    ci_high: Value
     """Its upper end, in the unit of the values."""
     level: float
     """Level of the interval."""
@@ -68,7 +68,7 @@ def describe(values: ArrayLike, level: float = 0.95) -> Summary:
     return Summary(n, mean, sd, scale.length(se, "the standard error"), low, high, level)
 
 
-def autocorrelation(values: ArrayLike) -> float | Undefined:
+def autocorrelation(values: ArrayLike) -> Value:
     """Return how alike neighbours of a series, shape (n,), are: -1 to 1, NIST's definition.
 
     It is the sum of products of their deviations from the one mean, over the sum of the squares. Raises `InputRefused`
@@ -96,11 +96,11 @@ AS_A_AND_B: Names = ("a", "b")
 class TTest:
     """A two-sided t-test of a difference; the interval is in the unit of the values."""
 
-    t: float | Undefined
-    df: float | Undefined
-    p: float | Undefined
+    t: Value
+    df: Value
+    p: Value
     ci: Interval | Undefined
-    se: float | Undefined
+    se: Value
     """Standard error of the difference."""
 
 

@@ -21,7 +21,7 @@ from stats.checks import Missing, as_level
 from stats.compare.summary import AS_A_AND_B, Names, TTest, student, welch
 from stats.groups.variances import variance_ratio
 from stats.results import Result, missing_text, with_unit
-from stats.scatter import Interval, finite, read_groups
+from stats.scatter import Interval, Value, finite, read_groups
 
 Route = Literal["f_then_t", "welch", "student"]
 ROUTES: tuple[Route, ...] = ("f_then_t", "welch", "student")
@@ -36,31 +36,31 @@ class TwoSample(Result):
     """Number of values of group a."""
     n_b: int
     """Number of values of group b."""
-    mean_a: float | Undefined
+    mean_a: Value
     """Mean of group a, in the unit of the values."""
-    mean_b: float | Undefined
+    mean_b: Value
     """Mean of group b, in the unit of the values."""
     route: Route
     """How the test was chosen."""
     alpha: float
     """Level of the F-test; intervals have level 1 - alpha."""
-    f: float | Undefined
+    f: Value
     """var(a) / var(b), dimensionless (thesis 5.2.1)."""
-    f_p: float | Undefined
+    f_p: Value
     """Two-sided p of the F-test for equal variances."""
     test: str
     """The t-test used: "Student" or "Welch"."""
-    t: float | Undefined
+    t: Value
     """Difference over its standard error by the test used."""
-    df: float | Undefined
+    df: Value
     """Degrees of freedom of the test used."""
-    p: float | Undefined
+    p: Value
     """Two-sided."""
-    difference: float | Undefined
+    difference: Value
     """mean(a) - mean(b), in the unit of the values; exists where the test does not."""
     difference_ci: Interval | Undefined
     """Student's interval of the difference by the test used."""
-    hedges_g: float | Undefined
+    hedges_g: Value
     """Signed difference in pooled standard deviations, with the exact small-sample factor."""
     missing: int
     """Values left out because they were NaN."""
@@ -116,10 +116,10 @@ def compare_two(
     by_name = {group.name: group for group in read.filled}
     n_a, n_b = (by_name[name].n if name in by_name else 0 for name in names)
     means = dict(zip(read.names, read.means, strict=True))
-    f: float | Undefined
-    f_p: float | Undefined
-    difference: float | Undefined
-    g: float | Undefined
+    f: Value
+    f_p: Value
+    difference: Value
+    g: Value
     if read.empty:
         none = Undefined(Reason.GROUP_EMPTY, group=f"group {read.empty[0]}")
         test, use_student = TTest(none, none, none, none, none), route == "student"
@@ -152,7 +152,7 @@ def compare_two(
     )
 
 
-def _hedges_g(pooled_t: float | Undefined, n_a: int, n_b: int) -> float | Undefined:
+def _hedges_g(pooled_t: Value, n_a: int, n_b: int) -> Value:
     """Return Hedges's g (1981) from Student's t, with the exact factor that frees Cohen's d of its bias."""
     df = n_a + n_b - 2
     if df < 2:

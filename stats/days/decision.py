@@ -43,7 +43,7 @@ from data_schema.vocabulary import Rule, Undefined
 from stats.checks import Labels, as_labels, as_level, as_number, as_values
 from stats.compare.shared_error import SharedError, joined_variance, shared_of_mean, weighted_sum
 from stats.results import plural
-from stats.scatter import Interval, Scale, group_of, scale_of, times_power
+from stats.scatter import Interval, Scale, Value, group_of, scale_of, times_power
 from stats.tails import t_quantile, t_two_sided, t_upper
 
 
@@ -51,16 +51,16 @@ from stats.tails import t_quantile, t_two_sided, t_upper
 class Estimate:
     """An estimate with its interval and the test that it is 0, in the unit of the values or in percent."""
 
-    value: float | Undefined
-    se: float | Undefined
+    value: Value
+    se: Value
     """Without errors in common."""
-    shared_se: float | Undefined
+    shared_se: Value
     """What it takes from errors in common with others."""
     ci: Interval | Undefined
     level: float
-    t: float | Undefined
-    df: float | Undefined
-    p: float | Undefined
+    t: Value
+    df: Value
+    p: Value
     """Two-sided."""
 
 
@@ -68,18 +68,18 @@ class Estimate:
 class Bounded:
     """Two one-sided tests that an estimate lies above `low` and below `high`, and its interval of level 1 - 2 alpha."""
 
-    value: float | Undefined
+    value: Value
     low: float
     high: float
     """Infinite where there is no such bound."""
     ci: Interval | Undefined
     alpha: float
-    t_low: float | Undefined
-    p_low: float | Undefined
-    t_high: float | Undefined
-    p_high: float | Undefined
-    df: float | Undefined
-    p: float | Undefined
+    t_low: Value
+    p_low: Value
+    t_high: Value
+    p_high: Value
+    df: Value
+    p: Value
     """The larger of both."""
     equivalent: bool | Undefined
     """Whether p is at most alpha; the interval lies within the bounds just then."""
@@ -89,7 +89,7 @@ _NO_LOW, _NO_HIGH = Undefined(Reason.NO_LOWER_BOUND), Undefined(Reason.NO_UPPER_
 
 
 def bounds_tests(
-    value: float | Undefined,
+    value: Value,
     bounds: Interval,
     ci: Interval | Undefined,
     alpha: float,
@@ -106,12 +106,12 @@ def bounds_tests(
     return Bounded(value, *bounds, ci, alpha, t_low, p_low, t_high, p_high, df, p, equivalent)
 
 
-def undefined_estimate(why: Undefined, level: float, value: float | Undefined) -> Estimate:
+def undefined_estimate(why: Undefined, level: float, value: Value) -> Estimate:
     """Return an estimate without interval and test."""
     return Estimate(value, why, why, why, level, why, why, why)
 
 
-def undefined_bounds(why: Undefined, bounds: Interval, alpha: float, value: float | Undefined) -> Bounded:
+def undefined_bounds(why: Undefined, bounds: Interval, alpha: float, value: Value) -> Bounded:
     """Return what there is where nothing is tested against bounds."""
     return Bounded(value, *bounds, why, alpha, why, why, why, why, why, why, why)
 
@@ -135,8 +135,8 @@ class Contrast:
     """Why nothing is claimed."""
     scale: Scale
     shared_days: tuple[SharedDay, ...]
-    control: float | Undefined
-    treated: float | Undefined
+    control: Value
+    treated: Value
     control_variance: float
     covariance: float
     treated_variance: float
@@ -156,17 +156,17 @@ class Contrast:
         return tuple(dict.fromkeys(each.day for each in self.shared_days))
 
     @property
-    def control_mean(self) -> float | Undefined:
+    def control_mean(self) -> Value:
         """C in the unit of the values."""
         return self.control if isinstance(self.control, Undefined) else self.scale.place(self.control)
 
     @property
-    def treated_mean(self) -> float | Undefined:
+    def treated_mean(self) -> Value:
         """T in the unit of the values."""
         return self.treated if isinstance(self.treated, Undefined) else self.scale.place(self.treated)
 
     @property
-    def run_sd(self) -> float | Undefined:
+    def run_sd(self) -> Value:
         """The standard deviation of runs within shared days, of both conditions together, in the unit of the values."""
         sides = [side for day in self.shared_days for side in (day.control, day.treated)]
         df = sum(side.n - 1 for side in sides)
@@ -300,20 +300,20 @@ class Contrast:
         """C, counted from 0."""
         return self.scale.offset + self._control
 
-    def _difference(self) -> float | Undefined:
+    def _difference(self) -> Value:
         for mean in (self.control, self.treated):
             if isinstance(mean, Undefined):
                 return mean
         return self._treated - self._control
 
-    def _percent(self) -> float | Undefined:
+    def _percent(self) -> Value:
         """Return what T is more than C, in percent of C."""
         difference = self._difference()
         if isinstance(difference, Undefined):
             return difference
         return 100.0 * difference / self._level if self._level > 0.0 else Undefined(Reason.NOTHING_TO_SAVE)
 
-    def _sized(self, scaled: float | Undefined) -> float | Undefined:
+    def _sized(self, scaled: Value) -> Value:
         return scaled if isinstance(scaled, Undefined) else self.scale.length(scaled)
 
     @property
@@ -330,7 +330,7 @@ class Contrast:
             return Undefined(Reason.SAME_ON_EVERY_DAY, a=TREATED, b=CONTROL)
         return Undefined(Reason.GROUPS_WITHOUT_SCATTER)
 
-    def _tested(self, value: float, test: _Error) -> tuple[float | Undefined, float, float | Undefined]:
+    def _tested(self, value: float, test: _Error) -> tuple[Value, float, Value]:
         """Return t, its degrees of freedom and the two-sided p."""
         if test.error == 0.0:
             return self._no_scatter, float(self.df), self._no_scatter
@@ -460,7 +460,7 @@ def contrast_of_runs(runs: RunsByDay, *, scale: Scale | None = None, paired: boo
     )
 
 
-def _mean_of_all(side: RunsOfCondition, name: str, scale: Scale) -> float | Undefined:
+def _mean_of_all(side: RunsOfCondition, name: str, scale: Scale) -> Value:
     """Return the mean of all runs of a side in a scale."""
     if not side:
         return Undefined(Reason.GROUP_EMPTY, group=name)

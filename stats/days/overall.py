@@ -30,6 +30,7 @@ from data_schema.vocabulary import Rule, Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import CANCELLED, SharedError, joined_variance, shared_of_mean
 from stats.days.decision import Bounded, Contrast, Estimate, bounds_tests, undefined_bounds, undefined_estimate
+from stats.scatter import Value
 from stats.tails import f_upper, t_quantile, t_two_sided
 
 
@@ -64,7 +65,7 @@ class OverallSavings:
 
     estimate: Estimate
     scope: Scope
-    spread_percent: float | Undefined
+    spread_percent: Value
     """Standard deviation of the groups' savings."""
     heterogeneity: Heterogeneity | Undefined
     """The test that all groups saved the same."""

@@ -28,7 +28,7 @@ from data_schema.rounding import alpha_of_level, p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.results import Result, missing_text, plural, share_text
-from stats.scatter import Groups, finite, read_groups
+from stats.scatter import Groups, Value, finite, read_groups
 from stats.tails import f_upper
 
 
@@ -41,20 +41,20 @@ class _MeansCompared(Result):
     """Names of the k groups that hold values, as given; shape (k,)."""
     group_ns: tuple[int, ...]
     """Their sizes, shape (k,)."""
-    f: float | Undefined
+    f: Value
     """Dimensionless: (SS_between / df_between) / (SS_within / df_within), or Welch's F (Welch 1951)."""
     df_between: int
     """Number of groups minus 1."""
-    df_within: float | Undefined
+    df_within: Value
     """Number of values minus number of groups, or after Welch (1951), not whole in general."""
-    p: float | Undefined
+    p: Value
     """P(F >= f)."""
-    eta_squared: float | Undefined
+    eta_squared: Value
     """Share of variance between the groups, 0 to 1; too large on average where n is small.
 
     Of all values, or by Welch's F of each value in SDs of its own group.
     """
-    omega_squared: float | Undefined
+    omega_squared: Value
     """The same share with its bias taken off, by Welch's F nearly; 0 where F is below 1, as no share is negative."""
     empty_groups: tuple[str, ...]
     """Names of groups without a value."""
@@ -89,11 +89,11 @@ class Anova(_MeansCompared):
     method: ClassVar[str] = "one-way"
     df_within: int
     """Number of values minus number of groups."""
-    ss_between: float | Undefined
+    ss_between: Value
     """Sum of squares between the groups, in the values' unit squared."""
-    ss_within: float | Undefined
+    ss_within: Value
     """Sum of squares within the groups, in the values' unit squared."""
-    residual_sd: float | Undefined
+    residual_sd: Value
     """Standard deviation within the groups, in the values' unit."""
     group_means: tuple[float, ...]
     """Means of `groups`, in the values' unit; shape (k,)."""

@@ -14,6 +14,7 @@ from data_schema.rounding import p_text
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number
 from stats.results import Result
+from stats.scatter import Value
 
 MOST_NAMED = 10
 """Of more tests than these with one reason only the first are named."""
@@ -41,9 +42,9 @@ class HolmMember(Result):
 
     name: str
     """Of the test."""
-    p: float | Undefined
+    p: Value
     """As given, 0 to 1."""
-    adjusted_p: float | Undefined
+    adjusted_p: Value
     """Holm's p-value."""
     rejected: bool | Undefined
     """Whether the adjusted p is at most alpha."""
@@ -57,9 +58,9 @@ class HolmFamily(Result):
     """What the tests have in common, in words."""
     names: tuple[str, ...]
     """Of the m tests, in the order given; shape (m,)."""
-    p: tuple[float | Undefined, ...]
+    p: tuple[Value, ...]
     """The p-values as given, shape (m,)."""
-    adjusted_p: tuple[float | Undefined, ...]
+    adjusted_p: tuple[Value, ...]
     """Holm's p-values (Holm 1979), each to be compared with alpha; at most 1; shape (m,)."""
     rejected: tuple[bool | Undefined, ...]
     """Whether the adjusted p is at most alpha, shape (m,)."""
@@ -91,7 +92,7 @@ class HolmFamily(Result):
 
 
 def holm(
-    p_values: Mapping[str, float | Undefined],
+    p_values: Mapping[str, Value],
     family: str,
     *,
     alpha: float = 0.05,

@@ -21,7 +21,7 @@ from data_schema.rounding import alpha_of_level, error_of, interval_text, number
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_level
 from stats.results import Result, missing_text, with_unit
-from stats.scatter import Group, Groups, Interval, read_groups
+from stats.scatter import Group, Groups, Interval, Value, read_groups
 from stats.tails import satterthwaite_df, t_two_sided, t_upper_quantile
 
 Variances = Literal["equal", "unequal"]
@@ -41,15 +41,15 @@ class PairDifference(Result):
     """Number of values of group a."""
     n_b: int
     """Number of values of group b."""
-    difference: float | Undefined
+    difference: Value
     """mean(a) - mean(b), in the values' unit."""
     difference_ci: Interval | Undefined
     """Simultaneous: all intervals of the family cover together at its level."""
-    q: float | Undefined
+    q: Value
     """The studentized range: |difference| over its standard error, times the square root of 2."""
-    df: float | Undefined
+    df: Value
     """Degrees of freedom of the scatter: all groups' (Tukey) or the pair's (Games and Howell)."""
-    p: float | Undefined
+    p: Value
     """Adjusted for all pairs."""
 
 

@@ -17,7 +17,7 @@ from data_schema.rounding import p_text, statistic_text
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, as_groups, as_sample
 from stats.results import Result, missing_text, plural
-from stats.scatter import Floats, Group, Groups, finite, read_groups, scale_of
+from stats.scatter import Floats, Group, Groups, Value, finite, read_groups, scale_of
 from stats.tails import f_two_sided, f_upper
 
 _ROUNDING = 8.0 * float(np.finfo(np.float64).eps)
@@ -31,11 +31,11 @@ class VarianceTest(Result):
     """Names of the k groups that hold values, as given; shape (k,)."""
     group_ns: tuple[int, ...]
     """Their sizes, shape (k,)."""
-    statistic: float | Undefined
+    statistic: Value
     """F, dimensionless."""
     df: tuple[int, int]
     """Degrees of freedom of numerator and denominator."""
-    p: float | Undefined
+    p: Value
     """The chance of a statistic so large where all groups scatter alike."""
     missing: int = 0
     """How many values were left out as NaN."""
@@ -50,7 +50,7 @@ class VarianceTest(Result):
         return f"{head}: {statistic_text('F', self.statistic, self.df)}, {p_text(self.p)}."
 
 
-def variance_ratio(a: Group, b: Group) -> tuple[float | Undefined, float | Undefined]:
+def variance_ratio(a: Group, b: Group) -> tuple[Value, Value]:
     """Return var(a) / var(b) and the two-sided p of the F-test, as R's `var.test`."""
     for group in (a, b):
         if group.n < 2:

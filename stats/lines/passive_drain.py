@@ -21,7 +21,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number, as_values
 from stats.lines.regression import EXACT, fit_linear
 from stats.results import Result, bounded_texts, share_text
-from stats.scatter import Floats, Interval, as_interval
+from stats.scatter import Floats, Interval, Value, as_interval
 from stats.tails import t_quantile
 
 MINIMUM_RUNS = 3
@@ -38,9 +38,9 @@ class DrainEstimate(Result):
     """The line there, in mAh."""
     se: float
     """Standard error of the line at this duration, mAh: shared by all runs corrected with this fit."""
-    ci_low: float | Undefined
+    ci_low: Value
     """Lower end of Student's interval of the line there, mAh; undefined where the line is exact."""
-    ci_high: float | Undefined
+    ci_high: Value
     """Its upper end."""
     level: float
     """Level of the interval."""
@@ -66,7 +66,7 @@ class PassiveDrain(Result):
     """Covariance of (intercept_mah, slope_mah_s), shape (2, 2), in mAh^2, mAh^2/s and mAh^2/s^2."""
     residual_sd_mah: float
     """Standard deviation of the runs about the line, mAh, with n - 2; at least that of rounding to the resolution."""
-    r_squared: float | Undefined
+    r_squared: Value
     """About the mean."""
     df: int
     """n - 2."""

@@ -23,7 +23,7 @@ from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number, as_values
 from stats.compare.shared_error import SharedError, joined_half_width
 from stats.results import Result
-from stats.scatter import Floats, Interval, Scale, scale_of, times_power
+from stats.scatter import Floats, Interval, Scale, Value, scale_of, times_power
 from stats.tails import t_quantile, t_two_sided
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ class Response(Result):
 
     value: float
     """In the unit of the response."""
-    se: float | Undefined
+    se: Value
     """Standard error of the mean response there, not of one more measurement; in the unit of the response."""
     ci: Interval | Undefined
     """Student's interval of the mean response; undefined where the fit is exact."""
@@ -68,9 +68,9 @@ class LinearFit(Result):
     """Coefficient over standard error, shape (p,); undefined for an exact fit."""
     p: tuple[float, ...] | Undefined
     """Two-sided, of each coefficient being 0; shape (p,)."""
-    r_squared: float | Undefined
+    r_squared: Value
     """About the mean with an intercept, about 0 without; 0 to 1."""
-    residual_sd: float | Undefined
+    residual_sd: Value
     """sqrt(SS_residual / df), in the unit of the response; exactly 0 for a fit that is exact but for rounding."""
     df: int
     """n minus the number of coefficients."""
@@ -300,8 +300,8 @@ class SlopeThroughOrigin:
     """
 
     slope: float
-    se: float | Undefined
-    df: float | Undefined
+    se: Value
+    df: Value
     shared_se: float
     ci: Interval | Undefined
     level: float

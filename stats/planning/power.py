@@ -28,6 +28,7 @@ from data_schema.vocabulary import Remark, Undefined
 from stats.checks import as_count, as_level, as_number, as_values
 from stats.days.decision import LEAST_DAYS
 from stats.results import Result
+from stats.scatter import Value
 from stats.tails import satterthwaite_df, t_upper_quantile
 
 
@@ -41,7 +42,7 @@ class Power(Result):
     """Number of values of each group, shape (k,)."""
     alpha: float
     """Level of the test."""
-    power: float | Undefined
+    power: Value
     """Chance of rejecting, 0 to 1."""
     never: Remark | None = None
     """Why no number of values brings the chance above alpha; None where enough of them find the effect."""

@@ -14,8 +14,7 @@ import pytest
 from data_schema.errors import UsageError
 from labbook.actions.runs.correcting import void
 from labbook.analysis.study import analyse
-from labbook.export.selection import Selection
-from labbook.export.tables import TABLES
+from labbook.export.tables import TABLES, Selection
 from reports.page.writing import report_files
 from tests.cli.shell import good, labbook
 from tests.helpers.books import SmallBook, small_book

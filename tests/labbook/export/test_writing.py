@@ -14,8 +14,7 @@ import xarray as xr
 
 import labbook as package
 from data_schema.columns import ValueKind
-from labbook.export.selection import Selection
-from labbook.export.tables import TABLES, every_table
+from labbook.export.tables import TABLES, Selection, every_table
 from tests.cli.shell import good, labbook, no_file_above, refused
 from tests.helpers.books import SmallBook, small_book
 from tests.helpers.commands import Commands

@@ -14,19 +14,10 @@ import pytest
 
 from data_schema.calibration import Calibration
 from data_schema.queries.signals import CalibratedChannel
-from labbook.scripts import assembling, in_r
+from labbook.scripts import assembling
 from labbook.scripts.script import Script
-from labbook.scripts.templates import (
-    biases,
-    contrasts,
-    days,
-    equivalence,
-    heights,
-    overall,
-    position,
-    predictions,
-    shared,
-)
+from labbook.scripts.templates import days, predictions
+from labbook.scripts.templates import runs as of_runs
 from labbook.scripts.templates.runs import Run, Source
 from stats.compare.agreement import Interval, PredictedRun, bias_by_day, limits_of_agreement
 from stats.compare.shared_error import SharedError
@@ -50,8 +41,7 @@ def level(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in modules():
         if hasattr(module, "LEVEL"):
             monkeypatch.setattr(module, "LEVEL", LEVEL)
-    for module in (days, equivalence):
-        monkeypatch.setattr(module, "PAIR", PAIR)
+    monkeypatch.setattr(days, "PAIR", PAIR)
 
 
 def random_runs(seed: int, n_days: int, df: float = 6.0) -> list[Run]:
@@ -107,11 +97,11 @@ def test_the_deciding_test_is_that_of_stats(n_days: int, df: float, monkeypatch:
 @pytest.mark.parametrize("percent", [True, False])
 def test_equivalence_is_that_of_stats(percent: bool, monkeypatch: pytest.MonkeyPatch) -> None:
     runs = random_runs(3, 5)
-    monkeypatch.setattr(equivalence, "IN_PERCENT", percent)
-    monkeypatch.setattr(equivalence, "LOW", -20.0)
-    monkeypatch.setattr(equivalence, "HIGH", 12.0)
+    monkeypatch.setattr(days, "IN_PERCENT", percent)
+    monkeypatch.setattr(days, "LOW", -20.0)
+    monkeypatch.setattr(days, "HIGH", 12.0)
     theirs = contrast_of(runs).equivalence(-20.0, 12.0, (1.0 - LEVEL) / 2.0, percent=percent)
-    found = equivalence.equivalence(runs)
+    found = days.equivalence(runs)
     expected = [theirs.t_low, theirs.p_low, theirs.t_high, theirs.p_high, theirs.p]
     assert [found[name] for name in ("t_low", "p_low", "t_high", "p_high", "p")] == pytest.approx(expected, rel=1e-9)
     assert isinstance(theirs.ci, tuple)
@@ -131,7 +121,7 @@ def test_contrasts_are_those_of_stats(n_days: int) -> None:
         blocks, [Effect(1.0, "one", "control"), Effect(-1.0, "two", "control")], percent=True, level=LEVEL
     ).estimate
     effects = ((1.0, (("control",), ("one",))), (-1.0, (("control",), ("two",))))
-    mine = contrasts.contrast_of(runs, effects, percent=True)
+    mine = days.contrast_of(runs, effects, percent=True)
     assert isinstance(theirs.ci, tuple)
     expected = [theirs.value, theirs.se, theirs.shared_se, *theirs.ci, theirs.df, theirs.t]
     names = ("value", "se", "shared_se", "ci_low", "ci_high", "df", "t")
@@ -147,20 +137,20 @@ def test_effects_over_groups_are_those_of_stats(monkeypatch: pytest.MonkeyPatch)
         for run in own
     ]
     claimed = {name: ((f"{name} control",), (f"{name} one", f"{name} two")) for name in groups}
-    monkeypatch.setattr(overall, "CLAIMED", claimed)
+    monkeypatch.setattr(days, "CLAIMED", claimed)
     theirs = overall_savings(found, LEVEL)
-    mine = overall.overall_savings(runs)
+    mine = days.overall_savings(runs)
     assert isinstance(theirs.estimate.ci, tuple)
     expected = [theirs.estimate.value, theirs.estimate.se, *theirs.estimate.ci, theirs.estimate.df]
     assert [mine[name] for name in ("value", "se", "ci_low", "ci_high", "df")] == pytest.approx(expected, rel=1e-10)
-    assert overall.heterogeneity_p(runs)["value"] == pytest.approx(getattr(theirs.heterogeneity, "p", None), rel=1e-9)
+    assert days.heterogeneity_p(runs)["value"] == pytest.approx(getattr(theirs.heterogeneity, "p", None), rel=1e-9)
     bounded = overall_equivalence(found, -5.0, 5.0, (1.0 - LEVEL) / 2.0).bounded
-    assert overall.overall_equivalence(runs)["p"] == pytest.approx(bounded.p, rel=1e-9)
+    assert days.overall_equivalence(runs)["p"] == pytest.approx(bounded.p, rel=1e-9)
 
 
 def test_values_at_the_mean_position_are_those_of_stats(monkeypatch: pytest.MonkeyPatch) -> None:
     runs = random_runs(8, 5)
-    monkeypatch.setattr(position, "GROUPS", {"all": PAIR})
+    monkeypatch.setattr(of_runs, "GROUPS", {"all": PAIR})
     theirs = adjust_for_position(
         [run.value for run in runs],
         [int(run.row["position_in_day"]) for run in runs],
@@ -168,7 +158,7 @@ def test_values_at_the_mean_position_are_those_of_stats(monkeypatch: pytest.Monk
         [run.row["day"] for run in runs],
         [run.row["condition"] for run in runs],
     )
-    mine = position.at_mean_position(runs)
+    mine = of_runs.at_mean_position(runs)
     assert [run.value for run in mine] == pytest.approx(getattr(theirs, "values", None), rel=1e-11)
     errors = [error.se for error in getattr(theirs, "shared", ())]
     assert [abs(run.shared[list(run.shared)[-1]]) for run in mine] == pytest.approx(errors, rel=1e-9, abs=1e-15)
@@ -182,7 +172,7 @@ def test_the_error_of_a_calibration_is_that_of_its_channel() -> None:
         "height_zero": "0.3", "calibration_scale": "2.0", "error_slopes": "0.0 0.002",
         "error_intercepts": "0.004 -0.001",
     }  # fmt: skip
-    assert list(heights.calibration_errors_m(row).values()) == pytest.approx(channel.error_terms(0.42), rel=1e-12)
+    assert list(of_runs.calibration_errors_m(row).values()) == pytest.approx(channel.error_terms(0.42), rel=1e-12)
 
 
 def with_simulated(runs: list[Run], seed: int) -> list[Run]:
@@ -201,7 +191,7 @@ def with_simulated(runs: list[Run], seed: int) -> list[Run]:
 @pytest.mark.parametrize("n_days", [5, 2, 1])
 def test_biases_of_predictions_are_those_of_stats(n_days: int) -> None:
     runs = with_simulated(random_runs(9, n_days), n_days)
-    predicted = biases.predictions_of(runs)
+    predicted = predictions.predictions_of(runs)
     theirs = bias_by_day(
         [
             PredictedRun(run.row["day"], run.value, shared_of(run), one["value"], one["se"])
@@ -210,7 +200,10 @@ def test_biases_of_predictions_are_those_of_stats(n_days: int) -> None:
         ],
         LEVEL,
     )
-    for mine, interval in ((biases.bias(runs), theirs.in_all), (biases.bias_of_measured(runs), theirs.of_measured)):
+    for mine, interval in (
+        (predictions.bias(runs), theirs.in_all),
+        (predictions.bias_of_measured(runs), theirs.of_measured),
+    ):
         assert mine["value"] == pytest.approx(theirs.bias, rel=1e-10)
         if isinstance(interval, Interval):
             expected = [interval.se, *interval.ci, interval.df]
@@ -223,7 +216,7 @@ def test_biases_of_predictions_are_those_of_stats(n_days: int) -> None:
         for condition, one in predicted.items()
     ]
     limits = limits_of_agreement(away, LEVEL)
-    ends = biases.lower_limit(runs)
+    ends = predictions.lower_limit(runs)
     assert [ends["value"], ends["ci_low"], ends["ci_high"]] == pytest.approx([limits.low, *limits.low_ci], rel=1e-9)
 
 
@@ -257,7 +250,7 @@ def test_templates_in_r_have_the_numbers_of_those_in_python() -> None:
     ]
     assert len(numbers) > 25
     for where, name in numbers:
-        assert f"\n{name} <- function(" in (in_r.FOLDER / f"{where}.R").read_text(encoding="utf-8"), name
+        assert f"\n{name} <- function(" in (assembling.R_FOLDER / f"{where}.R").read_text(encoding="utf-8"), name
 
 
 def test_settings_are_written_as_python_reads_them() -> None:
@@ -265,7 +258,7 @@ def test_settings_are_written_as_python_reads_them() -> None:
         "LOW": -float("inf"), "HIGH": 5.0, "IN_PERCENT": False,
         "PAIR": (("a",), tuple(f"foot=large k_gain={gain}" for gain in range(9))),
     }  # fmt: skip
-    script = Script([], ("heights.heights_of_runs", "equivalence.equivalence"), settings)
+    script = Script([], ("heights_of_runs", "equivalence"), settings)
     text = assembling.assemble(script, "A p.", "the report prints 1.0")
     names: dict[str, object] = {"__name__": "read", "__file__": str(Path(__file__))}
     exec(text, names)
@@ -274,4 +267,4 @@ def test_settings_are_written_as_python_reads_them() -> None:
 
 
 def test_quantiles_are_of_the_level_that_is_asked_for() -> None:
-    assert shared.quantile(0.95, 1e9) == pytest.approx(1.959964, rel=1e-6)
+    assert of_runs.quantile(0.95, 1e9) == pytest.approx(1.959964, rel=1e-6)

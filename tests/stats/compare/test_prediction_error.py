@@ -7,7 +7,7 @@ import pytest
 
 from data_schema.errors import InputRefused
 from data_schema.vocabulary import Undefined
-from stats.compare.prediction_error import rmse_over_iqr
+from stats.compare.agreement import rmse_over_iqr
 from tests.helpers.wording import refuses
 
 EIGHT = np.array([1.0, 2.5, 3.0, 4.5, 6.0, 7.25, 9.0, 12.0])
