@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from decimal import Decimal
 from numbers import Real
 from typing import Any, Literal
@@ -17,6 +17,9 @@ from data_schema.frozen import frozen
 Missing = Literal["refuse", "drop"]
 MISSING: tuple[Missing, ...] = ("refuse", "drop")
 """What to do with values that are NaN: refuse them all, or leave them out and say how many."""
+
+Samples = Mapping[str, ArrayLike] | Sequence[ArrayLike]
+"""Samples of values in one unit, by name or in a list."""
 
 NO_VALUE = ("NAType", "NaTType", "NoneType")
 """Types of a missing value, by name: pandas itself need not be loaded."""

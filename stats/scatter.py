@@ -7,16 +7,15 @@ Tests divide by a scatter; one of 0 makes p from 0/0 in other programs, and is `
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_groups, as_sample
+from stats.checks import Missing, Samples, as_groups, as_sample
 
 Floats = NDArray[np.float64]
 Interval = tuple[float, float]
@@ -183,7 +182,7 @@ class Groups:
         return Undefined(Reason.OUTSIDE_DOUBLES) if lost else found
 
 
-def read_groups(samples: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing = "refuse") -> Groups:
+def read_groups(samples: Samples, missing: Missing = "refuse") -> Groups:
     """Check samples of shape (n_i,) in one unit and put them into one scale.
 
     Raises `InputRefused`, naming the group, for infinite values, and for NaN unless `missing` is "drop".

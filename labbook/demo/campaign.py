@@ -14,6 +14,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
@@ -94,9 +95,7 @@ class _Part:
         return sum(condition.is_control for condition in self.conditions)
 
 
-def draw_calendar(
-    rng: np.random.Generator, truth: Truth, runs_per_condition: int, extra_controls: int
-) -> tuple[Day, ...]:
+def draw_calendar(rng: Generator, truth: Truth, runs_per_condition: int, extra_controls: int) -> tuple[Day, ...]:
     """Draw the whole campaign: every condition `runs_per_condition` times and `extra_controls` more controls.
 
     Raises `UsageError` when a day would lack a control because there are too few extra ones.
@@ -116,7 +115,7 @@ def draw_calendar(
     return tuple(Day(date, tuple(day_slots)) for date, day_slots in zip(_dates(rng, n_days), slots, strict=True))
 
 
-def _parts(rng: np.random.Generator, truth: Truth, runs_per_condition: int) -> list[_Part]:
+def _parts(rng: Generator, truth: Truth, runs_per_condition: int) -> list[_Part]:
     """Blocks of all conditions of a foot and gain, end to end, cut into days of about equal length."""
     queue = [
         Condition(group.foot, group.k_gain, int(gain))
@@ -137,7 +136,7 @@ def _parts(rng: np.random.Generator, truth: Truth, runs_per_condition: int) -> l
     return parts
 
 
-def _add_controls(rng: np.random.Generator, parts: list[_Part], extra_controls: int) -> None:
+def _add_controls(rng: Generator, parts: list[_Part], extra_controls: int) -> None:
     """Put the extra controls where a day has none, then wherever a foot and gain has fewest."""
     without = [part for part in parts if part.controls == 0]
     if len(without) > extra_controls:
@@ -156,7 +155,7 @@ def _add_controls(rng: np.random.Generator, parts: list[_Part], extra_controls: 
         part.conditions.insert(int(rng.integers(len(part.conditions) + 1)), control)
 
 
-def _dates(rng: np.random.Generator, n_days: int) -> list[dt.date]:
+def _dates(rng: Generator, n_days: int) -> list[dt.date]:
     """Working days, not consecutive, from the first day on."""
     dates = [FIRST_DAY]
     while len(dates) < n_days:
@@ -200,9 +199,7 @@ def make_campaign(
     return Campaign(seed, truth, tuple(runs), _wrong_foot(rng, runs))
 
 
-def _day_runs(
-    rng: np.random.Generator, truth: Truth, day: Day, n_before: int, jumps_per_run: int, rested: bool
-) -> list[DemoRun]:
+def _day_runs(rng: Generator, truth: Truth, day: Day, n_before: int, jumps_per_run: int, rested: bool) -> list[DemoRun]:
     """The runs of one day, one after another, the packs in turn; times are local."""
     day_joules = rng.normal(0, truth.scatter.day_joules_per_jump)
     day_apex_m = rng.normal(0, truth.scatter.day_apex_m)
@@ -242,7 +239,7 @@ def _day_runs(
 
 
 def _draw(
-    rng: np.random.Generator,
+    rng: Generator,
     truth: Truth,
     slot: Slot,
     jumps_per_run: int,
@@ -259,7 +256,7 @@ def _draw(
 
 
 def _draw_jumps(
-    rng: np.random.Generator,
+    rng: Generator,
     truth: Truth,
     condition: Condition,
     jumps_per_run: int,
@@ -284,7 +281,7 @@ def _draw_jumps(
     return charge_mah, notes, drawn
 
 
-def _wrong_foot(rng: np.random.Generator, runs: list[DemoRun]) -> tuple[Correction, ...]:
+def _wrong_foot(rng: Generator, runs: list[DemoRun]) -> tuple[Correction, ...]:
     """One active-damping run that is entered in the run sheet with another foot, where there is another."""
     feet = {run.name: run.condition.foot for run in runs if run.condition is not None}
     candidates = [

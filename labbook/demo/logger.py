@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
@@ -98,9 +99,7 @@ def _quantise(values: FloatArray, step: float) -> FloatArray:
     return np.asarray(np.rint(values / step) * step)
 
 
-def _drop_packets(
-    rng: np.random.Generator, jumps_s: FloatArray, samples: int
-) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+def _drop_packets(rng: Generator, jumps_s: FloatArray, samples: int) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
     """Draw the lost stretches of samples: (first, number) rows, and which jumps they touch.
 
     `jumps_s` has the drop and the catch of each jump, shape (jumps, 2).
@@ -118,7 +117,7 @@ def _drop_packets(
     return dropped, np.array(touched, dtype=np.bool_)
 
 
-def _wobble_m(rng: np.random.Generator, time_s: FloatArray, duration_s: float) -> FloatArray:
+def _wobble_m(rng: Generator, time_s: FloatArray, duration_s: float) -> FloatArray:
     """Draw how far an unsteady hand is off: two sines that are zero, and at rest, at both ends of its motion."""
     amplitude_m, frequency_hz, phase_rad = rng.uniform(0.0015, 0.004), rng.uniform(2.5, 5.0), rng.uniform(0, 2 * np.pi)
     share = np.clip(time_s / duration_s, 0, 1)
@@ -199,7 +198,7 @@ class _Track:
         self.hang(np.full(self.since(duration_s).shape, self.clamp_m))
 
 
-def _drawn_motion(rng: np.random.Generator, group: Group, run: DemoRun, pace: Pace) -> _Track:
+def _drawn_motion(rng: Generator, group: Group, run: DemoRun, pace: Pace) -> _Track:
     """Draw the motion of a run of a group from the true apexes of its jumps."""
     track, b_ad_gain = _Track(), 0 if run.condition is None else run.condition.b_ad_gain
     track.rest(pace.lead_in_s)
@@ -216,7 +215,7 @@ def _drawn_motion(rng: np.random.Generator, group: Group, run: DemoRun, pace: Pa
     return track
 
 
-def _lower(rng: np.random.Generator, track: _Track, start_m: float) -> None:
+def _lower(rng: Generator, track: _Track, start_m: float) -> None:
     """From the clamp to the start mark, holding still for a moment before letting go."""
     lowering_s = rng.uniform(0.35, 0.6)
     duration_s = lowering_s + rng.uniform(0.15, 0.35)
@@ -224,7 +223,7 @@ def _lower(rng: np.random.Generator, track: _Track, start_m: float) -> None:
     track.hang(_carry_m(since_s, lowering_s, track.clamp_m, start_m) + _wobble_m(rng, since_s, duration_s))
 
 
-def _fly_and_catch(rng: np.random.Generator, track: _Track, hop: Hop) -> float:
+def _fly_and_catch(rng: Generator, track: _Track, hop: Hop) -> float:
     """Drop, stance, flight and catch; returns the height at which the hand has stopped the body."""
     track.apexes_s.append(track.time_s + hop.apex_s)
     falling_s = rng.uniform(*_CATCH_SHARES) * (hop.landing_s - hop.apex_s)
@@ -239,7 +238,7 @@ def _fly_and_catch(rng: np.random.Generator, track: _Track, hop: Hop) -> float:
     return caught_m - distance_m
 
 
-def _misfire(rng: np.random.Generator, track: _Track, hop: Hop) -> tuple[float, float]:
+def _misfire(rng: Generator, track: _Track, hop: Hop) -> tuple[float, float]:
     """A jump whose leg only pushes the foot down: the body settles on the bent leg until it is picked up.
 
     Returns the heights of the body and the length of the leg at the end.
@@ -258,7 +257,7 @@ def _misfire(rng: np.random.Generator, track: _Track, hop: Hop) -> tuple[float, 
     return float(height_m[-1]), float(leg_m[-1])
 
 
-def _lift(rng: np.random.Generator, track: _Track, low_m: float, leg_m: float, reset_s: float) -> None:
+def _lift(rng: Generator, track: _Track, low_m: float, leg_m: float, reset_s: float) -> None:
     """Back above the clamp, down onto it, and rest while the ground is stirred and smoothed."""
     track.clamp_m = _CLAMP_HEIGHT_M + rng.normal(0, _CLAMP_PLAY_M)
     over_m = track.clamp_m + rng.uniform(0.006, 0.018)

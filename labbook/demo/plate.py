@@ -7,6 +7,7 @@ from dataclasses import replace
 from functools import cache
 
 import numpy as np
+from numpy.random import Generator
 
 from data_schema.frozen import frozen
 from data_schema.units import STANDARD_GRAVITY_M_S2
@@ -122,7 +123,7 @@ class Hopping:
         found = np.interp(time_s, times, values)
         return np.where(time_s < self.begins_s[0], before, np.where(time_s > self.last_s, after, found))
 
-    def impacts(self, rng: np.random.Generator, time_s: FloatArray) -> FloatArray:
+    def impacts(self, rng: Generator, time_s: FloatArray) -> FloatArray:
         """Return the force that stops the foot at each touchdown: half a sine of some milliseconds."""
         force_n = np.zeros(time_s.size)
         for piece, begin_s in zip(self.jumps, self.begins_s[:-1].tolist(), strict=True):
@@ -138,7 +139,7 @@ def apex_of(piece: Piece) -> int:
     return int(np.argmax(piece.body_m * (piece.force_n == 0.0)))
 
 
-def record_of(rng: np.random.Generator, fz_n: FloatArray, noise: float = 1.0) -> PlateRecord:
+def record_of(rng: Generator, fz_n: FloatArray, noise: float = 1.0) -> PlateRecord:
     """Record a vertical force, shape (n,), by a plate whose errors are multiplied by `noise`."""
     n = fz_n.size
     foot_m = np.array(_CENTRE_M) + np.cumsum(rng.normal(0, 2e-5, (n, 2)), axis=0)

@@ -16,6 +16,7 @@ from dataclasses import asdict, astuple, field
 from functools import cache
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError, unknown_name
@@ -61,7 +62,7 @@ class Group:
         """Mean apex height of the body above the undisturbed ground."""
         return simulated_jump(self.foot, self.k_gain, b_ad_gain).apex_height_m
 
-    def hop(self, _rng: np.random.Generator, b_ad_gain: int, start_m: float, apex_m: float) -> Hop:
+    def hop(self, _rng: Generator, b_ad_gain: int, start_m: float, apex_m: float) -> Hop:
         """Return the jump from `start_m` that reaches `apex_m`; nothing else about it is drawn."""
         return simulated_jump(self.foot, self.k_gain, b_ad_gain).hop(start_m, apex_m)
 
@@ -98,9 +99,7 @@ class Drain:
         return self.intercept_mah + self.slope_mah_s * duration_s
 
 
-def recharged_mah(
-    rng: np.random.Generator, duration_s: float, joules: float, voltage_v: float, scatter_mah: float
-) -> int:
+def recharged_mah(rng: Generator, duration_s: float, joules: float, voltage_v: float, scatter_mah: float) -> int:
     """Draw what the charger's display says was put back after a run whose jumps took so many joules."""
     return round(Drain().charge_mah(duration_s) + joules / (MAH_TO_COULOMB * voltage_v) + rng.normal(0.0, scatter_mah))
 

@@ -12,7 +12,7 @@ import hashlib
 import importlib.metadata
 import json
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from pathlib import Path, PurePosixPath
 
@@ -44,7 +44,7 @@ from labbook.export.table_files import (
     table_csv,
     table_path,
 )
-from labbook.export.tables import Selection, every_table
+from labbook.export.tables import Selection, Step, every_table
 from labbook.terminal import plain
 
 ENDING = ".eln"
@@ -71,7 +71,7 @@ def write_capsule(
     book: Book,
     file: Path,
     report: str | None = None,
-    step: Callable[[str], None] = lambda _what: None,
+    step: Step = lambda _what: None,
     *,
     for_sharing: bool = False,
 ) -> WrittenCapsule:
@@ -90,7 +90,13 @@ def write_capsule(
     with book.reading() as connection:
         made_of = _report_of(connection, report)
         entries = _entries(book, connection)
-        configuration = _configuration(book, connection)
+        row = config_in_force(connection)
+        if row is None or row.sha256 != book.configuration.sha256:
+            raise UsageError(
+                f"{CONFIGURATION} was changed since the last statement, and the book has not taken it over yet: make "
+                "the report of it with `labbook report`, then the capsule."
+            )
+        configuration = configuration_of(row)
         sources: dict[str, bytes | Path] = {**_stored_files(book, connection, entries, step)}
         of_report = _report_files(book, made_of)
         if for_sharing:
@@ -112,7 +118,8 @@ def write_capsule(
     step("hashing files")
     members = crate_members(about, made, [member(path, source) for path, source in sources.items()])
     step("packing")
-    write_archive(file, root_of(file), members, time_of(entries[-1]))
+    root = re.sub(r"[^\w .+-]", "_", file.stem)[:100].strip(". ") or "capsule"  # the folder in it is called as the file
+    write_archive(file, root, members, datetime.fromisoformat(entries[-1].at_utc))
     with file.open("rb") as stream:
         sha256 = hashlib.file_digest(stream, "sha256").hexdigest()
     return WrittenCapsule(
@@ -150,24 +157,12 @@ def _entries(book: Book, connection: sa.Connection) -> list[Entry]:
     return entries
 
 
-def _configuration(book: Book, connection: sa.Connection) -> Configuration:
-    row = config_in_force(connection)
-    if row is None or row.sha256 != book.configuration.sha256:
-        raise UsageError(
-            f"{CONFIGURATION} was changed since the last statement, and the book has not taken it over yet: make the "
-            "report of it with `labbook report`, then the capsule."
-        )
-    return configuration_of(row)
-
-
 def configuration_of(row: ConfigRow) -> Configuration:
     """Return a configuration as the journal has it."""
     return parse_configuration(row.text, "the book's configuration")
 
 
-def _stored_files(
-    book: Book, connection: sa.Connection, entries: Sequence[Entry], step: Callable[[str], None]
-) -> dict[str, Path]:
+def _stored_files(book: Book, connection: sa.Connection, entries: Sequence[Entry], step: Step) -> dict[str, Path]:
     """Return where raw copies and samples lie, by their paths in a capsule; every raw copy is read and compared."""
     found: dict[str, Path] = {}
     for sha256 in raw_of(entries):
@@ -302,16 +297,6 @@ def crate_members(about: About, made: Mapping[str, bytes], stored: Iterable[Memb
     listed = "".join(f"{one.sha256}  {one.path}\n" for one in [files[VERIFY], *others])
     first = [files[VERIFY], member(SUMS, listed.encode())]
     return [member(METADATA, crate_bytes(about, [*first, *others])), *first, *others]
-
-
-def root_of(file: Path) -> str:
-    """Return the name of the folder in a capsule's archive, which is that of the file."""
-    return re.sub(r"[^\w .+-]", "_", file.stem)[:100].strip(". ") or "capsule"
-
-
-def time_of(entry: Entry) -> datetime:
-    """Return when an entry was stated."""
-    return datetime.fromisoformat(entry.at_utc)
 
 
 def _verify_text(about: About, made_of: ReportRow, origin: Origin | None) -> str:

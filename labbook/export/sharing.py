@@ -16,7 +16,7 @@ import hashlib
 import json
 import re
 import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -39,7 +39,7 @@ from labbook.book.opening import JOURNAL
 from labbook.book.replaying import replayed
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report
 from labbook.config.parsing import Configuration, parse_configuration
-from labbook.export.tables import ExportTable
+from labbook.export.tables import ExportTable, Step
 from reports.page.writing import report_files
 from reports.tables.word import WORD
 
@@ -225,7 +225,7 @@ def shared_book(
     people: Mapping[str, str],
     configuration: Configuration,
     made_of: ReportRow,
-    step: Callable[[str], None],
+    step: Step,
 ) -> SharedBook:
     """Leave out of a book what its configuration names, and make its report again.
 
@@ -249,9 +249,7 @@ def shared_book(
 
 
 @contextlib.contextmanager
-def played_back(
-    store: Store, entries: Sequence[Entry], seq: int, step: Callable[[str], None]
-) -> Iterator[sa.Connection]:
+def played_back(store: Store, entries: Sequence[Entry], seq: int, step: Step) -> Iterator[sa.Connection]:
     """Read the book that a journal gives, played back to an entry."""
     with tempfile.TemporaryDirectory(prefix="labbook-capsule-") as name:
         mirror = JournalFile(Path(name) / JOURNAL)

@@ -35,6 +35,10 @@ if TYPE_CHECKING:
     import pandas as pd
 
 
+Step = Callable[[str], None]
+"""Called with what is being done."""
+
+
 @dataclass
 class Selection:
     """The selected runs of an open book, all of them without `where`; `step` is called with what is being done.
@@ -46,7 +50,7 @@ class Selection:
     store: Store
     configuration: Configuration
     where: str | None = None
-    step: Callable[[str], None] = field(default=lambda _what: None)
+    step: Step = field(default=lambda _what: None)
     known: Measured | None = None
 
     @cached_property

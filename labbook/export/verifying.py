@@ -14,8 +14,9 @@ import csv
 import io
 import re
 import tempfile
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Container, Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from datetime import datetime
 from itertools import pairwise, zip_longest
 from pathlib import Path
 
@@ -50,10 +51,10 @@ from labbook.export.capsule import (
     crate_members,
     made_files,
     raw_content,
-    time_of,
 )
 from labbook.export.crate import METADATA, StatedFile, stated_files
 from labbook.export.sharing import ORIGIN, read_origin
+from labbook.export.tables import Step
 from reports.page.writing import files_beside_figures
 from reports.results import StudyResults
 from reports.tables.word import WORD
@@ -69,7 +70,6 @@ ROUNDING = 1e-9
 """Relative differences up to this are those of another processor or library, and said to be."""
 _SHA256 = re.compile(r"[0-9a-f]{64}")
 _OF_REPORT = f"{REPORT}/"
-Step = Callable[[str], None]
 
 
 @dataclass(slots=True)
@@ -206,8 +206,8 @@ def _check_book(capsule: _Unpacked) -> None:
     _check_raw(capsule, entries)
     if found.differences:
         return
-    again = folder.with_name("again.eln")
-    write_archive(again, archive.root, [capsule.members[path] for path in archive.paths], time_of(entries[-1]))
+    again, stated = folder.with_name("again.eln"), datetime.fromisoformat(entries[-1].at_utc)
+    write_archive(again, archive.root, [capsule.members[path] for path in archive.paths], stated)
     place = first_difference(archive.file, again)
     again.unlink()
     if place is not None:

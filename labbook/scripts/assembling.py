@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 
 from data_schema.frozen import frozen
-from labbook.scripts.script import Script
+from labbook.scripts.facts import Script
 
 FOLDER, R_FOLDER = Path(__file__).parent / "templates", Path(__file__).parent / "r"
 TEMPLATES = ("runs", "days", "predictions")

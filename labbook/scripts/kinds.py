@@ -14,9 +14,17 @@ from labbook.analysis.comparison.pairing import Pair, group_label
 from labbook.analysis.outcomes.conditions import ConditionValues
 from labbook.analysis.prediction.hypotheses import comparisons_of
 from labbook.config.model import ClaimKind
-from labbook.scripts.facts import Facts, conditions_in, keys_of
-from labbook.scripts.script import Asked, Script
-from labbook.scripts.tables import idle_rows, reading_of, rows_of, rows_with_simulated
+from labbook.scripts.facts import (
+    Asked,
+    Facts,
+    Script,
+    conditions_in,
+    idle_rows,
+    keys_of,
+    reading_of,
+    rows_of,
+    rows_with_simulated,
+)
 from stats.days.overall import overall_savings
 
 Settings = Mapping[str, object]

@@ -21,10 +21,8 @@ from labbook.book.opening import Book
 from labbook.book.report_numbers import ReportedNumber, ReportedResult
 from labbook.config.parsing import parse_configuration
 from labbook.scripts.assembling import assemble, assemble_in_r
-from labbook.scripts.facts import Facts
+from labbook.scripts.facts import Asked, Facts, Script, columns_in, table_bytes
 from labbook.scripts.kinds import KINDS
-from labbook.scripts.script import Asked, Script
-from labbook.scripts.tables import columns_in, table_bytes
 
 PYTHON, R = "number.py", "number.R"
 _WIDTH = 110

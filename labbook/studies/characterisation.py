@@ -18,8 +18,7 @@ from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, number_text
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import read_oscillation, read_trials
-from labbook.studies.sheet import sheet_source
-from labbook.studies.study import Asked, Found, level_of
+from labbook.studies.study import Asked, Found, level_of, sheet_source
 from labbook.terminal import NOT_IN_JSON
 from reports.figures.style import BLACK, BLUE, GREEN, GREY, ORANGE, VERMILLION, light_grid, paper_figure
 from reports.page.study import Study

@@ -15,8 +15,7 @@ from data_schema.frozen import frozen
 from data_schema.rounding import end_text, interval_text, level_text, number_text, p_text
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import StudySheet, read_flasks
-from labbook.studies.sheet import sheet_source
-from labbook.studies.study import Asked, Found, level_of
+from labbook.studies.study import Asked, Found, level_of, sheet_source
 from labbook.terminal import NOT_IN_JSON
 from reports.figures.style import BLUE, ONE_COLUMN_IN, VERMILLION, draw_line, light_grid, paper_figure
 from reports.page.study import Study

@@ -216,9 +216,10 @@ class EmulatorStudy(Study):
     same_percent: float
     not_simulated: str
 
-    def control(self, gain: float) -> AtGain | None:
-        """Return CE at a gain."""
-        return next((row for row in self.gains if (row.gain, row.controller) == (gain, Controller.CE)), None)
+    @property
+    def _controls(self) -> dict[float, AtGain]:
+        """CE at each gain."""
+        return {row.gain: row for row in self.gains if row.controller is Controller.CE}
 
     def analysed(self, controller: Controller) -> list[AtGain]:
         """Return a controller at the gains that are not left out."""
@@ -322,7 +323,7 @@ class EmulatorStudy(Study):
         """Return what was measured beside what the simulator gives and what the thesis says (4.3, 4.4)."""
         found, published = list[tuple[str, ...]](), published_numbers()
         for gain, apex in ((100.0, "emu.apex_low"), (400.0, "emu.apex_high")):
-            if (row := self.control(gain)) is not None:
+            if (row := self._controls.get(gain)) is not None:
                 simulated = _DASH if row.simulated_apex_m is None else _fixed(100.0 * row.simulated_apex_m, 2)
                 cells = _fixed(100.0 * row.apex_m.value, 2), simulated, _fixed(100.0 * published[apex], 1)
                 found.append((f"apex under CE at gain {gain:g} (cm)", *cells))
@@ -344,13 +345,8 @@ class EmulatorStudy(Study):
 
     def _simulated_changes(self, rows: Sequence[AtGain], of: Callable[[AtGain], float | None]) -> list[float]:
         """Return by how many percent less a controller has of something than CE, in the simulation."""
-        found = []
-        for row in rows:
-            control = self.control(row.gain)
-            value, of_ce = of(row), None if control is None else of(control)
-            if value is not None and of_ce:
-                found.append(100.0 * (1.0 - value / of_ce))
-        return found
+        pairs = [(of(row), of(self._controls[row.gain])) for row in rows]  # each gain has a control
+        return [100.0 * (1.0 - value / of_ce) for value, of_ce in pairs if value is not None and of_ce]
 
     def caption(self) -> str:
         """Say what is drawn."""
@@ -367,7 +363,7 @@ class EmulatorStudy(Study):
         """
         with paper_figure(4.2) as figure:
             (energy, savings), (height, lost) = figure.subplots(2, 2)
-            ce_cm = {row.gain: 100.0 * row.apex_m.value for row in self.gains if row.controller is Controller.CE}
+            ce_cm = {gain: 100.0 * row.apex_m.value for gain, row in self._controls.items()}
             looks = zip(Controller, (("o", VERMILLION), ("s", SKY), ("^", BLUE)), (-1, 0, 1), strict=True)
             for controller, (marker, color), aside in looks:
                 rows, retained = [row for row in self.gains if row.controller is controller], self.analysed(controller)

@@ -18,8 +18,7 @@ from data_schema.rounding import error_of, interval_text, level_text, number_tex
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import StudySheet, read_power, read_walks
-from labbook.studies.sheet import sheet_source
-from labbook.studies.study import Asked, Found, level_of
+from labbook.studies.study import Asked, Found, level_of, sheet_source
 from reports.figures.style import BLACK, BLUE, GREY, ONE_COLUMN_IN, VERMILLION, legend_below, light_grid, paper_figure
 from reports.page.study import Study
 from simulator.steady.published_results import published_numbers

@@ -25,6 +25,10 @@ JUMPS_NOT_COUNTED = 2
 """The first jumps of an experiment, left out of the published apexes (thesis 4.3.3)."""
 
 
+Done = Callable[[str], None]
+"""Called with what is done."""
+
+
 @frozen
 class SteadyJump:
     """The last jump of a scene, touchdown to touchdown: SI units, joules over the whole jump.
@@ -176,7 +180,7 @@ class EmulatorTable:
         return tuple(row for row in self.rows if row.gain != STIFFEST_GAIN)
 
 
-def emulator_table(accuracy: float, done: Callable[[str], None]) -> EmulatorTable:
+def emulator_table(accuracy: float, done: Done) -> EmulatorTable:
     """Simulate the experiments; `done` is called with each gain."""
     scene = load_scene("emulator")
     rows = []
@@ -221,7 +225,7 @@ class PlateTable:
     rows: tuple[PlateRow, ...]
 
 
-def plate_table(accuracy: float, done: Callable[[str], None]) -> PlateTable:
+def plate_table(accuracy: float, done: Done) -> PlateTable:
     """Simulate the experiments; `done` is called with each gain."""
     scene = load_scene("force_plate")
     rows = []
@@ -283,7 +287,7 @@ class BedTable:
         return statistics.fmean(row.saving for row in self.of(foot, gain, damping_gains))
 
 
-def bed_table(accuracy: float, done: Callable[[str], None]) -> BedTable:
+def bed_table(accuracy: float, done: Done) -> BedTable:
     """Simulate the conditions; `done` is called with each foot and extension gain."""
     scene = load_scene("bed")
     rows: list[BedRow] = []
@@ -320,7 +324,7 @@ class SteadyTables:
     accuracy: float
 
 
-def steady_tables(accuracy: float = 1e-6, done: Callable[[str], None] = lambda _what: None) -> SteadyTables:
+def steady_tables(accuracy: float = 1e-6, done: Done = lambda _what: None) -> SteadyTables:
     """Simulate all experiments; `done` is called with each gain. Raises `UsageError` for an impossible accuracy."""
     return SteadyTables(
         emulator_table(accuracy, done), plate_table(accuracy, done), bed_table(accuracy, done), accuracy

@@ -17,16 +17,13 @@ Eta squared of Welch's F is that of the classic F with Welch's F in its place, a
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from typing import Any, ClassVar
-
-from numpy.typing import ArrayLike
 
 from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import alpha_of_level, p_text, statistic_text
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level
+from stats.checks import Missing, Samples, as_level
 from stats.results import Result, missing_text, plural, share_text
 from stats.scatter import Groups, Value, finite, read_groups
 from stats.tails import f_upper
@@ -111,9 +108,7 @@ class WelchAnova(_MeansCompared):
         return f"; limit for {self.constant_group!r}, which has no scatter" if self.constant_group else ""
 
 
-def one_way_anova(
-    groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], *, level: float = 0.95, missing: Missing = "refuse"
-) -> Anova:
+def one_way_anova(groups: Samples, *, level: float = 0.95, missing: Missing = "refuse") -> Anova:
     """Analyse groups of values, each of shape (n_i,), all in one unit.
 
     A group without a value leaves the question open: there is no F, only what the other groups are.
@@ -138,9 +133,7 @@ def one_way_anova(
     return Anova(**about, **parts, df_within=df[1], group_means=read.means)
 
 
-def welch_anova(
-    groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], *, level: float = 0.95, missing: Missing = "refuse"
-) -> WelchAnova:
+def welch_anova(groups: Samples, *, level: float = 0.95, missing: Missing = "refuse") -> WelchAnova:
     """Analyse groups of values, each of shape (n_i,), all in one unit, by Welch's F.
 
     Raises `InputRefused`, naming the group, for infinite values, and for NaN unless `missing` is "drop".
@@ -167,7 +160,7 @@ def welch_anova(
 
 
 def _read(
-    groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], level: float, missing: Missing, *, welch: bool
+    groups: Samples, level: float, missing: Missing, *, welch: bool
 ) -> tuple[Groups, dict[str, Any], dict[str, Any]]:
     """Return the groups, what both results say of them, and the parts of the test: why it is undefined, else None."""
     level, read = as_level("level", level), read_groups(groups, missing)

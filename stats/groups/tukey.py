@@ -7,19 +7,16 @@ is alpha: exactly for Tukey at equal n, less at unequal n (Kramer), nearly for G
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
 from functools import lru_cache
 from itertools import combinations
 from typing import Literal
-
-from numpy.typing import ArrayLike
 
 from data_schema.errors import unknown_name
 from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_level
+from stats.checks import Missing, Samples, as_level
 from stats.results import Result, missing_text, with_unit
 from stats.scatter import Group, Groups, Interval, Value, read_groups
 from stats.tails import satterthwaite_df, t_two_sided, t_upper_quantile
@@ -104,7 +101,7 @@ class AllPairs(Result):
 
 
 def compare_all_pairs(
-    groups: Mapping[str, ArrayLike] | Sequence[ArrayLike],
+    groups: Samples,
     *,
     variances: Variances = "equal",
     level: float = 0.95,

@@ -6,16 +6,13 @@ level, far below where groups have 3 to 5 values. Bartlett's and Levene's are `s
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-
 import numpy as np
-from numpy.typing import ArrayLike
 
 from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import p_text, statistic_text
 from data_schema.vocabulary import Undefined
-from stats.checks import Missing, as_groups, as_sample
+from stats.checks import Missing, Samples, as_groups, as_sample
 from stats.results import Result, missing_text, plural
 from stats.scatter import Floats, Group, Groups, Value, finite, read_groups, scale_of
 from stats.tails import f_two_sided, f_upper
@@ -67,7 +64,7 @@ def variance_ratio(a: Group, b: Group) -> tuple[Value, Value]:
     return finite(ratio, "the ratio"), f_two_sided(ratio, a.n - 1, b.n - 1)
 
 
-def brown_forsythe(groups: Mapping[str, ArrayLike] | Sequence[ArrayLike], missing: Missing = "refuse") -> VarianceTest:
+def brown_forsythe(groups: Samples, missing: Missing = "refuse") -> VarianceTest:
     """Return Brown and Forsythe's test of samples of shape (n_i,): ANOVA of the distances from the medians.
 
     Raises `InputRefused`, naming the group, for infinite values, and for NaN unless `missing` is "drop".

@@ -6,6 +6,7 @@ import json
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from data_schema.journal import Entry
 from data_schema.vocabulary import Action
 from labbook.actions.report_command import write
 from labbook.export.archive import member, write_archive
-from labbook.export.capsule import SUMS, VERIFY, time_of, write_capsule
+from labbook.export.capsule import SUMS, VERIFY, write_capsule
 from labbook.export.crate import METADATA
 from tests.helpers.books import ADA, SmallBook, copy_of, reported_book, small_book
 
@@ -61,7 +62,7 @@ def entries_of(files: Mapping[str, bytes]) -> list[Entry]:
 def forged(capsule: Path, out: Path, change: Callable[[Files], None]) -> Path:
     """Write a capsule again with changed files: crate, list of hashes and archive fit them."""
     files = files_of(capsule)
-    at = time_of(entries_of(files)[-1])
+    at = datetime.fromisoformat(entries_of(files)[-1].at_utc)
     change(files)
     crate: dict[str, Any] = json.loads(files.pop(METADATA))
     members = {path: member(path, data) for path, data in files.items() if path != SUMS}

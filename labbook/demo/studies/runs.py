@@ -8,6 +8,7 @@ from dataclasses import field
 from typing import Any, TypeVar
 
 import numpy as np
+from numpy.random import Generator
 from numpy.typing import NDArray
 
 from data_schema.frozen import frozen
@@ -96,7 +97,7 @@ class Made:
 
 
 def drawn_days(
-    rng: np.random.Generator,
+    rng: Generator,
     kind: Callable[..., R],
     scatter: StudyScatter,
     dates: Sequence[dt.date],
@@ -141,9 +142,7 @@ def drawn_days(
     return runs
 
 
-def samples_not_dropped(
-    rng: np.random.Generator, n: int, dropped: int, longest: int, first: int = 0
-) -> NDArray[np.bool_]:
+def samples_not_dropped(rng: Generator, n: int, dropped: int, longest: int, first: int = 0) -> NDArray[np.bool_]:
     """Draw which samples of a log arrive where so many packets are dropped, none before the sample `first`."""
     recorded = np.ones(n, dtype=np.bool_)
     for _ in range(dropped):

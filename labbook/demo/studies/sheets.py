@@ -12,6 +12,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
+from numpy.random import Generator
 
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.demo.files import STUDY_TOML
@@ -37,7 +38,7 @@ def round_as_read(water_ml: float) -> str:
 
 
 def flasks(
-    chance: np.random.Generator,
+    chance: Generator,
     of_flask: float = 0.002,
     of_filling: float = 0.0015,
     read: Callable[[float], str] = round_as_read,
@@ -52,7 +53,7 @@ def flasks(
     return "\n".join(lines) + "\n"
 
 
-def walks(chance: np.random.Generator) -> str:
+def walks(chance: Generator) -> str:
     """Draw a sheet of four walks of which some are harder for both robots, and what either needs scatters by 3 %.
 
     Charges are what the charger says, in whole mAh; distances are read to 0.1 m.
@@ -81,7 +82,7 @@ POSITION_SD_M, VELOCITY_SD_M_S = 1e-4, 5e-3
 
 
 def oscillations(
-    chance: np.random.Generator,
+    chance: Generator,
     position_sd_m: float = POSITION_SD_M,
     velocity_sd_m_s: float = VELOCITY_SD_M_S,
     damping: tuple[float, float] = DAMPING,
@@ -151,5 +152,5 @@ def oscillation_campaign(seed: int) -> CampaignFiles:
     return _campaign("a leg's gains", "emulator", tables, files, truth)
 
 
-def _chance(seed: int) -> np.random.Generator:
+def _chance(seed: int) -> Generator:
     return np.random.default_rng(np.random.SeedSequence([seed, 6]))

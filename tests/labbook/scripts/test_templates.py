@@ -15,7 +15,7 @@ import pytest
 from data_schema.calibration import Calibration
 from data_schema.queries.signals import CalibratedChannel
 from labbook.scripts import assembling
-from labbook.scripts.script import Script
+from labbook.scripts.facts import Script
 from labbook.scripts.templates import days, predictions
 from labbook.scripts.templates import runs as of_runs
 from labbook.scripts.templates.runs import Run, Source
