@@ -127,7 +127,7 @@ def _doubles(name: str, values: Any) -> NDArray[np.float64]:
     try:
         array = np.asarray(values)
         if array.dtype.kind == "O" and array.ndim == 1:
-            array = np.array([_double(value) for value in array.tolist()], dtype=np.float64)
+            array = np.array([_double(value) for value in array.tolist()], np.float64)
         if array.dtype.kind not in "fiu":
             raise TypeError
     except (TypeError, ValueError) as error:

@@ -56,7 +56,7 @@ class Clocks:
 
     def second_s(self, first_s: ArrayLike) -> Floats:
         """Return what the second clock shows when the first shows `first_s`, shape (n,)."""
-        first = np.asarray(first_s, dtype=np.float64)
+        first = np.asarray(first_s, np.float64)
         return np.asarray(self.at_zero_s + first + self.drift * first)
 
 
@@ -71,7 +71,7 @@ def leg_touchdowns(time_s: ArrayLike, length_m: ArrayLike) -> Floats:
     time_s : (n,) times of the samples, rising
     length_m : (n,) distance from hip to foot
     """
-    time, length = np.asarray(time_s, dtype=np.float64), np.asarray(length_m, dtype=np.float64)
+    time, length = np.asarray(time_s, np.float64), np.asarray(length_m, np.float64)
     low, high = np.quantile(length, [0.02, 0.98])
     span, step_s = high - low, float(np.median(np.diff(time)))
     short = length < high - _STANDING_SHARE * span
@@ -108,7 +108,7 @@ def align_clocks(first_s: ArrayLike, second_s: ArrayLike, level: float = 0.95) -
     InputRefused where fewer than half of the touchdowns, or than five, pair; where they scatter by more than 5 ms; and
     where another pairing fits nearly as well, as it does when equal hops are cut at both ends.
     """
-    first, second = np.asarray(first_s, dtype=np.float64), np.asarray(second_s, dtype=np.float64)
+    first, second = np.asarray(first_s, np.float64), np.asarray(second_s, np.float64)
     fewer = min(first.size, second.size)
     tried = [] if fewer < LEAST_TOUCHDOWNS else _pairings(first, second)
     if not tried or tried[0][1].shape[1] < max(LEAST_TOUCHDOWNS, fewer / 2):
@@ -185,7 +185,7 @@ def moving_average(values: ArrayLike, window: int) -> Floats:
     """Return the centred moving average over `window` samples, an odd number; beyond the ends they repeat."""
     from scipy.ndimage import uniform_filter1d
 
-    return np.asarray(uniform_filter1d(np.asarray(values, dtype=np.float64), window, mode="nearest"))
+    return np.asarray(uniform_filter1d(np.asarray(values, np.float64), window, mode="nearest"))
 
 
 def corner(windows: Sequence[int], differences: Sequence[float]) -> int:
@@ -195,6 +195,6 @@ def corner(windows: Sequence[int], differences: Sequence[float]) -> int:
     window and that with the one before. Both axes count from end to end, so that the corner depends on no unit, but on
     the windows that are tried.
     """
-    across, up = np.asarray(windows, dtype=np.float64), np.asarray(differences, dtype=np.float64)
+    across, up = np.asarray(windows, np.float64), np.asarray(differences, np.float64)
     line = up[0] + (up[-1] - up[0]) * (across - across[0]) / (across[-1] - across[0])
     return windows[int(np.argmax(line - up))]

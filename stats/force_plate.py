@@ -89,7 +89,7 @@ def find_contacts(time_s: ArrayLike, force_n: ArrayLike) -> tuple[Contact, ...] 
     The contacts in order; one that touches an end of the record or has a missing sample is left out. Undefined where
     the plate is never empty for long enough, or nothing presses on it.
     """
-    time, force = np.asarray(time_s, dtype=np.float64), np.asarray(force_n, dtype=np.float64)
+    time, force = np.asarray(time_s, np.float64), np.asarray(force_n, np.float64)
     zeroed = _zeroed(time, force)
     if isinstance(zeroed, Undefined):
         return zeroed
@@ -116,7 +116,7 @@ def force_above_zero(time_s: ArrayLike, force_n: ArrayLike) -> Floats | Undefine
 
     Parameters and reasons are those of `find_contacts`.
     """
-    zeroed = _zeroed(np.asarray(time_s, dtype=np.float64), np.asarray(force_n, dtype=np.float64))
+    zeroed = _zeroed(np.asarray(time_s, np.float64), np.asarray(force_n, np.float64))
     return zeroed if isinstance(zeroed, Undefined) else zeroed.above_n
 
 

@@ -189,7 +189,7 @@ def find_jumps(time_s: ArrayLike, force_n: ArrayLike) -> tuple[FoundJump, ...] |
     """
     from scipy.ndimage import uniform_filter1d
 
-    time, force = np.asarray(time_s, dtype=np.float64), np.asarray(force_n, dtype=np.float64)
+    time, force = np.asarray(time_s, np.float64), np.asarray(force_n, np.float64)
     known = np.isfinite(force)
     if np.count_nonzero(known) < 2:
         return Undefined(Reason.NO_TWO_SAMPLES)

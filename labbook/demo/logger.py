@@ -114,7 +114,7 @@ def _drop_packets(rng: Generator, jumps_s: FloatArray, samples: int) -> tuple[ND
     dropped = np.stack([first[hit], numbers[hit]], axis=1)[np.argsort(first[hit])]
     begins, ends = dropped[:, 0], dropped.sum(axis=1)
     touched = [np.any((begins <= stop * RATE_HZ) & (ends >= start * RATE_HZ)) for start, stop in jumps_s]
-    return dropped, np.array(touched, dtype=np.bool_)
+    return dropped, np.array(touched, np.bool_)
 
 
 def _wobble_m(rng: Generator, time_s: FloatArray, duration_s: float) -> FloatArray:

@@ -247,7 +247,12 @@ def made_files(
     analysis = {**plain(planned), "sentences": planned_sentences(planned)}
     files[ANALYSIS] = (json.dumps(analysis, indent=1, ensure_ascii=False) + "\n").encode()
     files[JOURNAL] = "".join(f"{entry.line}\n" for entry in entries).encode()
-    files |= _configuration_files(configuration)
+    files[CONFIGURATION] = own_text(configuration).encode()
+    simulation = configuration.simulation
+    if simulation is not None and simulation.scene_toml is not None:
+        place = PurePosixPath(simulation.scene)
+        if not place.is_absolute() and ".." not in place.parts:
+            files[str(place)] = simulation.scene_toml.encode()
     files |= {} if origin is None else {ORIGIN: origin_bytes(origin)}
     days = sorted(run.day for run in selection.data.selected if run.day)
     about = About(
@@ -262,16 +267,6 @@ def made_files(
     )
     files[VERIFY] = _verify_text(about, made_of, origin).encode()
     return about, files
-
-
-def _configuration_files(configuration: Configuration) -> dict[str, bytes]:
-    found = {CONFIGURATION: own_text(configuration).encode()}
-    simulation = configuration.simulation
-    if simulation is not None and simulation.scene_toml is not None:
-        place = PurePosixPath(simulation.scene)
-        if not place.is_absolute() and ".." not in place.parts:
-            found[str(place)] = simulation.scene_toml.encode()
-    return found
 
 
 def _description(

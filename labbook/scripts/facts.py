@@ -64,7 +64,7 @@ class Script:
     rows: Sequence[Row]
     steps: Sequence[str]
     settings: Mapping[str, object] = field(default_factory=dict)
-    table: str = "csv"
+    table: str = "runs.csv"
 
 
 @frozen

@@ -199,9 +199,8 @@ def _overall(asked: Asked, facts: Facts) -> Script | None:
     """The effect over all groups: mean saving, its test, and whether groups saved the same."""
     settings = facts.planned.settings
     about = {"LEVEL": 1.0 - settings.outside, "ONE_SIDED_OVERALL": settings.one_sided}
-    own = {"spread": "spread", "heterogeneity_p": "heterogeneity_p"}
-    if asked.name in own:
-        return _over_groups(asked, facts, own[asked.name], about)
+    if asked.name in ("spread", "heterogeneity_p"):
+        return _over_groups(asked, facts, asked.name, about)
     return _over_groups(asked, facts, "overall_savings", about, "savings")
 
 

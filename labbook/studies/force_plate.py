@@ -95,7 +95,7 @@ class Drive:
 
     def levers_m(self, length_m: ArrayLike) -> Floats:
         """Return the joint's lever arm at each leg length, shape (n,)."""
-        lengths = np.asarray(length_m, dtype=np.float64)
+        lengths = np.asarray(length_m, np.float64)
         levers = (lever_m(self.upper_link, self.lower_link, length) for length in lengths.tolist())
         return np.fromiter(levers, np.float64, lengths.size)
 
@@ -378,7 +378,7 @@ class ForcePlateStudy(Study):
     def _draw_windows(self, axes: Axes) -> None:
         """Draw differences, relative to the first, and slopes over the window, each with its axis."""
         across, slopes = [one.window for one in self.windows[1:]], [one.slope for one in self.windows[1:]]
-        differences = np.array([one.difference_n for one in self.windows[1:]], dtype=np.float64)
+        differences = np.array([one.difference_n for one in self.windows[1:]], np.float64)
         axes.plot(across, differences / differences[0], "o-", color=BLUE, markersize=2, linewidth=0.8)
         axes.axvline(self.window, color=BLACK, linewidth=0.8, linestyle="--")
         why = f"{'corner' if self.window_by_corner else 'as given'}: {self.window} samples"

@@ -84,43 +84,33 @@ def series_of(results: StudyResults) -> tuple[Series, ...]:
     drawn = drawn_factor(results)
     factors = [factor for factor in results.factors if factor != drawn]
     order = {factor.name: _levels(results, factor) for factor in factors}
-
     keys = [tuple(one.labels.get(factor.name, "") for factor in factors) for one in results.conditions]
-    return tuple(
-        _series(results, factors, order, key, conditions, number)
-        for number, (key, conditions) in enumerate(grouped(results.conditions, keys).items())
-    )
-
-
-def _series(
-    results: StudyResults,
-    factors: list[Factor],
-    order: dict[str, list[str]],
-    key: tuple[str, ...],
-    conditions: list[Condition],
-    number: int,
-) -> Series:
-    ranks = [
-        order[factor.name].index(label) if label in order[factor.name] else 0
-        for factor, label in zip(factors, key, strict=True)
-    ]
-    sizes = [len(order[factor.name]) for factor in factors]
-    hue, shade = 0, 0
-    if len(ranks) == 1:
-        hue = ranks[0]
-    elif len(ranks) == 2:
-        hue, shade = ranks[0], sizes[1] - 1 - ranks[1]  # the stiffest is dark, solid and filled
-    elif ranks:
-        hue, shade = divmod(number, 2)  # more factors than styles: by turns, so that no two lines look the same
-    share = ranks[0] / (sizes[0] - 1) if ranks and sizes[0] > 1 else 0.5
-    return Series(
-        label=group_name(results, conditions[0], gain=True, axis=drawn_factor(results)) or "all runs",
-        colour=SERIES_COLOURS[hue % len(SERIES_COLOURS)][shade % 2],
-        line_style=_LINE_STYLES[shade % len(_LINE_STYLES)],
-        marker_pt=_SMALLEST_MARKER_PT + share * (_LARGEST_MARKER_PT - _SMALLEST_MARKER_PT),
-        filled=shade == 0,
-        conditions=tuple(conditions),
-    )
+    found = []
+    for number, (key, conditions) in enumerate(grouped(results.conditions, keys).items()):
+        ranks = [
+            order[factor.name].index(label) if label in order[factor.name] else 0
+            for factor, label in zip(factors, key, strict=True)
+        ]
+        sizes = [len(order[factor.name]) for factor in factors]
+        hue, shade = 0, 0
+        if len(ranks) == 1:
+            hue = ranks[0]
+        elif len(ranks) == 2:
+            hue, shade = ranks[0], sizes[1] - 1 - ranks[1]  # the stiffest is dark, solid and filled
+        elif ranks:
+            hue, shade = divmod(number, 2)  # more factors than styles: by turns, so that no two lines look the same
+        share = ranks[0] / (sizes[0] - 1) if ranks and sizes[0] > 1 else 0.5
+        found.append(
+            Series(
+                label=group_name(results, conditions[0], gain=True, axis=drawn) or "all runs",
+                colour=SERIES_COLOURS[hue % len(SERIES_COLOURS)][shade % 2],
+                line_style=_LINE_STYLES[shade % len(_LINE_STYLES)],
+                marker_pt=_SMALLEST_MARKER_PT + share * (_LARGEST_MARKER_PT - _SMALLEST_MARKER_PT),
+                filled=shade == 0,
+                conditions=tuple(conditions),
+            )
+        )
+    return tuple(found)
 
 
 def series_lie_apart(results: StudyResults, quantity: Outcome) -> bool:

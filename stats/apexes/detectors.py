@@ -294,9 +294,9 @@ def _arrays(
     time_s: ArrayLike, body_height_m: ArrayLike, leg_length_m: ArrayLike | None, gaps: ArrayLike | None
 ) -> tuple[Floats, Floats, Floats | None, Floats]:
     """Return the arrays of a log, checked, and its gaps as `find_jumps` has them."""
-    time, height = np.asarray(time_s, dtype=np.float64), np.asarray(body_height_m, dtype=np.float64)
-    leg: Floats | None = None if leg_length_m is None else np.asarray(leg_length_m, dtype=np.float64)
-    missing = np.empty((0, 2)) if gaps is None else np.asarray(gaps, dtype=np.float64).reshape(-1, 2)
+    time, height = np.asarray(time_s, np.float64), np.asarray(body_height_m, np.float64)
+    leg: Floats | None = None if leg_length_m is None else np.asarray(leg_length_m, np.float64)
+    missing = np.empty((0, 2)) if gaps is None else np.asarray(gaps, np.float64).reshape(-1, 2)
     check_log(time, height, leg, missing)
     return time, height, leg, gaps_in_time(time) if gaps is None else missing
 

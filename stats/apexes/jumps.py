@@ -120,7 +120,7 @@ class Jumps:
 
 def defined(values: Iterable[Value]) -> NDArray[np.float64]:
     """Return the values that exist, in order, as an array of shape (n_defined,)."""
-    return np.array([value for value in values if not isinstance(value, Undefined)], dtype=np.float64)
+    return np.array([value for value in values if not isinstance(value, Undefined)], np.float64)
 
 
 _SPEED_SAMPLES = 8
@@ -258,7 +258,7 @@ def _stances_in_gaps(signal: CleanSignal, parameters: StanceParameters) -> np.nd
 def _speed(signal: CleanSignal, first: np.ndarray, last: np.ndarray) -> Floats:
     """Return the mean speed between samples, m/s."""
     rise_m, passed_s = signal.coarse_m[last] - signal.coarse_m[first], signal.time_s[last] - signal.time_s[first]
-    return np.asarray(rise_m / passed_s, dtype=np.float64)
+    return np.asarray(rise_m / passed_s, np.float64)
 
 
 def liftoff_from_leg(log: Log, hop: Hop) -> Value:

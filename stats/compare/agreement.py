@@ -173,7 +173,7 @@ def limits_of_agreement(differences: Sequence[float], level: float = 0.95) -> Li
     >>> f"{found.mean:.2f}, {found.low:.2f} to {found.high:.2f}"
     '2.00, 0.04 to 3.96'
     """
-    values, level = np.asarray(differences, dtype=np.float64), as_level("level", level)
+    values, level = np.asarray(differences, np.float64), as_level("level", level)
     n = values.size
     if n < FEWEST_DIFFERENCES or not np.isfinite(values).all():
         raise InputRefused(

@@ -48,7 +48,7 @@ def compare_positions(positions: Sequence[int], treated: Sequence[bool], days: L
 
     `days` labels what is compared within, such as a day and a group. Undefined where none holds both sides.
     """
-    at, side = np.asarray(positions, dtype=np.int64), np.asarray(treated, dtype=np.bool_)
+    at, side = np.asarray(positions, np.int64), np.asarray(treated, np.bool_)
     labels = np.array(as_labels("days", days))
     shared = [(at[own], side[own]) for day in dict.fromkeys(labels) for own in [labels == day]]
     shared = [(of_day, sides) for of_day, sides in shared if sides.any() and not sides.all()]
@@ -113,9 +113,9 @@ def adjust_for_position(
     `days` is as in `compare_positions`; `conditions` labels what is pooled on a side. Undefined where no day has two
     runs of a side at positions that conditions leave free, or no degree of freedom is left.
     """
-    y, at = as_values("values", values), np.asarray(positions, dtype=np.float64)
+    y, at = as_values("values", values), np.asarray(positions, np.float64)
     day = _codes(days)
-    cell = 2 * day + np.asarray(treated, dtype=np.int64)
+    cell = 2 * day + np.asarray(treated, np.int64)
     level = _codes(conditions)
     columns = np.column_stack([at, level[:, None] == np.arange(level.max() + 1)]).astype(np.float64)
     within = columns - _means(columns, cell)
@@ -145,7 +145,7 @@ def adjust_for_position(
 def _codes(labels: Labels) -> NDArray[np.int64]:
     words = as_labels("labels", labels)
     places = {word: place for place, word in enumerate(dict.fromkeys(words))}
-    return np.array([places[word] for word in words], dtype=np.int64)
+    return np.array([places[word] for word in words], np.int64)
 
 
 def _means(columns: Floats, of: NDArray[np.int64]) -> Floats:

@@ -76,7 +76,7 @@ def fit_nonlinear(residuals: Residuals, start: ArrayLike, low: ArrayLike, high: 
     """
     from scipy.optimize import least_squares
 
-    begin, bounds = np.asarray(start, dtype=np.float64), (np.asarray(low, np.float64), np.asarray(high, np.float64))
+    begin, bounds = np.asarray(start, np.float64), (np.asarray(low, np.float64), np.asarray(high, np.float64))
     at_start = residuals(begin[np.newaxis, :])[0]
     if at_start.size <= begin.size:
         raise InputRefused(

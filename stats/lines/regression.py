@@ -352,7 +352,7 @@ def slope_through_origin(
     for pull, one in zip(pulls.tolist(), shared, strict=bool(shared)):
         error = error.minus(one.times(-pull))
     names = list(dict.fromkeys(group for group, value in zip(groups, across.tolist(), strict=True) if value))
-    of_group = np.array([[group == name for group in groups] for name in names], dtype=np.float64)
+    of_group = np.array([[group == name for group in groups] for name in names], np.float64)
     shares = of_group @ across**2 / squares
     if float(shares.max()) >= 1.0 - _ALL_OF_ONE:
         none = Undefined(Reason.SINGLE_NO_SCATTER, unit="run" if len(names) < 2 else "group")
