@@ -12,7 +12,7 @@ import re
 import shutil
 import sys
 import textwrap
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextvars import ContextVar
 from dataclasses import dataclass, fields, is_dataclass
 from pathlib import Path
@@ -167,8 +167,14 @@ def plain(value: Any) -> Any:
     return value if isinstance(value, str | int | float | bool) or value is None else str(value)
 
 
-def columns(head: Sequence[str], rows: Sequence[Sequence[str]]) -> list[str]:
-    """Set rows in columns under their heads; the last column is not padded."""
+def columns(head: Sequence[str], rows: Iterable[Sequence[object]], none: str | None = None) -> list[str]:
+    """Set rows in columns under their heads; the last column is not padded, None is blank.
+
+    Where there are no rows, `none` is said instead.
+    """
+    rows = [["" if cell is None else str(cell) for cell in row] for row in rows]
+    if not rows and none is not None:
+        return [none]
     widths = [max(map(len, cells)) for cells in zip(head, *rows, strict=True)]
     form = "  ".join(f"{{:<{width}}}" for width in widths[:-1])
     form = f"{form}  {{}}" if form else "{}"

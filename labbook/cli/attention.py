@@ -10,8 +10,7 @@ from labbook.cli.common import BookOption, WhereOption, reading
 from labbook.terminal import Shown, listed, plain, progress
 
 if TYPE_CHECKING:
-    from labbook.actions.runs.attention import Attention
-    from labbook.actions.runs.finding import Finding
+    from labbook.actions.runs.attention import Attention, Finding
 
 MOST_OF_BOOK, MOST_OF_DAY = 5, 20
 """So many findings of a check are shown one by one; the others are named."""

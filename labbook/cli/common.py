@@ -36,6 +36,8 @@ WhereOption = Annotated[
 ]
 
 
+RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run.")]
+PlotOption = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw it: a .png, .svg or .pdf file.")]
 WhyOption = Annotated[str, typer.Option("--why", "--reason", help="Why.")]
 MaybeWhyOption = Annotated[str | None, typer.Option("--why", "--reason", help="Why.")]
 
@@ -78,22 +80,24 @@ def say_waiting(book: Book) -> None:
 
 
 @contextlib.contextmanager
-def stating(folder: Path | None, person: str | None) -> Iterator[tuple[Book, WriteSession]]:
-    """Open a book and state something in it, all or nothing."""
-    with opened(folder) as book, book.session(person) as session:
+def stating(folder: Path | None, person: str | None, *, dry_run: bool = False) -> Iterator[tuple[Book, WriteSession]]:
+    """Open a book and state something in it, all or nothing; nothing where it is a dry run."""
+    from labbook.book.write_session import DryRun
+
+    with opened(folder) as book, contextlib.suppress(DryRun), book.session(person) as session:
         yield book, session
+        if dry_run:
+            raise DryRun
 
 
 def tell(data: Mapping[str, Any], said: Sequence[str]) -> Shown:
     """Answer what was stated, and of `data` how the runs do now (`rig`), which `reports` it bears on, and `remarks`."""
-    reports = outdated_lines(data.get("reports", ()))
+    reports = [
+        f"report {report} has numbers that depend on this: `labbook report` makes it anew."
+        for report in data.get("reports", ())
+    ]
     remarks = [f"look again: {getattr(remark, 'message', remark)}" for remark in data.get("remarks", ())]
     return Shown(data, [*said, *data.get("rig", ()), *reports, *remarks])
-
-
-def outdated_lines(reports: Sequence[str]) -> list[str]:
-    """Say which reports have numbers that depend on what was stated."""
-    return [f"report {report} has numbers that depend on this: `labbook report` makes it anew." for report in reports]
 
 
 def tell_statement(folder: Path | None, person: str | None, make: Callable[[WriteSession], str], **data: Any) -> Shown:

@@ -1,4 +1,4 @@
-"""`labbook export`: what a book has, as files that other programs read."""
+"""`labbook export`: what a book has, for other programs; `labbook verify`: is a capsule whole?"""
 
 import json
 from collections.abc import Mapping
@@ -9,7 +9,7 @@ import typer
 
 from data_schema.errors import UsageError, unknown_name
 from labbook.cli.common import BookOption, WhereOption, opened
-from labbook.terminal import Shown, progress
+from labbook.terminal import Shown, plain, progress
 
 
 def export(
@@ -55,12 +55,25 @@ def export(
         _refuse("--capsule", {"FOLDER": folder is not None, "--mcap": mcap is not None, **of_tables})
         return _capsule(capsule, report, book, for_sharing=for_sharing)
     _refuse("an export without --capsule", {"--report": report is not None})
+    from labbook.export.tables import Selection
+    from labbook.export.writing import FORMATS, export_tables
+
     if folder is None:
         raise UsageError("name the folder that the tables go to: labbook export FOLDER.")
-    if mcap is not None:
-        _refuse("--mcap", {**of_tables, "--for-sharing": for_sharing})
-        return _mcap(mcap, folder, book)
-    return _tables(folder, form, where, book, signals=signals, for_sharing=for_sharing)
+    _refuse("--mcap", {**of_tables, "--for-sharing": for_sharing} if mcap is not None else {})
+    if mcap is None and form not in FORMATS:
+        raise unknown_name("format of an export", form, FORMATS)
+    with opened(book) as opened_book, opened_book.reading() as connection, progress("export", None) as step:
+        where = where if mcap is None else f"run={json.dumps(mcap, ensure_ascii=False)}"
+        selection = Selection(connection, opened_book.store, opened_book.configuration, where, step)
+        if mcap is not None:
+            from labbook.export.mcap import write_mcap
+
+            count = write_mcap(selection, mcap, folder)
+            return Shown({"file": folder, "messages": count}, [f"wrote {folder}: {count} messages."])
+        exported = export_tables(selection, folder, form, with_signals=signals, for_sharing=for_sharing)
+    rows = ", ".join(f"{name} {count}" for name, count in exported.rows.items())
+    return Shown(exported, [f"wrote {exported.folder}: {rows}."])
 
 
 def _refuse(what: str, given: Mapping[str, bool]) -> None:
@@ -68,32 +81,6 @@ def _refuse(what: str, given: Mapping[str, bool]) -> None:
     names = [name for name, is_given in given.items() if is_given]
     if names:
         raise UsageError(f"{what} has no use for {' and '.join(names)}: leave that out.")
-
-
-def _tables(
-    folder: Path, form: str, where: str | None, book: Path | None, *, signals: bool, for_sharing: bool
-) -> Shown:
-    from labbook.export.tables import Selection
-    from labbook.export.writing import FORMATS, export_tables
-
-    if form not in FORMATS:
-        raise unknown_name("format of an export", form, FORMATS)
-    with opened(book) as opened_book, opened_book.reading() as connection, progress("export", None) as step:
-        selection = Selection(connection, opened_book.store, opened_book.configuration, where, step)
-        exported = export_tables(selection, folder, form, with_signals=signals, for_sharing=for_sharing)
-    rows = ", ".join(f"{name} {count}" for name, count in exported.rows.items())
-    return Shown(exported, [f"wrote {exported.folder}: {rows}."])
-
-
-def _mcap(run: str, file: Path, book: Path | None) -> Shown:
-    from labbook.export.mcap import write_mcap
-    from labbook.export.tables import Selection
-
-    with opened(book) as opened_book, opened_book.reading() as connection, progress("export", None) as step:
-        of_run = f"run={json.dumps(run, ensure_ascii=False)}"
-        selection = Selection(connection, opened_book.store, opened_book.configuration, of_run, step)
-        count = write_mcap(selection, run, file)
-    return Shown({"file": str(file), "messages": count}, [f"wrote {file}: {count} messages."])
 
 
 def _capsule(file: Path, report: str | None, book: Path | None, *, for_sharing: bool) -> Shown:
@@ -109,3 +96,23 @@ def _capsule(file: Path, report: str | None, book: Path | None, *, for_sharing: 
         f"check it: labbook verify {done.file}",
     ]
     return Shown(done, lines)
+
+
+DIFFERS = 1
+"""Exit code where a capsule is not as it was written."""
+
+
+def verify(file: Annotated[Path, typer.Argument(metavar="FILE.eln", help="A capsule that somebody sent.")]) -> Shown:
+    """Check a capsule: its files, its journal, and every number, computed anew from the raw files in it.
+
+    It needs no book, no database and no network, and writes nothing but in a temporary folder. It exits with 1 where
+    something differs, and says what, and by how much.
+
+    Example: labbook verify study.eln
+    """
+    from labbook.export.verifying import verify as verify_capsule
+
+    with progress("verify", None) as step:
+        found = verify_capsule(file, step)
+    data = {**plain(found), "whole": found.whole, "sentence": found.sentence}
+    return Shown(data, [found.sentence, *found.differences, *found.remarks], 0 if found.whole else DIFFERS)

@@ -36,7 +36,7 @@ def list_command(book: BookOption = None) -> Shown:
         if for_program():
             return Shown(list_files(connection))
         head, rows = list_cells(connection)
-    return Shown(None, columns(head, rows) if rows else ["no files."])
+    return Shown(None, columns(head, rows, "no files."))
 
 
 @app.command("show")

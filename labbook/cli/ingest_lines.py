@@ -10,16 +10,17 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, TypeAlias
 
+from data_schema.grouping import grouped
 from data_schema.queries.files import LEG
 from data_schema.vocabulary import FileRole, IngestStatus, Severity
-from ingest.model import ColumnUse, Finding, ReadFile, TableUse
+from ingest.model import Finding, ReadFile, TableUse
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.files.rereading import OUTDATED
 from labbook.actions.runs.rig_line import MissingHeight, RigLine, missing_height_lines
 from labbook.terminal import columns, listed
 
 if TYPE_CHECKING:
-    from labbook.actions.files.explaining import Explained, PartStored
+    from labbook.actions.files.explaining import Explained
 
 
 _MOST_COLUMNS = 8
@@ -68,11 +69,6 @@ def remark_counts(outcome: FileOutcome) -> str:
     return ", ".join(rule if count == 1 else f"{count} {rule}" for rule, count in rules.items())
 
 
-def needs_a_person(finding: Finding) -> bool:
-    """Whether a finding calls for somebody though the file was imported: rows left out, charges that contradict."""
-    return finding.severity is Severity.ROW or finding.rule in _CONTRADICTIONS
-
-
 def _is_remark(finding: Finding) -> bool:
     return finding.severity is Severity.NOTE and finding.rule not in _CONTRADICTIONS
 
@@ -112,9 +108,7 @@ def taken_json(taken: Taken) -> dict[str, Any]:
         "sha256": outcome.sha256,
         "runs": list(outcome.runs),
         "format": read.format if read else None,
-        "rows_read": read.rows_read if read else 0,
-        "rows_kept": read.rows_kept if read else 0,
-        "rows_rejected": read.rows_rejected if read else 0,
+        **{name: getattr(read, name, 0) for name in ("rows_read", "rows_kept", "rows_rejected")},
         "channels": [
             {"name": channel.name, "unit": channel.unit, "rate_hz": part.rate_hz, "n": len(part.time_s)}
             for part in (read.parts if read else ())
@@ -136,10 +130,8 @@ def finding_lines(findings: Sequence[Finding]) -> list[str]:
 
     Of what refuses a file every message stands, for each names what to do.
     """
-    by_rule: dict[object, list[Finding]] = {}
-    for finding in findings:
-        alike = finding if finding.severity is Severity.FILE else (finding.severity, finding.rule)
-        by_rule.setdefault(alike, []).append(finding)
+    rules = [one if one.severity is Severity.FILE else (one.severity, one.rule) for one in findings]
+    by_rule = grouped(findings, rules)
     return [_finding_line(same) for same in by_rule.values()]
 
 
@@ -172,7 +164,13 @@ def batch_lines(files: Sequence[Taken], run: str | None, skipped: str, *, dry_ru
 
     `run` is the one named for all, `skipped` says what was left out of the folders named; "" where nothing was.
     """
-    summary = [summary_line([each.outcome for each in files], dry_run), *([skipped] if skipped else [])]
+    counts = Counter(each.outcome.status for each in files)
+    imported = "would be imported" if dry_run else "imported"
+    summary = [
+        f"{len(files)} file{'' if len(files) == 1 else 's'}: {counts[IngestStatus.IMPORTED]} {imported}, "
+        f"{counts[IngestStatus.DUPLICATE]} there already, {counts[IngestStatus.REFUSED]} refused.",
+        *([skipped] if skipped else []),
+    ]
     rig = [line for each in files for line in each.rig]
     if len(files) == 1 or verbose:
         full = [line for each in files for line in outcome_lines(each.outcome, each.missing)]
@@ -185,8 +183,8 @@ def batch_lines(files: Sequence[Taken], run: str | None, skipped: str, *, dry_ru
         outcome, missing = each.outcome, each.missing
         concern = _concern(outcome, missing, run)
         if concern is not None:
-            counts = "" if outcome.status is IngestStatus.REFUSED else remark_counts(outcome)
-            more = [f"{_NOTED}{counts}."] if counts else []
+            rules = "" if outcome.status is IngestStatus.REFUSED else remark_counts(outcome)
+            more = [f"{_NOTED}{rules}."] if rules else []
             attention.append((concern, [*outcome_lines(outcome, missing, remarks=False), *more], outcome))
         elif outcome.messages == (OUTDATED,) and not outcome.raw_restored:
             outdated.append(outcome.name)
@@ -204,16 +202,6 @@ def batch_lines(files: Sequence[Taken], run: str | None, skipped: str, *, dry_ru
         return [*summary, *others]
     head = f"look at these first ({len(attention)}):"
     return [*summary, head, *_worst_first(attention), *(["the others:", *others] if others else [])]
-
-
-def summary_line(outcomes: Sequence[FileOutcome], dry_run: bool) -> str:
-    """Return the one line that sums up a batch."""
-    counts = Counter(outcome.status for outcome in outcomes)
-    imported = "would be imported" if dry_run else "imported"
-    return (
-        f"{len(outcomes)} file{'' if len(outcomes) == 1 else 's'}: {counts[IngestStatus.IMPORTED]} {imported}, "
-        f"{counts[IngestStatus.DUPLICATE]} there already, {counts[IngestStatus.REFUSED]} refused."
-    )
 
 
 def _worst_first(concerns: Sequence[_Concern]) -> list[str]:
@@ -251,8 +239,9 @@ def _concern(outcome: FileOutcome, missing: MissingHeight | None, run: str | Non
     no_run = read is not None and read.role is not FileRole.SHEET and not outcome.runs and not _knows_all(read)
     if not_heeded or no_run:
         return _NO_RUN, 0
-    left_out = read is not None and (read.rows_rejected or any(map(needs_a_person, read.findings)))
-    return (_SAMPLES, -read.rows_rejected) if read is not None and left_out else None
+    if read is not None and (read.rows_rejected or any(one.severity is Severity.ROW for one in read.findings)):
+        return _SAMPLES, -read.rows_rejected
+    return None
 
 
 _OF_RUN = {
@@ -308,7 +297,17 @@ def _table_lines(table: TableUse) -> list[str]:
             f"{shape.first_line}"
         )
     if table.columns:
-        rows = [_column(column) for column in table.columns]
+        rows = [
+            (
+                column.place,
+                column.name,
+                f"left out: {column.left_out}" if column.holds is None else column.holds,
+                column.unit or "-",
+                column.unit_from or "-",
+                f"{column.stored_unit or '-'}{'' if column.sign == 1 else ', sign turned round'}",
+            )
+            for column in table.columns
+        ]
         lines += columns(("column", "name", "becomes", "unit", "from", "stored in"), rows)
     if table.rate_from is not None:
         lines.append(f"rate from: {table.rate_from}")
@@ -316,23 +315,16 @@ def _table_lines(table: TableUse) -> list[str]:
     return [*lines, *([f"assumed: {'; '.join(assumed)}"] if assumed else [])]
 
 
-def _column(column: ColumnUse) -> Sequence[str]:
-    becomes = f"left out: {column.left_out}" if column.holds is None else column.holds
-    stored = column.stored_unit or "-"
-    return (
-        str(column.place),
-        column.name,
-        becomes,
-        column.unit or "-",
-        column.unit_from or "-",
-        stored if column.sign == 1 else f"{stored}, sign turned round",
-    )
-
-
 def _stored_lines(explained: Explained) -> list[str]:
     if explained.refused:
         return ["would be refused; nothing would be stored"]
-    lines = [_part(part) for part in explained.parts]
+    lines = []
+    for part in explained.parts:
+        rate = "" if part.rate_hz is None else f" at {part.rate_hz:.6g} Hz"
+        gaps = f", {part.gaps} gaps with {part.samples_missing} samples missing" if part.gaps else ", no gaps"
+        start = f", from {part.start_utc}" if part.start_utc else ""
+        held = f"{part.samples} samples, {part.duration_s:.6g} s{rate}{gaps}{start}"
+        lines.append(f"would be stored: part {part.part}, {held}")
     if explained.charges:
         total = sum(charge.charge_mah for charge in explained.charges)
         lines.append(f"would be stored: {len(explained.charges)} recharges, {total:g} mAh")
@@ -341,10 +333,3 @@ def _stored_lines(explained: Explained) -> list[str]:
     if explained.parts:
         lines.append(f"would belong to: {run}{known}")
     return [*lines, f"rows: {explained.rows_kept} of {explained.rows_read} kept"]
-
-
-def _part(part: PartStored) -> str:
-    rate = "" if part.rate_hz is None else f" at {part.rate_hz:.6g} Hz"
-    gaps = f", {part.gaps} gaps with {part.samples_missing} samples missing" if part.gaps else ", no gaps"
-    start = f", from {part.start_utc}" if part.start_utc else ""
-    return f"would be stored: part {part.part}, {part.samples} samples, {part.duration_s:.6g} s{rate}{gaps}{start}"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from data_schema.vocabulary import ReviewOrder
-from labbook.cli.common import AsOption, BookOption, WhereOption, opened, reading, tell
+from labbook.cli.common import AsOption, BookOption, RunArgument, WhereOption, opened, reading, tell
 from labbook.terminal import Shown, columns, progress
 
 if TYPE_CHECKING:
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True)
 
-RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run.")]
 ReasonOption = Annotated[
     str,
     typer.Option(
@@ -74,7 +73,7 @@ def queue_command(
 
     Example: labbook jumps queue --where "foot=small" --unreviewed
     """
-    from labbook.actions.runs.review_queue import queue_lines, review_queue
+    from labbook.actions.runs.jump_review import queue_lines, review_queue
     from labbook.analysis.outcomes.detection import Detections
 
     with reading(book) as (opened_book, connection), progress("jumps", None) as step:
@@ -86,8 +85,7 @@ def queue_command(
             where,
             unreviewed=unreviewed,
         )
-    head, rows, without = queue_lines(found)
-    return Shown(found, [*(columns(head, rows) if rows else ["no jumps."]), *without])
+    return Shown(found, queue_lines(found))
 
 
 @app.command("agreement")
@@ -105,7 +103,7 @@ def agreement_command(
     Example: labbook jumps agreement; labbook jumps agreement AN BO --where "foot=small"
     """
     from data_schema.errors import UsageError
-    from labbook.actions.runs.jump_agreement import agreement, agreement_lines
+    from labbook.actions.runs.jump_review import agreement, agreement_lines
     from labbook.analysis.outcomes.detection import Detections
 
     with reading(book) as (opened_book, connection), progress("jumps", None) as step:
@@ -117,10 +115,7 @@ def agreement_command(
             if people[0] == people[1]:
                 raise UsageError(f"{first!r} and {second!r} are both {people[0]}: name two people.")
         found = agreement(Detections(connection, opened_book.store, step), opened_book.configuration, people, where)
-    lines: list[str] = []
-    for one in found:
-        said, head, rows = agreement_lines(one)
-        lines += [*said, *(columns(head, rows) if rows else [])]
+    lines = [line for one in found for line in agreement_lines(one)]
     return Shown(found, lines or ["no two people gave verdicts on the same jump."])
 
 

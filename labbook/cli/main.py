@@ -45,28 +45,28 @@ COMMANDS = {
     "assign": (RIG, "statements"),
     "channels": (RIG, "views"),
     "formats": (RIG, "views"),
-    "calibrate-sensor": (RIG, "calibrate_sensor"),
+    "calibrate-sensor": (RIG, "calibrate"),
     "show": (JUDGE, "views"),
     "plot": (JUDGE, "views"),
     "journal": (JUDGE, "views"),
     "web": (JUDGE, "web"),
     "review": (JUDGE, "web"),
-    "report": (REPORT, "report"),
+    "report": (REPORT, "reports"),
     "compare": (REPORT, "views"),
     "calibrate": (REPORT, "calibrate"),
     "plan": (REPORT, "plan"),
-    "power": (REPORT, "power"),
+    "power": (REPORT, "plan"),
     "analysis": (REPORT, "views"),
     "why": (REPORT, "views"),
     "export": (REPORT, "export"),
-    "verify": (REPORT, "verify"),
-    "init": (BOOK, "book"),
+    "verify": (REPORT, "export"),
+    "init": (BOOK, "db"),
     "config": (BOOK, "views"),
-    "demo": (BOOK, "book"),
-    "backup": (BOOK, "book"),
-    "restore": (BOOK, "book"),
-    "merge": (BOOK, "book"),
-    "rebuild": (BOOK, "book"),
+    "demo": (BOOK, "db"),
+    "backup": (BOOK, "db"),
+    "restore": (BOOK, "db"),
+    "merge": (BOOK, "db"),
+    "rebuild": (BOOK, "db"),
 }
 """The commands in the order of help: the heading, and the module of `labbook.cli` that has the function of the name."""
 
@@ -158,7 +158,10 @@ def run(words: Sequence[str] | None = None) -> NoReturn:
     arguments = [argument for argument in given if argument != "--debug"]
     try:
         if "--version" in arguments and {*arguments} <= {"--version", "--json"}:
-            _tell_version(as_json="--json" in arguments)
+            from importlib.metadata import version as version_of  # which is that of the installed package
+
+            version = version_of("robot-labbook")
+            typer.echo(json.dumps({"version": version}) if "--json" in arguments else f"labbook {version}")
             sys.exit(0)
         code = application()(arguments, prog_name="labbook", standalone_mode=False)
     except (LabbookError, OSError, typer.TyperException, typer.Abort) as error:
@@ -181,14 +184,6 @@ def _leave_unwritten() -> None:
             stream.flush()
         except OSError:
             os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
-
-
-def _tell_version(*, as_json: bool) -> None:
-    """Print the version, which is that of the installed package."""
-    from importlib.metadata import version as version_of
-
-    version = version_of("robot-labbook")
-    typer.echo(json.dumps({"version": version}) if as_json else f"labbook {version}")
 
 
 def _formatted(error: typer.TyperException) -> str:

@@ -1,16 +1,16 @@
-"""`labbook plan`: the order of the experiments."""
+"""`labbook plan`: the order of the experiments; `labbook power`: how many runs a study needs, or values a test."""
 
-from dataclasses import fields
+from dataclasses import asdict, dataclass, fields
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from labbook.actions.planning.asked import PlanRequest
-from labbook.cli.common import AsOption, BookOption, opened, options_given
-from labbook.terminal import Shown
+from labbook.actions.planning.asked import PlanRequest, PowerRequest
+from labbook.cli.common import AsOption, BookOption, opened, options_given, stating
+from labbook.terminal import Shown, columns
 
 if TYPE_CHECKING:
-    from labbook.actions.planning.runs import PlanMade
+    from labbook.actions.planning.planning import PlanMade
 
 
 def plan(
@@ -49,7 +49,8 @@ def plan(
     Example: labbook plan --seed 7 --n 10 --per-day 16 --start 2021-06-01; labbook plan --withdraw --why "new foot"
     """
     from data_schema.errors import UsageError
-    from labbook.actions.planning.runs import make_plan, sheet_again
+    from data_schema.rounding import p_text
+    from labbook.actions.planning.planning import make_plan, sheet_again, withdraw_plans
 
     if withdraw and sheet:
         raise UsageError("--withdraw and --sheet exclude each other: give one of them.")
@@ -57,7 +58,11 @@ def plan(
         if why is None:
             raise UsageError("withdrawing a plan needs a reason: add --why, the journal keeps it.")
         _refuse_drawing(ctx, "--withdraw", "--seed, --why and --dry-run")
-        return _withdraw(seed, why, dry_run, book, person)
+        with stating(book, person, dry_run=dry_run) as (_opened_book, session):
+            gone = withdraw_plans(session, seed, why)
+        stay = f" {len(gone.made)} that were made stay." if gone.made else ""
+        dry = " (dry run: nothing stored)" if dry_run else ""
+        return Shown(gone, [f"{len(gone.withdrawn)} planned runs withdrawn{dry}.{stay}"])
     if seed is None:
         raise UsageError("a plan needs a seed: add for example --seed 7, the same seed draws the same plan.")
     if why is not None:
@@ -70,13 +75,15 @@ def plan(
         return Shown(again, [line, *(f"look again: {remark}" for remark in again.remarks)])
     with opened(book) as opened_book:
         done = make_plan(opened_book, seed, request, person, dry_run=dry_run)
+    at = [f"{look.runs} runs ({p_text(look.level, name=False)})" for look in done.looks]
+    looks = [f"{len(at)} looks, with the level that p is compared with if they are at {', '.join(at)}."] if at else []
     return Shown(
         done,
         [
             f"{done.runs} runs on {done.days} day{'' if done.days == 1 else 's'}, {done.controls} of them controls, "
             f"{done.idle} idle.",
             *_tested(done),
-            *_looks(done),
+            *looks,
             f"{done.sheet} to fill in, {done.printed} to print; then `labbook runs import {done.sheet}`.",
             *(f"look again: {remark}" for remark in done.remarks),
         ],
@@ -119,25 +126,68 @@ def _tested(done: "PlanMade") -> list[str]:
     return [*lines, *([] if done.crossing is None else [done.crossing.sentence])]
 
 
-def _looks(done: "PlanMade") -> list[str]:
-    from data_schema.rounding import p_text
+@dataclass(frozen=True, slots=True)
+class OfTest:
+    """The options of one test."""
 
-    at = [f"{look.runs} runs ({p_text(look.level, name=False)})" for look in done.looks]
-    return [f"{len(at)} looks, with the level that p is compared with if they are at {', '.join(at)}."] if at else []
+    low: Annotated[float | None, typer.Option(help="With --test tost: the lower bound.")] = None
+    high: Annotated[float | None, typer.Option(help="With --test tost: the upper bound.")] = None
+    percent: Annotated[
+        bool,
+        typer.Option("--percent", help="With --test tost: bounds are in percent of the control's mean (--mean)."),
+    ] = False
+    one_sided: Annotated[
+        bool,
+        typer.Option(
+            "--one-sided",
+            help="With --test t or welch: only a difference above 0 counts, as for non-inferiority, where --difference "
+            "is that from the bound.",
+        ),
+    ] = False
+    alpha: Annotated[float | None, typer.Option(help="With --test: its level; default 0.05.")] = None
 
 
-def _withdraw(seed: int | None, why: str, dry_run: bool, book: BookOption, person: AsOption) -> Shown:
-    from labbook.actions.planning.runs import withdraw_plans
-    from labbook.book.write_session import DryRun
+def power(
+    ctx: typer.Context,
+    test: Annotated[
+        str | None,
+        typer.Option(metavar="NAME", help="No study but one test: t, welch, anova or tost (equivalence)."),
+    ] = None,
+    *,
+    request: PowerRequest,
+    of_test: OfTest,
+    book: BookOption = None,
+) -> Shown:
+    """Show how many runs of each condition the book's study needs, and on how many days, to find a saving or a
+    difference by the tests that [analysis] decides on, and what --n runs and the plans that stand can find. The scatter
+    is what is expected (--sd), or that of the runs so far. Nothing is drawn, stated or stored. A fourth shared day
+    turns a test within days into a paired one: where that lowers the power, both powers are said.
+
+    With --test no book is needed: how likely that test finds a true difference with n values a group, or the smallest n
+    that finds it with the power wanted. Values are taken to be independent.
+
+    Example: labbook power --saving 10 --sd 4 --mean 42;
+    labbook power --test t --difference 1.5 --sd 1.2 --power 0.9;
+    labbook power --test tost --low -3 --high 3 --percent --mean 0.3 --sd 0.004
+    """
+    from data_schema.errors import UsageError
+
+    if test:
+        from labbook.actions.planning.planning import plan_test
+
+        given = {f"--{name}": value for name, value in options_given(ctx).items() if value is not None}
+        return Shown(*plan_test(test, {name: given[name] for name in given if name not in ("--test", "--json")}))
+    idle_options = [
+        f"--{name.replace('_', '-')}" for name, value in asdict(of_test).items() if value not in (None, False)
+    ]
+    if idle_options:
+        raise UsageError(
+            f"the study is planned as its [analysis] decides, with no use for {' and '.join(idle_options)}: leave that "
+            "out, or name one test with --test."
+        )
+    from labbook.actions.planning.planning import power_foot, power_head, power_table, study_power
 
     with opened(book) as opened_book:
-        try:
-            with opened_book.session(person) as session:
-                done = withdraw_plans(session, seed, why)
-                if dry_run:
-                    raise DryRun
-        except DryRun:
-            pass
-    stay = f" {len(done.made)} that were made stay." if done.made else ""
-    dry = " (dry run: nothing stored)" if dry_run else ""
-    return Shown(done, [f"{len(done.withdrawn)} planned runs withdrawn{dry}.{stay}"])
+        found = study_power(opened_book, request)
+    head, rows = power_table(found)
+    return Shown(found, [*power_head(found), "", *columns(head, rows), "", *power_foot(found)])

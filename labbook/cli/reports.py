@@ -1,18 +1,19 @@
-"""`labbook reports`: the reports of the book, what one shows, and what moved between two."""
+"""`labbook report`: from the book to one page; `labbook reports`: those that were made, and what moved between two."""
 
 from collections import Counter
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from labbook.cli.common import BookOption, reading
+from labbook.cli.common import AsOption, BookOption, WhereOption, opened, options_given, reading, say_waiting
 from labbook.config.local_time import local_text
-from labbook.terminal import Shown, columns
+from labbook.terminal import Shown, columns, listed, progress
 
 if TYPE_CHECKING:
     from data_schema.queries.history import ReportRow
-    from labbook.actions.upkeep.report_differences import Cause, MovedNumber, ReportsCompared
+    from labbook.actions.upkeep.tracing import Cause, MovedNumber, ReportsCompared
     from labbook.book.report_numbers import ReportedNumber
 
 app = typer.Typer(no_args_is_help=True)
@@ -35,12 +36,8 @@ def list_command(book: BookOption = None) -> Shown:
 
     with reading(book) as (opened_book, connection):
         found, zone = list_reports(connection), opened_book.configuration.study.time_zone
-    rows = [
-        (str(one.number), one.uid, local_text(one.made_utc, zone), one.person, str(one.numbers), _runs(one))
-        for one in found
-    ]
-    lines = columns(("report", "id", "made", "by", "numbers", "of"), rows) if rows else ["no report was made yet."]
-    return Shown(found, lines)
+    rows = [(one.number, one.uid, local_text(one.made_utc, zone), one.person, one.numbers, _runs(one)) for one in found]
+    return Shown(found, columns(("report", "id", "made", "by", "numbers", "of"), rows, "no report was made yet."))
 
 
 @app.command("show")
@@ -49,7 +46,7 @@ def show_command(report: ReportArgument, book: BookOption = None) -> Shown:
 
     Example: labbook reports show last
     """
-    from labbook.actions.upkeep.report_differences import report_named
+    from labbook.actions.upkeep.tracing import report_named
     from labbook.book.report_numbers import read_numbers
 
     with reading(book) as (opened_book, connection):
@@ -81,7 +78,7 @@ def diff_command(
 
     Example: labbook reports diff last-1 last
     """
-    from labbook.actions.upkeep.report_differences import compare_reports, report_named
+    from labbook.actions.upkeep.tracing import compare_reports, report_named
 
     with reading(book) as (opened_book, connection):
         found = compare_reports(
@@ -186,3 +183,95 @@ def _pair(moved: "MovedNumber") -> tuple[str, str]:
     """Return both values with as many digits as distinguish them."""
     shown = _value(moved.was), _value(moved.now)
     return shown if shown[0] != shown[1] else (repr(moved.was.value), repr(moved.now.value))
+
+
+def report(
+    context: typer.Context,
+    where: WhereOption = None,
+    out: Annotated[str | None, typer.Option(metavar="DIR", help="Where to write it.")] = None,
+    figures: Annotated[
+        bool,
+        typer.Option("--figures", help="Also write each figure as PDF, and for both widths of a paper."),
+    ] = False,
+    unsaved: Annotated[
+        bool, typer.Option("--unsaved", help="Store nothing in the book, for who may only read it; needs --out.")
+    ] = False,
+    summary: Annotated[bool, typer.Option("--summary", help="Write page one alone, too: one sheet to send.")] = False,
+    pdf: Annotated[
+        bool, typer.Option("--pdf", help="Print it to a PDF on A4 as well, by Chromium where it is installed.")
+    ] = False,
+    docx: Annotated[bool, typer.Option("--docx", help="Write the tables as a Word document, too.")] = False,
+    template: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Your own page: templates beside labbook's (docs/own-page.md).")
+    ] = None,
+    as_of: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ENTRY|TIME", help="Of the book as it stood then; of a date, its end. Stores nothing, needs --out."
+        ),
+    ] = None,
+    book: BookOption = None,
+    person: AsOption = None,
+) -> Shown:
+    """Write the report: one self-contained page, its figures as SVG, every table as CSV and LaTeX.
+
+    Every factor of the study is an option: --foot small is short for --where "foot=small".
+
+    Example: labbook report --foot small; labbook report --where "k_gain=400 and day>=2021-06-01" --out paper;
+    labbook report --summary --pdf
+    """
+    from data_schema.errors import UsageError
+    from data_schema.queries.files import inbox
+    from labbook.actions.report_command import selection, write
+    from labbook.studies.registry import studies_of_book
+
+    with opened(book) as opened_book:
+        if out is not None and not out.strip():  # which would be where one stands
+            raise UsageError("--out names no folder: give one, such as --out paper, or . for the folder where you are.")
+        if unsaved:
+            say_waiting(opened_book)
+        text = selection(opened_book.configuration, where, context.args, options_given(context))
+        with progress("report", None) as step:
+            written = write(
+                opened_book,
+                text,
+                None if out is None else Path(out),
+                person,
+                step,
+                unsaved=unsaved,
+                summary=summary,
+                pdf=pdf,
+                every_figure=figures,
+                word=docx,
+                templates=template,
+                as_of=as_of,
+            )
+        waiting: list[str] = []
+        studies: list[str] = []
+        if as_of is None:
+            with opened_book.reading() as connection:
+                waiting = [item.name for item in inbox(connection)]
+                # the bed's is the report itself
+                studies = [study for study in studies_of_book(connection, opened_book.configuration) if study != "bed"]
+    count = "1 entry" if written.later == 1 else f"{written.later} entries"
+    later = (
+        f"it is of the book as of entry {written.as_of}; {count} came in while it was made: the next report has them."
+    )
+    not_stored = ["nothing was stored: `labbook why` knows those of its numbers that a stored report has too."]
+    return Shown(
+        written,
+        [
+            *(written.claims[:1] or ["nothing is claimed from this selection."]),
+            *(not_stored if unsaved or as_of is not None else ()),
+            *([later] if written.later else []),
+            f"{written.page}",
+            *([written.pdf] if written.pdf else []),
+            *([f"studies beside it: {', '.join(studies)} (`labbook study all`)"] if studies else []),
+            *([f"look again: {written.no_pdf}"] if written.no_pdf else []),
+            *(
+                [f"look again: {listed(waiting, 4)} in the inbox, which `labbook runs inbox` explains"]
+                if waiting
+                else []
+            ),
+        ],
+    )

@@ -1,7 +1,6 @@
 """`labbook runs`: list, diff, import, inbox, dismiss, restore."""
 
-import contextlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any
@@ -13,8 +12,8 @@ from labbook.cli.common import (
     BookOption,
     MaybeWhyOption,
     WhereOption,
-    opened,
     reading,
+    stating,
     tell,
     tell_statement,
 )
@@ -44,20 +43,15 @@ def list_command(where: WhereOption = None, book: BookOption = None) -> Shown:
         if for_program():
             return Shown(list_runs(connection, expression))
         shown = shown_runs(connection, expression)
-    return Shown(None, run_lines(shown) if shown else ["no runs."])
+    return Shown(None, run_lines(shown))
 
 
 def run_lines(rows: "Sequence[Sequence[Any]]") -> list[str]:
     """Return the table of what `shown_runs` lists."""
     head = ("run", "day", "position", "kind", "condition", "battery", "duration", "jumps", "starts", "state")
     durations = {duration_s: "" if duration_s is None else f"{duration_s:g} s" for *_, duration_s, _, _, _ in rows}
-    return columns(
-        head,
-        [
-            (name, date, str(position), kind, key or "", pack, durations[duration_s], str(jumps), str(starts), state)
-            for name, date, position, kind, key, pack, duration_s, jumps, starts, state in rows
-        ],
-    )
+    cells = ((*row[:-4], durations[row[-4]], *row[-3:]) for row in rows)
+    return columns(head, cells, "no runs.")
 
 
 @app.command("diff")
@@ -78,9 +72,8 @@ def diff_command(
 
     Example: labbook runs diff r017 r018 --out both.png
     """
-    from labbook.actions.runs.run_diff import compare_runs, difference_lines, plot_runs
-    from labbook.actions.runs.run_plot import PICTURES
-    from labbook.actions.runs.run_view import run_view
+    from labbook.actions.runs.run_plot import PICTURES, plot_runs
+    from labbook.actions.runs.run_view import compare_runs, difference_lines, run_view
     from labbook.analysis.outcomes.detection import Detections
     from reports.figures.kind import check_form
 
@@ -112,30 +105,27 @@ def import_command(
     from ingest.tables.sheet import SheetFile
     from labbook.actions.files.named_files import own_name, read_bytes
     from labbook.actions.runs.runs_importing import RunsImported, import_runs
-    from labbook.book.write_session import DryRun
     from labbook.plan.local_time import SheetQuestion
 
     file = SheetFile(own_name(sheet), read_bytes(sheet), encoding)
-    with opened(book) as opened_book:
 
-        def attempt(dates: str | None) -> RunsImported:
-            done = RunsImported()
-            with contextlib.suppress(DryRun), opened_book.session(person) as session:
-                done = import_runs(opened_book, session, file, dates=dates)
-                if dry_run:
-                    raise DryRun
-            return done
+    done = RunsImported()
 
-        try:
-            done = attempt(dates)
-        except SheetQuestion as question:
-            if dates is not None or not asking():
-                raise
-            say(f"{question.sentence} (d/m/y: the day, m/d/y: the month).", err=True)
-            chosen = ""
-            while chosen not in question.choices:
-                chosen = typer.prompt(" or ".join(question.choices), err=True).strip()
-            done = attempt(chosen)
+    def attempt(dates: str | None) -> None:
+        nonlocal done
+        with stating(book, person, dry_run=dry_run) as (opened_book, session):
+            done = import_runs(opened_book, session, file, dates=dates)
+
+    try:
+        attempt(dates)
+    except SheetQuestion as question:
+        if dates is not None or not asking():
+            raise
+        say(f"{question.sentence} (d/m/y: the day, m/d/y: the month).", err=True)
+        chosen = ""
+        while chosen not in question.choices:
+            chosen = typer.prompt(" or ".join(question.choices), err=True).strip()
+        attempt(chosen)
     line = (
         f"{len(done.stated)} runs stated, {len(done.filled_in)} filled in, {len(done.unchanged)} there already, "
         f"{len(done.not_made)} still to be made{' (dry run: nothing stored)' if dry_run else ''}."
@@ -144,14 +134,10 @@ def import_command(
         line += f" {len(done.withdrawn)} were planned and are withdrawn."
     if done.encoding != "utf-8":
         line += f" {file.name} is no UTF-8 text and was read as {done.encoding} (`--encoding`)."
-    return tell(vars(done), [line, *_taken_in(done.taken_in)])
-
-
-def _taken_in(items: Mapping[str, Sequence[str]]) -> list[str]:
-    """Say which files and charges waited for the runs of a sheet; empty where none did."""
-    count = sum(map(len, items.values()))
-    runs = [f"{' and '.join(names)} to {run}" for run, names in items.items()]
-    return [f"{count} that waited in the inbox belong{'s' * (count == 1)} now: {listed(runs)}."] if count else []
+    count = sum(map(len, done.taken_in.values()))
+    taken = listed([f"{' and '.join(names)} to {run}" for run, names in done.taken_in.items()])
+    waited = [f"{count} that waited in the inbox belong{'s' * (count == 1)} now: {taken}."] if count else []
+    return tell(vars(done), [line, *waited])
 
 
 @app.command("dismiss")
@@ -202,10 +188,6 @@ def inbox_command(book: BookOption = None) -> Shown:
 
     with reading(book) as (_opened_book, connection):
         waiting = why_waiting(connection, inbox(connection))
-    rows = [
-        (each.item.what, each.item.name, each.item.stated_run or "", each.item.detail, each.why or "")
-        for each in waiting
-    ]
-    head = ("what", "name", "stated run", "detail", "waits because")
-    lines = columns(head, rows) if rows else ["the inbox is empty."]
+    rows = [(each.item.what, each.item.name, each.item.stated_run, each.item.detail, each.why) for each in waiting]
+    lines = columns(("what", "name", "stated run", "detail", "waits because"), rows, "the inbox is empty.")
     return Shown([{**plain(each.item), "why": each.why} for each in waiting], lines)

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from labbook.cli.common import PlotOption
 from labbook.terminal import Shown, asking, columns, counted, progress, say, with_files
 
 if TYPE_CHECKING:
@@ -39,7 +40,6 @@ class Changed:
 
 
 AccuracyOption = Annotated[float, typer.Option("--accuracy", help="The relative error aimed at.")]
-PlotOption = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw it: a .png, .svg or .pdf file.")]
 COMPILING = "compiling for up to 30 s, once"
 
 
@@ -322,12 +322,12 @@ def figures(
     agreeing = len(written.findings) - len(contradicted)
     data = {
         "figures": [
-            {"number": number, "title": THESIS_FIGURES[number].title, "file": str(file)}
+            {"number": number, "title": THESIS_FIGURES[number].title, "file": file}
             for number, file in written.figures.items()
         ],
-        "captions": str(written.captions),
+        "captions": written.captions,
         "claims": claims_data(written.findings),
-        "tables": [str(path) for path in written.tables],
+        "tables": written.tables,
         "agreeing": agreeing,
     }
     lines = [f"figure {number}: {file}" for number, file in written.figures.items()]

@@ -4,12 +4,12 @@ from typing import Annotated
 
 import typer
 
-from labbook.cli.common import AsOption, BookOption, opened, stating, tell
+from labbook.cli.common import AsOption, BookOption, RunArgument, opened, stating, tell
 from labbook.terminal import Shown
 
 
 def note(
-    run: Annotated[str, typer.Argument(help="The run.")],
+    run: RunArgument,
     text: Annotated[str, typer.Argument(help="What is to be remembered.")],
     book: BookOption = None,
     person: AsOption = None,
@@ -47,9 +47,8 @@ def charge(
 
     Example: labbook charge r017 128 --minutes 14 --end-voltage 15.4
     """
-    from labbook.actions.runs.charges import state_charge
-    from labbook.actions.runs.remarks import remarks_on
-    from labbook.actions.runs.rig_line import rig_lines_of_runs
+    from labbook.actions.runs.correcting import state_charge
+    from labbook.actions.runs.rig_line import remarks_on, rig_lines_of_runs
     from labbook.book.report_numbers import outdated_reports
 
     with opened(book) as opened_book:
@@ -75,7 +74,7 @@ def check(
 
     Example: labbook check rail_angle --value 0.4 --unit deg
     """
-    from labbook.actions.runs.day_checks import state_check
+    from labbook.actions.runs.correcting import state_check
 
     with stating(book, person) as (opened_book, session):
         date = state_check(session, opened_book.configuration, kind, value, unit, not failed, day)
@@ -102,8 +101,7 @@ def correct(
     from data_schema.queries.charges import waiting_charges
     from labbook.actions.runs.correcting import correct as state_correction
     from labbook.actions.runs.correcting import known_now, runs_corrected
-    from labbook.actions.runs.remarks import remarks_on
-    from labbook.actions.runs.rig_line import OF_JOULES, rig_lines_of_runs
+    from labbook.actions.runs.rig_line import OF_JOULES, remarks_on, rig_lines_of_runs
     from labbook.book.naming import changes_in_words
     from labbook.book.report_numbers import outdated_reports
     from labbook.config.places import toml_changes
@@ -134,7 +132,7 @@ def correct(
 
 
 def void(
-    run: Annotated[str, typer.Argument(help="The run.")],
+    run: RunArgument,
     reason: Annotated[
         str, typer.Option("--reason", "--why", help="Why it does not count, or with --undo why it does.")
     ],
@@ -189,8 +187,7 @@ def assign(
     """
     from labbook.actions.files.assigning import NO_RUN
     from labbook.actions.files.assigning import assign as state_assignment
-    from labbook.actions.runs.remarks import remarks_on
-    from labbook.actions.runs.rig_line import rig_lines_of_runs
+    from labbook.actions.runs.rig_line import remarks_on, rig_lines_of_runs
     from labbook.book.report_numbers import outdated_reports
 
     runs = [] if run == NO_RUN else [run]

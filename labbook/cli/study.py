@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from data_schema.errors import InputRefused, UsageError
-from labbook.cli.common import BookOption, WhereOption, opened
+from labbook.cli.common import BookOption, PlotOption, WhereOption, opened
 from labbook.config.studies import STUDIES
 from labbook.terminal import Shown, columns, plain, progress, with_files, within_width
 
@@ -24,7 +24,7 @@ class OfAny:
     """The options of every study."""
 
     level: Annotated[float | None, typer.Option(help="Level of the intervals; usual: 0.95.")] = None
-    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw it: a .png, .svg or .pdf file.")] = None
+    plot: PlotOption = None
     page: Annotated[Path | None, typer.Option(metavar="FILE", help="Write it as a page: a .html file.")] = None
     book: BookOption = None
 

@@ -7,11 +7,11 @@ from typing import Annotated
 import typer
 
 from data_schema.errors import BookDamaged, UsageError
-from labbook.cli.common import BookOption, WhereOption, opened, options_given, reading, say_waiting
+from labbook.cli.common import BookOption, RunArgument, WhereOption, opened, options_given, reading, say_waiting
 from labbook.terminal import Shown, columns, progress
 
 
-def show(run: Annotated[str, typer.Argument(help="The run.")], book: BookOption = None) -> Shown:
+def show(run: RunArgument, book: BookOption = None) -> Shown:
     """Show a run: facts, jumps that a person reviewed, files with channels and gaps, charges, notes, its history.
 
     Example: labbook show r017
@@ -25,7 +25,7 @@ def show(run: Annotated[str, typer.Argument(help="The run.")], book: BookOption 
 
 
 def plot(
-    run: Annotated[str, typer.Argument(help="The run.")],
+    run: RunArgument,
     jump: Annotated[int | None, typer.Option(help="The jump to show enlarged.")] = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="A .png, .svg, .pdf or .html file; the page zooms.")
@@ -43,7 +43,7 @@ def plot(
     with reading(book) as (opened_book, connection):
         plotted = plot_run(opened_book, connection, run, jump, out or picture_named(run))
     lines = [str(plotted.path), *([plotted.remark] if plotted.remark else [])]
-    return Shown({"run": run, "figure": str(plotted.path), "remark": plotted.remark}, lines)
+    return Shown({"run": run, "figure": plotted.path, "remark": plotted.remark}, lines)
 
 
 def channels() -> Shown:
@@ -87,7 +87,7 @@ def formats() -> Shown:
     from ingest.formats.registry import described_formats, plugins
 
     found = described_formats()
-    rows = [(each.name, str(each.version), each.plugin or "-", each.evidence, each.what) for each in found]
+    rows = [(each.name, each.version, each.plugin or "-", each.evidence, each.what) for each in found]
     faults = list(plugins().faults)
     more = "`--explain` of `labbook ingest` shows by what evidence a file was recognised, `--format` decides it."
     return Shown(
@@ -135,7 +135,7 @@ def config(
         return Shown(json_schema(Configuration))
     folder = find_folder(book)
     found, path = read_configuration(folder), folder / "labbook.toml"
-    return Shown({"path": str(path), "sha256": found.sha256}, [f"{path} can be read, and every key has a meaning."])
+    return Shown({"path": path, "sha256": found.sha256}, [f"{path} can be read, and every key has a meaning."])
 
 
 NOT_MET = 1
@@ -263,12 +263,12 @@ def journal(
         found = newest_commands(connection, newest, before)[::-1]
     rows = [
         (
-            str(one.first) if one.first == one.last else f"{one.first}-{one.last}",
+            one.first if one.first == one.last else f"{one.first}-{one.last}",
             local_text(one.at_utc, zone),
-            one.run or "",
+            one.run,
             one.person,
             shorten(f"{one.what}{f' ({one.why})' if one.why else ''}", _LONGEST_LINE, placeholder="\u2026"),
         )
         for one in found
     ]
-    return Shown(found, columns(("entry", "when", "run", "by", "what"), rows) if rows else ["nothing was stated."])
+    return Shown(found, columns(("entry", "when", "run", "by", "what"), rows, "nothing was stated."))

@@ -73,7 +73,12 @@ def watch(
                 sum_up.add(happened)
                 if not tell_now(*_told(happened)):
                     break
-    return Shown(sum_up.data, [sum_up.line], 2 if once and (sum_up.refused or sum_up.trouble) else 0, one_line=True)
+    counts, replaced = sum_up.counts, sum_up.replaced
+    done = {"imported": sum_up.imported, "replaced": replaced, **counts, "left": list(sum_up.left)}
+    in_place = f" ({replaced} of them in place of what was their beginning)" if replaced else ""
+    line = f"{sum_up.imported} imported{in_place}, {counts['known']} there already, {counts['refused']} refused."
+    failed = once and bool(counts["refused"] or counts["trouble"])
+    return Shown({"event": "ended", **done}, [line], 2 if failed else 0, one_line=True)
 
 
 _MOST_STILL_S = 600.0
@@ -81,13 +86,11 @@ _MOST_STILL_S = 600.0
 
 @dataclass
 class _Sum:
-    """What happened in all: how many files were imported, and what became last of each other one."""
+    """What happened in all: how many files were imported, and what became last of each one."""
 
     imported: int = 0
     replaced: int = 0
-    known: set[str] = field(default_factory=set)
-    refused: set[str] = field(default_factory=set)
-    trouble: set[str] = field(default_factory=set)
+    became: dict[str, str] = field(default_factory=dict)
     left: tuple[str, ...] = ()
 
     def add(self, happened: "Happening") -> None:
@@ -96,40 +99,21 @@ class _Sum:
 
         match happened:
             case Arrived(outcome):
-                for names in (self.refused, self.trouble):
-                    names.discard(outcome.name)
                 self.imported += outcome.status is IngestStatus.IMPORTED
                 self.replaced += len(outcome.replaced)
-                if outcome.status is IngestStatus.DUPLICATE:
-                    self.known.add(outcome.name)
-                elif outcome.status is IngestStatus.REFUSED:
-                    self.refused.add(outcome.name)
+                others = {IngestStatus.DUPLICATE: "known", IngestStatus.REFUSED: "refused"}
+                self.became[outcome.name] = others.get(outcome.status, "")
             case Known(files):
-                self.known.update(files)
-                for names in (self.refused, self.trouble):
-                    names.difference_update(files)
+                self.became |= dict.fromkeys(files, "known")
             case Trouble(about, message):
-                (self.trouble.add if message else self.trouble.discard)(about)
+                self.became[about] = "trouble" if message else ""
             case Left(files):
                 self.left = files
 
     @property
-    def data(self) -> dict[str, Any]:
-        """The sum for programs."""
-        counts = {name: len(getattr(self, name)) for name in ("known", "refused", "trouble")}
-        return {
-            "event": "ended",
-            "imported": self.imported,
-            "replaced": self.replaced,
-            **counts,
-            "left": list(self.left),
-        }
-
-    @property
-    def line(self) -> str:
-        """The sum in one line."""
-        in_place = f" ({self.replaced} of them in place of what was their beginning)" if self.replaced else ""
-        return f"{self.imported} imported{in_place}, {len(self.known)} there already, {len(self.refused)} refused."
+    def counts(self) -> dict[str, int]:
+        """How many files there were of each fate but imported."""
+        return {fate: [*self.became.values()].count(fate) for fate in ("known", "refused", "trouble")}
 
 
 @contextlib.contextmanager

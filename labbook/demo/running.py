@@ -18,10 +18,9 @@ from data_schema.vocabulary import PlanMethod, RunKind
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.named_files import files_of
-from labbook.actions.planning.runs import state_plan
+from labbook.actions.planning.planning import state_plan
 from labbook.actions.report_command import write
-from labbook.actions.runs.correcting import correct
-from labbook.actions.runs.day_checks import state_check
+from labbook.actions.runs.correcting import correct, state_check
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import CONFIGURATION, Book, opened

@@ -27,7 +27,7 @@ from data_schema.queries.files import signal_files
 from data_schema.queries.history import ReportRow, list_reports
 from data_schema.queries.study import ConfigRow, config_in_force, people
 from ingest.store import Store, raw_path
-from labbook.actions.upkeep.report_differences import report_named
+from labbook.actions.upkeep.tracing import report_named
 from labbook.analysis.preregistration.planned import planned_analysis, planned_sentences
 from labbook.book.copies.copying import raw_of
 from labbook.book.opening import CONFIGURATION, JOURNAL, Book

@@ -156,7 +156,7 @@ def _filled_days(
 
 
 def _group_by_group(slots: list[Slot], chance: SeededChance) -> list[tuple[str, Slot]]:
-    stretches = grouped(slots, lambda slot: slot.group)
+    stretches = grouped(slots, [slot.group for slot in slots])
     idle = stretches.pop(None, [])
     blocks = [
         (", ".join(f"{factor}={level}" for factor, level in group or ()) or "day", chance.shuffled(runs))

@@ -332,7 +332,7 @@ def characterisation(trials: Sequence[Trial], level: float = 0.95) -> Characteri
                 f"the velocity in {one.file} is {off} than the rate of the position: a unit in its header is likely "
                 "wrong."
             )
-    by_condition = grouped(trials, lambda one: one.condition)
+    by_condition = grouped(trials, [one.condition for one in trials])
     points = {condition: sum(one.time_s.size for one in several) for condition, several in by_condition.items()}
     if max(points.values(), default=0) < MINIMUM_POINTS:
         raise InputRefused(
@@ -353,7 +353,7 @@ def characterisation(trials: Sequence[Trial], level: float = 0.95) -> Characteri
                 _line([one.gain for one in several], [one.stiffness_n_m for one in several], level),
                 _line([one.damping_gain for one in several], [one.damping_kg_s for one in several], level),
             )
-            for length, several in grouped(conditions, lambda one: one.neutral_m).items()
+            for length, several in grouped(conditions, [one.neutral_m for one in conditions]).items()
         ),
         too_few=tuple(TooFew(one.neutral_m, one.gain, one.damping_gain, count) for one, count in few),
         level=level,

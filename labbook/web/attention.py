@@ -9,17 +9,13 @@ from collections.abc import Mapping
 from typing import Any
 
 from starlette.responses import JSONResponse, Response
-from starlette.routing import Route
 
 from data_schema.errors import UsageError
-from labbook.actions.runs.attention import attention
-from labbook.actions.runs.finding import Finding, Gravity
-from labbook.actions.runs.mending import mend, mending
+from labbook.actions.runs.attention import Blank, Finding, Gravity, attention
 from labbook.analysis.outcomes.detection import Detections
+from labbook.book.opening import Book
 from labbook.config.local_time import date_named
-from labbook.web.book import OpenBook
-from labbook.web.rendering import Asked, view
-from labbook.web.stating import stating
+from labbook.web.rendering import Asked, OpenBook, command, stating, view
 
 _MOST = 100
 """So many findings of a gravity are shown."""
@@ -55,6 +51,40 @@ def _identity(one: Finding) -> dict[str, str | None]:
     return {"code": one.code, "run": one.run, "file": one.file, "command": one.command}
 
 
+def mending(found: Finding) -> str | None:
+    """Return what a button says; None where the command shows something, or a person fills it in or looks first."""
+    if not {*found.fill_in} <= {Blank.WHY}:
+        return None
+    match ["".join(word) for word in found.words]:
+        case ["assign", _, "none", *_]:
+            return "Take it off the run"
+        case ["assign", _, run, *_]:
+            return f"Assign to {run}"
+        case ["check", *_]:
+            return "It was made and passed"
+        case ["correct", *_]:
+            return "Correct"
+        case ["files", "reread", *_]:
+            return "Read again"
+        case ["files", "withdraw", *_]:
+            return "Withdraw"
+        case ["jumps", "clear", *_]:
+            return "Take back"
+        case ["runs", "dismiss", *_]:
+            return "Dismiss"
+    return None
+
+
+def mend(book: Book, person: str, found: Finding, why: str) -> None:
+    """Give the command of a finding as `person`; raises what it says, and `UsageError` where it has no button."""
+    if mending(found) is None:
+        raise UsageError(f"`{found.command}` is for a person to give: copy it, and fill in what stands in capitals.")
+    if found.fill_in and not why.strip():
+        raise UsageError("the reason is empty: say why in a few words, the journal keeps them.")
+    words = [why if word is Blank.WHY else "".join(word) for word in found.words]
+    command(book, *words, "--as", person)
+
+
 def _mend(served: OpenBook, given: Mapping[str, Any]) -> dict[str, Any]:
     """Do what the command of a finding does, where the book, looked at anew, still has that finding."""
     book, day = served.current(), given.get("day")
@@ -82,5 +112,5 @@ def _by_run(asked: Asked) -> Response:
 ROUTES = [
     view("/attention", _page),
     view("/api/attention", _by_run),
-    Route("/api/mending", stating(_mend), methods=["POST"]),
+    stating("/api/mending", _mend),
 ]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import hashlib
 import mimetypes
 import re
-import shlex
-import subprocess
 import tempfile
 from pathlib import Path
 
@@ -14,13 +12,12 @@ from starlette.requests import Request
 from starlette.responses import RedirectResponse, Response
 from starlette.routing import Route
 
-from data_schema.errors import BookError, UnknownName, UsageError
+from data_schema.errors import BookError, UnknownName
 from data_schema.queries.history import list_reports
-from labbook.actions.runs.mending import COMMAND
-from labbook.actions.upkeep.report_differences import report_named
+from labbook.actions.upkeep.tracing import report_named
 from labbook.book.opening import Book
 from labbook.studies.registry import studies_of_book
-from labbook.web.rendering import Asked, view
+from labbook.web.rendering import Asked, command, view
 from reports.page.policy import content_policy
 
 _PAGE = "report.html"
@@ -72,17 +69,7 @@ def _study(asked: Asked) -> Response:
 def _made_apart(book: Book, *words: str) -> bytes:
     """Return the page that a command makes in a process of its own: drawing has settings that all threads share."""
     with tempfile.TemporaryDirectory(prefix="labbook-page-") as folder:
-        done = subprocess.run(
-            [*COMMAND, *words, "--book", str(book.folder.resolve())],
-            cwd=folder,
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        if done.returncode:
-            said = done.stderr.strip().rpartition("labbook: ")[2]
-            raise UsageError(said or f"`labbook {shlex.join(words)}` ended with {done.returncode}.")
+        command(book, *words, folder=Path(folder))
         return (Path(folder) / _PAGE).read_bytes()
 
 

@@ -1,4 +1,8 @@
-"""The server of the page: on this machine alone unless a host is named, until Ctrl-C."""
+"""The server of the page: on this machine alone unless a host is named, until Ctrl-C; and who may ask it what.
+
+The token of the address that `labbook web` prints becomes a cookie. `Host` is checked against DNS rebinding, `Origin`
+against forms of other pages; the content security policy lets nothing run that does not come from here.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +12,91 @@ import ipaddress
 import secrets
 import socket
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import uvicorn
+from starlette.applications import Starlette
+from starlette.datastructures import MutableHeaders
+from starlette.requests import Request
+from starlette.responses import JSONResponse, PlainTextResponse, RedirectResponse, Response
+from starlette.routing import Route
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from data_schema.errors import UsageError
+from data_schema.errors import BookBusy, BookReadOnly, LabbookError, UnknownName, UsageError
 from data_schema.file_cache import cache_folder, for_nobody_else, why_not_trusted
-from labbook.web.app import application
-from labbook.web.book import OpenBook
+from labbook.web import attention, lists, reports, review
+from labbook.web.rendering import OpenBook, static
+
+_HEADERS = {
+    "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+    "connect-src 'self'; form-action 'self'; base-uri 'none'; frame-ancestors 'none'",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cache-Control": "no-store",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Guard:
+    """An application behind the checks; `hosts` are the names and ports under which it may be asked.
+
+    `cookie` names the cookie: browsers keep those of all ports together, and another book has another. `once` are
+    tokens that open the page one time: that of a command line, which every user of the machine may list.
+    """
+
+    app: ASGIApp
+    token: str
+    once: set[str]
+    cookie: str
+    hosts: Collection[str]
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer what may be asked, and refuse the rest in a sentence."""
+        if scope["type"] != "http":
+            await self.app(scope, receive, send)
+            return
+
+        async def send_guarded(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                headers = MutableHeaders(scope=message)
+                for name, value in _HEADERS.items():
+                    headers.setdefault(name, value)
+            await send(message)
+
+        refusal = self._refusal(Request(scope))
+        await (self.app if refusal is None else refusal)(scope, receive, send_guarded)
+
+    def _refusal(self, request: Request) -> Response | None:
+        """Return the answer to what may not be asked, or to the token in an address; None where all is well."""
+        host, origin = request.headers.get("host", ""), request.headers.get("origin")
+        if host not in self.hosts:
+            return PlainTextResponse(
+                f"{host!r} is not an address of this page: use the one that labbook printed.\n", 400
+            )
+        if origin not in (None, f"http://{host}") or (request.method != "GET" and origin is None):
+            return PlainTextResponse("This was asked by another page, and is refused.\n", 403)
+        given = request.query_params.get("token")
+        if given is not None and request.method == "GET" and self._opens(given):
+            url = request.url.remove_query_params("token")
+            response = RedirectResponse(f"{url.path}?{url.query}" if url.query else url.path, 303)
+            response.set_cookie(self.cookie, self.token, httponly=True, samesite="strict")
+            return response
+        if not _same(request.cookies.get(self.cookie, ""), self.token):
+            return PlainTextResponse("Open the page by the address that labbook printed, with its token.\n", 403)
+        return None
+
+    def _opens(self, given: str) -> bool:
+        used = {token for token in self.once if _same(given, token)}
+        self.once.difference_update(used)
+        return bool(used) or _same(given, self.token)
+
+
+def _same(given: str, token: str) -> bool:
+    return secrets.compare_digest(given.encode(), token.encode())
+
 
 LOOPBACK = "127.0.0.1"
 _MOST_TO_END_S = 3.0
@@ -134,3 +213,38 @@ def _token(name: str) -> str:
         return known if len(known) == len(drawn) and private else drawn
     except (OSError, ValueError):
         return drawn
+
+
+VIEWS = (lists, attention, review, reports)
+"""The modules whose `ROUTES` are served."""
+
+_STATUS: tuple[tuple[type[LabbookError], int], ...] = ((UnknownName, 404), (BookBusy, 503), (BookReadOnly, 403))
+
+
+def application(
+    book: OpenBook, token: str, once: set[str], hosts: Collection[str], ending: Callable[[], bool]
+) -> ASGIApp:
+    """Return the application for a book, for who has the token or one of `once`, under these hosts with their port.
+
+    `ending` tells whether the server is about to end: then pages that listen are let go.
+    """
+    routes = [route for view in VIEWS for route in view.ROUTES]
+    app = Starlette(
+        routes=[*routes, Route("/static/{name}", static)],
+        exception_handlers={LabbookError: _refused, 404: _not_found},
+    )
+    app.state.book = book
+    app.state.ending = ending
+    return Guard(app, token, once, f"labbook-{book.name}", hosts)
+
+
+def _refused(request: Request, error: Exception) -> Response:
+    """Answer with the sentence of an error, to a script as JSON."""
+    status = next((code for kind, code in _STATUS if isinstance(error, kind)), 422)
+    if request.url.path.startswith("/api/"):
+        return JSONResponse({"error": str(error)}, status)
+    return PlainTextResponse(f"{error}\n", status)
+
+
+def _not_found(_request: Request, _error: Exception) -> Response:
+    return PlainTextResponse("There is no such page.\n", 404)

@@ -103,7 +103,7 @@ def linear_contrast(
     pairs = [RunsByDay(conditions[each.control], conditions[each.treated]) for each in effects]
     scale = scale_of_runs(side for pair in pairs for side in (pair.control, pair.treated))
     found = [contrast_of_runs(pair, scale=scale) for pair in pairs]
-    by_rule = grouped(zip(effects, found, strict=True), lambda each: each[1].rule is Rule.PAIRED)
+    by_rule = grouped(zip(effects, found, strict=True), [one.rule is Rule.PAIRED for one in found])
     paired, other = (
         {name for each, _one in by_rule.get(is_paired, ()) for name in (each.treated, each.control)}
         for is_paired in (True, False)
@@ -180,8 +180,7 @@ def _by_runs(terms: Sequence[_Term]) -> tuple[float, float]:
             ):
                 blocks.setdefault((name, day.day), (of_day, []))[1].append(weight * of_mean)
     variances, dfs = [], []
-    for own in grouped(blocks.items(), lambda item: item[0][0]).values():
-        days = [block for _place, block in own]
+    for days in grouped(blocks.values(), [name for name, _day in blocks]).values():
         df = sum(of_day.n - 1 for of_day, _gains in days)
         part = math.fsum(math.fsum(gains) ** 2 / of_day.n for of_day, gains in days)
         largest = math.fsum(math.fsum(map(abs, gains)) ** 2 / of_day.n for of_day, gains in days)

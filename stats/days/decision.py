@@ -424,7 +424,7 @@ def contrast_of_runs(runs: RunsByDay, *, scale: Scale | None = None, paired: boo
     scale = scale_of_runs((runs.control, runs.treated)) if scale is None else scale
     days, counts = runs.shared_days(scale), runs.counts()
     df_control, df_treated = (total - len(days) for total in (counts.control, counts.treated))
-    by_day = grouped(days, lambda day: day.day)
+    by_day = grouped(days, [day.day for day in days])
     rule, why = _rule(len(by_day) if paired else min(len(by_day), 1), df_control, df_treated), None
     if rule is Rule.NONE:
         why = Undefined(Reason.NO_DAY_WITH_TWO, n=len(by_day), of=CONTROL if df_control < 1 else TREATED)
@@ -611,7 +611,7 @@ def blocks_of_runs(
             raise InputRefused(
                 f"{name} has {plural(n, 'value')} and {plural(len(given), what)}: give one for each value."
             )
-    blocks = grouped(range(n), lambda at: (days[at], levels[at]))
+    blocks = grouped(range(n), zip(days, levels, strict=True))
     return {
         block: Runs(tuple(found[places].tolist()), shared_of_mean([own[at] for at in places]))
         for block, places in blocks.items()

@@ -23,8 +23,8 @@ MOST_NAMED = 10
 def reasons_text(untested: Sequence[tuple[str, str]]) -> str:
     """Return names with the reason behind all that share it, from (name, reason)."""
     parts = []
-    for reason, own in grouped(untested, lambda each: each[1]).items():
-        names = ", ".join(name for name, _reason in own[:MOST_NAMED])
+    for reason, own in grouped([name for name, _ in untested], [why for _, why in untested]).items():
+        names = ", ".join(own[:MOST_NAMED])
         more = f" and {len(own) - MOST_NAMED} more" if len(own) > MOST_NAMED else ""
         parts.append(f"{names}{more}, because {reason}")
     return "; ".join(parts)

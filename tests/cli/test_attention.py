@@ -14,8 +14,7 @@ import sqlalchemy as sa
 from data_schema.journal import Entry
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import Action, Rule
-from labbook.actions.runs.attention import CHECKS
-from labbook.actions.runs.finding import Gravity
+from labbook.actions.runs.attention import CHECKS, Gravity
 from labbook.book.write_session import Statement, new_uid
 from reports.results import POOLED, Decision
 from tests.cli.shell import good, labbook, refused

@@ -5,8 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from labbook.actions.runs.attention import attention
-from labbook.actions.runs.finding import Finding
+from labbook.actions.runs.attention import Finding, attention
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.opening import Book
 from tests.cli.shell import good, labbook

@@ -22,7 +22,7 @@ from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.named_files import files_of
 from labbook.actions.report_command import state_report
-from labbook.actions.runs.day_checks import state_check
+from labbook.actions.runs.correcting import state_check
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.making import make_book
 from labbook.book.opening import Book, opened

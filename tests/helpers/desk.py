@@ -13,8 +13,7 @@ from data_schema.queries.files import inbox
 from labbook.actions.files.ingesting import FileOutcome, IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest
 from labbook.actions.files.stored_files import reread_named, restore, withdraw
-from labbook.actions.runs.charges import state_charge
-from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.correcting import correct, state_charge
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, SmallBook, small_book

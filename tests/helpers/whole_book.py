@@ -9,11 +9,9 @@ from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.planning.asked import PlanRequest
-from labbook.actions.planning.runs import make_plan
+from labbook.actions.planning.planning import make_plan
 from labbook.actions.report_command import state_report
-from labbook.actions.runs.charges import state_charge
-from labbook.actions.runs.correcting import correct, void
-from labbook.actions.runs.day_checks import state_check
+from labbook.actions.runs.correcting import correct, state_charge, state_check, void
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import Book

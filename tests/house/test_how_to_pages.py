@@ -13,8 +13,7 @@ from PIL import Image
 
 from data_schema.outcomes import Outcome
 from labbook.actions.report_command import state_report
-from labbook.actions.runs.attention import CHECKS
-from labbook.actions.runs.finding import Gravity
+from labbook.actions.runs.attention import CHECKS, Gravity
 from labbook.config.parsing import parse_configuration
 from labbook.config.studies import STUDIES
 from labbook.demo.files import book_toml

@@ -21,7 +21,7 @@ from data_schema.queries.files import (
 from data_schema.queries.runs import RunRow
 from data_schema.vocabulary import Action, ChargeMode, FileRole
 from labbook.actions.files.named_files import file_named
-from labbook.actions.runs.charges import (
+from labbook.actions.runs.correcting import (
     refuse_added_to_nothing,
     refuse_second_charge,
     refuse_second_of_file,

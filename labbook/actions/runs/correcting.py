@@ -1,7 +1,8 @@
-"""`labbook correct`: resolving the row, the columns that change, and their new values.
+"""What a person states of runs: charges read off a display, checks of a day, what does not count, and corrections.
 
 What a person types as the new value of a column is read as the column stores it. Corrections also go in the words of
-the run sheet: `started=09:20`, `date=2021-06-05`, `jumps=24`, `mah=812`.
+the run sheet: `started=09:20`, `date=2021-06-05`, `jumps=24`, `mah=812`. A second charge of one run is refused by one
+rule, whatever command gives it.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import re
 import shlex
 import zoneinfo
 from collections.abc import Mapping, Sequence
+from decimal import Decimal
 from enum import StrEnum
 from typing import Any, NamedTuple
 from zoneinfo import ZoneInfo
@@ -23,14 +25,13 @@ from data_schema.errors import UsageError, unknown_name
 from data_schema.journal import canonical
 from data_schema.queries.charges import charges_of_run, rows_with_uids
 from data_schema.queries.facts import find_uid, read_fact
-from data_schema.queries.files import place_of_charge
+from data_schema.queries.files import charges_of_file, place_of_charge
 from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.study import factors, planned_runs
 from data_schema.tables import FACTS
 from data_schema.tables.base import Real
-from data_schema.vocabulary import Action, ChargeMode, ChargeState, FactorKind, RunKind, RunState, StudyKind
+from data_schema.vocabulary import Action, ChargeMode, ChargeState, FactorKind, FileRole, RunKind, RunState, StudyKind
 from ingest.tables.sheet import lone_number
-from labbook.actions.runs.charges import refuse_second_charge
 from labbook.book.naming import (
     condition_key,
     ensure_condition,
@@ -43,7 +44,7 @@ from labbook.book.naming import (
 )
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession
-from labbook.config.local_time import date_named
+from labbook.config.local_time import date_named, day_named
 from labbook.config.parsing import Configuration
 from labbook.plan.local_time import SheetQuestion, parse_clock, parse_date, to_utc
 
@@ -78,7 +79,11 @@ def correct(
         if run is not None and name in book.configuration.factors:
             levels[name] = _label(book.configuration, name, text)
         elif run is not None and name == _NO_LEVELS:
-            levels = _no_levels(text)
+            if text != "none":
+                raise UsageError(
+                    f"levels={text} is not understood: write levels=none, or one level a factor, as foot=large."
+                )
+            levels = {}
         else:
             new |= _column(book, session, kind, name, text)
     if run is not None and levels != dict(run.levels):
@@ -89,7 +94,9 @@ def correct(
     if run is not None and new.keys() & {"position_in_day", "day"}:
         _refuse_taken_place(session.connection, run, new)
     if run is not None and "name" in new and not run.planned:
-        new |= _planned_as(session.connection, new["name"])
+        plans = planned_runs(session.connection)  # a run renamed to one that was not made yet is that run
+        waiting = (row.uid for row in plans if row.name == new["name"] and row.run_name is None)
+        new |= {"planned_run": planned} if (planned := next(waiting, "")) else {}
     done = _state_changes(session, kind, uid, new, why)
     if run is not None and charged:
         ((column, text),) = in_columns("charge", charged, None, zone).items()
@@ -113,19 +120,14 @@ def _state_changes(
         old |= old_values(session.connection, kind, uid, {"added": 0})
         changed |= {"added": 0} if old["added"] else {}
     if kind == "charge" and changed.keys() & {"run", "mode"}:
-        _refuse_second_charge(session.connection, uid, changed)
+        charge = {**read_fact(session.connection, "charge", uid, ["run", "mode"]), **changed}
+        if charge["run"]:
+            name = read_fact(session.connection, "run", charge["run"], ["name"])["name"]
+            refuse_second_charge(session.connection, charge["run"], name, charge_uid=uid, mode=charge["mode"])
     before = {name: old[name] for name in changed}
     if changed:
         session.state(Statement(Action.SET, kind, uid, new=changed, old=before, reason=why))
     return {name: (before[name], value) for name, value in changed.items()}
-
-
-def _refuse_second_charge(connection: sa.Connection, uid: str, changed: Mapping[str, Any]) -> None:
-    """Raise `UsageError` where a run would have two charges."""
-    charge = {**read_fact(connection, "charge", uid, ["run", "mode"]), **changed}
-    if charge["run"]:
-        name = read_fact(connection, "run", charge["run"], ["name"])["name"]
-        refuse_second_charge(connection, charge["run"], name, charge_uid=uid, mode=charge["mode"])
 
 
 def runs_corrected(connection: sa.Connection, target: str, changed: Mapping[str, tuple[Any, Any]]) -> list[str]:
@@ -201,12 +203,6 @@ def _as_float(text: str) -> float | None:
         return None
 
 
-def _no_levels(text: str) -> dict[str, str]:
-    if text != "none":
-        raise UsageError(f"levels={text} is not understood: write levels=none, or one level a factor, as foot=large.")
-    return {}
-
-
 def _refuse_contradiction(
     configuration: Configuration, run: RunRow, facts: Mapping[str, Any], levels: Mapping[str, str]
 ) -> None:
@@ -245,12 +241,6 @@ def _refuse_taken_place(connection: sa.Connection, run: RunRow, new: Mapping[str
         )
 
 
-def _planned_as(connection: sa.Connection, name: str) -> dict[str, str]:
-    """Return the reference to the planned run of this name that was not made yet: a run renamed to it is that run."""
-    uids = [row.uid for row in planned_runs(connection) if row.name == name and row.run_name is None]
-    return {"planned_run": uids[0]} if uids else {}
-
-
 def _assignments(texts: Sequence[str]) -> dict[str, str]:
     given = {}
     for text in texts:
@@ -271,16 +261,12 @@ def _target(connection: sa.Connection, target: str) -> tuple[str, str, RunRow | 
             raise UsageError(f"there is no {kind} {name!r}: look it up with `labbook show RUN` or in labbook.toml.")
         return kind, uid, None
     if colon and kind == "level":
-        return "level", _level(connection, name), None
+        known = {f"{one.name}={level.label}": level.uid for one in factors(connection) for level in one.levels}
+        if name not in known:
+            raise unknown_name("level", name, known, "Write it as level:FACTOR=LABEL.")
+        return "level", known[name], None
     run = run_named(connection, target)
     return "run", run.uid, run
-
-
-def _level(connection: sa.Connection, name: str) -> str:
-    known = {f"{factor.name}={level.label}": level.uid for factor in factors(connection) for level in factor.levels}
-    if name not in known:
-        raise unknown_name("level", name, known, "Write it as level:FACTOR=LABEL.")
-    return known[name]
 
 
 def _column(book: Book, session: WriteSession, kind: str, name: str, text: str) -> dict[str, Any]:
@@ -289,7 +275,8 @@ def _column(book: Book, session: WriteSession, kind: str, name: str, text: str) 
     allowed = [column.name for column in table.c if column.name not in fixed]
     if name not in allowed:
         of_study = list(book.configuration.factors) if kind == "run" else []
-        raise unknown_name(f"field of a {kind}", name, [*of_study, *text_by_column(kind), *allowed])
+        words = [*_COLUMNS.get(kind, {}), *([MAH] if kind == "run" else [])]
+        raise unknown_name(f"field of a {kind}", name, [*of_study, *words, *allowed])
     column = table.c[name]
     if name in ("robot", "battery"):
         known: Mapping[str, Any] = getattr(book.configuration, {"battery": "batteries"}.get(name, f"{name}s"))
@@ -326,24 +313,20 @@ def text_value(kind: str, text: str, column: sa.Column[Any]) -> str | None:
     if column.name == "time_zone" and text not in zoneinfo.available_timezones():
         raise unknown_name("time zone", text, zoneinfo.available_timezones())
     if column.name.endswith("_json"):
-        return _json(column.name, text)
-    return _instant(column.name, text) if column.name.endswith("_utc") else text
-
-
-def _json(name: str, text: str) -> str:
-    try:
-        return canonical(json.loads(text))
-    except ValueError:
-        raise UsageError(f'{name}={text} is not JSON: write it as {name}={{"radius_m":0.038}}.') from None
-
-
-def _instant(name: str, text: str) -> str:
+        try:
+            return canonical(json.loads(text))
+        except ValueError:
+            raise UsageError(
+                f'{column.name}={text} is not JSON: write it as {column.name}={{"radius_m":0.038}}.'
+            ) from None
+    if not column.name.endswith("_utc"):
+        return text
     try:
         moment = datetime.datetime.fromisoformat(text)
     except ValueError:
         moment = None
     if moment is None or moment.tzinfo is None:
-        raise UsageError(f"{name}={text} is no instant: write it with its zone, as 2021-06-01T14:30:00Z.")
+        raise UsageError(f"{column.name}={text} is no instant: write it with its zone, as 2021-06-01T14:30:00Z.")
     return moment.astimezone(datetime.UTC).isoformat().replace("+00:00", "Z")
 
 
@@ -391,11 +374,6 @@ _COLUMNS: Mapping[str, Mapping[str, str]] = {
 """The column that a word of the sheets stands for."""
 
 
-def text_by_column(kind: str) -> tuple[str, ...]:
-    """Return the words that a correction of this kind of row takes beside its columns' own names."""
-    return (*_COLUMNS.get(kind, {}), *((MAH,) if kind == "run" else ()))
-
-
 def in_columns(kind: str, given: Mapping[str, str], run: RunRow | None, zone: ZoneInfo) -> dict[str, str]:
     """Return what was given by column; a new date takes the time of day of the start along.
 
@@ -411,8 +389,9 @@ def in_columns(kind: str, given: Mapping[str, str], run: RunRow | None, zone: Zo
     if run is None:
         return texts
     date = _date(texts["day"]) if _DATE in given else None
-    if _STARTED in given:
-        texts["started_utc"] = _started(given[_STARTED], _date(texts.get("day", run.day)), zone)
+    started = given.get(_STARTED)
+    if started and "T" not in started:  # an instant, or nothing, is left as it is
+        texts["started_utc"] = to_utc(_date(texts.get("day", run.day)), parse_clock(started), zone)
     elif date is not None and run.started_utc is not None and "started_utc" not in texts:
         clock = datetime.datetime.fromisoformat(run.started_utc).astimezone(zone).time()
         texts["started_utc"] = to_utc(date, clock, zone)
@@ -442,13 +421,123 @@ def _text(word: str, text: str) -> str:
     return text if number is None or "," not in text else repr(number)
 
 
-def _started(text: str, date: datetime.date, zone: ZoneInfo) -> str:
-    """Return the instant of a time of day; an instant, or nothing, is left as it is."""
-    return text if not text or "T" in text else to_utc(date, parse_clock(text), zone)
-
-
 def _date(text: str) -> datetime.date:
     try:
         return parse_date(text)
     except SheetQuestion as question:
         raise UsageError(f"{question.sentence}: write it as year-month-day, such as 2021-06-01.") from None
+
+
+def state_charge(
+    session: WriteSession,
+    configuration: Configuration,
+    name: str,
+    charge_mah: float,
+    minutes: float | None,
+    end_voltage_v: float | None,
+    *,
+    add: bool = False,
+) -> str:
+    """State what a charger put back after a run, beside what the run has where `add`; returns the charge's uid."""
+    from ingest.formats.chargers.sheet import MOST_OF_CAPACITY  # with readers of files, which others need not load
+
+    run = run_named(session.connection, name)
+    if not (math.isfinite(charge_mah) and charge_mah >= 0):
+        raise UsageError(f"MAH {charge_mah:g} is not possible: give what the charger put back, 0 or more.")
+    for what, value in (("--minutes", minutes), ("--end-voltage", end_voltage_v)):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise UsageError(f"{what} {value:g} is not possible: give a number above 0.")
+    most = (
+        MOST_OF_CAPACITY * configuration.batteries[run.battery].capacity_mah
+        if run.battery in configuration.batteries
+        else math.inf
+    )
+    if charge_mah > most:
+        raise UsageError(
+            f"{charge_mah:g} mAh is more than pack {run.battery} can take ({most:g} mAh): check number and unit."
+        )
+    if add:
+        refuse_added_to_nothing(session.connection, run)
+    else:
+        refuse_second_charge(session.connection, run.uid, name)
+    digits = Decimal(repr(charge_mah)).normalize().as_tuple()
+    return session.declare(
+        "charge",
+        row_number=1,
+        run=run.uid,
+        battery=find_uid(session.connection, "battery", name=run.battery),
+        charge_mah=charge_mah,
+        resolution_mah=10.0 ** min(0, int(digits.exponent)),  # the step of the last digit as it was typed, at most 1
+        duration_s=None if minutes is None else minutes * 60.0,
+        end_voltage_v=end_voltage_v,
+        mode=str(ChargeMode.CHARGE),
+        **({"added": 1} if add else {}),
+    )
+
+
+def refuse_added_to_nothing(connection: sa.Connection, run: RunRow) -> None:
+    """Raise `UsageError` where a run has no charge that another one could be added to."""
+    if all(charge.added or charge.mode != ChargeMode.CHARGE for charge in charges_of_run(connection, run.uid)):
+        raise UsageError(f"run {run.name} has no charge yet that this one could be added to: leave --add out.")
+
+
+def refuse_second_of_file(connection: sa.Connection, file_uid: str, role: str | None, run: RunRow) -> None:
+    """Raise `UsageError` where a file that comes to a run brings its only charge along, and the run has one."""
+    charges = charges_of_file(connection, file_uid)
+    waiting = [charge for charge in charges if charge.run_uid is None and charge.state is ChargeState.COUNTED]
+    if role == FileRole.CHARGE and len(waiting) == 1:
+        refuse_second_charge(connection, run.uid, run.name, charge_uid=waiting[0].uid, mode=waiting[0].mode)
+
+
+def refuse_second_charge(
+    connection: sa.Connection,
+    run_uid: str,
+    run_name: str,
+    *,
+    charge_uid: str | None = None,
+    mode: str = ChargeMode.CHARGE,
+) -> None:
+    """Raise `UsageError`, which names the first, where a run has a charge other than this one already.
+
+    `charge_uid` is None for one that is being typed in.
+    """
+    if mode != ChargeMode.CHARGE:
+        return
+    for first in charges_of_run(connection, run_uid):
+        if first.uid == charge_uid or first.added or first.mode != ChargeMode.CHARGE:
+            continue
+        place = place_of_charge(connection, first.uid)
+        where = "typed in" if place is None else place
+        off = f"`labbook assign {place} none --why ...`" if place else f"`labbook correct charge:{first.uid} run=none`"
+        add = "give it with --add" if charge_uid is None else f"`labbook assign charge:{charge_uid} {run_name} --add`"
+        raise UsageError(
+            f"run {run_name} has a charge already, {first.charge_mah:g} mAh ({where}, charge:{first.uid}): correct "
+            f"that one with `labbook correct charge:{first.uid} charge_mah=VALUE`, or take it off first with {off}; if "
+            f"the pack was charged in parts, {add}; a row of the inbox that is no charge of a run goes with `labbook "
+            "runs dismiss NAME#ROW --why ...`."
+        )
+
+
+def state_check(
+    session: WriteSession,
+    configuration: Configuration,
+    kind: str,
+    value: float | None,
+    unit: str | None,
+    passed: bool,
+    day: str | None,
+) -> str:
+    """State that a check of `[protocol] checks` was made on a day (default: today in the study's time zone).
+
+    Returns the date. Raises `UsageError` for a check that is not listed, a value or a date that is none.
+    """
+    listed = configuration.protocol.checks
+    if kind not in listed:
+        remedy = 'A day\'s checks are those that labbook.toml lists under [protocol], as checks = ["rail_angle"].'
+        raise unknown_name("check", kind, listed, remedy)
+    if value is not None and not math.isfinite(value):
+        raise UsageError(f"--value {value} is not a measurement: give a finite number.")
+    date = day_named("--day", day, configuration.study.time_zone)
+    day_uid = ensure_day(session, study_of(session.connection).uid, date)
+    session.declare("day_check", day=day_uid, kind=kind, value=value, unit=unit, passed=int(passed))
+    return date

@@ -1,45 +1,154 @@
-"""What the person at the rig must know of files just taken in, before the foot is changed.
+"""What a person must know of runs just stated, or of files just taken in, before the foot is changed.
 
-One line a run: is it as it should be? And a log without body height is asked about loudly, for no jump is found in it.
+Remarks on what is possible but odd, by the checks of `attention`, never refused; one line a run: is it as it should be?
+And a log without body height is asked about loudly, for no jump is found in it.
 """
 
 from __future__ import annotations
 
 import difflib
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TypeAlias
 
 import sqlalchemy as sa
 
 from data_schema.queries.files import find_files
 from data_schema.queries.runs import RunRow, list_runs, runs_named, runs_of_conditions
-from data_schema.queries.signals import SignalRow
-from data_schema.reasons import Reason
+from data_schema.queries.study import planned_runs
 from data_schema.vocabulary import FileRole, GapKind, IngestStatus, RunKind, Undefined
 from ingest.channels.names import channel_kind, squash
 from ingest.declared import flag_of
 from ingest.model import ChannelData, SignalPart
 from labbook.actions.files.ingesting import FileOutcome
-from labbook.actions.runs.remarks import remarks_on
+from labbook.actions.runs.attention import (
+    CHECKS,
+    Check,
+    Facts,
+    Finding,
+    Gravity,
+    Lines,
+    correcting,
+    found,
+    joules_of,
+    known_joules,
+)
 from labbook.analysis.outcomes.control_limits import LIMITS_FROM_RUNS, ControlLimits, limits_of
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
-from labbook.analysis.outcomes.run_energy import below_drain, drain_lines, joules_per_jump, usable_charge
+from labbook.analysis.outcomes.run_energy import below_drain, drain_lines
 from labbook.analysis.study_data import StudyData, gather_about
 from labbook.book.opening import Book
+from labbook.config.parsing import Configuration
+from labbook.config.run_names import RunNames
 from labbook.statements.importing import PreparedImport
 from labbook.terminal import listed
-from stats.lines.passive_drain import PassiveDrain
+
+MOST_NAMED = 20
+"""Runs that a remark names beside the first."""
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """One rule, the first thing that it is about, up to `MOST_NAMED` more, and how many there are in all."""
+
+    rule: str
+    count: int
+    first: str
+    more: tuple[str, ...]
+    message: str
+
+
+def _plan(facts: Facts) -> Iterator[Finding]:
+    plan = {row.run_name: row for row in planned_runs(facts.connection)}
+    for run in facts.runs:
+        planned = plan.get(run.name)
+        if planned is None or (planned.condition_key or "") == run.condition_key:
+            continue
+        if planned.condition_key is None:
+            words = correcting(run.name, "kind=idle", "jumps_made=0", "levels=none")
+            yield found(f"run {run.name} was planned as an idle run", *words, run=run)
+        else:
+            words = correcting(run.name, *planned.condition_key.split())
+            yield found(f"run {run.name} was planned with {planned.condition_key}", *words, run=run)
+
+
+RULES: Mapping[str, Check] = {
+    **CHECKS,
+    "differs_from_plan": Check(Gravity.DOUBTFUL, _plan, columns="condition kind", alike=False),
+}
+"""The checks that remark, by name, in the order in which remarks are shown."""
+
+
+def remarks_on(
+    connection: sa.Connection,
+    configuration: Configuration,
+    runs: Sequence[str],
+    columns: Collection[str] | None = None,
+) -> list[Remark]:
+    """Apply the rules to runs, given by name: all rules, or those that look at one of `columns`."""
+    rows = runs_named(connection, runs)
+    facts = Facts(connection, configuration, rows, days=sorted({row.day for row in rows}))
+    remarks = []
+    for name, rule in RULES.items():
+        looked_at = set(rule.columns.split())
+        if looked_at and (columns is None or looked_at.intersection(columns)):
+            messages = {str(one.run): f"{one.what}: `{one.command}`" for one in rule.look(facts)}
+            for several in [messages] if rule.alike else [{run: text} for run, text in messages.items()]:
+                remarks += _remark(name, several)
+    return remarks
+
+
+def remarks_on_names(names: Sequence[str], known: Collection[str], scheme: RunNames) -> list[Remark]:
+    """Compare the names of new runs with those of planned runs and of runs that were there, and with the scheme.
+
+    `R 7` may be `r7`; names of another form than `[study] run_names` says are remarked on where they were not planned.
+    """
+    folded = {_folded(name): name for name in known}
+    messages = {
+        name: f"run {name} is another run than {folded[_folded(name)]}, and their names differ in case or blanks only: "
+        f"`labbook correct {shlex.quote(name)} name=...` renames it"
+        for name in names
+        if name not in known and _folded(name) in folded
+    }
+    says = f'run_names = "{scheme.scheme}" in [study] of labbook.toml says: only a file whose name begins so is its own'
+    others = {
+        name: f"run {name} is not called as {says}"
+        for name in names
+        if scheme.number(name) is None and name not in known and name not in messages
+    }
+    return _remark("name_almost_taken", messages) + _remark("name_of_other_form", others)
+
+
+def remarks_on_places(new: Mapping[str, tuple[str, int]], taken: Mapping[tuple[str, int], str]) -> list[Remark]:
+    """Compare the (day, position) of new runs, by name, with those that runs in the book have."""
+    messages = {
+        name: f"run {name} has position {place[1]} of {place[0]}, as run {taken[place]} has: their order is not known"
+        for name, place in new.items()
+        if place in taken
+    }
+    return _remark("position_taken", messages)
+
+
+def _folded(name: str) -> str:
+    return "".join(name.split()).casefold()
+
+
+def _remark(rule: str, messages: Mapping[str, str]) -> list[Remark]:
+    if not messages:
+        return []
+    first, *more = messages
+    message = messages[first]
+    if more:
+        message += f"; the same of {listed(more, MOST_NAMED)}"
+    return [Remark(rule, len(messages), first, tuple(more[:MOST_NAMED]), f"{message}.")]
+
 
 OF_JOULES = frozenset({"charge_mah", "duration_s", "jumps_made", "condition", "mode", "run"})
 """Columns of a run and its charge whose correction changes its joules a jump, or with which others they compare."""
 _RIG_GAPS = (GapKind.DROPPED, GapKind.HELD)
 """The gaps that radio or sensor caused: a pause was made on purpose, and rejected rows are findings."""
-
-Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +248,14 @@ def _line(
     in_book = evidence.logs.get(run.uid, [])
     if (jumps and in_book) or any(stored.detection is not None for prepared in files for stored in prepared.parts):
         found = jumps_found_in_run(detections, run, in_book, evidence.configuration.protocol.detector)
-        parts.append(f"{_jumps(run, found, in_book)},")
+        off = 0 if isinstance(found, Undefined) else run.jumps_made - found
+        several = len({log.sha256 for log in in_book})
+        parts.append(
+            f"its jumps do not count ({found.reason}),"
+            if isinstance(found, Undefined)
+            else f"{found} of {run.jumps_made} jumps found{'' if several == 1 else f' in {several} logs'}"
+            f"{f' ({off} missing)' if off > 0 else f' ({-off} too many)' if off else ''},"
+        )
     logs = {
         stored.sha256: part
         for prepared in files
@@ -149,11 +265,21 @@ def _line(
     if misfires:
         parts.append(f"{misfires} misfire{'' if misfires == 1 else 's'},")
     if logs:
-        parts.append(f"{_gaps(logs.values())}{_source_of_gaps(files, evidence.logs.get(run.uid, []))},")
+        just_read = ""  # where the book has other logs of the run, whose jumps count too
+        if not {log.file_sha256 for log in in_book} <= {prepared.sha256 for prepared in files}:
+            several_read = sum(bool(prepared.parts) for prepared in files) > 1
+            just_read = f" in the log{'s' if several_read else ''} just read"
+        parts.append(f"{_gaps(logs.values())}{just_read},")
     joules_per_jump = joules_of(run, evidence, drains)
     joules, outside = _joules(joules_per_jump, limits)
-    too_little = too_little_charged(run, evidence, drains)
-    text = " ".join([*parts, joules]) + (f"; look again: {too_little}" if too_little else "")
+    text = " ".join([*parts, joules])
+    too_little = below_drain(run, evidence.charges.get(run.uid, []), drains[run.robot_uid])
+    if too_little is not None and run.duration_s is not None:
+        text += (
+            f"; look again: its charge of {too_little[0]:g} mAh is below the {too_little[1]:.1f} mAh that the "
+            f"electronics alone draw in its {run.duration_s / 60.0:.3g} min: check the charge and the duration "
+            f"(`labbook show {run.name}`)"
+        )
     off = abs(found - run.jumps_made) if isinstance(found, int) else 0
     concerns = {
         "logs_too_many": isinstance(found, Undefined),
@@ -165,21 +291,6 @@ def _line(
     return RigLine(text, concern, off, run.name, found, run.jumps_made, misfires, joules_per_jump)
 
 
-def _jumps(run: RunRow, found: int | Undefined, logs: Sequence[SignalRow]) -> str:
-    """Say how many jumps all logs of a run in the book have: where it was started again, some may have come before."""
-    if isinstance(found, Undefined):
-        return f"its jumps do not count ({found.reason})"
-    several = len({log.sha256 for log in logs})
-    where = "" if several == 1 else f" in {several} logs"
-    return f"{found} of {run.jumps_made} jumps found{where}{_mismatch(found, run.jumps_made)}"
-
-
-def _mismatch(found: int, made: int) -> str:
-    if found == made:
-        return ""
-    return f" ({made - found} missing)" if found < made else f" ({found - made} too many)"
-
-
 def _gaps(logs: Iterable[SignalPart]) -> str:
     gaps = [gap for log in logs for gap in log.gaps if gap.kind in _RIG_GAPS]
     if not gaps:
@@ -188,13 +299,6 @@ def _gaps(logs: Iterable[SignalPart]) -> str:
     held = sum(gap.samples_missing for gap in gaps if gap.kind is GapKind.HELD)
     held_text = f", {held} of them held" if held else ""
     return f"{len(gaps)} gap{'' if len(gaps) == 1 else 's'} ({missing} samples{held_text})"
-
-
-def _source_of_gaps(files: Sequence[PreparedImport], in_book: Sequence[SignalRow]) -> str:
-    """Say that gaps are those of the logs just read, where the book has others of the run, whose jumps count too."""
-    if {log.file_sha256 for log in in_book} <= {prepared.sha256 for prepared in files}:
-        return ""
-    return " in the log just read" if sum(bool(prepared.parts) for prepared in files) == 1 else " in the logs just read"
 
 
 def _joules(joules: float | Undefined, limits: ControlLimits) -> tuple[str, bool]:
@@ -214,35 +318,6 @@ def _joules(joules: float | Undefined, limits: ControlLimits) -> tuple[str, bool
     lowest = f"{low:.1f}" if low else "0"
     verdict = "OUTSIDE" if outside else "within"
     return f"{text}, {verdict} the control limits {lowest} to {high:.1f} J (n = {limits.n})", outside
-
-
-def too_little_charged(run: RunRow, evidence: StudyData, drains: Lines) -> str | None:
-    """Say that a run's charge is below what the electronics alone draw in its duration; None where it is not."""
-    found = below_drain(run, evidence.charges.get(run.uid, []), drains[run.robot_uid])
-    if found is None or run.duration_s is None:
-        return None
-    return (
-        f"its charge of {found[0]:g} mAh is below the {found[1]:.1f} mAh that the electronics alone draw in its "
-        f"{run.duration_s / 60.0:.3g} min: check the charge and the duration (`labbook show {run.name}`)"
-    )
-
-
-def joules_of(run: RunRow, evidence: StudyData, drains: Lines) -> float | Undefined:
-    """Return a run's joules a jump, or why there are none."""
-    charge = usable_charge(run, evidence.charges.get(run.uid, []))
-    if isinstance(charge, Undefined):
-        return charge
-    drain = drains[run.robot_uid]
-    if isinstance(drain, Undefined):
-        return Undefined(Reason.NO_DRAIN_FIT_YET)
-    passive = drain.at(run.duration_s or 0.0).charge_mah
-    return joules_per_jump(charge.charge_mah, passive, evidence.study.reference_voltage_v, run.jumps_made)
-
-
-def known_joules(evidence: StudyData, drains: Lines) -> dict[str, float]:
-    """Return the joules a jump of all runs that have any, by uid."""
-    every = {run.uid: joules_of(run, evidence, drains) for run in evidence.runs}
-    return {uid: joules for uid, joules in every.items() if not isinstance(joules, Undefined)}
 
 
 _LIKE_HEIGHT = ("bodyheight", "height", "hgt", "bodyz", "z", "h", "pot", "string", "position", "hoehe")

@@ -13,8 +13,6 @@ import sqlalchemy as sa
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from data_schema.errors import UsageError
-from data_schema.queries.detections import JumpRow
 from data_schema.queries.signals import SignalRow, gaps_of
 from labbook.actions.runs.jump_review import RunReview, review
 from labbook.analysis.outcomes.detection import Detections, Log, detect, detection_row, rest_length_m
@@ -22,7 +20,7 @@ from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of
 from labbook.book.opening import Book
 from reports.display import LogGap, LogJump, RunLog, count_text
 from reports.figures.kind import FORMS, check_form, svg_bytes, write_figure
-from reports.figures.log import draw_log
+from reports.figures.log import draw_log, draw_logs_overlaid
 from reports.page.writing import figure_page
 
 PICTURES = (*FORMS, ".html")
@@ -55,7 +53,8 @@ def plot_run(book: Book, connection: sa.Connection, name: str, jump: int | None,
     """Draw a run's logs to a file in the form of its ending; `jump` is the one that is shown enlarged."""
     check_form("--out", out, PICTURES)
     picture, remark = drawn_log(book, connection, review(book, connection, name), jump)
-    shows = f"Body height over time, with {_found(picture)}"
+    left = sum(1 for one in picture.jumps if one.excluded)
+    shows = f"Body height over time, with {count_text(len(picture.jumps), 'jump')}, {left} of them left out"
     write_picture(draw_log(picture), out, f"Run {name}: {picture.title}", shows)
     return PlottedRun(out, remark)
 
@@ -75,11 +74,7 @@ def drawn_log(book: Book, connection: sa.Connection, found: RunReview, jump: int
     Raises `UsageError` for a jump that the run does not have.
     """
     name = found.run.name
-    numbers = {item.jump.number for item in found.jumps}
-    if jump is not None and jump not in numbers:
-        raise UsageError(
-            f"run {name} has no jump {jump}: it has {len(numbers)}, `labbook jumps list {name}` shows them."
-        )
+    asked = None if jump is None else found.jump(jump).jump
     detections = Detections(connection, book.store)
     pieces: list[_Piece] = []
     logs: dict[str, Log] = {}
@@ -91,31 +86,25 @@ def drawn_log(book: Book, connection: sa.Connection, found: RunReview, jump: int
         pieces.append(_Piece(signal, log.time_s + offset_s, log.body_height_m, log.leg_length_m, offset_s))
     misfires = _misfires(book, connection, found, logs)
     offsets = {piece.signal.sha256: piece.offset_s for piece in pieces}
+    gaps = [
+        LogGap(gap.start_s + piece.offset_s, gap.start_s + gap.length_s + piece.offset_s, str(gap.kind))
+        for piece in pieces
+        for gap in gaps_of(connection, piece.signal.uid)
+    ]
     picture = RunLog(
         run=name,
         title=f"{found.run.condition_key or found.run.kind}, {found.run.day}",
         time_s=np.concatenate([piece.time_s for piece in pieces]),
         body_height_m=np.concatenate([piece.body_height_m for piece in pieces]),
         jumps=tuple(_jump(item, offsets[item.signal_sha256], misfires) for item in found.jumps),
-        gaps=tuple(sorted([*restarts, *(gap for piece in pieces for gap in _gaps(connection, piece))], key=_start_s)),
+        gaps=tuple(sorted([*restarts, *gaps], key=lambda gap: gap.start_s)),
         panel_jump=jump,
         leg_length_m=_leg_length(pieces),
     )
-    asked = next((item.jump for item in found.jumps if item.jump.number == jump), None)
-    return picture, "" if asked is None else _no_apex(name, asked, misfires)
-
-
-def _found(log: RunLog) -> str:
-    """Count the jumps of a log, and those that are not used."""
-    left = sum(1 for jump in log.jumps if jump.excluded)
-    return f"{count_text(len(log.jumps), 'jump')}, {left} of them left out"
-
-
-def _no_apex(name: str, jump: JumpRow, misfires: set[str]) -> str:
-    if jump.undefined_reason is None:
-        return ""
-    kind = "was a misfire" if jump.uid in misfires else "has no apex"
-    return f"jump {jump.number} of run {name} {kind}: {jump.undefined_reason}."
+    if asked is None or asked.undefined_reason is None:
+        return picture, ""
+    kind = "was a misfire" if asked.uid in misfires else "has no apex"
+    return picture, f"jump {jump} of run {name} {kind}: {asked.undefined_reason}."
 
 
 def _misfires(book: Book, connection: sa.Connection, found: RunReview, logs: Mapping[str, Log]) -> set[str]:
@@ -163,17 +152,6 @@ def _restart(last: _Piece, signal: SignalRow) -> LogGap:
     return LogGap(end_s, end_s + max(_BREAK_SHARE * end_s, 1.0), "restart, of unknown length", length_known=False)
 
 
-def _start_s(gap: LogGap) -> float:
-    return gap.start_s
-
-
-def _gaps(connection: sa.Connection, piece: _Piece) -> list[LogGap]:
-    return [
-        LogGap(gap.start_s + piece.offset_s, gap.start_s + gap.length_s + piece.offset_s, str(gap.kind))
-        for gap in gaps_of(connection, piece.signal.uid)
-    ]
-
-
 def _jump(item: JudgedJump, offset_s: float, misfires: set[str]) -> LogJump:
     jump = item.jump
     return LogJump(
@@ -185,3 +163,11 @@ def _jump(item: JudgedJump, offset_s: float, misfires: set[str]) -> LogJump:
         excluded=item.excluded or "",
         misfire=jump.uid in misfires and jump.apex_height_m is None,
     )
+
+
+def plot_runs(book: Book, connection: sa.Connection, names: tuple[str, str], out: Path) -> None:
+    """Draw the body heights of two runs over each other, to a file in the form of its ending."""
+    first, second = (drawn_log(book, connection, review(book, connection, name), None)[0] for name in names)
+    figure = draw_logs_overlaid(first, second)
+    shows = f"Body heights over time, of {first.title}, and of {second.title}"
+    write_picture(figure, out, f"Runs {first.run} and {second.run}", shows)

@@ -18,7 +18,7 @@ from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.study import planned_runs, withdrawn_names
 from data_schema.vocabulary import Action, RunKind, RunState
 from ingest.tables.sheet import SheetFile
-from labbook.actions.runs.remarks import Remark, remarks_on, remarks_on_names, remarks_on_places
+from labbook.actions.runs.rig_line import Remark, remarks_on, remarks_on_names, remarks_on_places
 from labbook.book.naming import ensure_condition, ensure_day, named_uid, study_of
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid
@@ -78,7 +78,8 @@ def import_runs(book: Book, session: WriteSession, sheet: SheetFile, *, dates: s
             continue
         new = session.declare("run", **values, name=row.name, planned_run=planned.get(row.name))
         if row.note:
-            session.state(_note(new, row.note))
+            about = {"target_kind": "run", "target_uid": new, "text": row.note}
+            session.state(Statement(Action.NOTE, "note", new_uid(), new=about))
         done.stated.append(row.name)
     if contradictions:
         raise InputRefused("\n".join(contradictions))
@@ -145,13 +146,12 @@ def _as_values(known: _Known, run: RunRow) -> dict[str, Any]:
         "condition": run.condition_uid,
         "robot": run.robot_uid,
         "battery": known.battery(run.battery),
-        "position_in_day": run.position_in_day,
-        "started_utc": run.started_utc,
-        "duration_s": run.duration_s,
-        "jumps_made": run.jumps_made,
-        "starts": run.starts,
+        **{name: getattr(run, name) for name in _AS_STATED},
         "state": str(run.state),
     }
+
+
+_AS_STATED = ("position_in_day", "started_utc", "duration_s", "jumps_made", "starts")
 
 
 def _only(kind: str, known: Mapping[str, Any], row: RunSheetRow) -> str:
@@ -175,7 +175,7 @@ def _fill_in(
 ) -> None:
     name, standing = run.name, _as_values(known, run)
     is_open = standing["state"] == RunState.OPEN
-    blank: Sequence[str] = [
+    blank = [
         column
         for column in values
         if standing[column] is None or (is_open and column in ("jumps_made", "starts", "state"))
@@ -225,7 +225,3 @@ def _contradiction(run: RunRow, row: RunSheetRow, values: Mapping[str, Any], col
 
 def _plain(value: Any) -> str:
     return f"{value:g}" if isinstance(value, float) and value == float(f"{value:g}") else str(value)
-
-
-def _note(run_uid: str, text: str) -> Statement:
-    return Statement(Action.NOTE, "note", new_uid(), new={"target_kind": "run", "target_uid": run_uid, "text": text})

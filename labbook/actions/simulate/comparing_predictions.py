@@ -34,7 +34,7 @@ from reports.tables.predictions import (
     verdict_text,
 )
 from reports.tables.registry import TABLES
-from reports.tables.table import Cell, Table
+from reports.tables.table import Table
 
 _MOST = {
     PredictedQuantity.JOULES: "most_joules",
@@ -43,6 +43,7 @@ _MOST = {
     PredictedQuantity.IMPULSE_HEIGHT: "most_impulse_height_m",
     PredictedQuantity.SAVINGS: "most_savings_percent",
 }
+_PUBLISHED = ("id", "where", "published", "unit", "relation")
 COMPARED = {
     "hypotheses_in_full": None,
     **{kind.name: title_text(quantity) for kind, quantity in zip(PREDICTED, PredictedQuantity, strict=True)},
@@ -175,7 +176,7 @@ def as_data(compared: ComparedPredictions) -> dict[str, Any]:
                 "error_ratio": _value_data(item.check.error_ratio.value),
                 "agrees": item.agrees,
                 "unsure": item.unsure,
-                "published": _published_data(item),
+                "published": item.published and {name: getattr(item.published, name) for name in _PUBLISHED},
             }
             for item in about.items
         ],
@@ -245,17 +246,16 @@ def _table_lines(table: Table) -> list[str]:
     """Set a table in columns, a group's rows under its name; provenance is the report's, and left out."""
     shown = [place for place, column in enumerate(table.heads) if column.fields != ("provenance",)]
     heads = [table.heads[place].head for place in shown]
-    texts = [[_noted(table, cells[place]) for place in shown] for cells in map(table.cells, table.rows)]
+    notes = {"": "", **{reason: f" ({mark})" for reason, mark in table.footnotes.items()}}
+    texts = [
+        [f"{cells[place].text}{notes[cells[place].note]}" for place in shown] for cells in map(table.cells, table.rows)
+    ]
     head, *set_rows = columns(heads, texts)
     lines, left = [head], iter(set_rows)
     for block, rows in table.blocks:
         lines += [block] if block else []
         lines += itertools.islice(left, len(rows))
     return [*lines, *(f"  {mark}: {reason}" for reason, mark in table.footnotes.items())]
-
-
-def _noted(table: Table, cell: Cell) -> str:
-    return f"{cell.text} ({table.footnotes[cell.note]})" if cell.note else cell.text
 
 
 def _plain(line: str) -> str:
@@ -276,11 +276,3 @@ def _number_data(number: Number) -> dict[str, Any]:
 def _value_data(value: Value | tuple[float, float] | None) -> Any:
     """Return a value or an interval for JSON, None where it is undefined."""
     return None if isinstance(value, Undefined) else value
-
-
-def _published_data(item: Prediction | None) -> dict[str, Any] | None:
-    """Return for JSON what the thesis has of a condition, None where it has nothing."""
-    found = None if item is None else item.published
-    if found is None:
-        return None
-    return {name: getattr(found, name) for name in ("id", "where", "published", "unit", "relation")}

@@ -110,7 +110,11 @@ def answer(
     observed = observe(values, step)
     if pooled:
         observed = observed.pooled()
-    question = Question(observed, cast(Missing, values.missing), _alpha_of(values.alpha, observed))
+    alpha = values.alpha
+    if alpha is not None and not 0.0 < alpha < 1.0:
+        raise UsageError(f"--alpha is {alpha!r}: give a number between 0 and 1, for example 0.05 for 5 %.")
+    alpha = alpha or (ALPHA if observed.settings is None else observed.settings.alpha)
+    question = Question(observed, cast(Missing, values.missing), alpha)
     observed.others()
     found = ask(question)
     if values.plot is not None:
@@ -141,13 +145,6 @@ def answer(
     return data, lines
 
 
-def _alpha_of(given: float | None, observed: Observations) -> float:
-    """Return the level of tests: the one given, the book's, or 0.05."""
-    if given is not None and not 0.0 < given < 1.0:
-        raise UsageError(f"--alpha is {given!r}: give a number between 0 and 1, for example 0.05 for 5 %.")
-    return given or (ALPHA if observed.settings is None else observed.settings.alpha)
-
-
 def compare(question: Question, route: str | None) -> Answer:
     """Compare every group with the control, by shared days where these are known, else by the t-test of the route."""
     if route is not None and route not in ROUTES:
@@ -156,39 +153,33 @@ def compare(question: Question, route: str | None) -> Answer:
     if route is None and days_decide(observed):
         return _by_days(question)
     control = observed.values(observed.control)
-    found = {
-        label: compare_two(
+    sentences, comparisons, numbers = [], [], {}
+    p_values: dict[str, float | Undefined] = {}
+    for label in observed.others():
+        name = question.name(label)
+        found = compare_two(
             observed.values(label),
             control,
             route=route or "welch",
             alpha=question.alpha,
             missing=question.missing,
-            names=(question.name(label), question.control),
+            names=(name, question.control),
         )
-        for label in observed.others()
-    }
-    sentences = [result.sentence(unit=observed.unit) for result in found.values()]
-    data: dict[str, Any] = {
-        "comparisons": [
-            {"a": question.name(label), "b": question.control, **as_dict(result)} for label, result in found.items()
-        ]
-    }
-    if len(found) > 1:
-        family = _adjusted(question, {label: result.p for label, result in found.items()})
+        sentences.append(found.sentence(unit=observed.unit))
+        comparisons.append({"a": name, "b": question.control, **as_dict(found)})
+        p_values[name] = found.p
+        numbers[label] = difference_number(found.difference, found.difference_ci, question.level, observed.unit)
+    data: dict[str, Any] = {"comparisons": comparisons}
+    if len(p_values) > 1:
+        family = _adjusted(question, p_values)
         sentences.append(family.sentence())
         data["holm"] = as_dict(family)
-    numbers = {
-        label: difference_number(one.difference, one.difference_ci, question.level, observed.unit)
-        for label, one in found.items()
-    }
-    tests = " or ".join(f"{test}'s t" for test in sorted({result.test for result in found.values()}))
-    notes = _days_left_out(observed)
-    return Answer(sentences, data, lambda: estimation_of(observed, numbers, interval=tests), notes)
+    tests = " or ".join(f"{test}'s t" for test in sorted({one["test"] for one in comparisons}))
+    return Answer(sentences, data, lambda: estimation_of(observed, numbers, interval=tests), _days_left_out(observed))
 
 
 def _adjusted(question: Question, p_values: Mapping[str, float | Undefined]) -> HolmFamily:
-    named = {question.name(label): p for label, p in p_values.items()}
-    return holm(named, f"against {question.control}", alpha=question.alpha)
+    return holm(p_values, f"against {question.control}", alpha=question.alpha)
 
 
 def _by_days(question: Question, *, savings: bool = False) -> Answer:
@@ -196,44 +187,49 @@ def _by_days(question: Question, *, savings: bool = False) -> Answer:
 
     At the alpha decided on, a saving of the book's outcome is tested against the side that was decided on.
     """
-    observed, alpha = question.observed, question.alpha
-    settings, of_plan = observed.settings, observed.plan is not None and observed.measured.has_savings
+    observed, alpha, settings = question.observed, question.alpha, question.observed.settings
+    of_plan = observed.plan is not None and observed.measured.has_savings
     one_sided = of_plan and settings is not None and settings.one_sided and math.isclose(alpha, settings.alpha)
-    level = 1.0 - (2.0 * alpha if one_sided else alpha)
+    level, unit = 1.0 - (2.0 * alpha if one_sided else alpha), "%" if savings else observed.unit
     contrasts = _contrasts(question)
     tested = {
         label: one.savings(level) if savings or of_plan else one.difference(level) for label, one in contrasts.items()
     }
-    shown = tested if savings else {label: one.difference(level) for label, one in contrasts.items()}
-    p_values = {label: p_of(one, one_sided) for label, one in tested.items()}
-    family = _adjusted(question, p_values) if len(contrasts) > 1 else None
-    answers, sentences = [], []
-    for at, (label, contrast) in enumerate(contrasts.items()):
-        p, one = p_values[label], tested[label]
-        data: dict[str, Any] = {
-            **_described(question, label, contrast),
-            **_estimate("difference", contrast.difference(level)),
-            **(_estimate("savings_percent", one) if savings or of_plan else {}),
-            "t": one.t,
-            "df": one.df,
-            "p": p,
-            "one_sided": one_sided,
-            "rejected": None if isinstance(p, Undefined) else p <= alpha,
-        }
-        if family is not None:
-            data["adjusted_p"] = family.adjusted_p[at]
-        answers.append(data)
-        estimate = replace(shown[label], p=p)
-        sentences.append(
-            _sentence(question, label, contrast, estimate, data.get("adjusted_p"), savings=savings, one_sided=one_sided)
+    p_values = {question.name(label): p_of(one, one_sided) for label, one in tested.items()}
+    adjusted = _adjusted(question, p_values).adjusted_p if len(contrasts) > 1 else None
+    answers, sentences, numbers = [], [], {}
+    for at, (label, one) in enumerate(tested.items()):
+        contrast, p = contrasts[label], p_values[question.name(label)]
+        difference = contrast.difference(level)
+        of_savings = {"savings_percent": one.value, "savings_percent_ci": one.ci}
+        answers.append(
+            {
+                **_described(question, label, contrast),
+                "difference": difference.value,
+                "difference_ci": difference.ci,
+                **(of_savings if savings or of_plan else {}),
+                "t": one.t,
+                "df": one.df,
+                "p": p,
+                "one_sided": one_sided,
+                "rejected": None if isinstance(p, Undefined) else p <= alpha,
+                **({} if adjusted is None else {"adjusted_p": adjusted[at]}),
+            }
         )
-    unit = "%" if savings else observed.unit
+        shown = replace(one if savings else difference, p=p)
+        numbers[label] = difference_number(shown.value, shown.ci, level, unit)
+        head = f"{_head(question, label, contrast)} is"
+        if savings:
+            head = f"{_rule_text(contrast)}: the savings of {question.name(label)} against {question.control} are"
+        sentences.append(
+            _sentence(head, unit, contrast, shown, alpha, None if adjusted is None else adjusted[at], one_sided)
+        )
     return Answer(
         sentences,
         {"decisions": answers},
         lambda: estimation_of(
             observed,
-            {label: difference_number(one.value, one.ci, level, unit) for label, one in shown.items()},
+            numbers,
             difference="Savings against" if savings else "",
             interval=f"{'Fieller' if savings else 't'}, by shared days",
         ),
@@ -255,36 +251,27 @@ def _described(question: Question, label: str, contrast: Contrast) -> dict[str, 
     }
 
 
-def _estimate(name: str, found: Estimate | Bounded) -> dict[str, Any]:
-    return {name: found.value, f"{name}_ci": found.ci}
-
-
 def _sentence(
-    question: Question,
-    label: str,
+    head: str,
+    unit: str,
     contrast: Contrast,
     shown: Estimate,
+    alpha: float,
     adjusted: float | Undefined | None,
-    *,
-    savings: bool,
     one_sided: bool,
 ) -> str:
     """Say by which rule a group is compared with the control: estimate, interval, t, p, n and what is left out."""
-    head, unit, verb = _head(question, label, contrast), question.observed.unit, "is"
-    if savings:
-        head = f"{_rule_text(contrast)}: the savings of {question.name(label)} against {question.control}"
-        unit, verb = "%", "are"
     if isinstance(shown.value, Undefined):
-        return f"{head} cannot be told: {shown.value.reason}."
+        return f"{head.rpartition(' ')[0]} cannot be told: {shown.value.reason}."
     value = f"{number_text(shown.value, error=error_of(shown.ci))}{with_unit(unit)}"
     if isinstance(shown.p, Undefined) or isinstance(shown.df, Undefined):
         why = shown.p.reason if isinstance(shown.p, Undefined) else "there are no degrees of freedom"
-        return f"{head} {verb} {value}; no test, because {why}."
-    p = f"{p_text(shown.p, question.alpha)}{' one-sided' if one_sided else ''}"
-    evidence = [interval_text(shown.ci, shown.level, unit), f"{statistic_text('t', shown.t, (shown.df,))}, {p}"]
+        return f"{head} {value}; no test, because {why}."
+    test = f"{statistic_text('t', shown.t, (shown.df,))}, {p_text(shown.p, alpha)}{' one-sided' if one_sided else ''}"
+    evidence = [interval_text(shown.ci, shown.level, unit), test]
     if adjusted is not None:
-        evidence.append(f"after Holm {p_text(adjusted, question.alpha)}")
-    return f"{head} {verb} {value} ({'; '.join([*evidence, _counted(contrast)])})."
+        evidence.append(f"after Holm {p_text(adjusted, alpha)}")
+    return f"{head} {value} ({'; '.join([*evidence, _counted(contrast)])})."
 
 
 def _head(question: Question, label: str, contrast: Contrast) -> str:
@@ -295,9 +282,8 @@ def _rule_text(contrast: Contrast) -> str:
     if not any(contrast.days):
         return "All values" if contrast.days else f"By shared days ({contrast.rule})"
     days = len(contrast.days)
-    count = f", {days} day{'' if days == 1 else 's'}" if days else ""
     only = "; holds for the days measured" if contrast.rule is Rule.WITHIN else ""
-    return f"By shared days ({contrast.rule}{count}{only})"
+    return f"By shared days ({contrast.rule}, {days} day{'' if days == 1 else 's'}{only})"
 
 
 def _counted(contrast: Contrast) -> str:
@@ -326,21 +312,24 @@ def _contrasts(question: Question) -> dict[str, Contrast]:
     if not by_days and question.missing == "refuse":
         for label in observed.labels:
             as_values(observed.name(label), observed.values(label))
-    control = [row for row in known.rows if row.label == known.control]
-    found = {}
-    for label in observed.others():
-        treated = [row for row in known.rows if row.label == label]
-        found[label] = contrast_by_day(
-            [float(value) for value in known.values(label)],
-            [float(value) for value in known.values(known.control)],
-            days_treated=[row.day for row in treated] if by_days else None,
-            days_control=[row.day for row in control] if by_days else None,
-            shared_treated=[row.shared for row in treated],
-            shared_control=[row.shared for row in control],
-            strata_treated=[", ".join(row.pooled) or "all" for row in treated],
-            strata_control=[", ".join(row.pooled) or "all" for row in control],
-        )
-    return found
+    by_label = grouped(known.rows, [row.label for row in known.rows])
+
+    def of(label: str, side: str) -> dict[str, Any]:
+        rows = by_label.get(label, [])
+        return {
+            f"days_{side}": [row.day for row in rows] if by_days else None,
+            f"shared_{side}": [row.shared for row in rows],
+            f"strata_{side}": [", ".join(row.pooled) or "all" for row in rows],
+        }
+
+    def numbers(label: str) -> list[float]:
+        return [float(value) for value in known.values(label)]
+
+    control = numbers(known.control), of(known.control, "control")
+    return {
+        label: contrast_by_day(numbers(label), control[0], **of(label, "treated"), **control[1])
+        for label in observed.others()
+    }
 
 
 def save(question: Question) -> Answer:
@@ -365,37 +354,34 @@ def equal(question: Question, given: Limits) -> Answer:
     if not percent:
         low, high = (None if end is None else question.scale * end for end in (low, high))
     unit, level = "%" if percent else observed.unit, 1.0 - 2.0 * question.alpha
-    contrasts = _contrasts(question)
-    bounded = {label: one.equivalence(low, high, question.alpha, percent=percent) for label, one in contrasts.items()}
+    sentences, answers, numbers = [], [], {}
+    for label, contrast in _contrasts(question).items():
+        found = contrast.equivalence(low, high, question.alpha, percent=percent)
+        sentences.append(_bounded_sentence(_head(question, label, contrast), contrast, found, unit))
+        answers.append(
+            {
+                **_described(question, label, contrast),
+                "low": low,
+                "high": high,
+                "estimate": found.value,
+                "estimate_ci": found.ci,
+                **{name: getattr(found, name) for name in ("t_low", "t_high", "df", "p", "equivalent")},
+            }
+        )
+        numbers[label] = difference_number(found.value, found.ci, level, unit)
     return Answer(
-        [_bounded_sentence(question, label, contrasts[label], one, unit) for label, one in bounded.items()],
-        {
-            "decisions": [
-                {
-                    **_described(question, label, contrasts[label]),
-                    "low": low,
-                    "high": high,
-                    **_estimate("estimate", one),
-                    "t_low": one.t_low,
-                    "t_high": one.t_high,
-                    "df": one.df,
-                    "p": one.p,
-                    "equivalent": one.equivalent,
-                }
-                for label, one in bounded.items()
-            ]
-        },
+        sentences,
+        {"decisions": answers},
         lambda: estimation_of(
             observed,
-            {label: difference_number(one.value, one.ci, level, unit) for label, one in bounded.items()},
+            numbers,
             [bound for bound in (low, high) if bound is not None],
             interval="one-sided tests by shared days" if days_decide(observed) else "one-sided tests",
         ),
     )
 
 
-def _bounded_sentence(question: Question, label: str, contrast: Contrast, found: Bounded, unit: str) -> str:
-    head = _head(question, label, contrast)
+def _bounded_sentence(head: str, contrast: Contrast, found: Bounded, unit: str) -> str:
     ends = [f"{number_text(end)}{with_unit(unit)}" for end in (found.low, found.high) if math.isfinite(end)]
     bounds = f"{number_text(found.low)} to {ends[-1]}"
     if len(ends) == 1:
@@ -409,38 +395,34 @@ def _bounded_sentence(question: Question, label: str, contrast: Contrast, found:
     known = [t for t in (found.t_low, found.t_high) if isinstance(t, float)]
     tests = " and ".join(statistic_text("t", t, (found.df,)) for t in known)
     interval = interval_text(found.ci, 1.0 - 2.0 * found.alpha, unit)
-    return f"{head}: {value} {verdict} ({interval}; {tests}, {p_text(found.p, question.alpha)}; {_counted(contrast)})."
+    return f"{head}: {value} {verdict} ({interval}; {tests}, {p_text(found.p, found.alpha)}; {_counted(contrast)})."
 
 
 def _bounds(given: Limits, question: Question) -> Limits:
-    """Return the bounds given or, for the outcome that the book's [analysis] has bounds of, those."""
-    observed = question.observed
-    if given[:2] != (None, None):
-        _refuse_millimetres(given, question)
-        return given
-    planned: Bounds | None = None
-    if observed.settings is not None and observed.measured.has_equivalence:
-        planned = observed.settings.apex_bounds
-    if planned is None:
-        raise UsageError(
-            "there are no bounds: add --low and --high, or one of them for non-inferiority, in the values' unit or, "
-            "with --percent, in percent of the control's mean."
-        )
-    return planned.low, planned.high, planned.percent
+    """Return the bounds given or, for the outcome that the book's [analysis] has bounds of, those.
 
-
-def _refuse_millimetres(given: Limits, question: Question) -> None:
-    """Raise `UsageError` for bounds of heights that no height lies beyond: they are metres, whatever is printed."""
+    Raises `UsageError` for bounds of heights that no height lies beyond: they are metres, whatever is printed.
+    """
     observed, (low, high, percent) = question.observed, given
-    if observed.plan is None or observed.measured.unit != "m" or percent:
-        return
+    if (low, high) == (None, None):
+        planned: Bounds | None = None
+        if observed.settings is not None and observed.measured.has_equivalence:
+            planned = observed.settings.apex_bounds
+        if planned is None:
+            raise UsageError(
+                "there are no bounds: add --low and --high, or one of them for non-inferiority, in the values' unit "
+                "or, with --percent, in percent of the control's mean."
+            )
+        return planned.low, planned.high, planned.percent
     heights = [abs(float(row.value)) / question.scale for row in observed.rows if row.value is not None]
-    for option, bound in (("--low", low), ("--high", high)):
-        if bound is not None and heights and abs(bound) > max(heights):
+    in_metres = observed.plan is not None and observed.measured.unit == "m" and not percent
+    for option, bound in (("--low", low), ("--high", high)) if in_metres and heights else ():
+        if bound is not None and abs(bound) > max(heights):
             raise UsageError(
                 f"{option} {bound:g} is in metres, and no {observed.measured} is above {number_text(max(heights))} m: "
                 f"for {bound:g} mm write {option} {bound / 1000:g}."
             )
+    return given
 
 
 def analyse(question: Question, variances: str) -> Answer:
@@ -512,10 +494,8 @@ def observe(given: Values, step: Callable[[str], None]) -> Observations:
     """Read the values that are asked for; raises `UsageError` for options that do not belong to their source."""
     if given.missing not in MISSING:
         raise unknown_name("way with missing values", given.missing, MISSING)
-    return _of_book(given, step) if given.file is None else _of_table(given, given.file)
-
-
-def _of_book(given: Values, step: Callable[[str], None]) -> Observations:
+    if given.file is not None:
+        return _of_table(given, given.file)
     for option, value in (("--value", given.value), ("--decimal", given.decimal), ("--day", given.day)):
         if value is not None:
             raise UsageError(
@@ -616,7 +596,8 @@ def estimation_of(
 
     `difference` begins what these are called, `interval` says which method their intervals are of.
     """
-    known = observed.known()
+    known, words = observed.known(), observed.quantity
+    named = len(words) == 1 or "_" in words  # x and b_ad_gain stay as they are
     groups = tuple(
         EstimationGroup(
             drawn_name(observed, label),
@@ -625,7 +606,7 @@ def estimation_of(
         for label in observed.labels
     )
     return Estimation(
-        quantity=_sentence_case(observed.quantity),
+        quantity=words if named else f"{words[:1].upper()}{words[1:]}",
         unit=observed.unit,
         groups=groups,
         reference=0,
@@ -648,12 +629,6 @@ def as_shown_to_people(observed: Observations) -> Observations:
         return observed
     factor = _factor(observed)
     return replace(observed, shown=shown, shown_by="" if factor is None else in_sentence(title_of(factor)))
-
-
-def _sentence_case(words: str) -> str:
-    """Return words as they begin at an axis; names such as x and b_ad_gain stay as they are."""
-    named = len(words) == 1 or "_" in words
-    return words if named else f"{words[:1].upper()}{words[1:]}"
 
 
 def drawn_name(observed: Observations, label: str, *, gain: bool = False) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import groupby
 
@@ -47,7 +47,13 @@ def _line(connection: sa.Connection, entries: Sequence[EntryRow]) -> CommandLine
     (run_uid,) = runs if len(runs) == 1 else (None,)
     run = None if run_uid is None else str(read_fact(connection, "run", run_uid, ["name"])["name"])
     reasons = dict.fromkeys(entry.reason for entry in entries if entry.reason)
-    what = _what(connection, own[-1], run) if len(own) == 1 else _counted(own)
+    if len(own) == 1:
+        what = _what(connection, own[0], run)
+    else:  # the kinds in the order in which they came
+        counts = Counter((words_of(one).did, _KINDS.get(one.kind, one.kind).replace("_", " ")) for one in own)
+        what = ", ".join(
+            f"{done} {n} {kind if n == 1 else _PLURALS.get(kind, f'{kind}s')}" for (done, kind), n in counts.items()
+        )
     what += ", and took over labbook.toml" if len(own) < len(entries) else ""
     return CommandLine(entries[0].seq, last.seq, by.at_utc, by.person, what, "; ".join(reasons), run)
 
@@ -66,14 +72,6 @@ def _run_uid(connection: sa.Connection, entry: EntryRow) -> str | None:
 
 
 _KINDS = {"ingest": "file", "decision": "jump", "config": "labbook.toml", "run_file": "file"}
-
-
-def _counted(entries: Iterable[EntryRow]) -> str:
-    """Say what several entries did, the kinds in the order in which they came."""
-    counts = Counter((words_of(entry).did, _KINDS.get(entry.kind, entry.kind).replace("_", " ")) for entry in entries)
-    return ", ".join(
-        f"{done} {n} {kind if n == 1 else _PLURALS.get(kind, f'{kind}s')}" for (done, kind), n in counts.items()
-    )
 
 
 _PLURALS = {"person": "people", "battery": "batteries"}

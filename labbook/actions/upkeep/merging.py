@@ -20,15 +20,16 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.errors import BookError, InputRefused, UnknownName, UsageError
+from data_schema.grouping import grouped
 from data_schema.journal import GENESIS, Entry, canonical
 from data_schema.journal_rules import checked, wrong_kinds_refused
-from data_schema.queries.charges import ChargeOfRun, charges_by_run, charges_of_run, waiting_charges
+from data_schema.queries.charges import charges_by_run, charges_of_run, waiting_charges
 from data_schema.queries.facts import find_uid, read_fact
 from data_schema.queries.files import Link, find_files, links_of_file, logs_by_run, refused_with
 from data_schema.queries.study import config_in_force, planned_runs
@@ -63,7 +64,15 @@ def merge(book: Book, folder: Path, person: str | None, *, dry_run: bool = False
 
     A dry run returns them, and writes nothing.
     """
-    with contextlib.suppress(DryRun), _opened(book, folder) as other:
+    if (folder / OF_BACKUP).is_file():
+        raise UsageError(
+            f"{folder} is a backup: make a book of it with `labbook restore {folder} DIR`, and merge that."
+        )
+    if folder.resolve() == book.folder.resolve():
+        raise UsageError(f"{folder} is the book that the other one is to be merged into: name the other one.")
+    with _errors_named_after(folder):
+        other = open_book(folder)
+    with contextlib.suppress(DryRun), contextlib.closing(other):
         with _errors_named_after(folder):
             with other.reading() as there:
                 known = journal.head(there)  # before the file is read, which is never behind
@@ -75,26 +84,10 @@ def merge(book: Book, folder: Path, person: str | None, *, dry_run: bool = False
                 "database with `labbook rebuild --journal` there, and merge then.",
             )
         with other.reading() as there, book.session(person) as session:
-            run = _Merging(book, other, session, there, theirs).run(dry_run=dry_run)
+            done = _Merging(book, other, session, there, theirs).run(dry_run=dry_run)
             if dry_run:
                 raise DryRun
-    return run
-
-
-@contextlib.contextmanager
-def _opened(book: Book, folder: Path) -> Iterator[Book]:
-    if (folder / OF_BACKUP).is_file():
-        raise UsageError(
-            f"{folder} is a backup: make a book of it with `labbook restore {folder} DIR`, and merge that."
-        )
-    if folder.resolve() == book.folder.resolve():
-        raise UsageError(f"{folder} is the book that the other one is to be merged into: name the other one.")
-    with _errors_named_after(folder):
-        other = open_book(folder)
-    try:
-        yield other
-    finally:
-        other.close()
+    return done
 
 
 @contextlib.contextmanager
@@ -106,46 +99,96 @@ def _errors_named_after(folder: Path) -> Iterator[None]:
         raise type(error)(f"in {folder}: {error}") from error
 
 
-@dataclass
-class _Merging:
-    """One merge: two books, the journal of the other, and which of its uids are others here."""
+class _Met(NamedTuple):
+    """This book has what an entry says, or contradicts it; `uid` is that of the thing here, where it is one."""
 
-    book: Book
-    other: Book
-    session: WriteSession
-    there: sa.Connection
-    theirs: Sequence[Entry]
-    uids: dict[str, str] = field(default_factory=dict)
-    taken: list[Entry] = field(default_factory=list)
-    had: int = 0
-    conflicts: list[str] = field(default_factory=list)
+    uid: str | None = None
+    conflict: str = ""
+
+
+IN_USE = "in use"
+"""Stands beside the columns of a run, plan, file or charge that was excluded or included."""
+_USED = {True: "in use", False: "out of use"}
+
+_NATURAL: Mapping[str, tuple[str, ...]] = {
+    "person": ("name",),
+    "study": ("name",),
+    "factor": ("study", "name"),
+    "level": ("factor", "label"),
+    "condition": ("study", "key"),
+    "day": ("study", "date_local"),
+    "robot": ("name", "valid_from_utc"),
+    "battery": ("name",),
+    "instrument": ("name",),
+    "run": ("study", "name"),
+}
+"""By which columns two books call the same thing by the same name."""
+
+
+class _Merging:
+    """One merge: two books, the journal of the other, and which of its uids are others here.
+
+    `news` are this book's entries that the other does not know, `changes` and `remarks` those on a thing and in words;
+    `readings` are its entries on each file, by SHA-256, and grow with those that come in; `ends` is what columns of
+    things and readings of files come to at the end of the other book, by uid or SHA-256: where this book has the same
+    end, the steps on the way need not agree.
+    """
+
+    def __init__(
+        self, book: Book, other: Book, session: WriteSession, there: sa.Connection, theirs: Sequence[Entry]
+    ) -> None:
+        self.book, self.other, self.session, self.there, self.theirs = book, other, session, there, theirs
+        self.connection = session.connection
+        self.ours = list(journal.stored(self.connection))
+        self.uids: dict[str, str] = {}
+        self.taken: list[Entry] = []
+        self.conflicts: dict[str, None] = {}
+        self.ends: dict[str, Any] = {}
+        self.had = 0
+        self.common = _common(self.ours, theirs)
+        known_there = max([self.common, *(_merged_until(entry, self.ours) for entry in theirs)])
+        known = set(map(_original_hash, theirs))
+        self.news = [entry for entry in self.ours[known_there:] if _original_hash(entry) not in known]
+        changing = [entry for entry in self.news if not entry.makes]
+        self.changes = grouped(changing, [entry.entity_uid for entry in changing])
+        said = (entry for entry in self.news if entry.action in (Action.SET, Action.NOTE))
+        self.remarks = {_remark(entry): entry.entity_uid for entry in said}
+        reading = [entry for entry in self.ours if entry.reads]
+        self.readings = grouped(reading, [_new(entry)["sha256"] for entry in reading])
+        self.declared = {entry.entity_uid: entry for entry in reversed(self.ours)}
 
     def run(self, *, dry_run: bool) -> Merged:
         """Apply the entries on trial; then, unless it is a dry run, state them."""
-        ours = list(journal.stored(self.session.connection))
-        common = _common(ours, self.theirs)
         self._refuse_other_configuration()
-        known_till = self._merged_before(ours, common)
-        known = {_original_hash(entry) for entry in ours} | {entry.hash for entry in ours}
-        fresh = [
-            entry
-            for entry in self.theirs[known_till:]
-            if _original_hash(entry) not in known and entry.action is not Action.MERGE
-        ]
-        self._try(fresh, TargetBook(self.session.connection, ours, _unknown_there(ours, self.theirs, common)))
-        copies = [sha256 for sha256 in _read_from(self.taken) if not (self.book.store.root / raw_path(sha256)).exists()]
+        known_till = self.common
+        for entry in self.ours:  # what came in before, and the uids that it has here
+            if until := _merged_until(entry, self.theirs):
+                known_till = max(known_till, until)
+                self.uids |= _new(entry)["uids"]
+        known = {_original_hash(entry) for entry in self.ours} | {entry.hash for entry in self.ours}
+        self._try(
+            [
+                entry
+                for entry in self.theirs[known_till:]
+                if _original_hash(entry) not in known and entry.action is not Action.MERGE
+            ]
+        )
+        store = self.book.store
+        copies = [sha256 for sha256 in _read_from(self.taken) if not (store.root / raw_path(sha256)).exists()]
         if not dry_run and self.conflicts:
             several = f"{len(self.conflicts)} things stand" if len(self.conflicts) > 1 else "1 thing stands"
             listed = "".join(f"\n  {sentence}" for sentence in self.conflicts)
             raise InputRefused(f"{several} in the way of the merge, and nothing was written:{listed}")
         if not dry_run and self.taken:
             for sha256 in copies:
-                path = raw_path(sha256)
-                self.book.store.put_raw(self.other.store.raw(path, sha256), sha256)
-            self._state()
+                store.put_raw(self.other.store.raw(raw_path(sha256), sha256), sha256)
+            last, name = self.theirs[-1], self.other.folder.resolve().name
+            new = {"other": name, "until": {"seq": last.seq, "hash": last.hash}, "uids": self.uids}
+            self.session.state(Statement(Action.MERGE, "book", new_uid(), new=new))
+            self.session.merge(self.taken)
         return Merged(
             str(self.other.folder),
-            common,
+            self.common,
             dict(Counter(words_of(entry).listed or entry.entity_kind for entry in self.taken)),
             self.had,
             len(copies),
@@ -154,122 +197,108 @@ class _Merging:
 
     def _refuse_other_configuration(self) -> None:
         """Raise `InputRefused` unless both books stand under the same labbook.toml, but for where they lie."""
-        in_force = config_in_force(self.session.connection)
-        texts = [(entry.new or {})["text"] for entry in self.theirs if entry.entity_kind == "config"]
+        in_force, folder = config_in_force(self.connection), self.other.folder
+        texts = [_new(entry)["text"] for entry in self.theirs if entry.entity_kind == "config"]
         if in_force is None or not texts:
-            raise InputRefused(f"{self.other.folder} describes no study yet: there is nothing to merge.")
-        now = (self.other.folder / CONFIGURATION).read_text(encoding="utf-8")
-        here, there = _described(in_force.text), _described(now)
+            raise InputRefused(f"{folder} describes no study yet: there is nothing to merge.")
+        here, there = _described(in_force.text), _described((folder / CONFIGURATION).read_text(encoding="utf-8"))
         names = [tables.get("study", {}).get("name") for tables in (here, there)]
         if names[0] != names[1]:
             raise InputRefused(
-                f"{self.other.folder} is the book of study {names[1]!r}, this is the one of {names[0]!r}: only books "
-                "of one study can be merged."
+                f"{folder} is the book of study {names[1]!r}, this is the one of {names[0]!r}: only books of one study "
+                "can be merged."
             )
         differing = sorted(name for name in here.keys() | there.keys() if here.get(name) != there.get(name))
         if differing:
             tables = ", ".join(f"[{name}]" for name in differing)
             raise InputRefused(
-                f"labbook.toml of {self.other.folder} says otherwise than this book's under {tables}: write the same "
-                "in both, have each book take it over with any command that writes (`labbook check`, `labbook note`), "
-                "and merge again."
+                f"labbook.toml of {folder} says otherwise than this book's under {tables}: write the same in both, "
+                "have each book take it over with any command that writes (`labbook check`, `labbook note`), and merge "
+                "again."
             )
         if _described(texts[-1]) != there:
             raise InputRefused(
-                f"labbook.toml of {self.other.folder} was changed since that book was last written to: have it take "
-                "the change over with any command that writes there (`labbook check`, `labbook note`), and merge again."
+                f"labbook.toml of {folder} was changed since that book was last written to: have it take the change "
+                "over with any command that writes there (`labbook check`, `labbook note`), and merge again."
             )
 
-    def _merged_before(self, ours: Sequence[Entry], common: int) -> int:
-        """Return how many entries of the other book came in before; the uids they have here are known again."""
-        known_till = common
-        for entry in ours:
-            if until := _merged_until(entry, self.theirs):
-                known_till = max(known_till, until)
-                self.uids |= (entry.new or {})["uids"]
-        return known_till
-
-    def _try(self, fresh: Sequence[Entry], here: TargetBook) -> None:
+    def _try(self, fresh: Sequence[Entry]) -> None:
         """Apply entries to this book, and take all of it back."""
-        connection = self.session.connection
+        connection = self.connection
         charges, logs = charges_by_run(connection), logs_by_run(connection)
         number = journal.head(connection)[0] + len(self.session.entries)
-        verdicts, ends = [], _final_states(fresh)
-        here.ends.update({uid: end for uid, end in ends.items() if isinstance(end, str)})
+        ends = _final_states(fresh)
+        self.ends.update({uid: end for uid, end in ends.items() if isinstance(end, str)})
         with self._scratch(fresh) as store:
             trial = connection.begin_nested()
             for entry in fresh:
                 ours = self._with_our_uids(entry)
-                here.ends[ours.entity_uid] = _substituted(ends.get(entry.entity_uid, {}), self.uids)
-                found = compare_entry(here, ours)
+                self.ends[ours.entity_uid] = _substituted(ends.get(entry.entity_uid, {}), self.uids)
+                found = _RULES.get(ours.entity_kind, _Merging._set)(self, ours)
                 if found is not None:
                     self._skip(entry, found)
                     continue
                 self.taken.append(ours)
-                verdicts += [ours] if ours.entity_kind == "decision" else []
-                self._apply(store, replace(ours, seq=number + len(self.taken), following=0, prev_hash=GENESIS), here)
-            self.conflicts += verdicts_that_differ(connection, here.news, verdicts)
-            there = self._of_our_runs(charges_by_run(self.there))
-            self.conflicts += second_charges(connection, charges, there, charges_by_run(connection))
-            self.conflicts += second_logs(
-                connection, logs, self._of_our_runs(logs_by_run(self.there)), logs_by_run(connection)
-            )
+                self._apply(store, replace(ours, seq=number + len(self.taken), following=0, prev_hash=GENESIS))
+            found_last = [
+                *self._verdicts_that_differ(),
+                *self._second_charges(charges, self._of_our_runs(charges_by_run(self.there))),
+                *self._second_logs(logs, self._of_our_runs(logs_by_run(self.there))),
+            ]
+            self.conflicts |= dict.fromkeys(found_last)
             trial.rollback()
 
     def _of_our_runs(self, by_run: Mapping[str, _T]) -> dict[str, _T]:
         return {self.uids.get(uid, uid): found for uid, found in by_run.items()}
 
-    def _apply(self, store: Store, entry: Entry, here: TargetBook) -> None:
+    def _apply(self, store: Store, entry: Entry) -> None:
         """Let one entry take effect on trial, and stand in the journal for the next."""
-        connection = self.session.connection
         try:
-            with connection.begin_nested(), wrong_kinds_refused():
-                apply(connection, store, entry)
-                journal.insert(connection, [entry])
-            here.record(entry)
+            with self.connection.begin_nested(), wrong_kinds_refused():
+                apply(self.connection, store, entry)
+                journal.insert(self.connection, [entry])
+            if entry.reads:
+                self.readings.setdefault(_new(entry)["sha256"], []).append(entry)
         except (InputRefused, UsageError) as error:
             seq = (entry.origin or {})["seq"]
-            self.conflicts.append(
+            sentence = (
                 f"entry {seq} there ({words_of(entry).did} {entry.entity_kind}, {entry.person}, {entry.at_utc[:10]}) "
                 f"has no place here ({error}): settle in one of the books what it is about."
             )
+            self.conflicts[sentence] = None
 
-    def _skip(self, entry: Entry, found: AlreadyHere | Conflict) -> None:
+    def _skip(self, entry: Entry, found: _Met) -> None:
         """Note an entry that is not taken over: later ones refer to this book's thing; a conflict is listed."""
-        if isinstance(found, Conflict):
-            self.conflicts += [found.sentence] if found.sentence not in self.conflicts else []
+        if found.conflict:
+            self.conflicts[found.conflict] = None
         else:
             self.had += 1
         if found.uid is None or found.uid == entry.entity_uid:
             return
         self.uids[entry.entity_uid] = found.uid
         if entry.entity_kind == "plan":
-            for place in range(1, len((entry.new or {})["runs"]) + 1):
+            for place in range(1, len(_new(entry)["runs"]) + 1):
                 planned = [derived_uid("planned_run", uid, place) for uid in (entry.entity_uid, found.uid)]
                 self.uids[planned[0]] = planned[1]
 
     def _with_our_uids(self, entry: Entry) -> Entry:
         """Return an entry of the other book with the uids that its things have here, and where it comes from."""
+        uid = entry.entity_uid
         if entry.entity_kind == "run_file":
-            self._find_link(entry.entity_uid)
+            # made from the uids of its run and file: where the run's is another here, so is the link's
+            with contextlib.suppress(UnknownName):  # the file was taken off the run since
+                link = read_fact(self.there, "run_file", uid, ["file", "part"])
+                for there, here in list(self.uids.items()):
+                    if derived_uid("run_file", there, link["file"], link["part"]) == uid:
+                        self.uids[uid] = derived_uid("run_file", here, link["file"], link["part"])
         return replace(
             entry,
-            entity_uid=self.uids.get(entry.entity_uid, entry.entity_uid),
+            entity_uid=self.uids.get(uid, uid),
             old=_substituted(entry.old, self.uids),
             new=_substituted(entry.new, self.uids),
             origin=entry.origin or {"seq": entry.seq, "hash": entry.hash},
             schema=None,
         )
-
-    def _find_link(self, uid: str) -> None:
-        """A link's uid is made from those of its run and file: where the run's is another here, so is the link's."""
-        try:
-            link = read_fact(self.there, "run_file", uid, ["file", "part"])
-        except UnknownName:  # the file was taken off the run since
-            return
-        for there, here in list(self.uids.items()):
-            if derived_uid("run_file", there, link["file"], link["part"]) == uid:
-                self.uids[uid] = derived_uid("run_file", here, link["file"], link["part"])
 
     @contextlib.contextmanager
     def _scratch(self, fresh: Sequence[Entry]) -> Iterator[Store]:
@@ -287,16 +316,263 @@ class _Merging:
                 link.symlink_to(copy.resolve())
             yield Store(Path(name), of_links=True)
 
-    def _state(self) -> None:
-        """State that this book has the other one until its last entry, and add what is new."""
-        last = self.theirs[-1]
-        new = {
-            "other": self.other.folder.resolve().name,
-            "until": {"seq": last.seq, "hash": last.hash},
-            "uids": self.uids,
-        }
-        self.session.state(Statement(Action.MERGE, "book", new_uid(), new=new))
-        self.session.merge(self.taken)
+    def _called(self, kind: str, uid: str) -> str:
+        """Return the name of a thing for people: a run or a level by its name, a charge by its uid and its run."""
+        try:
+            found = read_fact(self.connection, kind, uid)
+        except (UnknownName, KeyError):
+            return f"{kind} {uid}"
+        if kind == "charge":
+            return f"charge:{uid}" + (f" of {self._called('run', found['run'])}" if found["run"] else "")
+        name = next((found[name] for name in ("name", "label", "key", "date_local") if found.get(name)), uid)
+        return f"{kind} {name}"
+
+    def _shown(self, value: Any, column: str) -> str:
+        """Return a value as people know it; of a uid the thing's name, without its kind where the column has that."""
+        if isinstance(value, str):
+            for kind in ("run", "condition", "day", "battery", "robot"):
+                name = self._called(kind, value)
+                if name != f"{kind} {value}":
+                    return name.removeprefix(f"{column} ")
+        return "nothing" if value is None else str(value)
+
+    def _set(self, entry: Entry) -> _Met | None:
+        kind, new = entry.entity_kind, _new(entry)
+        if kind == "charge" and entry.action in USING:
+            return self._use(entry)
+        if not entry.makes:
+            return self._change(entry)
+        if kind == "config":  # the two in force are the same, and a file's entry holds how it was read
+            in_force = config_in_force(self.connection)
+            return _Met(None if in_force is None else in_force.uid)
+        if kind == "charge":
+            for row in charges_of_run(self.connection, new["run"]):
+                if row.added == new.get("added", 0) and all(
+                    same_value(getattr(row, name), new[name]) for name in ("charge_mah", "mode")
+                ):
+                    return _Met(row.uid)
+            return None
+        if kind not in _NATURAL:
+            return self._repeated_remark(entry)
+        uid = find_uid(self.connection, kind, **{name: new[name] for name in _NATURAL[kind]})
+        if uid is None:
+            return None
+        stands = read_fact(self.connection, kind, uid)
+        differing = sorted(name for name in stands.keys() & new.keys() if stands[name] != new[name])
+        if not differing or (uid in self.declared and self.declared[uid].new == new):
+            return _Met(uid)
+        words = "; ".join(
+            f"{name} {self._shown(stands[name], name)} here, {self._shown(new[name], name)} there" for name in differing
+        )
+        remedy = "correct it here to what the other book says"
+        if kind == "run":
+            remedy = (
+                f"if they are two runs, name this book's otherwise (`labbook correct {new['name']} name=... --why "
+                f"...`); if they are one, {remedy}"
+            )
+        return _Met(uid, f"{self._called(kind, uid)} is in both books, {words}: {remedy}.")
+
+    def _plan(self, entry: Entry) -> _Met | None:
+        new, withdrawn = _new(entry), (Action.EXCLUDE, entry.entity_uid)
+        if entry.action is Action.EXCLUDE:
+            return _Met() if any((past.action, past.entity_uid) == withdrawn for past in self.ours) else None
+        for uid, declared in self.declared.items():
+            if declared.entity_kind == "plan" and {**_new(declared), "created_utc": new["created_utc"]} == new:
+                return _Met(uid)
+        taken = {row.name for row in planned_runs(self.connection)}
+        both = [run["name"] for run in new["runs"] if run["name"] in taken]
+        if not both:
+            return None
+        return _Met(
+            conflict=f"runs {both[0]} to {both[-1]} are planned in both books, with seed {new['seed']} there: withdraw "
+            'what is left of the plan of this book, `labbook plan --withdraw --why "..."`.'
+        )
+
+    def _repeated_remark(self, entry: Entry) -> _Met | None:
+        """Find a remark, or a check of a day, that the same person made in both books."""
+        uid = self.remarks.get(_remark(entry))
+        return None if uid is None else _Met(uid)
+
+    def _ingest(self, entry: Entry) -> _Met | None:
+        new, connection = _new(entry), self.connection
+        if not entry.reads:
+            before = refused_with(connection, new["sha256"], new["reader"], canonical(new["options"]))
+            return _Met() if without_name(new["settings"]) in map(without_name, before) else None
+        if not entry.makes:
+            return self._read_again(entry)
+        readings = self.readings.get(new["sha256"])
+        if not readings:
+            return None
+        name, uid = new["original_name"], readings[0].entity_uid
+        if all(how_read(reading) != how_read(entry) for reading in readings):
+            return _Met(
+                uid,
+                f"file {name} is in both books and was read otherwise in each: have it read here as there, `labbook "
+                f"files reread {name}` with what is declared about it there.",
+            )
+        named = [self._named_run(reading) for reading in readings]
+        run = new.get("run") or self._named_run(entry)
+        links = links_of_file(connection, derived_uid("file", new["sha256"]))
+        same = any(run in (_new(reading).get("run"), of) for reading, of in zip(readings, named, strict=True))
+        if run and not same and all(link.run_uid != run for link in links):
+            return self._other_run(name, links, run, uid)
+        return _Met(uid)
+
+    def _named_run(self, entry: Entry) -> str | None:
+        name = _new(entry).get("stated_run")
+        return find_uid(self.connection, "run", name=name) if name else None
+
+    def _read_again(self, entry: Entry) -> _Met | None:
+        sha256, name = _new(entry)["sha256"], _new(entry)["original_name"]
+        readings = self.readings.get(sha256, [])
+        if not readings:
+            return _Met(
+                conflict=f"file {name} was read again there and is not here: check the other book, `labbook db check`."
+            )
+        last = how_read(readings[-1])
+        again_here = any(one.reads and not one.makes and _new(one)["sha256"] == sha256 for one in self.news)
+        if last == how_read(entry) or (again_here and last == self.ends.get(sha256)):
+            return _Met(readings[-1].entity_uid)
+        if not again_here:
+            return None
+        return _Met(
+            conflict=f"file {name} was read again in both books, with other declarations in each: have it read here as "
+            f"there, `labbook files reread {name}` with what is declared about it there."
+        )
+
+    def _file(self, entry: Entry) -> _Met | None:
+        new, old, uid = _new(entry), entry.old or {}, entry.entity_uid
+        if entry.action in USING:
+            return self._use(entry)
+        part = new.get("part")
+        links = [link for link in links_of_file(self.connection, uid) if part in (None, link.part)]
+        runs = {link.run_uid for link in links}
+        if (new["run"] is None and not runs) or new["run"] in runs:
+            return _Met()
+        if runs <= (set() if new["run"] is not None else set(old.get("runs", ()))):
+            return None
+        return self._other_run(next((row.name for row in find_files(self.connection, uid)), uid), links, new["run"])
+
+    def _other_run(self, name: str, links: Sequence[Link], run: str | None, uid: str | None = None) -> _Met:
+        """Return the conflict of a file, linked so here, that belongs to another run there, or to none."""
+        stands = ", ".join(sorted({f"run {link.run_name}" for link in links})) or "no run"
+        there = "no run" if run is None else self._called("run", run)
+        word = "none" if run is None else there.removeprefix("run ")
+        return _Met(
+            uid,
+            f"file {name} belongs to {stands} here and to {there} there: `labbook assign {name} {word} --why ...` says "
+            "so here.",
+        )
+
+    def _change(self, entry: Entry) -> _Met | None:
+        """Compare a row with what an entry found and with what it made of it."""
+        kind, uid, new, old = entry.entity_kind, entry.entity_uid, _new(entry), entry.old or {}
+        try:
+            stands = read_fact(self.connection, kind, uid, list(new))
+        except UnknownName:  # it may be of a file that waits for a declaration
+            return None
+        ends = {**new, **self.ends.get(uid, {})}
+        changed = {name for statement in self.changes.get(uid, ()) for name in _new(statement)} & new.keys()
+        contrary = sorted(name for name in changed if stands[name] != ends[name])
+        if not contrary and all(name in changed or stands[name] == new[name] for name in new):
+            return _Met()
+        if not contrary and all(name in changed or stands[name] == old.get(name) for name in new):
+            return None
+        words = "; ".join(
+            f"{name} is {self._shown(stands[name], name)} here and became {self._shown(ends[name], name)} there"
+            for name in contrary or sorted(name for name in new if stands[name] != new[name])
+        )
+        return _Met(conflict=f"{self._called(kind, uid)}: {words}: correct it here to what the other book says.")
+
+    def _use(self, entry: Entry) -> _Met | None:
+        """Compare whether a file (withdrawn or restored) or a charge of the inbox (dismissed or restored) is in use."""
+        kind, uid, run = entry.entity_kind, entry.entity_uid, None
+        if kind == "file":
+            (file,) = find_files(self.connection, uid)
+            name, used = f"file {file.name}", file.status is not IngestStatus.WITHDRAWN
+        else:
+            try:
+                charge = read_fact(self.connection, kind, uid, ["state", "run"])
+            except UnknownName:  # it may be of a file that waits for a declaration
+                return None
+            name, used, run = f"charge:{uid}", charge["state"] != ChargeState.DISMISSED, charge["run"]
+        ends = self.ends[uid][IN_USE]
+        decided_here = any(statement.action in USING for statement in self.changes.get(uid, ()))
+        if used == (ends if decided_here else entry.action is Action.INCLUDE):
+            return _Met()
+        if not decided_here and run is None:
+            return None
+        stands = f"of {self._called('run', run)}" if run else _USED[used]
+        return _Met(conflict=f"{name} is {stands} here and {_USED[ends]} there: settle it here as it is there.")
+
+    def _second_charges(self, before: Mapping[str, Sequence[Any]], there: Mapping[str, Sequence[Any]]) -> Iterator[str]:
+        """Say which runs would have a charge of each book, where neither has two; all by the uids of runs here.
+
+        The charge of this book waits then, for the other was given to the run later.
+        """
+        waiting = {*waiting_charges(self.connection)}
+        for uid, charges in charges_by_run(self.connection).items():
+            own = before.get(uid, ())
+            own_waiting = [row for row in own if row.uid in waiting]
+            some = [row for row in [*own_waiting, *charges] if row.mode == ChargeMode.CHARGE]
+            if len(some) > max(1, len(own), len(there.get(uid, ()))):
+                of_own = {row.uid for row in own}
+                words = " and ".join(
+                    f"{row.charge_mah:g} mAh {'here' if row.uid in of_own else 'there'}, charge:{row.uid}"
+                    for row in some
+                )
+                yield (
+                    f"{self._called('run', uid)} has a charge in each book ({words}): take the wrong one off in its "
+                    "book, `labbook correct charge:UID run=none --why ...`."
+                )
+
+    def _second_logs(self, before: Mapping[str, Sequence[Link]], there: Mapping[str, Sequence[Link]]) -> Iterator[str]:
+        """Say which runs would have a log that only this book has and one that only the other has.
+
+        Where one book took a log off and put another in its place, the run has one. All by the uids of runs here.
+        """
+        now = logs_by_run(self.connection)
+        for uid, logs in now.items():
+            here, other, both = ({log.file_uid for log in some.get(uid, ())} for some in (before, there, now))
+            if both <= other or both <= here:
+                continue
+            names = {log.file_uid: find_files(self.connection, log.file_uid)[0].name for log in logs}
+            words = " and ".join(f"{name} {'here' if file in here else 'there'}" for file, name in names.items())
+            run = logs[0].run_name
+            yield (
+                f"run {run} has a log in each book ({words}): take the wrong one off in its book, `labbook assign FILE "
+                f"none --why ...`; where both are of this run, have this book read the other too, `labbook ingest FILE "
+                f"--run {run}`."
+            )
+
+    def _verdicts_that_differ(self) -> Iterator[str]:
+        """Say on what the last verdicts differ that people gave in two books without knowing of each other."""
+        standing = _last_verdicts(self.news)
+        for place, other in _last_verdicts(self.taken).items():
+            for where, own in standing.items():
+                one, two = map(_verdict_text, (own, other))
+                if where[:3] == place[:3] and abs(where[3] - place[3]) < SAME_JUMP_S and one != two:
+                    kind, uid = place[:2]
+                    what = self._called("run" if kind == "jump" else kind, uid)
+                    what = f"the jump of {what} at {place[3]:.3f} s" if kind == "jump" else what
+                    yield (
+                        f"{what} has two verdicts: {one} here ({own.person}, {own.at_utc[:10]}), {two} there "
+                        f"({other.person}, {other.at_utc[:10]}): agree, and give the same verdict in both books."
+                    )
+
+
+_RULES: Mapping[str, Callable[[_Merging, Entry], _Met | None]] = {
+    "ingest": _Merging._ingest,
+    "file": _Merging._file,
+    "plan": _Merging._plan,
+    "note": _Merging._repeated_remark,
+    **dict.fromkeys(("decision", "report"), lambda _here, _entry: None),
+}
+"""By kind. Verdicts and reports are only ever added; whether verdicts agree is asked when all are there."""
+
+
+def _new(entry: Entry) -> Mapping[str, Any]:
+    return entry.new or {}
 
 
 def _common(ours: Sequence[Entry], theirs: Sequence[Entry]) -> int:
@@ -305,16 +581,9 @@ def _common(ours: Sequence[Entry], theirs: Sequence[Entry]) -> int:
     return next((place for place, (one, two) in enumerate(pairs) if one.hash != two.hash), min(len(ours), len(theirs)))
 
 
-def _unknown_there(ours: Sequence[Entry], theirs: Sequence[Entry], common: int) -> list[Entry]:
-    """Return the entries of this book that the other one does not have."""
-    common = max([common, *(_merged_until(entry, ours) for entry in theirs)])
-    known = {_original_hash(entry) for entry in theirs}
-    return [entry for entry in ours[common:] if _original_hash(entry) not in known]
-
-
 def _merged_until(entry: Entry, other: Sequence[Entry]) -> int:
     """Return up to which entry of the other journal a merge took it over; 0 where an entry is no merge with it."""
-    until = (entry.new or {})["until"] if entry.action is Action.MERGE else None
+    until = _new(entry)["until"] if entry.action is Action.MERGE else None
     if not until or until["seq"] > len(other) or other[until["seq"] - 1].hash != until["hash"]:
         return 0
     return int(until["seq"])
@@ -327,7 +596,7 @@ def _original_hash(entry: Entry) -> str:
 
 def _read_from(entries: Sequence[Entry]) -> list[str]:
     """Return the SHA-256 of the files that entries are read from."""
-    return list(dict.fromkeys((entry.new or {})["sha256"] for entry in entries if entry.reads))
+    return list(dict.fromkeys(_new(entry)["sha256"] for entry in entries if entry.reads))
 
 
 def _final_states(entries: Sequence[Entry]) -> dict[str, Any]:
@@ -335,10 +604,10 @@ def _final_states(entries: Sequence[Entry]) -> dict[str, Any]:
     found: dict[str, Any] = {}
     for entry in entries:
         if entry.reads and not entry.makes:
-            found[(entry.new or {})["sha256"]] = how_read(entry)
+            found[_new(entry)["sha256"]] = how_read(entry)
         elif not entry.makes:
             end = found.setdefault(entry.entity_uid, {})
-            end.update(entry.new or {})
+            end.update(_new(entry))
             if entry.action in USING:
                 end[IN_USE] = entry.action is Action.INCLUDE
     return found
@@ -357,396 +626,30 @@ def _described(text: str) -> dict[str, Any]:
     return {name: table for name, table in tomllib.loads(text).items() if name not in ("database", "store")}
 
 
-@dataclass(frozen=True, slots=True)
-class AlreadyHere:
-    """This book has it, under a uid of its own where it is a thing."""
-
-    uid: str | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class Conflict:
-    """The two books contradict each other; `uid` is the thing in this book that the other has too."""
-
-    sentence: str
-    uid: str | None = None
-
-
-IN_USE = "in use"
-"""Stands beside the columns of a run, plan, file or charge that was excluded or included."""
-
-
-@dataclass(frozen=True, slots=True)
-class TargetBook:
-    """This book while entries of another come in.
-
-    `entries` is its journal before that, `news` what the other book does not know of it; `readings` are its entries on
-    each file, by SHA-256, and grow with those that come in; `ends` is what columns of things and readings of files come
-    to at the end of the other book, by uid or SHA-256: where this book has the same end, the steps on the way need not
-    agree.
-    """
-
-    connection: sa.Connection
-    entries: Sequence[Entry]
-    news: Sequence[Entry]
-    readings: dict[str, list[Entry]] = field(default_factory=dict, init=False)
-    declared: dict[str, Entry] = field(default_factory=dict, init=False)
-    ends: dict[str, Any] = field(default_factory=dict, init=False)
-    changes: dict[str, list[Entry]] = field(default_factory=dict, init=False)
-    remarks: dict[tuple[str, ...], str] = field(default_factory=dict, init=False)
-
-    def __post_init__(self) -> None:
-        """Index the entries by files and things."""
-        for entry in self.news:
-            self.changes.setdefault(entry.entity_uid, []).append(entry)
-            if entry.action in (Action.SET, Action.NOTE):
-                self.remarks[_remark(entry)] = entry.entity_uid
-        for entry in self.entries:
-            self.record(entry)
-            self.declared.setdefault(entry.entity_uid, entry)
-
-    def changes_here(self, uid: str) -> list[Entry]:
-        """Return the changes that this book made to a thing of both, and the other book does not know."""
-        return [entry for entry in self.changes.get(uid, ()) if not entry.makes]
-
-    def record(self, entry: Entry) -> None:
-        """Take note of an entry that has taken effect."""
-        if entry.reads:
-            self.readings.setdefault((entry.new or {})["sha256"], []).append(entry)
-
-
-def compare_entry(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
-    """Compare an entry, its uids being those of this book, with this book; None where it is to be taken over."""
-    return _RULES.get(entry.entity_kind, _set)(here, entry)
-
-
-def display_name(connection: sa.Connection, kind: str, uid: str) -> str:
-    """Return the name of a thing for people: a run or a level by its name, a charge by its uid and its run."""
-    try:
-        found = read_fact(connection, kind, uid)
-    except (UnknownName, KeyError):
-        return f"{kind} {uid}"
-    if kind == "charge":
-        return f"charge:{uid}" + (f" of {display_name(connection, 'run', found['run'])}" if found["run"] else "")
-    name = next((found[name] for name in ("name", "label", "key", "date_local") if found.get(name)), uid)
-    return f"{kind} {name}"
-
-
-_NATURAL: Mapping[str, tuple[str, ...]] = {
-    "person": ("name",),
-    "study": ("name",),
-    "factor": ("study", "name"),
-    "level": ("factor", "label"),
-    "condition": ("study", "key"),
-    "day": ("study", "date_local"),
-    "robot": ("name", "valid_from_utc"),
-    "battery": ("name",),
-    "instrument": ("name",),
-    "run": ("study", "name"),
-}
-"""By which columns two books call the same thing by the same name."""
-
-
-def _set(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
-    kind, new = entry.entity_kind, entry.new or {}
-    if kind == "charge" and entry.action in USING:
-        return _use(here, entry)
-    if not entry.makes:
-        return _change(here, entry)
-    if kind == "config":  # the two in force are the same, and a file's entry holds how it was read
-        in_force = config_in_force(here.connection)
-        return AlreadyHere(None if in_force is None else in_force.uid)
-    if kind == "charge":
-        for row in charges_of_run(here.connection, new["run"]):
-            if row.added == new.get("added", 0) and all(
-                same_value(getattr(row, name), new[name]) for name in ("charge_mah", "mode")
-            ):
-                return AlreadyHere(row.uid)
-        return None
-    if kind not in _NATURAL:
-        return _repeated_remark(here, entry)
-    uid = find_uid(here.connection, kind, **{name: new[name] for name in _NATURAL[kind]})
-    if uid is None:
-        return None
-    stands = read_fact(here.connection, kind, uid)
-    differing = sorted(name for name in stands.keys() & new.keys() if stands[name] != new[name])
-    if not differing or (uid in here.declared and here.declared[uid].new == new):
-        return AlreadyHere(uid)
-    words = "; ".join(
-        f"{name} {_shown(here, stands[name], name)} here, {_shown(here, new[name], name)} there" for name in differing
-    )
-    name = display_name(here.connection, kind, uid)
-    remedy = (
-        f"if they are two runs, name this book's otherwise (`labbook correct {new['name']} name=... --why ...`); if "
-        "they are one, correct it here to what the other book says"
-        if kind == "run"
-        else "correct it here to what the other book says"
-    )
-    return Conflict(f"{name} is in both books, {words}: {remedy}.", uid)
-
-
-def _plan(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
-    new, withdrawn = dict(entry.new or {}), (Action.EXCLUDE, entry.entity_uid)
-    if entry.action is Action.EXCLUDE:
-        return AlreadyHere() if any((past.action, past.entity_uid) == withdrawn for past in here.entries) else None
-    for uid, declared in here.declared.items():
-        if declared.entity_kind == "plan" and {**(declared.new or {}), "created_utc": new["created_utc"]} == new:
-            return AlreadyHere(uid)
-    taken = {row.name for row in planned_runs(here.connection)}
-    both = [run["name"] for run in new["runs"] if run["name"] in taken]
-    if not both:
-        return None
-    return Conflict(
-        f"runs {both[0]} to {both[-1]} are planned in both books, with seed {new['seed']} there: withdraw what is left "
-        'of the plan of this book, `labbook plan --withdraw --why "..."`.'
-    )
-
-
-def _repeated_remark(here: TargetBook, entry: Entry) -> AlreadyHere | None:
-    """Find a remark, or a check of a day, that the same person made in both books."""
-    uid = here.remarks.get(_remark(entry))
-    return None if uid is None else AlreadyHere(uid)
-
-
 def _remark(entry: Entry) -> tuple[str, ...]:
     return entry.entity_kind, entry.person, canonical(entry.new)
 
 
-def _ingest(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
-    new = entry.new or {}
-    if not entry.reads:
-        before = refused_with(here.connection, new["sha256"], new["reader"], canonical(new["options"]))
-        return AlreadyHere() if without_name(new["settings"]) in map(without_name, before) else None
-    if not entry.makes:
-        return _read_again(here, entry)
-    readings = here.readings.get(new["sha256"])
-    if not readings:
-        return None
-    name, uid = new["original_name"], readings[0].entity_uid
-    if all(how_read(reading) != how_read(entry) for reading in readings):
-        return Conflict(
-            f"file {name} is in both books and was read otherwise in each: have it read here as there, `labbook files "
-            f"reread {name}` with what is declared about it there.",
-            uid,
-        )
-    run = new.get("run") or _named_run(here, entry)
-    links = links_of_file(here.connection, derived_uid("file", new["sha256"]))
-    same = [reading for reading in readings if run in ((reading.new or {}).get("run"), _named_run(here, reading))]
-    if run and not same and all(link.run_uid != run for link in links):
-        return _other_run_conflict(here, name, links, run, uid)
-    return AlreadyHere(uid)
-
-
-def _named_run(here: TargetBook, entry: Entry) -> str | None:
-    name = (entry.new or {}).get("stated_run")
-    return find_uid(here.connection, "run", name=name) if name else None
-
-
-def _read_again(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
-    new = entry.new or {}
-    readings = here.readings.get(new["sha256"], [])
-    name = new["original_name"]
-    if not readings:
-        return Conflict(f"file {name} was read again there and is not here: check the other book, `labbook db check`.")
-    if how_read(readings[-1]) == how_read(entry):
-        return AlreadyHere(readings[-1].entity_uid)
-    if any(news.reads and not news.makes and (news.new or {})["sha256"] == new["sha256"] for news in here.news):
-        if how_read(readings[-1]) == here.ends.get(new["sha256"]):
-            return AlreadyHere(readings[-1].entity_uid)
-        return Conflict(
-            f"file {name} was read again in both books, with other declarations in each: have it read here as there, "
-            f"`labbook files reread {name}` with what is declared about it there."
-        )
-    return None
-
-
 def how_read(entry: Entry) -> str:
     """Return an entry's settings of reading in a form to compare; the file's name does not count."""
-    return canonical(without_name((entry.new or {})["settings"]))
-
-
-def _file(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
-    new, old = entry.new or {}, entry.old or {}
-    if entry.action in USING:
-        return _use(here, entry)
-    part = new.get("part")
-    links = [link for link in links_of_file(here.connection, entry.entity_uid) if part in (None, link.part)]
-    runs = {link.run_uid for link in links}
-    if (new["run"] is None and not runs) or new["run"] in runs:
-        return AlreadyHere()
-    if runs <= (set() if new["run"] is not None else set(old.get("runs", ()))):
-        return None
-    name = next((row.name for row in find_files(here.connection, entry.entity_uid)), entry.entity_uid)
-    return _other_run_conflict(here, name, links, new["run"])
-
-
-def _other_run_conflict(
-    here: TargetBook, name: str, links: Sequence[Link], run: str | None, uid: str | None = None
-) -> Conflict:
-    """Return the conflict of a file, linked so here, that belongs to another run there, or to none."""
-    stands = ", ".join(sorted({f"run {link.run_name}" for link in links})) or "no run"
-    there = "no run" if run is None else display_name(here.connection, "run", run)
-    word = "none" if run is None else there.removeprefix("run ")
-    return Conflict(
-        f"file {name} belongs to {stands} here and to {there} there: `labbook assign {name} {word} --why ...` says so "
-        "here.",
-        uid,
-    )
-
-
-def _change(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
-    """Compare a row with what an entry found and with what it made of it."""
-    kind, uid, new, old = entry.entity_kind, entry.entity_uid, entry.new or {}, entry.old or {}
-    try:
-        stands = read_fact(here.connection, kind, uid, list(new))
-    except UnknownName:  # it may be of a file that waits for a declaration
-        return None
-    ends = {**new, **here.ends.get(uid, {})}
-    changed = {name for statement in here.changes_here(uid) for name in statement.new or {}} & new.keys()
-    contrary = sorted(name for name in changed if stands[name] != ends[name])
-    if not contrary and all(name in changed or stands[name] == new[name] for name in new):
-        return AlreadyHere()
-    if not contrary and all(name in changed or stands[name] == old.get(name) for name in new):
-        return None
-    words = "; ".join(
-        f"{name} is {_shown(here, stands[name], name)} here and became {_shown(here, ends[name], name)} there"
-        for name in contrary or sorted(name for name in new if stands[name] != new[name])
-    )
-    return Conflict(
-        f"{display_name(here.connection, kind, uid)}: {words}: correct it here to what the other book says."
-    )
-
-
-def _use(here: TargetBook, entry: Entry) -> AlreadyHere | Conflict | None:
-    """Compare whether a file (withdrawn or restored) or a charge of the inbox (dismissed or restored) is in use."""
-    kind, uid = entry.entity_kind, entry.entity_uid
-    run = None
-    if kind == "file":
-        (file,) = find_files(here.connection, uid)
-        name, used = f"file {file.name}", file.status is not IngestStatus.WITHDRAWN
-    else:
-        try:
-            charge = read_fact(here.connection, kind, uid, ["state", "run"])
-        except UnknownName:  # it may be of a file that waits for a declaration
-            return None
-        name, used, run = f"charge:{uid}", charge["state"] != ChargeState.DISMISSED, charge["run"]
-    ends = here.ends[uid][IN_USE]
-    decided_here = any(statement.action in USING for statement in here.changes_here(uid))
-    if used == (ends if decided_here else entry.action is Action.INCLUDE):
-        return AlreadyHere()
-    if not decided_here and run is None:
-        return None
-    stands = f"of {display_name(here.connection, 'run', run)}" if run else _USED[used]
-    return Conflict(f"{name} is {stands} here and {_USED[ends]} there: settle it here as it is there.")
-
-
-_USED = {True: "in use", False: "out of use"}
-
-
-_RULES: Mapping[str, Callable[[TargetBook, Entry], AlreadyHere | Conflict | None]] = {
-    "ingest": _ingest,
-    "file": _file,
-    "plan": _plan,
-    "note": _repeated_remark,
-    **dict.fromkeys(("decision", "report"), lambda _here, _entry: None),
-}
-"""By kind. Verdicts and reports are only ever added; whether verdicts agree is asked when all are there."""
-
-
-def _shown(here: TargetBook, value: Any, column: str) -> str:
-    """Return a value as people know it; for a uid the name of the thing, without its kind where the column has that."""
-    if isinstance(value, str):
-        for kind in ("run", "condition", "day", "battery", "robot"):
-            name = display_name(here.connection, kind, value)
-            if name != f"{kind} {value}":
-                return name.removeprefix(f"{column} ")
-    return "nothing" if value is None else str(value)
-
-
-Charges = Mapping[str, Sequence[ChargeOfRun]]
-"""The charges that count, by the uid of their run."""
-
-
-def second_charges(connection: sa.Connection, before: Charges, there: Charges, now: Charges) -> list[str]:
-    """Say which runs would have a charge of each book, where neither has two; uids `there` are those of this book.
-
-    The charge of this book waits then, for the other was given to the run later.
-    """
-    found, waiting = [], {*waiting_charges(connection)}
-    for uid, charges in now.items():
-        own_waiting = [row for row in before.get(uid, ()) if row.uid in waiting]
-        some = [row for row in [*own_waiting, *charges] if row.mode == ChargeMode.CHARGE]
-        if len(some) > max(1, len(before.get(uid, ())), len(there.get(uid, ()))):
-            own = {row.uid for row in before.get(uid, ())}
-            words = " and ".join(
-                f"{row.charge_mah:g} mAh {'here' if row.uid in own else 'there'}, charge:{row.uid}" for row in some
-            )
-            name = display_name(connection, "run", uid)
-            found.append(
-                f"{name} has a charge in each book ({words}): take the wrong one off in its book, `labbook correct "
-                "charge:UID run=none --why ...`."
-            )
-    return found
-
-
-Logs = Mapping[str, Sequence[Link]]
-"""The logs in use, by the uid of their run."""
-
-
-def second_logs(connection: sa.Connection, before: Logs, there: Logs, now: Logs) -> list[str]:
-    """Say which runs would have a log that only this book has and one that only the other has.
-
-    Where one book took a log off and put another in its place, the run has one. Uids `there` are those of this book.
-    """
-    found = []
-    for uid, logs in now.items():
-        here, other, both = ({log.file_uid for log in some.get(uid, ())} for some in (before, there, now))
-        if both <= other or both <= here:
-            continue
-        names = {log.file_uid: find_files(connection, log.file_uid)[0].name for log in logs}
-        words = " and ".join(f"{name} {'here' if file in here else 'there'}" for file, name in names.items())
-        run = logs[0].run_name
-        found.append(
-            f"run {run} has a log in each book ({words}): take the wrong one off in its book, `labbook assign FILE "
-            f"none --why ...`; where both are of this run, have this book read the other too, `labbook ingest FILE "
-            f"--run {run}`."
-        )
-    return found
+    return canonical(without_name(_new(entry)["settings"]))
 
 
 SAME_JUMP_S = 0.05
 """Verdicts whose anchors lie closer than this are on the same jump, whichever detector found it."""
 
 
-def verdicts_that_differ(connection: sa.Connection, here: Iterable[Entry], there: Iterable[Entry]) -> list[str]:
-    """Say on what the last verdicts differ that people gave in two books without knowing of each other."""
-    standing, found = _last_verdicts(here), []
-    for place, other in _last_verdicts(there).items():
-        for where, own in standing.items():
-            one, two = map(_said, (own, other))
-            if where[:3] == place[:3] and abs(where[3] - place[3]) < SAME_JUMP_S and one != two:
-                kind, uid = place[:2]
-                what = display_name(connection, "run" if kind == "jump" else kind, uid)
-                what = f"the jump of {what} at {place[3]:.3f} s" if kind == "jump" else what
-                found.append(
-                    f"{what} has two verdicts: {one} here ({own.person}, {own.at_utc[:10]}), {two} there "
-                    f"({other.person}, {other.at_utc[:10]}): agree, and give the same verdict in both books."
-                )
-    return found
-
-
-def _said(entry: Entry) -> str:
+def _verdict_text(entry: Entry) -> str:
     """Return a verdict in words, with the time at which it puts an apex."""
-    new = entry.new or {}
-    at_s = new.get("at_s")
-    return str(new["verdict"]) if at_s is None else f"{new['verdict']} to {at_s:.3f} s"
+    verdict, at_s = _new(entry)["verdict"], _new(entry).get("at_s")
+    return str(verdict) if at_s is None else f"{verdict} to {at_s:.3f} s"
 
 
 def _last_verdicts(entries: Iterable[Entry]) -> dict[tuple[str, str, str, float], Entry]:
     found = {}
     for entry in entries:
         if entry.entity_kind == "decision":
-            new = entry.new or {}
+            new = _new(entry)
             place = (new["target_kind"], new["target_uid"], new.get("signal_sha256") or "", new.get("anchor_s") or 0.0)
             found[place] = entry
     return found

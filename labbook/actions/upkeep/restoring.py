@@ -2,6 +2,10 @@
 
 A restore that was cut off leaves a folder that names its backup; the same command goes on there. It is done, and the
 folder a book like any other, when all that it holds has been checked.
+
+`labbook backup DEST --check`: can the book be restored from a backup? Nothing is written, and no book is needed. The
+journal's chain is followed to the entry that the backup was complete with, every raw copy and the numbers of every
+report are compared with their hashes, and the journal is played back from the raw copies into a temporary database.
 """
 
 from __future__ import annotations
@@ -15,12 +19,13 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.disk import exclusive_lock, read_json, sync, write_json, write_whole
 from data_schema.engine import postgres_engine, reading
-from data_schema.errors import BookDamaged, BookError, UsageError, hide_password
+from data_schema.errors import BookDamaged, BookError, LabbookError, UsageError, hide_password
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.journal_rules import checked
-from ingest.store import Store
-from labbook.actions.upkeep.health import check_book
+from data_schema.vocabulary import Action
+from ingest.store import Store, raw_path
+from labbook.actions.upkeep.health import check_book, wrong_numbers
 from labbook.book.altered import Differences, differences
 from labbook.book.copies.backing_up import LAST_BACKUP, OF_DAMAGED_BOOK, LastBackup
 from labbook.book.copies.backing_up import MARKER as OF_BACKUP
@@ -46,6 +51,7 @@ from labbook.book.opening import (
     shown,
 )
 from labbook.book.rebuilding import Place, rebuild_database
+from labbook.book.replaying import replayed
 from labbook.book.report_numbers import bring_numbers
 from labbook.config.parsing import parse_configuration
 from labbook.config.places import PLACES, with_database
@@ -109,12 +115,23 @@ def restore(
         put_scene(folder, original)
         write_whole(folder / CONFIGURATION, text.encode())
         put_journal(folder / JOURNAL, entries)
-        differences = _make_database(folder, entries[-1], step, keep_going)
-        _check(folder, counted)
-        _remember_backup(source, Store(folder), len(entries))
+        differing = _existing_differences(folder, entries[-1])  # of a restore that was cut off while it checked
+        if differing is None:
+            differing = rebuild_database(folder, step, may_lack=None if keep_going else frozenset()).differences
+        # as deeply as a book can be; pages of reports are not in a backup, and lost raw copies are listed elsewhere
+        found = check_book(folder, counted, deep=True, pages=False)
+        if found.problems:
+            raise BookDamaged(
+                f"the book restored in {folder} is not whole ({'; '.join(found.problems)}): restore from another "
+                "backup."
+            )
+        at_utc = read_json(source / OF_BACKUP).get("at_utc")
+        if at_utc is not None:  # `labbook today` knows of the backup that the book came from
+            last = LastBackup(str(at_utc), str(source.resolve()), len(entries))
+            write_json(Store(folder).root / LAST_BACKUP, asdict(last))
         marker.unlink()
         sync(folder)
-    return Restored(str(folder.resolve()), len(entries), raw, differences, moved, tuple(remarks))
+    return Restored(str(folder.resolve()), len(entries), raw, differing, moved, tuple(remarks))
 
 
 def read_backup(source: Path, *, keep_going: bool = False) -> tuple[list[Entry], str]:
@@ -177,13 +194,6 @@ def later_journal(source: Path) -> str | None:
     )
 
 
-def _remember_backup(source: Path, store: Store, n_entries: int) -> None:
-    """Let `labbook today` know of the backup that the book came from."""
-    at_utc = read_json(source / OF_BACKUP).get("at_utc")
-    if at_utc is not None:
-        write_json(store.root / LAST_BACKUP, asdict(LastBackup(str(at_utc), str(source.resolve()), n_entries)))
-
-
 def _claim_folder(source: Path, folder: Path, url: str | None, entries: list[Entry]) -> Path:
     """Make the folder that of this restore; a database on a server must be empty when the restore begins."""
     if folder.resolve().is_relative_to(source.resolve()):
@@ -214,13 +224,6 @@ def _refuse_filled(url: str) -> None:
         engine.dispose()
 
 
-def _make_database(folder: Path, last: Entry, step: Callable[[str], None], keep_going: bool) -> Differences:
-    """Make the database, unless one that was cut off while it was checked is there already."""
-    known = _existing_differences(folder, last)
-    may_lack = None if keep_going else frozenset[str]()
-    return rebuild_database(folder, step, may_lack=may_lack).differences if known is None else known
-
-
 def _existing_differences(folder: Path, last: Entry) -> Differences | None:
     """Return what differs in a database that goes as far as it has to; None where there is none that can be asked."""
     try:
@@ -236,13 +239,51 @@ def _existing_differences(folder: Path, last: Entry) -> Differences | None:
         return None
 
 
-def _check(folder: Path, counted: Counted) -> None:
-    """Check all that was restored, as deeply as a book can be; pages of reports are not in a backup.
+@dataclass(frozen=True, slots=True)
+class CheckedBackup:
+    """What a backup holds, what is wrong with it, and what a restore of it would tell."""
 
-    Raw copies without which the database was made are listed elsewhere.
-    """
-    found = check_book(folder, counted, deep=True, pages=False)
-    if found.problems:
-        raise BookDamaged(
-            f"the book restored in {folder} is not whole ({'; '.join(found.problems)}): restore from another backup."
-        )
+    entries: int
+    raw_copies: int
+    problems: tuple[str, ...]
+    missing_numbers: tuple[str, ...]
+    differences: Differences
+
+
+def check_backup(source: Path, step: Callable[[str], None]) -> CheckedBackup:
+    """Check a backup by itself; raises where it has no journal that can be followed."""
+    entries, text = read_backup(source)
+    later = later_journal(source)
+    problems = [] if later is None else [later]
+    try:
+        parse_configuration(text, str(source / CONFIGURATION), source)
+    except LabbookError as error:
+        problems.append(str(error))
+    store, wanted = Store(source), raw_of(entries)
+    lost = []
+    for sha256 in wanted:
+        try:
+            store.raw(raw_path(sha256), sha256)
+        except LabbookError as error:
+            lost.append(sha256)
+            problems.append(f"{str(error).split(': restore it')[0]}: back the book up again, which mends it.")
+        step(sha256)
+    altered, missing = wrong_numbers(source, [entry for entry in entries if entry.action is Action.REPORT])
+    problems += altered
+    found = Differences()
+    try:
+        with (
+            replayed(
+                store,
+                JournalFile(source / JOURNAL),
+                len(entries),
+                step,
+                use_cache=False,
+                lost=frozenset(lost),
+            ) as (engine, replay),
+            reading(engine) as connection,
+        ):
+            found = differences(connection, journal.stored(connection), replay.without_rows)
+    except LabbookError as error:
+        problems.append(str(error))
+    return CheckedBackup(len(entries), len(wanted), tuple(problems), tuple(missing), found)

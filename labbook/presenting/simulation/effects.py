@@ -25,8 +25,11 @@ def heading(scene: Scene, ablation: Ablation) -> list[str]:
         f"{scene.name}: {scene.title}",
         f"All {len(scene.effects)} effects{which}: cost {full.cost_J:.5g} J, apex {full.apex_height_m:.5g} m, "
         f"depth {full.max_depth_m:.5g} m ({full.outcome}).",
-        *_warning(full.ill_conditioned, "this jump is"),
+        *([f"warning: this jump is {_ILL_CONDITIONED}"] if full.ill_conditioned else []),
     ]
+
+
+_ILL_CONDITIONED = "ill-conditioned, and less accurate than asked for: see labbook sim run."
 
 
 def alone_table(ablation: Ablation) -> list[list[str]]:
@@ -50,13 +53,16 @@ def verdict(ablation: Ablation) -> list[str]:
     if not gone.effects:
         return [f"Within {share}, none of the effects can be left out."]
     changed = ", ".join(f"{name} by {_change(gone.changes[name], ablation.accuracy)}" for name in COMPARED)
-    beyond = [name for name in gone.effects if name in ablation.alone and _is_beyond(ablation.alone[name], ablation)]
+    beyond = [
+        name for name in gone.effects if name in ablation.alone and ablation.alone[name].largest > ablation.tolerance
+    ]
+    unsure = ablation.full.jump.ill_conditioned or gone.result.jump.ill_conditioned
     return [
         f"Within {share}, {len(ablation.enough)} of {len(ablation.scene.effects)} effects are enough: "
         f"{', '.join(ablation.enough)}.",
         f"Left out, one after the other, those that change least: {', '.join(gone.effects)}; together that changes "
         f"{changed}. To simulate so: --effects {','.join(f'-{name}' for name in gone.effects)}",
-        *_warning(ablation.full.jump.ill_conditioned or gone.result.jump.ill_conditioned, "one of these jumps is"),
+        *([f"warning: one of these jumps is {_ILL_CONDITIONED}"] if unsure else []),
         *(
             [f"note: {', '.join(beyond)} alone would change more; here what else is left out makes up for it."]
             if beyond
@@ -72,7 +78,10 @@ def as_data(scene: Scene, ablation: Ablation) -> dict[str, Any]:
         "accuracy": ablation.accuracy,
         "jumps_measured": ablation.scene.jumps,
         "full": _last_jump(ablation.full),
-        "alone": [_without(item) for item in ablation.alone.values()],
+        "alone": [
+            {"without": item.effects, **_changes(item), "undefined": _undefined(item), **_last_jump(item.result)}
+            for item in ablation.alone.values()
+        ],
         "stay": dict(ablation.needed),
         "within": ablation.tolerance,
         "smallest_set": ablation.enough,
@@ -81,9 +90,8 @@ def as_data(scene: Scene, ablation: Ablation) -> dict[str, Any]:
     }
 
 
-def _without(item: Without) -> dict[str, Any]:
-    undefined = next((value.reason for value in item.changes.values() if isinstance(value, Undefined)), None)
-    return {"without": item.effects, **_changes(item), "undefined": undefined, **_last_jump(item.result)}
+def _undefined(item: Without) -> str | None:
+    return next((value.reason for value in item.changes.values() if isinstance(value, Undefined)), None)
 
 
 def _last_jump(result: SceneResult) -> dict[str, Any]:
@@ -104,15 +112,6 @@ def _footnotes(ablation: Ablation) -> list[str]:
         *([limit] if any(one.outcome == "step_limit" for one in found) else []),
         *(f"{name} stays: {sentence}" for name, sentence in ablation.needed.items()),
     ]
-
-
-def _is_beyond(item: Without, ablation: Ablation) -> bool:
-    return item.largest > ablation.tolerance
-
-
-def _warning(is_ill_conditioned: bool, what: str) -> list[str]:
-    words = "ill-conditioned, and less accurate than asked for: see labbook sim run."
-    return [f"warning: {what} {words}"] if is_ill_conditioned else []
 
 
 def _change(value: float | Undefined, accuracy: float) -> str:

@@ -23,7 +23,6 @@ from simulator.falsify import (
     Counterexample,
     Judged,
     Question,
-    Region,
     Searched,
     ground_at,
     interval,
@@ -33,7 +32,14 @@ from simulator.falsify import (
 
 def sentences(question: Question, searched: Searched) -> list[str]:
     """Say where the controller helps, where it does not, how sure that is, and where joules are no price."""
-    return [*_answer(question, searched), *_not_positive(searched)]
+    found = _answer(question, searched)
+    if count := searched.not_positive:
+        found.append(
+            f"On {count} of the {count_text(searched.says, 'ground')} that say something a cost is not positive: "
+            "braking gives back more than the jump takes. There joules are compared, and there is no share of them; "
+            "for a drive that gives nothing back add --effects +no_regeneration."
+        )
+    return found
 
 
 def _answer(question: Question, searched: Searched) -> list[str]:
@@ -54,17 +60,13 @@ def _answer(question: Question, searched: Searched) -> list[str]:
         where = _box(question, low.tolist(), high.tolist())
         grounds = "the one ground" if len(failing) == 1 else f"the {len(failing)} grounds"
         return [found, f"It costs more at {where}, of {grounds} that were found."]
-    return [found, _region_sentence(question, region)]
-
-
-def _not_positive(searched: Searched) -> list[str]:
-    count = searched.not_positive
-    if not count:
-        return []
+    (fail_inside, inside), (fail_outside, outside) = region.inside, region.outside
+    elsewhere = f"{fail_outside} of {outside} ({_interval(fail_outside, outside)})"
     return [
-        f"On {count} of the {count_text(searched.says, 'ground')} that say something a cost is not positive: braking "
-        "gives back more than the jump takes. There joules are compared, and there is no share of them; for a "
-        "drive that gives nothing back add --effects +no_regeneration."
+        found,
+        f"It costs more at {_box(question, region.low, region.high)}, where the failures of half the sample lie. Of "
+        f"the other half {fail_inside} of {count_text(inside, 'ground')} there fail, and elsewhere "
+        f"{elsewhere if fail_outside else f'none of {outside}: {_most(outside)}'}.",
     ]
 
 
@@ -84,16 +86,6 @@ def ground_sentence(judged: Judged, conditions: int) -> str:
     return (
         f"Simulated on this ground, active damping {side} at equal height, of {count_text(of, 'condition')}"
         f"{joules}{beside}."
-    )
-
-
-def _region_sentence(question: Question, region: Region) -> str:
-    (fail_inside, inside), (fail_outside, outside) = region.inside, region.outside
-    elsewhere = f"{fail_outside} of {outside} ({_interval(fail_outside, outside)})"
-    return (
-        f"It costs more at {_box(question, region.low, region.high)}, where the failures of half the sample lie. Of "
-        f"the other half {fail_inside} of {count_text(inside, 'ground')} there fail, and elsewhere "
-        f"{elsewhere if fail_outside else f'none of {outside}: {_most(outside)}'}."
     )
 
 

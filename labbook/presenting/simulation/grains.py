@@ -100,6 +100,14 @@ def as_lines(study: GrainsStudy) -> list[str]:
         for one in sizes
         for beds in [study.of_diameter(one)]
     )
+    compared = []
+    for one in sizes:
+        found = ratios(study.of_diameter(one))
+        more = "; of one bed the scatter is not known, --seeds 3 tells it."
+        if len(found) > 1:
+            more = f", {min(found):.3g} to {max(found):.3g} (mean ± standard deviation of {len(found)} beds)."
+        times = f"{_with_scatter(found)} times the kinetic energy of AD{more}"
+        compared.append(f"{_size(one)} grains: in extension CE gives them {times}")
     before = [
         f"{scene.name}: {scene.title}",
         f"beds of {first.width_m:g} m x {first.width_m:g} m, {first.depth_m:g} m deep. {'; '.join(beds_text)}.",
@@ -108,7 +116,7 @@ def as_lines(study: GrainsStudy) -> list[str]:
         "on the bulk model's ground:",
     ]
     after = [
-        *(_compared(diameter_m, study.of_diameter(diameter_m)) for diameter_m in sizes),
+        *compared,
         "extension: from the leg's shortest length until the foot has left. CE: b_ad of 0; AD: b_ad of "
         f"{scene['b_ad']:g} kg/m.",
         "one-way: the foot follows the bulk model's jump, whatever the grains do. Energies are told therefore; the "
@@ -122,16 +130,6 @@ def as_lines(study: GrainsStudy) -> list[str]:
         f"which is kept; {statistics.median(jump.ns_a_grain_and_step for jump in jumps):.0f} ns a grain and step.",
     ]
     return [*within_width(before), "", *columns(head, rows), "", *within_width(after)]
-
-
-def _compared(diameter_m: float, beds: Sequence[BedJumps]) -> str:
-    found = ratios(beds)
-    said = (
-        f"{_size(diameter_m)} grains: in extension CE gives them {_with_scatter(found)} times the kinetic energy of AD"
-    )
-    if len(found) == 1:
-        return f"{said}; of one bed the scatter is not known, --seeds 3 tells it."
-    return f"{said}, {min(found):.3g} to {max(found):.3g} (mean ± standard deviation of {len(found)} beds)."
 
 
 def _size(diameter_m: float) -> str:

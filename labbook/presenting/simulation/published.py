@@ -50,7 +50,7 @@ _CLAIM_COLUMNS: Columns[Finding] = (
     column(
         "Points within", "n_within n", lambda found: Cell(f"{found.n_within} of {found.n}", (found.n_within, found.n))
     ),
-    column("Holds at", "share_within", lambda found: Cell(_share_text(found), (found.share_within,))),
+    column("Holds at", "share_within", lambda found: _share(found)),
 )
 
 
@@ -59,10 +59,11 @@ def claims_table(findings: Sequence[Finding], caption: str = _CLAIMS_CAPTION) ->
     return table_of("claims", caption, findings, _CLAIM_COLUMNS, strong=lambda found: not found.agrees)
 
 
-def _share_text(finding: Finding) -> str:
+def _share(finding: Finding) -> Cell:
     """Return the share in percent, rounded so that only all is 100 % and only none 0 %."""
     percent = 100.0 * finding.share_within
-    return f"{percent:.0f} %" if finding.n_within in (0, finding.n) else f"{min(max(percent, 1.0), 99.0):.0f} %"
+    percent = percent if finding.n_within in (0, finding.n) else min(max(percent, 1.0), 99.0)
+    return Cell(f"{percent:.0f} %", (finding.share_within,))
 
 
 def _number(value: float | None, unit: str) -> str:
@@ -228,43 +229,25 @@ _BED_COLUMNS: Columns[BedRow] = (
 )
 
 
-def _last_jump(scene: Scene) -> str:
-    return f"Jump {scene.jumps} of {scene.jumps}"
-
-
-def _emulator_table(tables: SteadyTables) -> Table:
-    """Make the table of the ground emulator."""
-    caption = (
-        f"{_last_jump(tables.emulator.scene)} on the ground emulator; in brackets what the thesis says "
-        "(4.3, 4.4), with ~ on the straight line between the two apexes that it gives. Savings and lost apex heights "
-        "are those of active damping against compression-extension (CE): scaled, its gain a sixth of the extension "
-        "gain, and constant, a gain of 50. Joules are heat and mechanical energy of a whole jump. Sink: of the "
-        "platform under CE. Capped: at the motors' stall torque. Within reach: the heat under CE while the extending "
-        "leg drives the platform down, where active damping acts."
-    )
-    return table_of("emulator", caption, tables.emulator.rows, _EMULATOR_COLUMNS)
-
-
-def _plate_table(tables: SteadyTables) -> Table:
-    """Make the table of the force plate."""
-    caption = (
-        f"{_last_jump(tables.force_plate.scene)} on the force plate, compression-extension. Of this "
-        "experiment the thesis gives no apex and no joules, only the slope of the joules estimated from the plate's "
-        f"forces over those of the battery, {ESTIMATED_OVER_MEASURED:g} (3.2.2): nothing stands beside these numbers. "
-        "Touchdown: velocity of the body. Foot's loss: its kinetic energy when the plate stops it."
-    )
-    return table_of("force_plate", caption, tables.force_plate.rows, _PLATE_COLUMNS)
-
-
-def _bed_table(tables: SteadyTables) -> Table:
-    """Make the table of the granular bed."""
-    caption = (
-        "One drop onto the bed of glass beads in each of the 24 conditions; damping gain 0 is compression-extension. "
-        "The thesis gives no joules and no apexes of these conditions, only what stands among the results below. "
-        "Saving and apex gained: against compression-extension with the same foot, given by its radius, and the same "
-        "extension gain. Joules are heat and mechanical energy of the stance. Capped: at the motors' stall torque."
-    )
-    return table_of("bed", caption, tables.bed.rows, _BED_COLUMNS)
+_EMULATOR_CAPTION = (
+    "on the ground emulator; in brackets what the thesis says (4.3, 4.4), with ~ on the straight line between the two "
+    "apexes that it gives. Savings and lost apex heights are those of active damping against compression-extension "
+    "(CE): scaled, its gain a sixth of the extension gain, and constant, a gain of 50. Joules are heat and mechanical "
+    "energy of a whole jump. Sink: of the platform under CE. Capped: at the motors' stall torque. Within reach: the "
+    "heat under CE while the extending leg drives the platform down, where active damping acts."
+)
+_PLATE_CAPTION = (
+    "on the force plate, compression-extension. Of this experiment the thesis gives no apex and no joules, only the "
+    "slope of the joules estimated from the plate's forces over those of the battery, "
+    f"{ESTIMATED_OVER_MEASURED:g} (3.2.2): nothing stands beside these numbers. Touchdown: velocity of the body. "
+    "Foot's loss: its kinetic energy when the plate stops it."
+)
+_BED_CAPTION = (
+    "One drop onto the bed of glass beads in each of the 24 conditions; damping gain 0 is compression-extension. "
+    "The thesis gives no joules and no apexes of these conditions, only what stands among the results below. "
+    "Saving and apex gained: against compression-extension with the same foot, given by its radius, and the same "
+    "extension gain. Joules are heat and mechanical energy of the stance. Capped: at the motors' stall torque."
+)
 
 
 _INTRODUCTION = (
@@ -312,10 +295,14 @@ def _parts(
     agreeing, unmatched = sum(finding.agrees for finding in findings), _unmatched(findings)
     silent = len(unmatched) - len(findings) + agreeing
     score = f"{agreeing} of {len(findings)} agree; for {silent} more the simulation gives nothing to compare."
+    emulator, plate = (
+        f"Jump {one.scene.jumps} of {one.scene.jumps} {caption}"
+        for one, caption in ((tables.emulator, _EMULATOR_CAPTION), (tables.force_plate, _PLATE_CAPTION))
+    )
     for title, table in (
-        ("Ground emulator (thesis ch. 4)", _emulator_table(tables)),
-        ("Force plate (thesis 3.2.2)", _plate_table(tables)),
-        ("Granular bed (thesis ch. 5)", _bed_table(tables)),
+        ("Ground emulator (thesis ch. 4)", table_of("emulator", emulator, tables.emulator.rows, _EMULATOR_COLUMNS)),
+        ("Force plate (thesis 3.2.2)", table_of("force_plate", plate, tables.force_plate.rows, _PLATE_COLUMNS)),
+        ("Granular bed (thesis ch. 5)", table_of("bed", _BED_CAPTION, tables.bed.rows, _BED_COLUMNS)),
         ("What agrees", claims_table(findings, f"{_CAPTION} {score}")),
         ("Every published result", results_table(results)),
     ):
@@ -325,7 +312,11 @@ def _parts(
         yield rows
     yield "## What set 1 leaves open"
     yield _filled(_OPEN)
-    yield "\n".join(_filled(f"- {_reading_text(reading)}", "  ") for reading in readings)
+    texts: list[str] = []
+    for reading in readings:  # what it gives, and which claims it does not meet at every speed
+        found = (f"`{one.claim.id}` {range_text(one)}{_missed_text(one)}" for one in reading.findings)
+        texts.append(_filled(f"- **{reading.name}**: {'; '.join(found)}.", "  "))
+    yield "\n".join(texts)
     yield "## What cannot be matched, and why"
     for claim in unmatched:
         reason = claim.reason or "no reason is known."
@@ -338,12 +329,6 @@ def _parts(
         jumps = "one jump" if scene.jumps == 1 else f"{scene.jumps} jumps"
         yield _filled(f"Scene `{scene.name}`, {jumps}. {scene.description} Assumed:")
         yield "\n".join(_filled(f"- {text}", "  ") for text in assumed_texts(scene))
-
-
-def _reading_text(reading: Reading) -> str:
-    """Say what a reading of set 1 gives, and which claims it meets at every speed."""
-    found = (f"`{one.claim.id}` {range_text(one)}{_missed_text(one)}" for one in reading.findings)
-    return f"**{reading.name}**: {'; '.join(found)}."
 
 
 def _missed_text(found: Finding) -> str:

@@ -43,7 +43,18 @@ def parts_tables() -> dict[str, Table]:
         "parameters": _table(
             "parameters",
             ("parameter", "table", "unit", "from", "to", "meaning", "read by"),
-            (_parameter_cells(parameter) for parameter in _by_part()),
+            (
+                (
+                    parameter.name,
+                    parameter.part,
+                    parameter.unit,
+                    f"{parameter.low:g}",
+                    f"{parameter.high:g}",
+                    parameter.meaning,
+                    _read_by(parameter),
+                )
+                for parameter in sorted(all_parameters().values(), key=lambda one: PARTS.index(one.part))
+            ),
         ),
         "words": _table("words", ("word", "meaning"), _meanings().items()),
     }
@@ -93,6 +104,7 @@ def part_lines(name: str) -> list[str]:
 
 def _effect_lines(effect: Effect) -> list[str]:
     own = [item.name for item in effect.parameters]
+    scenes = [scene for scene in shipped_scenes() if effect.name in load_scene(scene).effects]
     return [
         f"source: {effect.source}.",
         *([f"leaves out: {effect.lacks}."] if effect.lacks else []),
@@ -103,7 +115,7 @@ def _effect_lines(effect: Effect) -> list[str]:
         *(f"gives {' and '.join(energy.columns)}: {energy.meaning}." for energy in effect.all_energies),
         *(f"not with {other}: {sentence}." for other, sentence in effect.excludes.items()),
         f"reads {', '.join(own)}." if own else "reads no parameter of its own.",
-        f"on in {_listed(scene for scene in shipped_scenes() if effect.name in load_scene(scene).effects)}.",
+        f"on in {', '.join(scenes) or 'no shipped scene'}.",
     ]
 
 
@@ -152,26 +164,12 @@ def _parameter_data(parameter: Parameter) -> dict[str, Any]:
     }
 
 
-def _by_part() -> list[Parameter]:
-    """Return all parameters, those of one table of a scene's file together."""
-    return sorted(all_parameters().values(), key=lambda parameter: PARTS.index(parameter.part))
-
-
-def _parameter_cells(parameter: Parameter) -> tuple[str, ...]:
-    ends = (f"{parameter.low:g}", f"{parameter.high:g}")
-    return parameter.name, parameter.part, parameter.unit, *ends, parameter.meaning, _read_by(parameter)
-
-
 def _needs(effect: Effect) -> str:
     return ", ".join(" or ".join(alternatives) for alternatives in effect.needs)
 
 
 def _read_by(parameter: Parameter) -> str:
     return ", ".join(readers(parameter.name)) or EVERY_SCENE
-
-
-def _listed(names: Iterable[str]) -> str:
-    return ", ".join(names) or "no shipped scene"
 
 
 def _table(name: str, heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> Table:

@@ -8,7 +8,7 @@ Warnings about a simulated jump: no robot makes it, it hangs on little, or it is
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import asdict
 from typing import Any
 
@@ -41,99 +41,80 @@ def mode_name(scene: Scene, mode: str) -> str:
 
 def warnings(result: SceneResult) -> list[str]:
     """Return the warnings about a scene's last jump, which stand before its numbers."""
-    said = (*_under_surface(result), *_ill_conditioned(result), *_open_book(result), *_not_positive(result))
-    return [f"warning: {sentence}" for sentence in said]
+    return [f"warning: {sentence}" for sentence in _warnings(result)]
 
 
-def _under_surface(result: SceneResult) -> list[str]:
-    """Say that the body is where the model has no ground for it."""
-    jump, scene = result.jump, result.scene
-    if not jump.under_surface:
-        return []
-    reach_m = scene["upper_link"] + scene["lower_link"]
-    deeper = f", deeper than the longest leg ({reach_m:.4g} m)" if jump.max_depth_m > reach_m else ""
-    return [
-        f"no robot jumps like this. The foot sinks {jump.max_depth_m:.4g} m{deeper}, and the body gets "
-        f"{-jump.min_body_height_m:.4g} m under the surface of the grains, which act on the foot alone: "
-        "give a larger foot or firmer grains."
-    ]
+def _warnings(result: SceneResult) -> Iterator[str]:
+    jump, scene, accuracy = result.jump, result.scene, result.accuracy
+    if jump.under_surface:
+        reach_m = scene["upper_link"] + scene["lower_link"]
+        deeper = f", deeper than the longest leg ({reach_m:.4g} m)" if jump.max_depth_m > reach_m else ""
+        yield (
+            f"no robot jumps like this. The foot sinks {jump.max_depth_m:.4g} m{deeper}, and the body gets "
+            f"{-jump.min_body_height_m:.4g} m under the surface of the grains, which act on the foot alone: give a "
+            "larger foot or firmer grains."
+        )
+    doubts = [*_large_error(result), *(_ill_conditioned(result) if jump.ill_conditioned else ())]
+    if jump.ill_conditioned and not doubts:
+        first = next(number for number, item in enumerate(result.jumps, 1) if item.ill_conditioned)
+        doubts.append(f"this jump follows jump {first}, which is ill-conditioned, and is known no better.")
+    yield from doubts
+    if jump.open_book:
+        share = abs(jump.energy_residual_J) / jump.energy_at_play_J
+        yield (
+            f"the energy book of this jump does not close within the accuracy. It is off by {share:.1e} of what it "
+            f"turns over, where {accuracy:g} was asked for, and so may be the other numbers."
+        )
+    if jump.cost_J <= 0.0 and jump.outcome in _WHOLE and "no_regeneration" not in scene.effects:
+        yield (
+            f"the cost of this jump is not positive ({jump.cost_J:.3g} J). Its mechanical part is the net work of the "
+            "leg: what the leg takes up as it brakes is given back in full. For a drive that gives nothing back add "
+            "--effects +no_regeneration."
+        )
 
 
-def _ill_conditioned(result: SceneResult) -> list[str]:
-    """Say why the last jump is ill-conditioned: for itself, or because it follows one that is."""
-    jump, said = result.jump, _large_error(result)
-    if not jump.ill_conditioned:
-        return said
+def _large_error(result: SceneResult) -> Iterator[str]:
+    """Say that the finer simulation differs by more than the accuracy."""
+    jump, accuracy = result.jump, result.accuracy
+    if jump.errors is None:
+        return
+    if jump.coarser is not None:
+        yield (
+            f"at an accuracy of {accuracy:g} this jump ends otherwise ({jump.coarser.outcome}) than at "
+            f"{result.finer_accuracy:g} ({jump.outcome}); both are shown."
+        )
+    elif not jump.errors:
+        yield f"at an accuracy of {accuracy:g} the robot does not make this jump."
+    elif (share := largest_share(jump, jump.errors)) > accuracy:
+        known = f"only to {100.0 * share:.2g} % at best" if math.isfinite(share) else "not in all its numbers"
+        yield f"this jump is known {known}, where {accuracy:g} was asked for."
+
+
+def _ill_conditioned(result: SceneResult) -> Iterator[str]:
+    """Say why the last jump is ill-conditioned for itself."""
+    jump = result.jump
     if jump.decision_margin == 0.0 and "sampled_control" not in result.scene.effects:
-        said.append(
+        yield (
             "the controller, which has no clock, chatters in this jump: it changes its phase again and again, the more "
             "often the finer the steps, and each time adds its own error."
         )
     elif close_decision(jump):
         where = "an event of its motion" if jump.decision_tick is None else f"the decision at tick {jump.decision_tick}"
-        said.append(
+        yield (
             f"this jump hangs on a knife's edge: {where} is only {jump.decision_margin:.2g} local errors away from "
             f"falling otherwise (under {ILL_CONDITIONED_BELOW:g} is ill-conditioned)."
         )
-    rounding = grown_rounding(jump, result.accuracy)
-    if rounding:
-        said.append(
+    if rounding := grown_rounding(jump, result.accuracy):
+        yield (
             "errors grow in this jump. Sampled damping, or a slow foot at touchdown, multiplies them by up to "
             f"{jump.error_growth:.2g}, so that rounding alone leaves an error of about {100.0 * rounding:.2g} %, "
             "however fine the accuracy asked for."
         )
     if small_cost(jump.cost_J, jump.energy_at_play_J):
-        said.append(
+        yield (
             f"the cost is a small difference of larger energies ({jump.cost_J:.2g} J, where "
             f"{jump.energy_at_play_J:.2g} J are turned over), and its relative error is as much larger."
         )
-    if not said:
-        first = next(number for number, item in enumerate(result.jumps, 1) if item.ill_conditioned)
-        said.append(f"this jump follows jump {first}, which is ill-conditioned, and is known no better.")
-    return said
-
-
-def _large_error(result: SceneResult) -> list[str]:
-    """Say that the finer simulation differs by more than the accuracy."""
-    jump = result.jump
-    if jump.errors is None:
-        return []
-    if jump.coarser is not None:
-        return [
-            f"at an accuracy of {result.accuracy:g} this jump ends otherwise ({jump.coarser.outcome}) than at "
-            f"{result.finer_accuracy:g} ({jump.outcome}); both are shown."
-        ]
-    if not jump.errors:
-        return [f"at an accuracy of {result.accuracy:g} the robot does not make this jump."]
-    share = largest_share(jump, jump.errors)
-    if share <= result.accuracy:
-        return []
-    known = f"only to {100.0 * share:.2g} % at best" if math.isfinite(share) else "not in all its numbers"
-    return [f"this jump is known {known}, where {result.accuracy:g} was asked for."]
-
-
-def _open_book(result: SceneResult) -> list[str]:
-    """Say that simulating again with finer steps has not closed the energy book."""
-    jump = result.jump
-    if not jump.open_book:
-        return []
-    share = abs(jump.energy_residual_J) / jump.energy_at_play_J
-    return [
-        f"the energy book of this jump does not close within the accuracy. It is off by {share:.1e} of what it turns "
-        f"over, where {result.accuracy:g} was asked for, and so may be the other numbers."
-    ]
-
-
-def _not_positive(result: SceneResult) -> list[str]:
-    """Say that braking gives back more than the jump takes."""
-    jump = result.jump
-    if jump.cost_J > 0.0 or jump.outcome not in _WHOLE or "no_regeneration" in result.scene.effects:
-        return []
-    return [
-        f"the cost of this jump is not positive ({jump.cost_J:.3g} J). Its mechanical part is the net work of the leg: "
-        "what the leg takes up as it brakes is given back in full. For a drive that gives nothing back add "
-        "--effects +no_regeneration."
-    ]
 
 
 OUTCOMES = {
@@ -243,10 +224,20 @@ def finite(value: Any) -> Any:
 def as_lines(result: SceneResult) -> list[str]:
     """Return the table for people, with the assumed parameters."""
     jump, scene, which = result.jump, result.scene, which_jump(result.scene, len(result.jumps))
+    outcome, remedy = jump.outcome, ""
+    if outcome == "no_liftoff":
+        firmer = " or firmer ground" if "hydrostatic_stiffness" in scene.effects else ""
+        remedy = f": try a higher k_extension{firmer}"
+    assumed = [f"every {'other ' if scene.set_by_user else ''}parameter has a source."]
+    if scene.assumed:
+        assumed = ["rests on assumed parameters:", *(f"  {text}" for text in assumed_texts(scene))]
+    steps, evaluations = (sum(getattr(jump, name) for jump in result.jumps) for name in ("steps", "rhs_evaluations"))
+    compiled = f", after {time_text(result.compile_time_s)} of compiling"
+    if result.interpreted and not result.compile_time_s:
+        compiled = " in plain Python, as no kernel is compiled for these effects yet (labbook sim warm)"
     return [
         f"{scene.name}: {scene.title}",
-        f"{_NEVER_ROSE if jump.never_rose else OUTCOMES.get(jump.outcome, jump.outcome)} ({jump.outcome}{which})"
-        f"{_remedy(scene, jump.outcome)}.",
+        f"{_NEVER_ROSE if jump.never_rose else OUTCOMES.get(outcome, outcome)} ({outcome}{which}){remedy}.",
         *warnings(result),
         "",
         *_table(result),
@@ -254,17 +245,12 @@ def as_lines(result: SceneResult) -> list[str]:
         "",
         *_notes(result),
         *set_by_user_line(scene),
-        *_assumed(scene),
+        *assumed,
         f"{abs(jump.energy_residual_J):.1e} J are not accounted for, of {jump.energy_at_play_J:.3g} J that the energy "
         "book turns over.",
-        _effort(result),
+        f"{steps} steps, {evaluations} evaluations{_in_all_jumps(result)} for a relative error of "
+        f"{result.finer_accuracy or result.accuracy:g}; {time_text(result.wall_time_s)}{compiled}.",
     ]
-
-
-def _remedy(scene: Scene, outcome: str) -> str:
-    """Say what to change where the robot did not jump."""
-    firmer = " or firmer ground" if "hydrostatic_stiffness" in scene.effects else ""
-    return f": try a higher k_extension{firmer}" if outcome == "no_liftoff" else ""
 
 
 def which_jump(scene: Scene, number: int) -> str:
@@ -281,22 +267,6 @@ def title_text(scene: Scene, which: str, outcome: str) -> str:
 def figure_title(result: SceneResult) -> str:
     """Return what heads the figure of a scene's last jump."""
     return title_text(result.scene, which_jump(result.scene, len(result.jumps)), result.jump.outcome)
-
-
-def _effort(result: SceneResult) -> str:
-    """Say what all jumps took, as the time is that of all."""
-    steps, evaluations = (sum(getattr(jump, name) for jump in result.jumps) for name in ("steps", "rhs_evaluations"))
-    return (
-        f"{steps} steps, {evaluations} evaluations{_in_all_jumps(result)} for a relative error of "
-        f"{result.finer_accuracy or result.accuracy:g}; "
-        f"{time_text(result.wall_time_s)}{_compiled_text(result)}."
-    )
-
-
-def _compiled_text(result: SceneResult) -> str:
-    if result.interpreted and not result.compile_time_s:
-        return " in plain Python, as no kernel is compiled for these effects yet (labbook sim warm)"
-    return f", after {time_text(result.compile_time_s)} of compiling"
 
 
 def _digits(accuracy: float) -> int:
@@ -347,32 +317,25 @@ def _number(value: float | None, digits: int) -> str:
 
 
 def _all_jumps(result: SceneResult) -> list[str]:
+    """Sum up all jumps, and set each in a line: apex, cost, and how it ended where that is not by a touchdown."""
     apexes = [jump.apex_height_m for jump in result.jumps if jump.apex_height_m is not None]
-    total = sum(jump.cost_J for jump in result.jumps)
     heights = f", apexes of {min(apexes):.4g} to {max(apexes):.4g} m" if apexes else ""
     edges, unclosed = (sum(getattr(jump, flag) for jump in result.jumps) for flag in ("ill_conditioned", "open_book"))
     flagged = f", {edges} of them ill-conditioned" if edges else ""
     flagged += f", {unclosed} with an energy book that does not close" if unclosed else ""
-    return ["", f"{_jumps_text(result)}{flagged}: {total:.6g} J{heights}.", *_each_jump(result)]
-
-
-def _each_jump(result: SceneResult) -> list[str]:
-    """Set each jump in a line: apex, cost, and how it ended where that is not by a touchdown."""
-    made, digits = len(result.jumps), _digits(result.accuracy)
-    rows = [
-        [str(number), _number(jump.apex_height_m, digits), _number(jump.cost_J, digits), _ended(jump)]
-        for number, jump in enumerate(result.jumps, 1)
-    ]
+    made, digits, rows = len(result.jumps), _digits(result.accuracy), list[list[str]]()
+    for number, jump in enumerate(result.jumps, 1):
+        flags = (
+            name for name in ("never_rose", "ill_conditioned", "under_surface", "open_book") if getattr(jump, name)
+        )
+        ended = ", ".join([*([jump.outcome] if jump.outcome != "touchdown" else []), *flags]).replace("_", " ")
+        rows.append([str(number), _number(jump.apex_height_m, digits), _number(jump.cost_J, digits), ended])
     if made > _MOST_SHOWN:
         gap = ["...", "", "", f"{made - 2 * _SHOWN_AT_AN_END} more: --json"]
         rows = [*rows[:_SHOWN_AT_AN_END], gap, *rows[-_SHOWN_AT_AN_END:]]
-    return columns(["jump", "apex m", "cost J", ""], rows)
-
-
-def _ended(jump: JumpResult) -> str:
-    marks = [jump.outcome] if jump.outcome != "touchdown" else []
-    marks += [name for name in ("never_rose", "ill_conditioned", "under_surface", "open_book") if getattr(jump, name)]
-    return ", ".join(mark.replace("_", " ") for mark in marks)
+    total = sum(jump.cost_J for jump in result.jumps)
+    said = f"{_jumps_text(result)}{flagged}: {total:.6g} J{heights}."
+    return ["", said, *columns(["jump", "apex m", "cost J", ""], rows)]
 
 
 def _jumps_text(result: SceneResult) -> str:
@@ -385,53 +348,36 @@ def _in_all_jumps(result: SceneResult) -> str:
     return f" in {_jumps_text(result)}" if result.scene.jumps > 1 else ""
 
 
-def _notes(result: SceneResult) -> list[str]:
+def _notes(result: SceneResult) -> Iterator[str]:
     jump, scene = result.jump, result.scene
+    drag_j = getattr(jump, f"{cost_span(scene.effects)}_drag_J")
+    if drag_j > _MUCH_DRAG * jump.energy_at_play_J:
+        yield (
+            f"note: the motors' drag takes {drag_j:.3g} J, {drag_j / jump.energy_at_play_J:.2g} times all that the "
+            "energy book turns over. It is the loss of motors that are short-circuited as they turn, and grows with "
+            "the square of a gear's ratio: for motors that are driven leave it out, --effects -drag."
+        )
     reach_m = scene["upper_link"] + scene["lower_link"]
-    notes = _drag_note(result)
     if jump.max_leg_length_m > reach_m and jump.outcome != "leg_straight":
-        notes.append(
+        yield (
             f"note: in flight the leg would be {jump.max_leg_length_m:.4g} m long, more than its links reach "
             f"({reach_m:.4g} m)."
         )
     if jump.apex_foot_height_m is not None and jump.apex_foot_height_m < 0.0 and not jump.never_rose:
-        notes.append(
+        yield (
             f"note: at the apex the foot is {-jump.apex_foot_height_m:.3g} m below the surface: it does not clear it, "
             "and the robot jumps within its own hole."
         )
     counted = {name: sum(item.counters.get(name, 0) for item in result.jumps) for name in jump.counters}
     if any(counted.values()):
-        notes.append(
-            "note: "
-            + ", ".join(f"{name.replace('_', ' ')} {count} times" for name, count in counted.items() if count)
-            + f"{_in_all_jumps(result)}."
-        )
-    return notes
-
-
-def _drag_note(result: SceneResult) -> list[str]:
-    """Say that motors' drag is out of proportion, as that of geared motors is."""
-    drag_j = getattr(result.jump, f"{cost_span(result.scene.effects)}_drag_J")
-    at_play_j = result.jump.energy_at_play_J
-    if drag_j <= _MUCH_DRAG * at_play_j:
-        return []
-    return [
-        f"note: the motors' drag takes {drag_j:.3g} J, {drag_j / at_play_j:.2g} times all that the energy book turns "
-        "over. It is the loss of motors that are short-circuited as they turn, and grows with the square of a gear's "
-        "ratio: for motors that are driven leave it out, --effects -drag."
-    ]
+        counts = ", ".join(f"{name.replace('_', ' ')} {count} times" for name, count in counted.items() if count)
+        yield f"note: {counts}{_in_all_jumps(result)}."
 
 
 def set_by_user_line(scene: Scene) -> list[str]:
     """Return a line with the parameters that were set by who uses the scene; none where none was."""
     texts = [_value_text(scene, name) for name in scene.set_by_user]
     return [f"set by you: {', '.join(texts)}."] if texts else []
-
-
-def _assumed(scene: Scene) -> list[str]:
-    if not scene.assumed:
-        return [f"every {'other ' if scene.set_by_user else ''}parameter has a source."]
-    return ["rests on assumed parameters:", *(f"  {text}" for text in assumed_texts(scene))]
 
 
 def assumed_texts(scene: Scene) -> list[str]:

@@ -16,7 +16,7 @@ from labbook.presenting.simulation.simulated import finite, scene_data, title_te
 from labbook.terminal import columns
 from reports.display import plain_number, sentence_start, time_text
 from simulator.accuracy.methods import LABBOOK, TITLES
-from simulator.accuracy.study import COST, GOALS, AccuracyStudy, Need, Point, Series, needs
+from simulator.accuracy.study import COST, GOALS, AccuracyStudy, Point, Series, needs
 
 
 def processor() -> str:
@@ -140,17 +140,15 @@ def _advice(study: AccuracyStudy, goal: float) -> Iterator[str]:
         return
     own = next((need.point for need in found if need.series.method == LABBOOK), None)
     for need in found:
-        yield f"for {share} of the cost in joules {_sentence(need, own)}"
-
-
-def _sentence(need: Need, own: Point | None) -> str:
-    method = need.series.method
-    if need.point is None:
-        return f"no setting of {method} that was tried will do."
-    paid = f"you need {_setting(need.series, need.point)} with {method}; you pay {time_text(need.point.seconds)}"
-    if own is None or method == LABBOOK:
-        return f"{paid}."
-    return f"{paid}, {need.point.seconds / own.seconds:.3g} times what labbook takes."
+        method, paid = need.series.method, f"no setting of {need.series.method} that was tried will do."
+        if need.point is not None:
+            paid = (
+                f"you need {_setting(need.series, need.point)} with {method}; you pay {time_text(need.point.seconds)}"
+            )
+            if own is not None and method != LABBOOK:
+                paid += f", {need.point.seconds / own.seconds:.3g} times what labbook takes"
+            paid += "."
+        yield f"for {share} of the cost in joules {paid}"
 
 
 def _setting(series: Series, point: Point) -> str:

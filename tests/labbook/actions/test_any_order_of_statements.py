@@ -28,9 +28,7 @@ from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest
 from labbook.actions.files.stored_files import dismiss, reread_named, restore, restore_item, withdraw
-from labbook.actions.runs.charges import state_charge
-from labbook.actions.runs.correcting import correct, unvoid, void
-from labbook.actions.runs.day_checks import state_check
+from labbook.actions.runs.correcting import correct, state_charge, state_check, unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.book.opening import opened

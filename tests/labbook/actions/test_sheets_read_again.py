@@ -17,8 +17,7 @@ from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.files.rereading import RereadRequest, reread
 from labbook.actions.files.stored_files import dismiss, restore_item, withdraw
-from labbook.actions.runs.charges import state_charge
-from labbook.actions.runs.correcting import correct
+from labbook.actions.runs.correcting import correct, state_charge
 from labbook.analysis.outcomes.run_energy import recharge_of
 from labbook.book.naming import run_named
 from tests.helpers.books import ADA, import_sheet

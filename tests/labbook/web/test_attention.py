@@ -12,8 +12,8 @@ import pytest
 from data_schema.errors import InputRefused, UsageError
 from data_schema.journal import Entry
 from data_schema.vocabulary import Action
-from labbook.actions.runs.finding import Finding
-from labbook.actions.runs.mending import mend, mending
+from labbook.actions.runs.attention import Finding
+from labbook.web.attention import mend, mending
 from tests.cli.test_attention import FAULTS, Place, exchanged_logs, place_for
 from tests.helpers.attention import found_in
 from tests.helpers.books import ADA, small_book

@@ -8,8 +8,7 @@ from pathlib import Path
 import pytest
 
 from data_schema.vocabulary import Undefined
-from labbook.actions.runs.jump_agreement import Agreement, agreement
-from labbook.actions.runs.jump_review import decide, review
+from labbook.actions.runs.jump_review import Agreement, agreement, decide, review
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.opening import Book
 from tests.cli.shell import good, labbook, refused

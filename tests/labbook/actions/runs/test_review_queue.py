@@ -11,8 +11,7 @@ from data_schema.errors import UsageError
 from data_schema.vocabulary import ReviewOrder
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.correcting import void
-from labbook.actions.runs.jump_review import decide, review
-from labbook.actions.runs.review_queue import QueuedJump, ReviewQueue, review_queue
+from labbook.actions.runs.jump_review import QueuedJump, ReviewQueue, decide, review, review_queue
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, BEN, SmallBook, ingest_all, small_book

@@ -11,8 +11,7 @@ import pytest
 from data_schema.vocabulary import ReasonCode, Verdict
 from labbook.actions.files.assigning import assign
 from labbook.actions.runs.correcting import correct
-from labbook.actions.runs.run_diff import RunsCompared, compare_runs
-from labbook.actions.runs.run_view import RunView, run_view
+from labbook.actions.runs.run_view import RunsCompared, RunView, compare_runs, run_view
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.opening import Book
 from tests.cli.shell import good, labbook, refused, unchanged

@@ -25,16 +25,14 @@ from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest, reread
 from labbook.actions.files.stored_files import dismiss, list_files, restore, restore_item, show_file, withdraw
-from labbook.actions.planning.runs import state_plan
+from labbook.actions.planning.planning import state_plan
 from labbook.actions.report_command import state_report
-from labbook.actions.runs.charges import state_charge
-from labbook.actions.runs.correcting import correct, unvoid, void
+from labbook.actions.runs.correcting import correct, state_charge, unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.run_view import run_view
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.actions.upkeep.merging import Merged, merge
-from labbook.actions.upkeep.report_differences import report_named
-from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
+from labbook.actions.upkeep.tracing import find_number, report_named, trace, trace_lines
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.making import make_book
 from labbook.book.opening import Book

@@ -15,8 +15,8 @@ from benchmarks.validation_calibration import TRUE, conditions, measured
 from benchmarks.validation_document import STUDIES, covered, outside
 from data_schema.errors import InputRefused, UsageError
 from data_schema.outcomes import Outcome
+from labbook.actions.simulate.calibrating import sentences
 from labbook.analysis.prediction.calibrating import Calibration, calibrate
-from labbook.presenting.simulation.calibrated import sentences
 from simulator.scene_file import load_scene
 from tests.cli.shell import good, labbook, refused
 from tests.helpers.books import SmallBook, small_book

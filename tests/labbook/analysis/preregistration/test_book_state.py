@@ -7,8 +7,7 @@ from collections.abc import Callable
 from data_schema.outcomes import Outcome
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.stored_files import restore, withdraw
-from labbook.actions.runs.charges import state_charge
-from labbook.actions.runs.correcting import correct, unvoid, void
+from labbook.actions.runs.correcting import correct, state_charge, unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.preregistration.book_state import BookHistory, BookState, difference, read_history, state_at

@@ -12,8 +12,7 @@ from data_schema.queries.history import first_measurement, recorded_configuratio
 from data_schema.queries.runs import list_runs
 from data_schema.vocabulary import Action, ReasonCode, RunState
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.runs.charges import state_charge
-from labbook.actions.runs.correcting import unvoid, void
+from labbook.actions.runs.correcting import state_charge, unvoid, void
 from labbook.actions.runs.jump_review import decide
 from labbook.analysis.comparison.pairing import EACH, POOLED
 from labbook.analysis.preregistration.planned import AS_A_WHOLE, NOTHING_DECIDED, Planned, _run_before
