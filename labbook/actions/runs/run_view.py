@@ -30,7 +30,6 @@ from data_schema.rounding import decimals_for, fixed_text, known_error
 from data_schema.rounding import number_text as plain_number_text
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
 from ingest.store import Store
-from labbook.actions.runs.attention import known_joules
 from labbook.actions.runs.jump_review import review_lines
 from labbook.analysis.outcomes.conditions import measure, number_of
 from labbook.analysis.outcomes.detection import Detections, jumps_found
@@ -519,6 +518,8 @@ def overview(
     connection: sa.Connection, store: Store, configuration: Configuration, where: str | None = None
 ) -> list[RunSummary]:
     """Return the runs that fulfil `where`, all without one, in the order of the book."""
+    from labbook.actions.runs.attention import known_joules  # with all checks, which one run need not load
+
     evidence = gather(connection, configuration, where)
     joules = known_joules(evidence, drain_lines(evidence))
     logs, _missing = logs_that_count(evidence.runs, evidence.logs, evidence.calibrated)

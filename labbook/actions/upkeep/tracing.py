@@ -18,7 +18,7 @@ from collections import ChainMap, Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from enum import StrEnum
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
 
@@ -40,13 +40,15 @@ from labbook.analysis.comparison.pairing import POOLED
 from labbook.analysis.outcomes.run_apexes import UNKNOWN_FLIGHT_S
 from labbook.analysis.preregistration.book_state import read_history
 from labbook.analysis.results import equals_printed
-from labbook.analysis.study import Analysis, analyse
 from labbook.book.altered import altered_since, but_of_readings, differences, inputs_altered
 from labbook.book.naming import changes_in_words, words_of
 from labbook.book.opening import Book
 from labbook.book.replaying import replayed
 from labbook.book.report_numbers import ReportedNumber, ReportedResult, ReportNumbers, numbers_of_report, read_numbers
 from labbook.config.parsing import parse_configuration
+
+if TYPE_CHECKING:
+    from labbook.analysis.study import Analysis
 
 
 @dataclass(frozen=True, slots=True)
@@ -284,6 +286,8 @@ def recompute(book: Book, asked: Sequence[ReportOfNumber], step: Callable[[str],
 
 def made_again(fresh: sa.Connection, store: Store, where: str | None, made_at: str) -> Analysis:
     """Make a report again of a book as it stood when it was made, as the journal played back gives it."""
+    from labbook.analysis.study import analyse  # which only a check needs
+
     row = config_in_force(fresh)
     assert row is not None, "a configuration is declared before any report is made"  # noqa: S101
     configuration = parse_configuration(row.text, "the book's configuration")
