@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from decimal import Decimal
 from numbers import Real
 from typing import Any, Literal
@@ -12,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, unknown_name
-from data_schema.frozen import frozen
 
 Missing = Literal["refuse", "drop"]
 MISSING: tuple[Missing, ...] = ("refuse", "drop")
@@ -25,7 +25,7 @@ NO_VALUE = ("NAType", "NaTType", "NoneType")
 """Types of a missing value, by name: pandas itself need not be loaded."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Sample:
     """Finite values, shape (n,), and how many were left out as missing."""
 

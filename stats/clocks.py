@@ -7,12 +7,12 @@ yield (thesis 3.2.2). What both have seen gives the offset and the drift of one 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.vocabulary import Undefined
 from stats.force_plate import crossing_s
 from stats.lines.regression import fit_linear
@@ -38,7 +38,7 @@ _FAR = 5.0
 """Standard deviations beyond which a touchdown was misread, and is left out of the line."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Clocks:
     """The line between two clocks: second = at_zero_s + (1 + drift) * first.
 

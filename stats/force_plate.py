@@ -9,13 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
@@ -44,7 +43,7 @@ _LONGEST_ONSET_S = 0.03
 """The longest time over which the force's first rise is extended back to zero."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Contact:
     """A contact that begins and ends within the record.
 
@@ -66,7 +65,7 @@ class Contact:
         return self.end_s - self.start_s
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PlateJumps:
     """Jump heights of the centre of mass above take-off, and the weight they were computed with."""
 
@@ -169,7 +168,7 @@ def _contact(time: Floats, above: Floats, threshold_n: float) -> Contact:
     return Contact(start_s, end_s, float(above.max()), impulse_n_s, moment_n_s2)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Zeroed:
     """The force above the plate's zero, what of it is a load, a sample's length, and the shortest contact's samples."""
 

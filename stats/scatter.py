@@ -7,12 +7,12 @@ Tests divide by a scatter; one of 0 makes p from 0/0 in other programs, and is `
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Missing, Samples, as_groups, as_sample
@@ -43,7 +43,7 @@ def times_power(value: float, exponent: int) -> float:
         return math.copysign(math.inf, value)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Scale:
     """Values less a middle of theirs, in units of a power of two of about their largest distance from it."""
 
@@ -101,7 +101,7 @@ def mean_of(values: Floats) -> float:
         return 4.0 * (math.fsum(np.ldexp(values, -2).tolist()) / values.size)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Group:
     """One sample in a scale: its mean, and the sum of squares about it, exactly 0 where all values are equal."""
 
@@ -136,7 +136,7 @@ def group_of(name: str, scaled: Floats) -> Group:
     return Group(name, scaled.size, mean, squares)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Groups:
     """All groups in one scale; empty ones stand apart."""
 

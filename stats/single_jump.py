@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
@@ -42,7 +42,7 @@ _FEWEST = 2 * _BLOCKS
 """Samples that a flight has at least."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Standing:
     """Quiet standing in the samples `start` to `stop` (half-open): mean and standard deviation of the force."""
 
@@ -120,7 +120,7 @@ def speed_m_s(force_n: Floats, standing: Standing, onset: int, take_off: int, ra
     return float(np.trapezoid(net_n, dx=1.0 / rate_hz)) / standing.weight_n * STANDARD_GRAVITY_M_S2
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class FoundJump:
     """A jump out of quiet standing as it lies in a record, before onset and take-off are decided.
 
@@ -152,7 +152,7 @@ def _middle(start: int, stop: int) -> slice:
     return slice(start + edge, stop - edge)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SingleJump:
     """A jump by one rule of onset and one of take-off; each number has its standard error.
 

@@ -7,7 +7,7 @@ the order of the file. `parsing.py` fills in what is marked `NOT_A_KEY`.
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from datetime import date
 from enum import StrEnum
 from typing import Annotated, Any, Literal, get_args
@@ -17,7 +17,6 @@ from msgspec import field as named
 
 from data_schema.calibration import Calibration, line_through
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.vocabulary import ContrastKind, FactorKind, ReasonCode, StudyKind
 
@@ -93,7 +92,7 @@ class TakeOff(StrEnum):
     PERCENT = "20_percent"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class StudySettings:
     """`[study]`. Joules are charge times `reference_voltage_v` (thesis: 15.4 V in 5.1.3, 16.8 V in 4.3.1).
 
@@ -108,7 +107,7 @@ class StudySettings:
     run_names: str = "r{:03d}"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class LevelSettings:
     """A level of a factor: `value` where the factor is a number, `attributes` such as a foot's `radius_m`."""
 
@@ -144,7 +143,7 @@ RejectReason = Literal["dropped_packet", "wrong_apex", "touched_by_hand", "misfi
 """A `ReasonCode` for which a jump is rejected: all but those for which one is accepted."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ProtocolSettings:
     """`[protocol]`: how a run is made and what of it is used.
 
@@ -165,7 +164,7 @@ class ProtocolSettings:
     reject_reasons: tuple[RejectReason, ...] = get_args(RejectReason)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class GainSettings:
     """`[gains.FACTOR]`: slope * gain + offset in `unit`, but 0 at the gain `zero`, where nothing is applied."""
 
@@ -180,7 +179,7 @@ class GainSettings:
         return 0.0 if gain == self.zero else self.slope * gain + self.offset
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RobotSettings:
     """`[robots.NAME]`."""
 
@@ -193,7 +192,7 @@ class RobotSettings:
     leg_max_m: Positive
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class BatterySettings:
     """`[batteries.NAME]`."""
 
@@ -201,7 +200,7 @@ class BatterySettings:
     capacity_mah: Positive
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class InstrumentSettings:
     """`[instruments.NAME]`."""
 
@@ -224,7 +223,7 @@ Limit = Literal[
 """A bound of `ingest.model.Limits`."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FileSettings:
     """`[files]`: `limits` are the bounds on what a file may ask for that `[files.limits]` sets, by name."""
 
@@ -293,7 +292,7 @@ class ProfileColumn(CalibrationKeys, frozen=True, kw_only=True):
         return tuple(each for each in found if each is not None)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class TimeColumn:
     """`time` of a profile: the column of times, its unit, and the column of dates beside times of day."""
 
@@ -344,7 +343,7 @@ class ProfileSettings(
         return {name: value for name, value in found.items() if value is not None and value is not False}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SimulationSettings:
     """`[simulation]`: the scene that conditions are predicted with, and what becomes of it in each of them.
 
@@ -380,7 +379,7 @@ class Alternative(StrEnum):
     ONE_SIDED = "one-sided"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Bounds:
     """The differences of apex height that are too small to matter: metres, or percent of the control's mean."""
 
@@ -396,7 +395,7 @@ class Side(StrEnum):
     TREATED = "treated"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ContrastSettings:
     """A contrast of condition means that was decided on; `factor`, `side`, `levels` and `at` as its kind needs them."""
 
@@ -414,7 +413,7 @@ class ContrastSettings:
         return " ".join(filter(None, parts))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class AnalysisSettings:
     """`[analysis]`: what was decided about the analysis before anything was measured.
 
@@ -463,7 +462,7 @@ class ClaimKind(StrEnum):
     """One group saves less than any other."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class HypothesisSettings:
     """`[hypotheses.NAME]`: `text` says it, `source` where it was published, `published` what was found there.
 
@@ -483,7 +482,7 @@ class HypothesisSettings:
     name: Annotated[str, NOT_A_KEY] = ""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class StudyProtocol:
     """`[studies.NAME]`: what `labbook study NAME` is asked with; None where that is left to it.
 
@@ -501,21 +500,21 @@ class StudyProtocol:
     level: Part | None = None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class DatabaseSettings:
     """`[database]`: where the tables of a shared book are."""
 
     url: PostgresUrl | None = None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class StoreSettings:
     """`[store]`: where raw copies and journal lie, if not in the book."""
 
     path: str | None = None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SharingSettings:
     """`[sharing]`: under which licence others may use what leaves the book, an SPDX identifier or an address."""
 
@@ -526,14 +525,14 @@ Private = Literal["people", "notes", "paths"]
 """What a capsule for sharing can leave out: names of people, texts of notes, paths of files and the database's."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PrivacySettings:
     """`[privacy]`: what is left out of what is shared with everybody."""
 
     leave_out: tuple[Private, ...] = ()
 
 
-@frozen(kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Configuration:
     """All of `labbook.toml`; `people` goes from name to initials."""
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import re
 import unicodedata
 from collections.abc import Collection
-
-from data_schema.frozen import frozen
+from dataclasses import dataclass
 
 DEFAULT = "r{:03d}"
 _SCHEME = re.compile(r"(?P<before>[^{}]*)\{(?::0(?P<digits>[1-9])d)?\}(?P<after>[^{}]*)")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RunNames:
     """Names of runs by number: `r{:03d}` is r001, r002 and so on, `LOG{:04d}` is LOG0001, `trial {}` is trial 1.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
-from data_schema.frozen import frozen
 from data_schema.vocabulary import StudyKind
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class StudyEntry:
     """What a study is made of: a sheet of a format, with such a header, or the runs of a book of some kind.
 

@@ -18,13 +18,12 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from data_schema.frozen import frozen
 from data_schema.vocabulary import RunKind
 from labbook.demo.truth import CHAPTER_5, CONTROL_GAIN, Condition, Truth
 from labbook.demo.writers import Correction, SheetRun
 
 
-@frozen(eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class DemoRun(SheetRun):
     """One run as it truly was, with what the instruments measured of it.
 
@@ -42,7 +41,7 @@ class DemoRun(SheetRun):
         return self.apex_heights_m[~self.misfired]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Campaign:
     """The whole campaign: truth, runs in the order they were made, and the corrections to make."""
 
@@ -65,7 +64,7 @@ _DAY_STEPS = (1, 1, 1, 2, 2, 3, 4)
 _SATURDAY = 5
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Slot:
     """One run to be made: a condition, an idle run of some minutes, or the force-plate characterisation."""
 
@@ -74,7 +73,7 @@ class Slot:
     idle_minutes: int | None = None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Day:
     """One day of the campaign: its date and its runs in order."""
 

@@ -17,7 +17,6 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError
-from data_schema.frozen import frozen
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.demo.campaign import DemoRun
 from labbook.demo.truth import REST_LENGTH_M, FloatArray, Group, Hop, Truth
@@ -41,7 +40,7 @@ _DROP_CHANCE = 0.12
 _LONGEST_DROP = 12
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class RunLog:
     """One run's log as recorded, and what is true of it.
 
@@ -150,7 +149,7 @@ _LIFTING_M_S2 = (2.5, 4.5)
 """Greatest acceleration of a hand that lifts 2 kg without haste."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Pace:
     """How long the pauses are: before the first jump, between a catch and the next lowering, at the end."""
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 from numpy.random import Generator
 
-from data_schema.frozen import frozen
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from labbook.demo.writers import FloatArray, PlateRecord
 
@@ -28,7 +27,7 @@ _CENTRE_M = (0.012, -0.020)
 _COP_LIMIT_M = 1.28
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Piece:
     """One simulated jump from touchdown to touchdown, arrays of shape (n,) over `time_s` since its touchdown.
 
@@ -99,7 +98,7 @@ def hopping_record(seed: int, gain: int, hops: int) -> PlateRecord:
     return record_of(rng, replace(hopping, last_s=end_s).sampled("force_n", time_s) + hopping.impacts(rng, time_s))
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Hopping:
     """Jumps one after the other, s since the robot was let go: when each begins, the last one's end behind them, and
     when the robot is held again.

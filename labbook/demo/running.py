@@ -7,12 +7,12 @@ import shlex
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from importlib import import_module
 from itertools import chain, groupby
 from pathlib import Path
 
 from data_schema.errors import UsageError
-from data_schema.frozen import frozen
 from data_schema.queries.study import PlannedEntry
 from data_schema.vocabulary import PlanMethod, RunKind
 from ingest.tables.sheet import SheetFile
@@ -32,7 +32,7 @@ RUN_SHEET = "runs.csv"
 Say = Callable[[str], None]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class DemoDone:
     """Where the demonstration lies."""
 

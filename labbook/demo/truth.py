@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, astuple, field
+from dataclasses import asdict, astuple, dataclass, field
 from functools import cache
 
 import numpy as np
@@ -20,7 +20,6 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from data_schema.errors import UsageError, unknown_name
-from data_schema.frozen import frozen
 from data_schema.units import MAH_TO_COULOMB
 
 CONTROL_GAIN = 0
@@ -33,7 +32,7 @@ GROUND = {"kg_scale": 1.6}
 _ACCURACY = 1e-6
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Condition:
     """One level of each factor of the bed study."""
 
@@ -47,7 +46,7 @@ class Condition:
         return self.b_ad_gain == CONTROL_GAIN
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Group:
     """What is true of one foot with one extension gain: what the simulator has of it."""
 
@@ -67,7 +66,7 @@ class Group:
         return simulated_jump(self.foot, self.k_gain, b_ad_gain).hop(start_m, apex_m)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Scatter:
     """Standard deviations; all are independent and normal.
 
@@ -87,7 +86,7 @@ _PASSIVE_INTERCEPT_MAH = 1.5
 _PASSIVE_AT_12_MIN_MAH = 86.183
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Drain:
     """Charge drawn by the electronics alone: of the thesis at 12 minutes (5.1.4), with an assumed intercept."""
 
@@ -104,7 +103,7 @@ def recharged_mah(rng: Generator, duration_s: float, joules: float, voltage_v: f
     return round(Drain().charge_mah(duration_s) + joules / (MAH_TO_COULOMB * voltage_v) + rng.normal(0.0, scatter_mah))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Truth:
     """The generative model's parameters and the quantities a report should recover."""
 
@@ -191,7 +190,7 @@ CHAPTER_5 = Truth(
 FloatArray = NDArray[np.float64]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Hop:
     """A hop from its drop to its second touchdown: heights of the body above the undisturbed ground, times since the
     drop. The switch is where the leg is shortest. `motion` samples the hop at times, of shape (n,), rising, to its end
@@ -208,7 +207,7 @@ class Hop:
     motion: Callable[[FloatArray], FloatArray]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class SimulatedJump:
     """A jump of the simulator: arrays of shape (samples,) from its drop to its second touchdown."""
 

@@ -12,13 +12,13 @@ import functools
 import io
 import operator
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.frozen import frozen
 from data_schema.vocabulary import RunKind
 
 Column = tuple[NDArray[np.float64] | NDArray[np.int64], int]
@@ -72,7 +72,7 @@ def string_pot_log(
 FloatArray = NDArray[np.float64]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class PlateRecord:
     """Force-plate samples: `time_ms` (n,), force and moment (n, 3), centre of pressure (n, 2); z down."""
 
@@ -111,7 +111,7 @@ CELLS = 10
 _DATA_PACKET = 1
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Recharge:
     """One recharge sampled in time: arrays of shape (n,), cells of shape (n, cells); charge counts up from 0."""
 
@@ -153,7 +153,7 @@ def checksum(line: bytes) -> int:
     return functools.reduce(operator.xor, line, 0)
 
 
-@frozen(eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class SheetRun:
     """One run as people write it down, on the run sheet and from the charger's display; times are local.
 
@@ -237,7 +237,7 @@ PlannedRun: TypeAlias = tuple[str, int, str, Mapping[str, str] | None]
 """Name, number of the day, block, and levels, which an idle run lacks."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Record:
     """What an instrument wrote, its path below `instruments`, and what is true of it, if that is told."""
 
@@ -246,7 +246,7 @@ class Record:
     truth: Mapping[str, Any] | None = None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Correction:
     """A fact that was written down wrong and put right later."""
 
@@ -257,7 +257,7 @@ class Correction:
     why: str
 
 
-@frozen(kw_only=True)
+@dataclass(frozen=True, slots=True, kw_only=True)
 class CampaignFiles:
     """What is written of a campaign: its configuration, its sheets and records, and what is true.
 

@@ -19,6 +19,7 @@ import unicodedata
 import zipfile
 import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from itertools import pairwise, takewhile
 from pathlib import Path, PurePosixPath
@@ -27,7 +28,6 @@ from typing import IO, Self
 
 from data_schema.disk import partial_path, path_in_errors, put_in_place
 from data_schema.errors import InputRefused, UsageError
-from data_schema.frozen import frozen
 
 BLOCK = 1 << 20
 ASK_AGAIN = "ask who gave you the capsule for another copy"
@@ -43,7 +43,7 @@ _UNIX, _ENCRYPTED = 3, 0x1
 _RIGHTS = (stat.S_IFREG | 0o644) << 16
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Member:
     """A file of a capsule: its path below the root folder, its bytes or where they lie, how many, and their sums."""
 

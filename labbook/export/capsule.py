@@ -13,6 +13,7 @@ import importlib.metadata
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path, PurePosixPath
 
@@ -21,7 +22,6 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.disk import SPECIAL, is_special
 from data_schema.errors import BookDamaged, UsageError
-from data_schema.frozen import frozen
 from data_schema.journal import Entry
 from data_schema.queries.files import signal_files
 from data_schema.queries.history import ReportRow, list_reports
@@ -53,7 +53,7 @@ _FROM_BACKUP = "restore it from a backup"
 ANALYSIS, VERIFY, SUMS = "analysis.json", "VERIFY.md", "SHA256SUMS"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class WrittenCapsule:
     """Where a capsule was written, its SHA-256 and size, and what it holds; `remarks` are on what is private in it."""
 

@@ -9,6 +9,7 @@ import json
 import re
 from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import PurePosixPath
 from typing import Any
 from urllib.parse import quote, unquote
@@ -16,7 +17,6 @@ from urllib.parse import quote, unquote
 import msgspec
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from labbook.export.archive import ASK_AGAIN, Member
 
 METADATA = "ro-crate-metadata.json"
@@ -62,7 +62,7 @@ FOLDERS: Mapping[str, str] = {
 }
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class About:
     """What a crate says of itself: the study, its people by initials, the licence, and where it comes from.
 
@@ -179,7 +179,7 @@ def _license(given: str | None) -> dict[str, Any]:
     }
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class StatedFile:
     """How many bytes a crate states for a file, and their SHA-256."""
 

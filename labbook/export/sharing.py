@@ -27,7 +27,6 @@ import sqlalchemy as sa
 from data_schema import journal
 from data_schema.engine import reading
 from data_schema.errors import InputRefused, UsageError
-from data_schema.frozen import frozen
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.queries.history import ReportRow
@@ -52,7 +51,7 @@ _NOTES = {"notes": "text", "verdicts": "note"}
 _NO_URL = "postgresql+psycopg://left-out/left-out"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Origin:
     """What was left out of a book's journal, and number and hash of its last entry as the book has it."""
 
@@ -156,7 +155,7 @@ class Private:
         return replace(entry, person=self.text(entry.person), new=new, old=old, reason=reason)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SharedBook:
     """The journal of a book for sharing, the files of its report by name, where both come from, and the names."""
 

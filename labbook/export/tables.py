@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import sqlalchemy as sa
 
 from data_schema.columns import Column, ValueKind
-from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.queries.history import void_reasons
 from data_schema.queries.runs import refuse_empty_selection
@@ -22,10 +21,10 @@ from data_schema.views import VIEWS, words
 from data_schema.vocabulary import FactorKind, ReasonCode, RunState, Undefined
 from ingest.store import Store
 from labbook.analysis.comparison import pairing
+from labbook.analysis.measured import Measured, measure_study
 from labbook.analysis.outcomes.conditions import number_of
 from labbook.analysis.outcomes.detection import Detections, jumps_found
 from labbook.analysis.results import Results
-from labbook.analysis.measured import Measured, measure_study
 from labbook.analysis.study_data import StudyData, gather
 from labbook.config.parsing import Configuration
 from reports.display import unit_slug
@@ -81,7 +80,7 @@ _NO_LOG = "no log of it can be used"
 _JUDGED = "the protocol in labbook.toml, and verdicts of persons"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ExportTable:
     """A table: of what a row is, its columns by name, and its rows; the first `keys` columns say which thing it is."""
 
@@ -176,7 +175,7 @@ def runs(selection: Selection) -> ExportTable:
     return replace(facts, columns=columns, rows=rows)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FactorColumn:
     """A column of a factor's levels: what stands for each label, the label itself without `values`."""
 

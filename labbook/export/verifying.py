@@ -27,7 +27,6 @@ from data_schema import journal
 from data_schema.engine import reading
 from data_schema.errors import BookDamaged, BookError, InputRefused, LabbookError, UsageError
 from data_schema.file_cache import without_caches
-from data_schema.frozen import frozen
 from data_schema.journal import Entry
 from data_schema.journal_file import JournalFile
 from data_schema.queries.files import signal_files
@@ -116,7 +115,7 @@ class Verified:
             self.differences.append(f"and {len(sentences) - MOST_NAMED} more {what}.")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Unpacked:
     """A capsule, unpacked into a folder: its files by path, and what was found so far; `step` is told what is done."""
 

@@ -14,7 +14,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -24,7 +24,6 @@ from data_schema import journal
 from data_schema.columns import ValueKind
 from data_schema.disk import PART, make_folder, path_in_errors, sync, sync_all
 from data_schema.errors import UsageError
-from data_schema.frozen import frozen
 from data_schema.libraries import optional
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.queries.study import people
@@ -49,7 +48,7 @@ WORKBOOK, SIGNALS = "tables.xlsx", "signals"
 _MOST_ROWS_OF_A_SHEET = 1_048_576
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Exported:
     """What was written: the folder, rows by table, and how many signals."""
 
@@ -58,7 +57,7 @@ class Exported:
     signals: int
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Format:
     """A form of files: the ending, and what writes a table, and a signal, to a path; None where it holds none.
 

@@ -38,10 +38,10 @@ import hashlib
 import itertools
 import math
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TypeVar
 
 from data_schema.errors import UsageError
-from data_schema.frozen import frozen
 from data_schema.grouping import grouped
 from data_schema.vocabulary import PlanMethod, RunKind
 
@@ -79,7 +79,7 @@ Condition = tuple[tuple[str, str], ...]
 """Factor and level, in the order of the factors."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Slot:
     """What takes one place of a day; an idle run has neither group nor condition."""
 
@@ -88,7 +88,7 @@ class Slot:
     duration_s: float | None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Replicate:
     """Runs that belong together, and the control that a day with any of them must have."""
 
@@ -233,7 +233,7 @@ LARGEST_PLAN = 100_000
 """Runs that a plan may have."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PlanFactor:
     """A factor and its levels; the one with a `control` level is the treatment, the others form the groups."""
 
@@ -242,7 +242,7 @@ class PlanFactor:
     control: str | None = None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PlannedRun:
     """One run to be made: `condition` is None for an idle run, `duration_s` where the protocol fixes none.
 
@@ -259,7 +259,7 @@ class PlannedRun:
     duration_s: float | None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Plan:
     """The runs of a study in the order in which to make them."""
 

@@ -14,10 +14,10 @@ import html
 import io
 import itertools
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from itertools import groupby
 
 from data_schema.errors import UsageError
-from data_schema.frozen import frozen
 from data_schema.vocabulary import RunKind
 from ingest.tables.sheet import is_number_text
 from labbook.plan.drawing import Plan, PlannedRun
@@ -44,7 +44,7 @@ def without_mark(cell: str) -> str:
     return cell[1:] if cell.startswith(_TEXT) and cell[1:].startswith(_FORMULA) else cell
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SheetLine:
     """A planned run with its name and date."""
 

@@ -7,10 +7,10 @@ from __future__ import annotations
 
 import datetime
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from data_schema.errors import InputRefused, UsageError, nearest, unknown_name
-from data_schema.frozen import frozen
 from data_schema.vocabulary import RunKind
 from ingest.tables.sheet import Sheet, SheetFault, SheetFile, lone_number, number_in, read_sheet
 from ingest.text import decimal_sign_of
@@ -26,7 +26,7 @@ _NUMBERS = ("position", "duration_s", "jumps_made", "starts")
 _LEAST_COUNT = {"position": 1, "jumps_made": 0, "starts": 1}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RunSheetRow:
     """One run as written down; None where a cell is empty. `levels` (factor: level) is empty for an idle run."""
 

@@ -10,11 +10,10 @@ import math
 import pprint
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
-from data_schema.frozen import frozen
 from labbook.scripts.facts import Script
 
 FOLDER, R_FOLDER = Path(__file__).parent / "templates", Path(__file__).parent / "r"
@@ -24,7 +23,7 @@ _PACKAGE = "labbook.scripts.templates."
 _WIDTH = 100
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Part:
     """A function, a class or a setting of a template: its lines, the names that it uses, and its section's heading."""
 

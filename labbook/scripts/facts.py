@@ -17,7 +17,6 @@ from typing import Any
 import sqlalchemy as sa
 
 from data_schema.errors import UsageError
-from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow
 from data_schema.queries.signals import CalibratedChannel
@@ -48,7 +47,7 @@ Cell = str | float | int
 Row = Mapping[str, Cell]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Script:
     """A number's script.
 
@@ -67,7 +66,7 @@ class Script:
     table: str = "runs.csv"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Asked:
     """A number that a script is asked for: its name, and the scope of its result."""
 
@@ -89,7 +88,7 @@ WITHOUT = "without "
 _RULES = {str(rules): rules for rules in ALL_RULES}
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Varied:
     """The facts of a variant of the analysis, and by which jumps.
 

@@ -7,10 +7,10 @@ import subprocess
 import sys
 import textwrap
 from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 from pathlib import Path
 
 from data_schema.errors import UsageError
-from data_schema.frozen import frozen
 from data_schema.journal import head
 from data_schema.queries.history import ReportRow
 from data_schema.queries.study import config_in_force
@@ -28,7 +28,7 @@ PYTHON, R = "number.py", "number.R"
 _WIDTH = 110
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class WrittenScript:
     """The files that were written, the number as the report has it, and what the script printed once it was run."""
 

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from matplotlib.figure import Figure
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import refuse_empty_selection
 from labbook.analysis.study import analyse
@@ -43,7 +42,7 @@ from reports.tables.table import Raw
 OUTCOMES = (Outcome.JOULES, Outcome.APEX)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class BedStudy(Study):
     """What the report claims of a selection, and all its tables by their names, a record a row, without those of runs.
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 from typing import ClassVar
 
 import numpy as np
@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.grouping import grouped
 from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, number_text
@@ -44,7 +43,7 @@ _ASIDE = 0.006
 """How far beside each other points of one gain stand, in the range of gains."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Condition:
     """What is fitted together, whatever the mass; `neutral_m` is the leg's length without load, if the sheet says it.
 
@@ -64,7 +63,7 @@ class Condition:
         return f"gain {self.gain:g}, damping gain {self.damping_gain:g}{_at(self.neutral_m)}"
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Trial(Oscillation):
     """One trajectory as its log `file` has it, and the condition that it is of."""
 
@@ -72,7 +71,7 @@ class Trial(Oscillation):
     condition: Condition
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class OfMass:
     """What the trajectories of one mass say of a condition, and the number of their points."""
 
@@ -82,7 +81,7 @@ class OfMass:
     damping_kg_s: Coefficient
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Plane:
     """The thesis's fit, forces by differences of velocities over position and velocity; biased by noise."""
 
@@ -90,7 +89,7 @@ class Plane:
     damping_kg_s: float
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class MeasuredGains(Condition):
     """One condition: the leg's stiffness and damping, of all masses and of each.
 
@@ -113,7 +112,7 @@ class MeasuredGains(Condition):
     fit: OscillationFit = field(metadata=NOT_IN_JSON)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class GainLines:
     """Of one neutral length: stiffness over gain and damping over damping gain; undefined with too few gains."""
 
@@ -122,14 +121,14 @@ class GainLines:
     damping: GainLine | Undefined
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class TooFew(Condition):
     """A condition that was left out, with the number of its points."""
 
     n: int
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Characterisation(Study):
     """All conditions with enough points, the lines by neutral length, and the conditions left out."""
 

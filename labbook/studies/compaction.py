@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
 from matplotlib.figure import Figure
 
 from data_schema.errors import InputRefused, UsageError
-from data_schema.frozen import frozen
 from data_schema.rounding import end_text, interval_text, level_text, number_text, p_text
 from data_schema.vocabulary import Undefined
 from ingest.formats.study_sheets import StudySheet, read_flasks
@@ -42,7 +41,7 @@ _PUBLISHED_GRAIN_M = 3.4e-3
 _Interval = tuple[float, float] | Undefined
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Extrapolated:
     """A volume fraction, or the difference of two, where no grain touches a wall.
 
@@ -55,7 +54,7 @@ class Extrapolated:
     curved_ci: _Interval
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class State(Extrapolated):
     """One state of the grains, with the mean fraction of each flask, and the line through these."""
 
@@ -65,7 +64,7 @@ class State(Extrapolated):
     line: LinearFit = field(metadata=NOT_IN_JSON)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Compaction(Study):
     """Both states, the loose one first where it is called so, and how much denser the second is than the first.
 

@@ -13,6 +13,7 @@ import statistics
 import tomllib
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, ClassVar
 
@@ -21,7 +22,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from data_schema.errors import InputRefused, UsageError
-from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.reasons import Reason
@@ -80,7 +80,7 @@ class Controller(StrEnum):
         return f"a consistent {100.0 * published_numbers()['emu.saving_scaled']:g} %"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Mean:
     """The mean over runs of one condition with its standard error, None of one run."""
 
@@ -89,7 +89,7 @@ class Mean:
     n: int
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class AtGain:
     """A controller at an extension gain; what it saves and loses in height against CE, in percent, None of CE itself.
 
@@ -109,7 +109,7 @@ class AtGain:
     simulated_apex_m: float | None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Rise:
     """By how much, in percent, the apex of a controller is higher at a gain than at the gain before.
 
@@ -133,7 +133,7 @@ class Rise:
         return f"{name} {_fixed(change.value, 2, '+')} %, 90 % CI {low} to {high}"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SavingsTrend:
     """The least-squares line through the savings of groups over a quantity x, each group counted once.
 
@@ -166,7 +166,7 @@ class SavingsTrend:
         )
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Trend:
     """The line of savings over the apex under CE, in percentage points a cm; None where fewer than three gains tell."""
 
@@ -174,7 +174,7 @@ class Trend:
     line: SavingsTrend | None
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Jumps:
     """How many of the compared runs' jumps were looked at and count, and how many do not, by reason."""
 
@@ -197,7 +197,7 @@ class Jumps:
         return f"Apexes are those of {self.counted} of {self.made} jumps{why}."
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class EmulatorStudy(Study):
     """Each controller at all `gains`, those `left_out` among them; `rises` from each gain to the next.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,7 +13,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.rounding import error_of, interval_text, level_text, number_text
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from data_schema.vocabulary import Undefined
@@ -32,7 +31,7 @@ PUBLISHED = {"thin": "field.sr_thin", "wide": "field.sr_wide"}
 """What docs/published.md calls the specific resistance of the thesis's RHex, by its legs (2.2.3)."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class GeometricMean:
     """Of values on the same walks, with Student's interval of the logarithms; `published` is the thesis's, if any."""
 
@@ -48,7 +47,7 @@ class GeometricMean:
         return text if isinstance(self.ci, Undefined) else text + after.format(interval_text(self.ci, level))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FieldStudy(Study):
     """The specific resistance of two robots on the same walks, and the ratio of the second to the first within walks.
 

@@ -16,7 +16,7 @@ another is no scatter of days; it is listed by condition.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -26,7 +26,6 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused, UsageError
-from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from data_schema.queries.runs import RunRow, refuse_empty_selection
 from data_schema.queries.signals import SignalRow, gaps_by_signal, signals_of_runs
@@ -78,7 +77,7 @@ _ODD_RATIO = 3.0
 _DASH = "–"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Drive:
     """A symmetric five-bar leg and its two motors: links in m, N m / A, Ohm, V s / rad."""
 
@@ -110,7 +109,7 @@ class Drive:
         return np.asarray(factor * (speed_m_s / levers_m) ** 2)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class PlateRun:
     """A run: what the battery gave a hop, and both records.
 
@@ -135,7 +134,7 @@ class PlateRun:
     title: str = ""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RunEstimate:
     """A run's joules a hop, estimated and measured.
 
@@ -163,7 +162,7 @@ class RunEstimate:
         return self.estimated_j / self.measured_j
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PlateCondition:
     """A condition, in words too: joules a hop, measured and simulated, and estimated over measured ones.
 
@@ -182,7 +181,7 @@ class PlateCondition:
     length_m: Floats = field(metadata=NOT_IN_JSON)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Window:
     """A moving average of so many samples: the slope with it, and the sum of absolute differences from the one before.
 
@@ -194,7 +193,7 @@ class Window:
     slope: float
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ForcePlateStudy(Study):
     """The slope of estimated over measured joules, and all that it is computed from.
 
@@ -649,7 +648,7 @@ def _of_condition(
     )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class _Stances:
     """The stances of a run that both records hold whole, one after another.
 

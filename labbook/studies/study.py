@@ -12,7 +12,7 @@ import json
 import os
 import shlex
 from collections.abc import Callable, Iterator
-from dataclasses import field, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -20,7 +20,6 @@ import sqlalchemy as sa
 
 from data_schema import journal
 from data_schema.errors import InputRefused, UsageError
-from data_schema.frozen import frozen
 from data_schema.queries.files import ReadingRow, find_files, last_reading, readings_in_force
 from data_schema.vocabulary import FactorKind
 from ingest.store import raw_path
@@ -37,7 +36,7 @@ S_co = TypeVar("S_co", bound=Study, covariant=True)
 V = TypeVar("V")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Asked:
     """What a study is asked: of `book`, None being the one that holds this folder, or of the sheet `file`.
 
@@ -68,7 +67,7 @@ def level_of(options: StudyProtocol) -> float:
     return as_level("--level", first_given(options.level, 0.95))
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Found(Generic[S_co]):
     """A study with what it comes from: by name the facts of its book, and the files read with their SHA-256."""
 
@@ -105,7 +104,7 @@ _Contents = tuple[bytes, str | None, str | None]
 """A file's bytes, the page of a text that is neither UTF-8 nor UTF-16, and its decimal sign; None: as it shows."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SheetSource:
     """A study's sheet at `path`, and the `options` it is asked with.
 

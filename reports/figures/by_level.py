@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from reports.display import as_shown, count_text, general_text, given_text, level_text, sentence_start, shown_unit
 from reports.figures.kind import FigureKind, absence_text
@@ -62,7 +62,7 @@ def range_text(results: StudyResults, quantity: Outcome) -> str:
     return " ".join(sentences)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Marks:
     """What is drawn of one series: `(x, mean, below, above)` in the order of x, and `(x, value)` of every run.
 

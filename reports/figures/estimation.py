@@ -9,9 +9,9 @@ import math
 import statistics
 import textwrap
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from data_schema.frozen import frozen
 from reports.display import EQUALS, as_shown, level_text, shown_unit
 from reports.figures.style import (
     BLACK,
@@ -44,7 +44,7 @@ _UPRIGHT_LETTERS, _UPRIGHT_IN = 24, 0.8
 """Letters in a line of a name that stands upright, and the height that such names add."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class EstimationGroup:
     """A group and its values."""
 
@@ -52,7 +52,7 @@ class EstimationGroup:
     values: tuple[float, ...]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Estimation:
     """Groups and their differences from one of them.
 

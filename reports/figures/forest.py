@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from data_schema.frozen import frozen
 from reports.display import as_shown
 from reports.figures.style import BLACK, BLUE, GREY, VERMILLION
 from reports.numbers import Number
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ForestRow:
     """A row: its name and its numbers, close together where there are several; a `heading` is bold and has none.
 

@@ -5,14 +5,13 @@ from __future__ import annotations
 import io
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
 import numpy as np
 
 from data_schema.errors import UsageError
-from data_schema.frozen import frozen
 from data_schema.outcomes import Outcome
 from reports.figures.style import GREY, lay_out, new_figure, publication_style
 from reports.results import EMPTY, StudyResults
@@ -42,7 +41,7 @@ def check_form(option: str, path: Path | None, forms: tuple[str, ...] = FORMS) -
         raise UsageError(f"{option} {path} may not be written: name a place where you may write.")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FigureKind:
     """One figure: `draw(results, width_in)`; `absent` gives the reason when there is nothing to draw.
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from data_schema.file_cache import FileCache
-from data_schema.frozen import frozen
 from reports.figures.by_level import BY_LEVEL
 from reports.figures.kind import FigureKind, draw_figure, pdf_bytes, svg_bytes
 from reports.figures.passive_drain import PASSIVE_DRAIN
@@ -44,7 +44,7 @@ DRAWN = FileCache(
 )
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Wanted:
     """A figure at a width in inches, and the formats that are wanted of it: "svg", "pdf"."""
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 from typing import Literal, TypeAlias
 
-from data_schema.frozen import frozen
 from data_schema.grouping import grouped
 from data_schema.outcomes import Outcome
 from reports.display import given_text, sentence_start
@@ -21,7 +21,7 @@ _APART = 4.0
 _SMALLEST_MARKER_PT, _LARGEST_MARKER_PT = 4.0, 7.5
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Series:
     """One line: first factor -> marker size and hue, second -> line style, shade and filled or open markers."""
 
@@ -33,7 +33,7 @@ class Series:
     conditions: tuple[Condition, ...]
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Axis:
     """The x axis: where each level of the swept factor stands and how its tick reads."""
 

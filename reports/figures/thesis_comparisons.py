@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,6 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from data_schema.frozen import frozen
 from reports.display import general_text, given_text
 from reports.figures.series import LineStyle
 from reports.figures.style import BLACK, BLUE, GREEN, GREY, VERMILLION, legend_below, light_grid, paper_figure
@@ -38,7 +38,7 @@ APEX_OVER_SPEED_CAPTION = (
 )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Compared:
     """One quantity with either controller; arrays of one shape, in the unit of the label, and which hang on little."""
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Literal, TypeVar
 
 import numpy as np
@@ -9,7 +10,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from data_schema.frozen import frozen
 from reports.figures.style import BLACK, BLUE, GREY, PURPLE, VERMILLION, legend_below, light_grid, paper_figure
 from simulator.thesis.figures import GroundFunctions, JumpEnergies, Motion, Pair, PowerSurface
 
@@ -17,7 +17,7 @@ MILLI = 1e3
 T = TypeVar("T")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class ControllerLook:
     """How one controller is drawn in every figure of ch. 3: distinguished by colour and by dashes."""
 

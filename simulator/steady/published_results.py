@@ -9,9 +9,8 @@ import functools
 import importlib.resources
 import tomllib
 from collections.abc import Collection, Iterable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
-
-from data_schema.frozen import frozen
 
 if TYPE_CHECKING:  # a report names what is published, and simulates none of it
     from simulator.steady.tables import BedTable
@@ -22,7 +21,7 @@ DEPENDS = "depends on unpublished gains"
 VERDICTS = (REPRODUCED, DEPENDS, CONTRADICTED, NOT_TESTABLE)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PublishedResult:
     """A published result. `published` is its number, in `unit` ("p": a p value), to which `relation` belongs.
 
@@ -50,7 +49,7 @@ class PublishedResult:
         return self.unit == "m"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class JudgedResult:
     """A published result with the finding on its claim; None where it has none.
 
@@ -83,7 +82,7 @@ class JudgedResult:
         return self.result.why or self.result.note
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Contradiction:
     """Two statements of the thesis that exclude each other: where they stand, and what they say."""
 

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable, Collection
+from dataclasses import dataclass
 
 import numpy as np
 
-from data_schema.frozen import frozen
 from simulator.gains import active_damping_kg_m, fitted_active_damping_kg_m, stiffness_n_m
 from simulator.jump import simulate
 from simulator.kernel.layout import INTRUDING
@@ -29,7 +29,7 @@ Done = Callable[[str], None]
 """Called with what is done."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SteadyJump:
     """The last jump of a scene, touchdown to touchdown: SI units, joules over the whole jump.
 
@@ -96,7 +96,7 @@ _ROUNDING = 1e-9
 """m and m/s: a step that ends at the switch meets its condition but for rounding."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Yielding:
     """How deep the foot stands when the leg switches to extension, m, and the motors' heat from then on while the
     ground yields, J: active damping acts there and nowhere else.
@@ -129,7 +129,7 @@ CONSTANT_DAMPING_GAIN = 50.0
 EXTENSION_GAIN_PER_SCALED_GAIN = 6.0
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class EmulatorRow:
     """An extension gain: compression-extension, active damping scaled with the gain, and constant active damping.
 
@@ -163,7 +163,7 @@ class EmulatorRow:
         return _lost_share(self.ce.apex_height_m, self.constant.apex_height_m)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class EmulatorTable:
     """The experiments at every gain; `scene` is the one they change."""
 
@@ -204,7 +204,7 @@ ESTIMATED_OVER_MEASURED = 1.35
 """Slope of the joules estimated from the plate's forces over those that the battery gave (thesis 3.2.2)."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PlateRow:
     """An extension gain."""
 
@@ -217,7 +217,7 @@ class PlateRow:
         return self.jump.cost_j / ESTIMATED_OVER_MEASURED
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PlateTable:
     """The experiments at every gain; `scene` is the one they change."""
 
@@ -240,7 +240,7 @@ BED_GAINS = (400.0, 300.0)
 BED_DAMPING_GAINS = (50.0, 100.0, 150.0, 200.0, 250.0)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class BedRow:
     """A condition of the bed: foot, extension gain and damping gain, 0 for compression-extension.
 
@@ -269,7 +269,7 @@ class BedRow:
         return self.apex_height_m - self.ce_apex_height_m
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class BedTable:
     """The 24 conditions; `scene` is the one they change."""
 
@@ -311,7 +311,7 @@ STEPS = len(GAINS) + len(PLATE_GAINS) + len(FEET_M) * len(BED_GAINS)
 """How often `steady_tables` says that it is done with something."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SteadyTables:
     """Steady jumps on the ground emulator (thesis ch. 4) and the force plate (3.2.2), and drops onto the bed (ch. 5).
 

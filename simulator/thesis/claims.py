@@ -10,15 +10,15 @@ import functools
 import importlib.resources
 import tomllib
 from collections.abc import Callable, Collection
+from dataclasses import dataclass
 
 import numpy as np
 
-from data_schema.frozen import frozen
 from simulator.steady.tables import BED_GAINS, FEET_M, EmulatorRow, SteadyJump, SteadyTables
 from simulator.thesis.figures import FloatArray, Jumps, Motion, OverDamping, Pair, ThesisFigures
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Claim:
     """A claim of the thesis. It holds where every value of what is measured lies from `at_least` to `at_most`.
 
@@ -42,7 +42,7 @@ class Claim:
     reason: str = ""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Finding:
     """What the simulation gives for a claim: the range and median of `n` values, and how many lie within its limits."""
 

@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import field
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Generic, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from data_schema.frozen import frozen
 from simulator.gains import stiffness_n_m
 from simulator.jump import simulate
 from simulator.kernel.composition import compose
@@ -57,7 +56,7 @@ _SAME_TIME_S = 1e-12
 T = TypeVar("T")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Pair(Generic[T]):
     """The same thing with compression-extension (CE) and with active damping (AD)."""
 
@@ -70,7 +69,7 @@ def both_controllers(scene: Scene) -> Pair[Scene]:
     return Pair(ce=scene.changed({"b_ad": 0.0}), ad=scene)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Motion:
     """One jump from touchdown to the next; arrays of shape (n,), heights above the undisturbed surface, up positive.
 
@@ -164,7 +163,7 @@ def _extending(scene: Scene, columns: dict[str, FloatArray]) -> BoolArray:
 _POINTS, _SURFACE_POINTS = 401, 161
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class GroundFunctions:
     """K(z) in N, D(z) in N / (m/s)^2 and m_a(z) in kg at the depths z in m; all of shape (n,).
 
@@ -201,7 +200,7 @@ def ground_functions(scene: Scene, depth_m: FloatArray | None = None) -> GroundF
     )
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class PowerSurface:
     """Power in W, shape (velocities, depths), over depth in m and downward velocity of the foot in m/s (negative).
 
@@ -232,7 +231,7 @@ def ground_power_w(resistance_n: FloatArray, drag_kg_m: FloatArray, velocity_m_s
     return np.asarray(-drag_kg_m * speed_m_s**3 - resistance_n * speed_m_s)
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Jumps:
     """One jump for each point of a grid; all arrays have the grid's shape, joules are those of the stance (Eq. 3.5).
 
@@ -258,7 +257,7 @@ class Jumps:
         return self.mechanical_j / self.cost_j
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class OverVelocity:
     """Jumps, shape (n,), over the downward speed at touchdown in m/s, shape (n,)."""
 
@@ -266,7 +265,7 @@ class OverVelocity:
     jumps: Pair[Jumps]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class OverGround:
     """Jumps, shape (sigmas, drag scales), over `sigma` in N/m^3 and `b_g`, of which the scene's own are nominal."""
 
@@ -277,7 +276,7 @@ class OverGround:
     jumps: Pair[Jumps]
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class OverDamping:
     """Jumps, shape (stiffness factors, drag factors, extension stiffnesses, feet, coefficients).
 
@@ -337,7 +336,7 @@ def jumps_over(scene: Scene, values: Mapping[str, ArrayLike], accuracy: float) -
 _PRESSING_POINTS = 20_001
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class JumpEnergies:
     """Energies in J at the times of a motion, all of shape (n,); heights count from the undisturbed surface.
 

@@ -7,10 +7,10 @@ it is.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 
-from data_schema.frozen import frozen
 from simulator.scene import Scene
 from simulator.thesis.claims import OF_SET_1, Finding, chapter_3_claims, judge_claim
 from simulator.thesis.figures import ThesisFigures
@@ -26,7 +26,7 @@ UNPUBLISHED: Mapping[str, float] = {
 """Gains of the leg, and a foot, that come near to what is published of set 1: found among random ones."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Reading:
     """A reading of set 1, and what its claims give over `SPEEDS_M_S`; `of_unpublished`: by other gains and foot."""
 

@@ -8,12 +8,12 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]
@@ -23,7 +23,7 @@ _SCALE_SAMPLES = 20_000
 """Noise and sampling interval are medians over about this many places, however long the log."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class CleaningParameters:
     """What counts as a measurement of the body's height."""
 
@@ -39,7 +39,7 @@ class CleaningParameters:
     """Longest dropout that two opposite steps are believed to enclose."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class CleanSignal:
     """The valid samples of a log, in order; arrays have shape (n_valid,)."""
 

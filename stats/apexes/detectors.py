@@ -13,13 +13,12 @@ The robust one takes after each stance a flight that curves like gravity, measur
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import field, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import Floats, check_log, clean_signal, gaps_in_time, sampling_interval
@@ -42,7 +41,7 @@ from stats.apexes.standing import height_zero_m
 from stats.checks import as_number
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PublishedParameters:
     """Parameters of the published detector."""
 
@@ -110,7 +109,7 @@ def _moving_average(values: Floats, width: int) -> Floats:
     return np.convolve(finite, np.full(width, 1.0 / width), mode="valid")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RobustParameters:
     """Parameters of the robust detector."""
 
@@ -210,7 +209,7 @@ Parameters = PublishedParameters | RobustParameters
 """Frozen dataclasses of plain numbers, nested; `dataclasses.asdict` makes them JSON."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Detector:
     """One way to find jumps; its version changes whenever its results may."""
 

@@ -12,11 +12,11 @@ quadratic has no smoothing bias, and a spike or a dropout moves it by nothing.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from math import comb
 
 import numpy as np
 
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import Bools, Floats
@@ -33,7 +33,7 @@ _SAME = 1e-9
 """Part by which strengths of two pushes differ that are the same but for rounding."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Windows:
     """Samples of k windows side by side, padded to one width: arrays of shape (k, width) unless noted otherwise."""
 
@@ -50,7 +50,7 @@ class Windows:
     scale_s: float
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Quadratics:
     """Weighted least-squares quadratics of k windows in (1, tau, tau^2)."""
 
@@ -67,7 +67,7 @@ class Quadratics:
         return c[:, 0] + tau * (c[:, 1] + tau * c[:, 2])
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Flight:
     """The parabola through one flight."""
 
@@ -198,7 +198,7 @@ def _covariance(windows: Windows, residuals: Floats, scale: Floats, inverse: Flo
     return covariance
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class FlightWindowParameters:
     """Which samples around an apex the parabola is fitted to."""
 

@@ -12,12 +12,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import field
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.apexes.cleaning import Bools, CleaningParameters, CleanSignal, Floats
@@ -25,7 +24,7 @@ from stats.force_plate import crossing_s
 from stats.scatter import Value
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Jump:
     """One stance and, where there was one, the flight that followed it.
 
@@ -85,7 +84,7 @@ HEIGHT_DOUBTFUL = frozenset({"few_samples_before", "few_samples_after", "caught_
 """Flags for which a person should look whether the apex height of one jump is right."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Jumps:
     """All jumps of one log as one detector found them."""
 
@@ -127,7 +126,7 @@ _SPEED_SAMPLES = 8
 """So many samples on either side of a gap show the speed there."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class StanceParameters:
     """How stances and the first maximum after them are recognised."""
 
@@ -155,7 +154,7 @@ class StanceParameters:
     """Acceleration expected in flight (standard gravity, CGPM 1901)."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Log:
     """A log as it was recorded, its gaps (rows of start and length, s), its valid samples, how stances are found."""
 
@@ -167,7 +166,7 @@ class Log:
     stance: StanceParameters
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Hop:
     """One stance and where its apex may be; indices count the valid samples of a `CleanSignal`."""
 

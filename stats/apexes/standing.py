@@ -7,10 +7,10 @@ height is not counted from the ground.
 from __future__ import annotations
 
 import itertools
+from dataclasses import dataclass
 
 import numpy as np
 
-from data_schema.frozen import frozen
 from stats.apexes.cleaning import Floats
 
 _BLOCK_S = 0.02
@@ -23,7 +23,7 @@ ZERO_TOLERANCE_M = 0.01
 """A body that stands higher than the leg is long by less is as it should be: a leg is measured to some millimetres."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Rest:
     """A stretch at rest: from `start_s` to `stop_s`, with the mean of its values and their standard deviation."""
 

@@ -21,13 +21,13 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Sequence
+from dataclasses import dataclass
 from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import fixed_text, interval_text, number_text
 from data_schema.vocabulary import Undefined
@@ -38,7 +38,7 @@ from stats.scatter import Value, finite, scale_of
 from stats.tails import satterthwaite_df, t_quantile, t_two_sided
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PredictedRun:
     """One run beside the prediction for its condition, in one unit."""
 
@@ -51,7 +51,7 @@ class PredictedRun:
     """Standard uncertainty of the prediction, from inputs that all predictions assume alike."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Interval:
     """A standard error with its degrees of freedom, and the interval of the bias that they give."""
 
@@ -62,7 +62,7 @@ class Interval:
     """Two-sided p of no bias."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Bias:
     """Predicted less measured, in the unit of the runs."""
 
@@ -135,7 +135,7 @@ FEWEST_DIFFERENCES = 3
 """With fewer, their scatter says nothing about the next one."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class LimitsOfAgreement:
     """In the unit of the differences: their mean, and the limits between which 95 % of further ones are expected.
 
@@ -193,7 +193,7 @@ def limits_of_agreement(differences: Sequence[float], level: float = 0.95) -> Li
     )
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Kappa(Result):
     """How two people agree who gave each of n things one of several answers; shares are of 1."""
 
@@ -290,7 +290,7 @@ _NO_VARIANCE = 1e-14
 """A variance below is 0 but for rounding."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RmseOverIqr(Result):
     """Error of a prediction in interquartile ranges of what was measured."""
 

@@ -11,12 +11,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level
 from stats.compare.summary import Summary, describe
@@ -28,7 +27,7 @@ CANCELLED = 1e-9
 """What is left of two equal terms after their difference is rounding, not error."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SharedError:
     """What one value takes from errors that it has in common with others.
 
@@ -155,7 +154,7 @@ def joined_variance(one: SharedError, other: SharedError, level: float, df: floa
     return total
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SharedSummary(Result):
     """A mean with its scatter and the error it shares with other means, in the unit of the values."""
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_values
@@ -19,7 +19,7 @@ from stats.tails import satterthwaite_df, t_quantile, t_two_sided
 _NO_SCATTER = Undefined(Reason.NO_SCATTER)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Summary(Result):
     """One sample in numbers, in the unit of its values."""
 
@@ -92,7 +92,7 @@ AS_A_AND_B: Names = ("a", "b")
 """What two groups are called in reasons and sentences where their own names are not given."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class TTest:
     """A two-sided t-test of a difference; the interval is in the unit of the values."""
 

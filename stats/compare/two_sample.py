@@ -7,13 +7,13 @@ at n = 5 and 20 with an SD ratio of 2); Welch's t holds its level and is the def
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Literal
 
 from numpy.typing import ArrayLike
 from scipy import special
 
 from data_schema.errors import InputRefused, unknown_name
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
@@ -28,7 +28,7 @@ ROUTES: tuple[Route, ...] = ("f_then_t", "welch", "student")
 """How the t-test is chosen: by the F-test at alpha (the thesis's route), or fixed beforehand."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class TwoSample(Result):
     """Group a against group b; means and differences in the unit of the values."""
 

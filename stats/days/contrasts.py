@@ -25,10 +25,9 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.grouping import grouped
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
@@ -52,7 +51,7 @@ _ROUNDING = 16.0 * sys.float_info.epsilon
 """Of the means compared: what a day departs by less is rounding."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Effect:
     """A condition and the one that it is compared with, by name, and the weight of their effect."""
 
@@ -61,7 +60,7 @@ class Effect:
     control: str
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class LinearContrast:
     """A weighted sum of effects on shared days, in the unit of the values, or in percentage points of savings."""
 
@@ -73,7 +72,7 @@ class LinearContrast:
     estimate: Estimate
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Term:
     """An effect with its runs on shared days, and what L gains for each unit of its control's and treated mean."""
 

@@ -31,12 +31,12 @@ import math
 import sys
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.grouping import grouped
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
@@ -47,7 +47,7 @@ from stats.scatter import Interval, Scale, Value, group_of, scale_of, times_powe
 from stats.tails import t_quantile, t_two_sided, t_upper
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Estimate:
     """An estimate with its interval and the test that it is 0, in the unit of the values or in percent."""
 
@@ -64,7 +64,7 @@ class Estimate:
     """Two-sided."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Bounded:
     """Two one-sided tests that an estimate lies above `low` and below `high`, and its interval of level 1 - 2 alpha."""
 
@@ -123,7 +123,7 @@ CONTROL, TREATED = "the control", "the treatment"
 _ROUNDING = 8.0 * sys.float_info.epsilon
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Contrast:
     """Means over the shared days with the variances of their errors, in the scale.
 
@@ -364,7 +364,7 @@ class Contrast:
         return 100.0 * (middle - root) / a, 100.0 * (middle + root) / a
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Error:
     """The standard error of an estimate: of its own, in common with others, and of both together."""
 
@@ -471,7 +471,7 @@ Block = tuple[str, str]
 """A day and a stratum."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Runs:
     """The values of the runs of one condition on one day, and the error that their mean has in common with others."""
 
@@ -488,7 +488,7 @@ RunsOfCondition = Mapping[Block, Runs]
 """The runs of a condition by day, as `blocks_of_runs` gathers them."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Means:
     """The mean of runs and the squares about it, in a `stats.scatter.Scale`."""
 
@@ -511,7 +511,7 @@ def means_of(runs: Runs, scale: Scale) -> Means:
     return Means(found.n, found.mean, found.squares, shared)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Counts:
     """Runs on shared days, and runs on other days, which enter nothing."""
 
@@ -521,7 +521,7 @@ class Counts:
     other_treated: int
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SharedDay:
     """A day with runs of both conditions; within days, of one stratum."""
 
@@ -535,7 +535,7 @@ class SharedDay:
         return self.control.n * self.treated.n / (self.control.n + self.treated.n)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class RunsByDay:
     """The runs of a control and of a treatment, by day and stratum."""
 

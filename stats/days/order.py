@@ -14,12 +14,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import special
 
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import Labels, as_labels, as_values
@@ -33,7 +33,7 @@ _MOST_STEPS = 10**8
 _ROUNDING = 1e-9
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PositionsCompared:
     """Mean positions in the day of both sides within shared days, and how a random order would differ as much."""
 
@@ -93,7 +93,7 @@ def _shares_of_sums(places: NDArray[np.int64], n: int) -> Floats:
     return np.asarray(shares[n])
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class AdjustedForPosition:
     """Values as at the mean position of their day, with the error that they have in common by the slope's."""
 

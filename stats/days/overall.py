@@ -20,11 +20,11 @@ from __future__ import annotations
 import math
 import statistics
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
 from stats.checks import as_level
@@ -34,7 +34,7 @@ from stats.scatter import Value
 from stats.tails import f_upper, t_quantile, t_two_sided
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Scope:
     """What an effect over groups is of."""
 
@@ -50,7 +50,7 @@ class Scope:
     """Runs that enter."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Heterogeneity:
     """The test that the groups' savings are all the same: F, its two degrees of freedom and the upper tail."""
 
@@ -59,7 +59,7 @@ class Heterogeneity:
     p: float
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class OverallSavings:
     """The mean of the groups' savings in percent of each group's control."""
 
@@ -71,7 +71,7 @@ class OverallSavings:
     """The test that all groups saved the same."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class OverallEquivalence:
     """Two one-sided tests that the mean change of the groups, in percent of each control, lies within bounds."""
 
@@ -79,7 +79,7 @@ class OverallEquivalence:
     scope: Scope
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Overall:
     saved: float
     variance: float

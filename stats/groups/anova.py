@@ -17,9 +17,9 @@ Eta squared of Welch's F is that of the classic F with Welch's F in its place, a
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import alpha_of_level, p_text, statistic_text
 from data_schema.vocabulary import Undefined
@@ -29,7 +29,7 @@ from stats.scatter import Groups, Value, finite, read_groups
 from stats.tails import f_upper
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _MeansCompared(Result):
     """Whether the means of several groups differ."""
 
@@ -79,7 +79,7 @@ class _MeansCompared(Result):
         )
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Anova(_MeansCompared):
     """Whether the means of several groups differ by more than their scatter explains."""
 
@@ -96,7 +96,7 @@ class Anova(_MeansCompared):
     """Means of `groups`, in the values' unit; shape (k,)."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class WelchAnova(_MeansCompared):
     """Whether the means of several groups differ, each group with a scatter of its own."""
 

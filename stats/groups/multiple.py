@@ -6,9 +6,9 @@ Holm's method asks nothing about how the tests depend on each other and rejects 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.grouping import grouped
 from data_schema.rounding import p_text
 from data_schema.vocabulary import Undefined
@@ -36,7 +36,7 @@ def none_text(untested: Sequence[tuple[str, str]]) -> str:
     return f", because {reasons.pop()}" if len(reasons) == 1 else f": {reasons_text(untested)}"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class HolmMember(Result):
     """One test of a family."""
 
@@ -50,7 +50,7 @@ class HolmMember(Result):
     """Whether the adjusted p is at most alpha."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class HolmFamily(Result):
     """A named family of tests with adjusted p-values, in the order given."""
 

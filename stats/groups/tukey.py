@@ -7,12 +7,12 @@ is alpha: exactly for Tukey at equal n, less at unequal n (Kramer), nearly for G
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from functools import lru_cache
 from itertools import combinations
 from typing import Literal
 
 from data_schema.errors import unknown_name
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import alpha_of_level, error_of, interval_text, number_text, p_text, statistic_text
 from data_schema.vocabulary import Undefined
@@ -26,7 +26,7 @@ VARIANCES: tuple[Variances, ...] = ("equal", "unequal")
 """Tukey and Kramer with one pooled variance, or Games and Howell with each pair's own."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PairDifference(Result):
     """One pair of groups among all, mean(a) - mean(b) in the values' unit."""
 
@@ -50,7 +50,7 @@ class PairDifference(Result):
     """Adjusted for all pairs."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class AllPairs(Result):
     """Every pair of groups, in the order given."""
 

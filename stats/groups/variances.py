@@ -6,9 +6,10 @@ level, far below where groups have 3 to 5 values. Bartlett's and Levene's are `s
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import p_text, statistic_text
 from data_schema.vocabulary import Undefined
@@ -20,7 +21,7 @@ from stats.tails import f_two_sided, f_upper
 _ROUNDING = 8.0 * float(np.finfo(np.float64).eps)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class VarianceTest(Result):
     """Brown and Forsythe's test of equal variances."""
 

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.scatter import Floats
@@ -35,7 +34,7 @@ class NothingAtStart(InputRefused):
     """The model gives nothing at the starting values of a fit."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class NonlinearFit:
     """Parameters at the least sum of squares.
 

@@ -7,12 +7,12 @@ once; the standard deviations of both are estimated with it.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 import scipy.optimize
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.units import STANDARD_GRAVITY_M_S2
 from stats.lines.regression import LinearFit
 from stats.lines.stiffness import fit_stiffness, force_points
@@ -26,7 +26,7 @@ _HIGHEST_ORDER = 20
 """Of autoregressions that are tried: 67 ms at 300 Hz."""
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class Oscillation:
     """One trajectory of a mass on the spring; arrays of shape (n,).
 
@@ -44,7 +44,7 @@ class Oscillation:
         return place, velocity, force + self.mass_kg * STANDARD_GRAVITY_M_S2
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Coefficient:
     """A physical coefficient with its standard error and Student's interval."""
 
@@ -53,7 +53,7 @@ class Coefficient:
     ci: Interval
 
 
-@frozen(eq=False)
+@dataclass(frozen=True, slots=True, eq=False)
 class OscillationFit:
     """What is fitted: stiffness in N/m, damping in kg/s, and the force in N at no compression.
 

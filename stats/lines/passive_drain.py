@@ -9,12 +9,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
@@ -28,7 +28,7 @@ MINIMUM_RUNS = 3
 """Two fix a line and leave nothing to measure its uncertainty with."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class DrainEstimate(Result):
     """Passive charge over one duration, read off the fitted line."""
 
@@ -54,7 +54,7 @@ class DrainEstimate(Result):
         return bounded_texts(self.charge_mah, as_interval(self.ci_low, self.ci_high), self.se, self.level, "mAh")
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class PassiveDrain(Result):
     """Straight line through the idle runs: charge_mah = intercept_mah + slope_mah_s * duration_s."""
 

@@ -11,13 +11,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Hashable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused, unknown_name
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.vocabulary import Undefined
 from stats.checks import as_level, as_number, as_values
@@ -34,7 +34,7 @@ EXACT = Undefined(Reason.FIT_EXACT)
 _EPS = float(np.finfo(np.float64).eps)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Response(Result):
     """The fitted response at one place."""
 
@@ -50,7 +50,7 @@ class Response(Result):
     """Degrees of freedom of the fit."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class LinearFit(Result):
     """response = intercept + sum of coefficient * column; units are those of the response over its column's."""
 
@@ -291,7 +291,7 @@ _TAKES_PART = 1e-3
 """Share of a column in a combination of columns that is 0, from which it is named."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SlopeThroughOrigin:
     """y = slope * x, with what groups scatter by and what all x have in common.
 

@@ -6,12 +6,13 @@ d = 3.32 gain + 19.67 kg/s on the thesis's leg (5.1.1), with which gains become 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.optimize
 from numpy.typing import ArrayLike
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.vocabulary import Undefined
 from stats.checks import as_number, as_values
 from stats.lines.regression import LinearFit, fit_linear
@@ -89,7 +90,7 @@ def fit_stiffness(displacement_m: ArrayLike, velocity_m_s: ArrayLike, force_n: A
     return fit_linear(force, {"displacement": displacement_m, "velocity": velocity_m_s})
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class GainLine(Result):
     """Physical coefficient = slope * gain + offset."""
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
@@ -23,7 +24,6 @@ from numpy.typing import NDArray
 from scipy import special
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from stats.checks import as_level
 
 _NEGLIGIBLE = 1e-9
@@ -97,7 +97,7 @@ def _share(information: tuple[float, ...], levels: tuple[float, ...], one_sided:
     return share
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Inside:
     """The density of z sqrt t of studies that go on after a look, at the points of a rule with these weights."""
 

@@ -15,13 +15,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cache
 
 import numpy as np
 from scipy import special
 
 from data_schema.errors import InputRefused
-from data_schema.frozen import frozen
 from data_schema.reasons import Reason
 from data_schema.rounding import given_text, level_text, number_text
 from data_schema.vocabulary import Remark, Undefined
@@ -32,7 +32,7 @@ from stats.scatter import Value
 from stats.tails import satterthwaite_df, t_upper_quantile
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Power(Result):
     """The chance that a planned test rejects, for the effect and the scatter assumed."""
 
@@ -164,7 +164,7 @@ def _sided(sides: int) -> str:
     return "two-sided" if sides == 2 else "one-sided"
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class SampleSize(Result):
     """The smallest plan that reaches a power."""
 
@@ -316,7 +316,7 @@ _NOTHING = 1e-13
 """Chance of what an integral leaves out."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class _Layout:
     """What a layout makes of one standard deviation of runs: variances of both means, and degrees of freedom.
 

@@ -124,8 +124,8 @@ def logs_of(
 ) -> tuple[dict[str, tuple[SignalRow, ...]], dict[str, Undefined]]:
     """Return by the run's uid the logs that count, and why runs have none."""
     waits = {uid: file.why for file in waiting_files(connection) if file.role == FileRole.LOG for uid in file.runs}
-    found = signals_of_runs(connection, FileRole.LOG, [run.uid for run in runs])
-    signals = [one for one in found if BODY_HEIGHT in one.channels]
+    of_logs = signals_of_runs(connection, FileRole.LOG, [run.uid for run in runs])
+    signals = [one for one in of_logs if BODY_HEIGHT in one.channels]
     by_run = grouped(signals, [signal.run_uid for signal in signals])
     logs: dict[str, tuple[SignalRow, ...]] = {}
     without: dict[str, Undefined] = {}

@@ -22,7 +22,7 @@ from labbook.book.write_session import now_utc
 from labbook.terminal import columns
 from reports.display import sentence_start
 from reports.numbers import Number, Value
-from reports.results import Hypothesis, PredictedQuantity, Prediction, StudyResults, Verdict
+from reports.results import Hypothesis, PredictedQuantity, StudyResults, Verdict
 from reports.tables.hypotheses import verdict_sentence
 from reports.tables.predictions import (
     LEGEND,

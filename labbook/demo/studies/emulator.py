@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Sequence
-from dataclasses import asdict
+from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Any
 
 import numpy as np
 
-from data_schema.frozen import frozen
 from labbook.demo.studies.runs import RUNS_TOML, Made, StudyRun, StudyScatter, drawn_days, logs_of, samples_not_dropped
 from labbook.demo.truth import FloatArray
 from labbook.demo.writers import CampaignFiles
@@ -41,7 +40,7 @@ RUN_HEIGHT, JUMP_HEIGHT = 0.01, 0.02
 """Standard deviations of flights by run and by jump, as shares."""
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Truth:
     """A condition as it is simulated: joules of a jump over all jumps, and the mean apex without the first two."""
 

@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Sequence
+from dataclasses import dataclass
 from itertools import chain
 from typing import Any
 
 import numpy as np
 
-from data_schema.frozen import frozen
 from labbook.demo.plate import HELD_S, RATE_HZ, Hopping, apex_of, pieces, record_of
 from labbook.demo.studies.runs import RUNS_TOML, Made, StudyRun, StudyScatter, drawn_days, logs_of, samples_not_dropped
 from labbook.demo.writers import MARK, CampaignFiles, PlateRecord, Record, bertec_text
@@ -40,7 +40,7 @@ _OVERHEAD_S = 22
 SCATTER = StudyScatter(day=0.01, run=0.01)
 
 
-@frozen(eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class PlateStudyRun(StudyRun):
     """A run as it was, and what both instruments recorded of it.
 

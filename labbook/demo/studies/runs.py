@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import datetime as dt
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import field
+from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
 import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
-from data_schema.frozen import frozen
 from data_schema.vocabulary import RunKind
 from labbook.demo.files import STUDY_TOML
 from labbook.demo.truth import recharged_mah
@@ -60,7 +59,7 @@ capacity_mah = {capacity_mah}
 C = TypeVar("C")
 
 
-@frozen(eq=False, kw_only=True)
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
 class StudyRun(SheetRun):
     """A run of a campaign.
 
@@ -74,7 +73,7 @@ class StudyRun(SheetRun):
 R = TypeVar("R", bound=StudyRun)
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class StudyScatter:
     """Standard deviations of what the battery gives: as shares by day and by run, and of each recharge."""
 
@@ -83,7 +82,7 @@ class StudyScatter:
     recharge_mah: float = 0.35
 
 
-@frozen
+@dataclass(frozen=True, slots=True)
 class Made:
     """Jumps that a run made: its factors' levels, how long it took, joules of all jumps, and what was recorded of it,
     by field of the run, drawn after its charge.
