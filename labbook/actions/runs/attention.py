@@ -75,6 +75,7 @@ from stats.apexes.jumps import HEIGHT_DOUBTFUL
 from stats.lines.passive_drain import PassiveDrain
 
 Lines: TypeAlias = Mapping[str, PassiveDrain | Undefined]
+"""The lines of passive drain, or why there is none, by the robot's uid."""
 
 
 class Facts:
