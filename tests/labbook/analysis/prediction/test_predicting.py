@@ -28,7 +28,7 @@ from labbook.book.report_numbers import outdated_reports
 from labbook.config.parsing import parse_configuration
 from reports.display import SAVINGS
 from reports.numbers import Number
-from reports.results import PredictedQuantity, Prediction, PredictionCheck
+from reports.results import ACCURACY, PredictedQuantity, Prediction, PredictionCheck
 from simulator.jump import grown_rounding, simulate
 from simulator.scene import Scene
 from simulator.scene_file import load_scene, parse_scene, write_scene
@@ -396,7 +396,7 @@ def test_where_rounding_grows_beyond_the_accuracy_the_error_is_what_it_grows_to(
         rounding = grown_rounding(jump, about.accuracy)
         grown += rounding > 0.0
         assert item.check.predicted.value == pytest.approx(jump.cost_J, rel=1e-12)
-        assert item.check.predicted.se == pytest.approx(max(about.accuracy, rounding) * jump.cost_J)
+        assert item.check.errors[ACCURACY].value == pytest.approx(max(about.accuracy, rounding) * jump.cost_J)
     assert (about.branched, about.on_edge, about.grown) == (0, 0, grown)
     assert grown == 1
 
