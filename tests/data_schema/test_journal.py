@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import tracemalloc
 from collections.abc import Callable
 from pathlib import Path
@@ -66,6 +67,28 @@ def test_an_entry_comes_back_from_its_line(said: dict[str, Any], seq: int) -> No
     assert back == one
     assert back.line == one.line
     assert "\n" not in one.line
+
+
+@pytest.mark.parametrize(
+    ("written_as", "forged_as"),
+    [
+        ('"new":{', '"new": {'),
+        ('"a":1e-05', '"a":0.00001'),
+        ('"b":1e+16', '"b":1e16'),
+        ('"c":"x"', '"c":"\\u0078"'),
+        ('"c":"x"', '"c":"y","c":"x"'),
+        ('"c":"x"},"old":null', '"c":"x"},"old":null,"origin":null'),
+    ],
+)
+def test_a_line_is_written_in_one_way_alone(written_as: str, forged_as: str) -> None:
+    one = entry(2, GENESIS, new={"a": 1e-5, "b": 1e16, "c": "x"})
+    unhashed = one.line.replace(f'"hash":"{one.hash}",', "")
+    assert Entry.from_line(one.line) == one
+    assert written_as in unhashed
+    forged = unhashed.replace(written_as, forged_as)
+    hashed = f'"hash":"{hashlib.sha256(forged.encode()).hexdigest()}","new":'
+    with pytest.raises(BookDamaged):
+        Entry.from_line(forged.replace('"new":', hashed, 1))
 
 
 @pytest.mark.parametrize("schema", [None, JOURNAL_SCHEMA + 1])
