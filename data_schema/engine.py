@@ -32,8 +32,10 @@ POSTGRES_SCHEMA = "labbook"
 """Where a book's tables are on PostgreSQL: a rebuild makes others in another schema and exchanges the two names."""
 SQLITE_MINIMUM = (3, 37, 0)
 _PRAGMAS: dict[str, str | int] = {"journal_mode": "wal", "synchronous": 2, "foreign_keys": 1, "recursive_triggers": 1}
-_SCRATCH: dict[str, str | int] = {**_PRAGMAS, "synchronous": 0}
-"""Settings for a file that is of no use until it is complete, and is synced then."""
+_SCRATCH: dict[str, str | int] = {**_PRAGMAS, "journal_mode": "memory", "synchronous": 0, "cache_size": -(2**16)}
+"""Settings for a file that is of no use until it is complete, and is synced then: a page is written once, not first to
+a log, and stays in memory, up to 64 MiB of them, while rows go on being added to it.
+"""
 NOT_ALLOWED = ("42501", "25006")
 """PostgreSQL's codes: the role lacks a right, or its transactions only read."""
 _POOL_LOG = logging.getLogger("sqlalchemy.pool.impl.QueuePool")
