@@ -57,10 +57,16 @@ ingest = table(
     partial_index("ix_ingest_waiting", "id", "status = 'waiting'"),
 )
 
-IN_USE = sa.or_(ingest.c.status == str(IngestStatus.IMPORTED), ingest.c.status == str(IngestStatus.WAITING))
+
+def _has_status(status: IngestStatus) -> sa.ColumnElement[bool]:
+    """Test for a status that stands in the query's text: SQLite plans one anew for each value if an index tests it."""
+    return ingest.c.status == sa.text(f"'{status}'")
+
+
+IN_USE = sa.or_(_has_status(IngestStatus.IMPORTED), _has_status(IngestStatus.WAITING))
 """The last reading of a file that is in use; it gave nothing where it waits for a declaration."""
 
-LAST_READING = sa.or_(IN_USE, ingest.c.status == str(IngestStatus.WITHDRAWN))
+LAST_READING = sa.or_(IN_USE, _has_status(IngestStatus.WITHDRAWN))
 """The last reading of every file that was imported, also where the file was withdrawn: exactly one a file."""
 
 finding = table(

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 import sqlite3
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cache, lru_cache
-from itertools import chain
 from typing import Any, TypeAlias
 
 import sqlalchemy as sa
@@ -60,11 +60,12 @@ def insert_all(
     if driver is None:
         connection.execute(table.insert(), [dict(zip(names, row, strict=True)) for row in rows])
     else:
-        text, order, _fixed = _compiled(_insert(table), names)
-        if tuple(order) != names:
+        plain = _compiled(_insert(table), names)
+        if tuple(plain.order) != names:
             raise ValueError(f"{names} stand in another order than the columns of {table.name}.")
-        _refuse_not_finite(chain.from_iterable(rows))
-        _translated(driver.executemany, text, rows)
+        for row in rows:
+            _refuse_not_finite(plain, row)
+        _translated(driver.executemany, plain.text, rows)
 
 
 def finite(number: float) -> float:
@@ -78,11 +79,11 @@ def _run(connection: sa.Connection, statement: sa.Executable, values: Values) ->
     driver = _driver(connection)
     if driver is None:
         return connection.execute(statement, values)
-    text, order, fixed = _compiled(statement, tuple(values))
-    given = {**fixed, **values} if fixed else values
-    ordered = [given[name] for name in order]
-    _refuse_not_finite(ordered)
-    return _translated(driver.execute, text, ordered)
+    plain = _compiled(statement, tuple(values))
+    given = {**plain.fixed, **values} if plain.fixed else values
+    ordered = [given[name] for name in plain.order]
+    _refuse_not_finite(plain, ordered)
+    return _translated(driver.execute, plain.text, ordered)
 
 
 def _driver(connection: sa.Connection) -> sqlite3.Connection | None:
@@ -97,17 +98,29 @@ def _insert(table: sa.Table) -> sa.Insert:
     return table.insert()
 
 
+@dataclass(frozen=True, slots=True)
+class _Plain:
+    """A statement's text, the names of its values in their order, what it fixes of them, and the places of reals."""
+
+    text: str
+    order: list[str]
+    fixed: dict[str, Any]
+    reals: list[int]
+
+
 @lru_cache(maxsize=1000)
-def _compiled(statement: sa.Executable, names: tuple[str, ...]) -> tuple[str, list[str], dict[str, Any]]:
-    """Return the text, the names of the values that it takes in their order, and those that the statement fixes."""
+def _compiled(statement: sa.Executable, names: tuple[str, ...]) -> _Plain:
     compiled: Any = statement.compile(dialect=_SQLITE, column_keys=names)  # type: ignore[attr-defined]
     fixed = {name: value for name, value in compiled.params.items() if name not in names}
     usual = {column.key: column.default.arg for column in compiled.insert_prefetch}
-    return str(compiled), compiled.positiontup, fixed | usual
+    order = compiled.positiontup
+    reals = [place for place, name in enumerate(order) if compiled.binds[name].type.python_type not in (int, str)]
+    return _Plain(str(compiled), order, fixed | usual, reals)
 
 
-def _refuse_not_finite(values: Iterable[Any]) -> None:
-    for value in values:
+def _refuse_not_finite(plain: _Plain, values: Sequence[Any]) -> None:
+    for place in plain.reals:
+        value = values[place]
         if isinstance(value, float) and not math.isfinite(value):
             finite(value)
 
