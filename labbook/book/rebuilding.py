@@ -50,6 +50,7 @@ from data_schema.queries.files import lost_copies
 from data_schema.schema import SCHEMA, schema_of
 from data_schema.tables import METADATA
 from data_schema.views import VIEWS
+from data_schema.vocabulary import Action
 from ingest.store import Store
 from labbook.book.altered import AlteredRow, Differences, altered_rows, but_of_readings, differences, with_reports
 from labbook.book.copies.copying import raw_of
@@ -158,7 +159,7 @@ def rebuild_database(
     engine = engine_of(folder, read_configuration(folder))
     try:
         with reading(engine) as connection:
-            found = differences(connection, journal.stored(connection), replay.without_rows)
+            found = differences(connection, journal.stored(connection, action=Action.INGEST), replay.without_rows)
             altered = (0, ()) if old is None or moves else _altered(folder, store.root, url, old, connection, found)
     finally:
         engine.dispose()
@@ -203,7 +204,7 @@ def _rebuild_sqlite(folder: Path, replay: Replay) -> tuple[str | None, list[str]
         try:
             replay.apply_to(engine)
         finally:
-            engine.dispose()  # which brings its write-ahead log into the one file
+            engine.dispose()
 
         def finish() -> None:
             last = sqlite_engine(fresh, scratch=True)

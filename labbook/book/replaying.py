@@ -146,11 +146,13 @@ def _nothing_collected() -> Iterator[None]:
 def _batched(commands: Iterable[list[Entry]]) -> Iterator[list[list[Entry]]]:
     """Gather commands until they have enough entries."""
     some: list[list[Entry]] = []
+    n_entries = 0
     for command in commands:
         some.append(command)
-        if sum(map(len, some)) >= _ENTRIES_AT_ONCE:
+        n_entries += len(command)
+        if n_entries >= _ENTRIES_AT_ONCE:
             yield some
-            some = []
+            some, n_entries = [], 0
     if some:
         yield some
 

@@ -14,7 +14,6 @@ import msgspec
 import numpy as np
 
 from data_schema.file_cache import FileCache
-from data_schema.journal import canonical
 from ingest.formats.registry import PLUGIN_FAILED, all_formats
 from labbook.statements.importing import PreparedImport
 
@@ -68,7 +67,7 @@ def forget_unused() -> None:
 
 def _name(sha256: str, settings: Mapping[str, Any]) -> str:
     formats = [[each.name, each.version, each.plugin] for each in all_formats()]
-    return hashlib.sha256(canonical([sha256, settings, formats]).encode()).hexdigest()
+    return hashlib.sha256(_SORTED.encode([sha256, settings, formats])).hexdigest()
 
 
 def _plain(value: Any) -> Any:
@@ -78,8 +77,10 @@ def _plain(value: Any) -> Any:
 
 def _without_values(_type: type, length: int) -> np.ndarray:
     """Return an array of that length which takes no memory."""
-    return np.broadcast_to(np.float64(0.0), (length,))
+    return np.ndarray((length,), np.float64, _ZERO, strides=(0,))
 
 
+_ZERO = bytes(8)
+_SORTED = msgspec.json.Encoder(order="sorted")
 _ENCODER = msgspec.msgpack.Encoder(enc_hook=_plain)
 _DECODER = msgspec.msgpack.Decoder(PreparedImport, dec_hook=_without_values)

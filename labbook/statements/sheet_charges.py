@@ -243,10 +243,12 @@ def charge_numbers(
     which gave `keys`. Others follow the highest.
     """
     numbers: dict[Key, int] = {}
+    taken: set[int] = set()
     for content in [*reading_entries(connection, sha256), *([] if new is None else [new])]:
         for key, number in zip(entry_keys(content), content["charge_numbers"], strict=True):
-            if key not in numbers and number not in numbers.values():
+            if key not in numbers and number not in taken:
                 numbers[key] = number
+                taken.add(number)
     following = itertools.count(1 + max(numbers.values(), default=0))
     return numbers | {key: next(following) for key in keys if key not in numbers}
 
