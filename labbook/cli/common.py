@@ -36,7 +36,7 @@ WhereOption = Annotated[
 ]
 
 
-RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run.")]
+RunArgument = Annotated[str, typer.Argument(help="The run.")]
 PlotOption = Annotated[Path | None, typer.Option("--plot", metavar="FILE", help="Draw it: a .png, .svg or .pdf file.")]
 WhyOption = Annotated[str, typer.Option("--why", "--reason", help="Why.")]
 MaybeWhyOption = Annotated[str | None, typer.Option("--why", "--reason", help="Why.")]

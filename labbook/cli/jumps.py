@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from data_schema.vocabulary import ReviewOrder
-from labbook.cli.common import AsOption, BookOption, RunArgument, WhereOption, opened, reading, tell
+from labbook.cli.common import AsOption, BookOption, WhereOption, opened, reading, tell
 from labbook.terminal import Shown, columns, progress
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer(no_args_is_help=True)
 
+RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run.")]
 ReasonOption = Annotated[
     str,
     typer.Option(

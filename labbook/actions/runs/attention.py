@@ -43,8 +43,6 @@ from data_schema.where import compile_where
 from ingest.channels.names import parse_header
 from ingest.declared import flag_names
 from labbook.actions.files.stored_files import Waiting, why_waiting
-from labbook.analysis.comparison.deciding import deciding_runs, makes_claim
-from labbook.analysis.comparison.pairing import group_label, swept_factor
 from labbook.analysis.outcomes.control_limits import runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found
 from labbook.analysis.outcomes.log_dates import differing_day
@@ -253,6 +251,9 @@ def _claims_lost(
 
     `having` are the uids of the runs that have the outcome; where none has it, no claim is looked for.
     """
+    from labbook.analysis.comparison.deciding import deciding_runs, makes_claim  # which remarks do not need
+    from labbook.analysis.comparison.pairing import group_label, swept_factor
+
     swept, has = swept_factor(evidence.configuration), frozenset(having)
     if swept is None or not has or not lacking:
         return {}
