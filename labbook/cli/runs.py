@@ -50,7 +50,7 @@ def run_lines(rows: "Sequence[Sequence[Any]]") -> list[str]:
     """Return the table of what `shown_runs` lists."""
     head = ("run", "day", "position", "kind", "condition", "battery", "duration", "jumps", "starts", "state")
     durations = {duration_s: "" if duration_s is None else f"{duration_s:g} s" for *_, duration_s, _, _, _ in rows}
-    cells = ((*row[:-4], durations[row[-4]], *row[-3:]) for row in rows)
+    cells = [(*row[:-4], durations[row[-4]], *row[-3:]) for row in rows]
     return columns(head, cells, "no runs.")
 
 
