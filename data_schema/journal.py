@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
@@ -164,12 +165,15 @@ def _value(text: str) -> Any:
     msgspec reads and writes in a fifth of the time; it writes very small and very large numbers otherwise.
     """
     value = _VALUES.decode(text)
-    if _WRITER.encode(value) != text.encode() and canonical(value) != text:
+    as_msgspec = _WRITER.encode(value) == text.encode()
+    if not (as_msgspec and _OTHERWISE.search(text) is None) and canonical(value) != text:
         raise ValueError("it is not as labbook writes it")
     return value
 
 
 _CANONICAL = json.JSONEncoder(sort_keys=True, separators=(",", ":"), ensure_ascii=False, allow_nan=False)
+_OTHERWISE = re.compile(r"(?:^|[:,\[])-?(?:\d+(?:\.\d+)?e(?:\d|-\d\b)|0\.0000|\d{17,}\.)")
+"""Finds a number as msgspec writes it and `canonical` does not."""
 _WRITER = msgspec.json.Encoder(order="sorted")
 _VALUES = msgspec.json.Decoder()
 

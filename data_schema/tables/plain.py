@@ -100,12 +100,14 @@ def _insert(table: sa.Table) -> sa.Insert:
 
 @dataclass(frozen=True, slots=True)
 class _Plain:
-    """A statement's text, the names of its values in their order, what it fixes of them, and the places of reals."""
+    """A statement's text, the names of its values in their order, what it fixes of them, and the places of those that
+    a NaN, which SQLite stores as NULL, or an infinity could get into.
+    """
 
     text: str
     order: list[str]
     fixed: dict[str, Any]
-    reals: list[int]
+    open: list[int]
 
 
 @lru_cache(maxsize=1000)
@@ -114,12 +116,16 @@ def _compiled(statement: sa.Executable, names: tuple[str, ...]) -> _Plain:
     fixed = {name: value for name, value in compiled.params.items() if name not in names}
     usual = {column.key: column.default.arg for column in compiled.insert_prefetch}
     order = compiled.positiontup
-    reals = [place for place, name in enumerate(order) if compiled.binds[name].type.python_type not in (int, str)]
-    return _Plain(str(compiled), order, fixed | usual, reals)
+    columns: Any = statement.table.c if isinstance(statement, sa.Insert | sa.Update) else {}
+    filled = {name for name in order if name in columns and not columns[name].nullable}
+    closed = {name for name in filled if compiled.binds[name].type.python_type in (int, str)}
+    return _Plain(
+        str(compiled), order, fixed | usual, [place for place, name in enumerate(order) if name not in closed]
+    )
 
 
 def _refuse_not_finite(plain: _Plain, values: Sequence[Any]) -> None:
-    for place in plain.reals:
+    for place in plain.open:
         value = values[place]
         if isinstance(value, float) and not math.isfinite(value):
             finite(value)

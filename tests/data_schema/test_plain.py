@@ -66,6 +66,15 @@ def test_what_is_no_number_is_refused(engine: sa.Engine, number: float) -> None:
         assert stored(connection, battery) == []
 
 
+@pytest.mark.parametrize("column", [column.name for column in charge.c if column.nullable])
+def test_no_number_is_refused_wherever_it_would_become_null(engine: sa.Engine, column: str) -> None:
+    row = {"uid": "c", "row_number": 1, "charge_mah": 1.0, "resolution_mah": 1, "mode": "charge"}
+    with pytest.raises((ValueError, sa.exc.StatementError)), writing(engine) as connection:
+        insert(connection, charge, {**row, column: math.nan})
+    with reading(engine) as connection:
+        assert stored(connection, charge) == []
+
+
 @pytest.mark.parametrize(
     ("changed", "error"),
     [
