@@ -45,7 +45,7 @@ def without_caches() -> Iterator[None]:
 class FileCache:
     """Files of a kind; what they hold depends on source files and on `libraries`, by name.
 
-    `sources` are patterns of files beside the packages: "stats/**/*.py".
+    `sources` are patterns of files beside the packages: "stats/**/*.py"; each names some.
     """
 
     kind: str
@@ -57,7 +57,10 @@ class FileCache:
         """Hash of what computes."""
         versions = [f"{name} {_version_of(name)}" for name in self.libraries]
         digest = hashlib.sha256("\n".join([sys.version, *versions]).encode())
-        for path in sorted(path for pattern in self.sources for path in _PACKAGES.glob(pattern)):
+        files = {pattern: sorted(_PACKAGES.glob(pattern)) for pattern in self.sources}
+        if missing := [pattern for pattern, found in files.items() if not found]:
+            raise FileNotFoundError(f"the cache of {self.kind} depends on {missing[0]}, and there is no such file")
+        for path in sorted(path for found in files.values() for path in found):
             digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
         return digest.hexdigest()[:20]
 

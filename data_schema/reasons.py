@@ -97,7 +97,6 @@ class Reason(Code):
         "the rule of take-off asks for {threshold_n:.3g} N, which is not below the weight of {weight_n:.3g} N"
     )
     NO_LANDING = "the flight does not end on the plate within the record"
-    NOT_COMPUTED = "it has not been computed"
     ALL_EQUAL = "all {unit}s are equal"
     OUTSIDE_DOUBLES = "it lies outside the range of doubles"
     NO_GROUP_OF_TWO_TO_SCATTER = "no group has more than one {unit}, so that nothing measures the scatter"

@@ -198,18 +198,13 @@ def interval_ends(
 
 def run_input(run: RunRow) -> InputRow:
     """Name a run and the facts about it that numbers depend on; whether it is void decides who uses its numbers."""
-    content = _canonical_list(run.kind, run.duration_s, run.jumps_made, run.condition_key, run.robot)
+    content = canonical([run.kind, run.duration_s, run.jumps_made, run.condition_key, run.robot])
     return fingerprint("run", "run", run.uid, content)
-
-
-@lru_cache(maxsize=4096, typed=True)  # as 300 and 300.0 are not written alike
-def _canonical_list(*values: str | float | None) -> str:
-    return canonical(values)
 
 
 def charge_input(charge: ChargeOfRun) -> InputRow:
     """Name a charge and what it says."""
-    content = _canonical_list(charge.charge_mah, charge.resolution_mah, charge.mode)
+    content = canonical([charge.charge_mah, charge.resolution_mah, charge.mode])
     return fingerprint("charge", "charge", charge.uid, content)
 
 
