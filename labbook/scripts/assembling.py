@@ -71,10 +71,11 @@ def parts_in_r() -> tuple[Part, ...]:
     found, heading = [], ""
     for text in "\n".join((R_FOLDER / f"{name}.R").read_text(encoding="utf-8") for name in TEMPLATES).split("\n\n"):
         text = text.strip("\n")
-        code = re.sub("#.*", "", text)
+        code = re.sub('#.*|"[^"]*"', "", text)
         own = re.findall(r"(\w+) <-", code)
         if own:
-            found.append(Part(own[0], text, frozenset(re.findall(r"\w+", code)) - set(own), heading))
+            read = re.findall(r"(?<![\w$.])\w+\b(?! *=(?!=))", code)  # neither columns nor names of arguments
+            found.append(Part(own[0], text, frozenset(read) - set(own), heading))
         else:
             heading = text
     return tuple(found)
