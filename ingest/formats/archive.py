@@ -129,7 +129,9 @@ def _check_member(member: zipfile.ZipInfo) -> None:
 def _expanded(data: bytes, limits: Limits) -> bytes:
     """Return what a gzip archive holds, its checksums compared; several written one after another are one."""
     most = limits.most_expanded(len(data))
-    with gzip.GzipFile(fileobj=mapped(data) or io.BytesIO(data)) as archive:
+    packed = mapped(data) or io.BytesIO(data)
+    packed.seek(0)  # mapped bytes stay where they were read to before
+    with gzip.GzipFile(fileobj=packed) as archive:
         try:
             content = archive.read(most + 1)
         except EOFError as error:

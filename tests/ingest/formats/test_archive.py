@@ -9,12 +9,14 @@ import time
 import tracemalloc
 import zipfile
 import zlib
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from ingest.model import ColumnDeclaration, Declarations, Limits, ReadFile
 from ingest.read import read_file
+from ingest.spool import map_and_hash
 from tests.helpers.wording import says
 from tests.ingest.reading import finding, rules
 from tests.ingest.synthetic import SHEET, robot_log
@@ -53,6 +55,13 @@ def test_a_packed_log_is_the_log() -> None:
     assert same(plain, packed)
     assert [part.part for part in packed.parts] == [part.part for part in plain.parts]
     assert (packed.rows_read, packed.role) == (plain.rows_read, plain.role)
+
+
+def test_a_packed_log_reads_twice_from_a_mapped_file(tmp_path: Path) -> None:
+    mapped_log, _ = map_and_hash(b"", io.BytesIO(gzip.compress(LOG)), tmp_path)
+    for result in (read(mapped_log), read(mapped_log)):
+        assert not result.refused
+        assert same(read(LOG), result)
 
 
 def test_parts_of_a_zip_are_named_after_their_members() -> None:
