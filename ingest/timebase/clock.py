@@ -23,6 +23,7 @@ from data_schema.errors import UsageError
 from ingest.model import FILE, NOTE, Declarations, FindingCollector, FloatArray
 
 _DAY_S = 86_400.0
+_LAST_OF_DAY_US = 86_399_999_999
 _EARLIEST_EPOCH_S = datetime(2000, 1, 1, tzinfo=UTC).timestamp()
 _LATEST_EPOCH_S = datetime(2050, 1, 1, tzinfo=UTC).timestamp()
 _FIRST_DAY = date(2000, 1, 1)
@@ -394,5 +395,6 @@ def iso_text(text: str, order: str) -> str:
 
 
 def iso_clock(seconds: float) -> str:
-    """Return seconds of a day as `hh:mm:ss`, with microseconds where there are any."""
-    return (_UNIX_EPOCH + timedelta(microseconds=round(seconds * 1e6))).time().isoformat()
+    """Return seconds of a day as `hh:mm:ss`, with microseconds where there are any; the last one is never midnight."""
+    whole = min(round(seconds * 1e6), _LAST_OF_DAY_US)
+    return (_UNIX_EPOCH + timedelta(microseconds=whole)).time().isoformat()

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from ingest.model import ColumnDeclaration, Declarations, ReadFile
 from ingest.read import read_file
+from ingest.timebase.clock import iso_text
 from tests.ingest.reading import rules
 from tests.ingest.synthetic import text
 
@@ -190,3 +191,10 @@ def test_where_the_clocks_are_set_back_all_rows_are_kept_in_two_segments(zone: s
     result = read_file(data, Declarations(time_zone=zone))
     assert [len(part.time_s) for part in result.parts] == [300, 300]
     assert [part.start_utc for part in result.parts] == [None, None]
+
+
+@pytest.mark.parametrize("decimals", ["9999995", "99999951", "9999999", "999999999999999999"])
+def test_a_stamp_just_before_midnight_stays_on_its_day(decimals: str) -> None:
+    result = read(log([f"5.6.2021 23:59:59.{decimals}", *(f"6.6.2021 00:00:0{k}" for k in range(1, 9))]))
+    assert result.parts[0].start_utc == "2021-06-05T23:59:59.999999Z"
+    assert iso_text(f"31.12.9999 23:59:59.{decimals}", "d.m.y") == "9999-12-31T23:59:59.999999"
