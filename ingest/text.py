@@ -611,10 +611,6 @@ _NUMBER = re.compile(rb"[+-]?(?:\d+[.,]?\d*|\.\d+)" + EXPONENT + rb"(?:\s*[A-Za-
 _DEBUG_LINE = re.compile(rb"\s*([A-Za-z_][\w ./\[\]()-]{0,60}?)\s*[:=]\s*(\S.*?)\s*")
 
 
-LABEL_CLUES = (b"=", rb":(?:(?<!\d:)|(?!\d\d)|(?<=[a-z_].:)|(?<=[a-z_]..:)|(?<=[a-z_]...:))")
-"""What a text holds in which values bear names, in lower case: an equals sign, or a colon that is not one of a time."""
-
-
 class DebugLine(NamedTuple):
     """A line that programs print beside, or instead of, a table: `Acceleration: 9.46`, `motor1: -2957986`.
 

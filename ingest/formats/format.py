@@ -36,8 +36,8 @@ class Head:
     """All bytes of a file, and what the first of them show.
 
     `source` is None when the file is not text; `lines` are its first lines, decoded; `declared` its declarations.
-    `beginning` is what clues are looked for in: the first bytes and lines, and what is declared of instrument and
-    columns, in lower case and without NULs. `read_file` reads what is packed inside.
+    `beginning` is what clues are looked for in: the first bytes and lines, as stored and as read, and what is declared
+    of instrument and columns, in lower case and without NULs. `read_file` reads what is packed inside.
     """
 
     data: bytes
@@ -68,7 +68,7 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector, read_
     page = declared.encoding or DEFAULT_PAGE
     if not is_wide(page) and not is_text(data):
         declared = with_profile(declared, None, findings)
-        return Head(data, declared, None, (), _beginning(data, (), declared), read_file)
+        return Head(data, declared, None, (), _beginning(data, None, (), declared), read_file)
     source = with_clock_points(open_text(data, page, findings, declared.limits.longest_line_bytes), findings)
     declared = with_profile(declared, source, findings)
     source = as_declared(source, declared, findings)
@@ -76,13 +76,23 @@ def sniff(data: bytes, declared: Declarations, findings: FindingCollector, read_
         message = f"The text is not UTF-8; names are read as {source.encoding}, the page declared for such files."
         findings.add(NOTE, "encoding_declared", message)
     lines = tuple(source.decode(line.content) for line in source.head_lines(HEAD_LINES))
-    return Head(data, declared, source, lines, _beginning(data, lines, declared), read_file)
+    return Head(data, declared, source, lines, _beginning(data, source, lines, declared), read_file)
 
 
-def _beginning(data: bytes, lines: Sequence[str], declared: Declarations) -> bytes:
+def _beginning(data: bytes, source: TextSource | None, lines: Sequence[str], declared: Declarations) -> bytes:
     columns = (*declared.columns.values(), *declared.profile_columns.values())
-    said = filter(None, (declared.instrument, *(column.channel for column in columns)))
-    return b"\n".join([data[:HEAD_BYTES], *(text.encode() for text in (*lines, *said))]).replace(b"\0", b"").lower()
+    facts = (declared.instrument, *(fact for column in columns for fact in (column.channel, column.unit)))
+    texts = (
+        text.lower().encode(errors="replace") for text in (*lines, *filter(None, facts))
+    )  # letters beyond ASCII, too
+    # Of UTF-16, the first bytes are half as many letters; a header that is declared may stand below them.
+    further = b"" if source is None else source.head.data[source.start + HEAD_BYTES // 2 :]
+    return b"\n".join([data[:HEAD_BYTES], *texts, further]).replace(b"\0", b"").lower()
+
+
+def spelt(word: str) -> bytes:
+    """Return a clue to a name in any spelling that `squash` takes for it: signs may stand between its letters."""
+    return rb"[\W_]*".join(re.escape(letter.encode()) for letter in word)
 
 
 UNKNOWN = "unknown"

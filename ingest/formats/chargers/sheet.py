@@ -16,7 +16,7 @@ from operator import itemgetter
 from data_schema.vocabulary import ChargeMode, FileRole
 from ingest.channels.names import is_unit, normal_unit, parse_header, refuse_other_unit, squash, strip_comment
 from ingest.declared import declared_columns, flag_names, flag_of, note_absent, without
-from ingest.formats.format import NAMES, Format, Head
+from ingest.formats.format import NAMES, Format, Head, spelt
 from ingest.model import (
     FILE,
     NOTE,
@@ -757,4 +757,6 @@ def _unit_remedy(column: ColumnUse | None, flag: str) -> str:
     return f'the heading {column.name!r} if these are {other} (`--column "{flag}=charge:{other}" --override-units`), '
 
 
-FORMAT = Format("charger_sheet", 6, _recognise, _read, clues=(b"charge", b"capacity", b"ah"), score=NAMES)
+FORMAT = Format(
+    "charger_sheet", 6, _recognise, _read, clues=tuple(map(spelt, ("charge", "capacity", "ah"))), score=NAMES
+)

@@ -64,4 +64,4 @@ def _read(head: Head, findings: FindingCollector) -> Reading:
     return read_fixed(head, header, findings, INSTRUMENTS[INSTRUMENT])
 
 
-FORMAT = Format("amti_text", 5, _recognise, _read, clues=(b"offset", INSTRUMENT.encode()))
+FORMAT = Format("amti_text", 5, _recognise, _read, clues=(rb"z ?off", INSTRUMENT.encode()))

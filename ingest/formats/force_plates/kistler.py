@@ -24,7 +24,7 @@ from ingest.formats.fixed_table import (
     read_fixed,
     refuse_layout,
 )
-from ingest.formats.format import NAMES, Format, Head, signed
+from ingest.formats.format import NAMES, Format, Head, signed, spelt
 from ingest.instruments import Instrument
 from ingest.model import FILE, NOTE, Declarations, FindingCollector, Reading, SignalPart
 from ingest.signals import read_signals
@@ -162,4 +162,6 @@ def _read_channels(head: Head, findings: FindingCollector) -> Reading:
 
 
 FORMAT = signed("bioware", 6, "BioWare", _read)
-CHANNELS_FORMAT = Format("kistler_channels", 5, _recognise_channels, _read_channels, clues=(b"channel",), score=NAMES)
+_CLUES = (spelt("channel"), rb"c[chanel\W_]{0,200}[\[(]")
+"""The name, also with a unit in brackets in the midst of it, which is none of it."""
+CHANNELS_FORMAT = Format("kistler_channels", 5, _recognise_channels, _read_channels, clues=_CLUES, score=NAMES)

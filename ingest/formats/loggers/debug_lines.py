@@ -13,7 +13,7 @@ from ingest.instruments import Instrument
 from ingest.model import NOTE, ROW, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.tables.table import LineRows, array_table
-from ingest.text import LABEL_CLUES, NUMBER_PATTERN, TextSource, debug_line, is_single_number, numbered_lines, value_of
+from ingest.text import NUMBER_PATTERN, TextSource, debug_line, is_single_number, numbered_lines, value_of
 
 _LOG = Instrument()
 _FEWEST_LINES = 4
@@ -136,4 +136,4 @@ class _Turns:
             self._drop_last()
 
 
-FORMAT = Format("debug_lines", 6, _recognise, _read, clues=LABEL_CLUES, score=LAYOUT)
+FORMAT = Format("debug_lines", 6, _recognise, _read, clues=(b":", b"="), score=LAYOUT)

@@ -23,7 +23,7 @@ from ingest.model import FILE, NOTE, Declarations, FindingCollector, Reading
 from ingest.signals import read_signals
 from ingest.spool import LARGE_BYTES, mapped
 from ingest.tables.table import read_preamble
-from ingest.text import CLOCK_PATTERN, LABEL_CLUES, NUMBER_PATTERN, Line, TextSource, refuse_long_line
+from ingest.text import CLOCK_PATTERN, NUMBER_PATTERN, Line, TextSource, refuse_long_line
 
 _LABEL = rb"[A-Za-z_][\w./%()\[\]-]*"
 _VALUE = (
@@ -272,4 +272,4 @@ def _whole(rows: Sequence[Sequence[_Pair]], source: TextSource, declared: Declar
     return dataclasses.replace(declared, complete=True) if ends else declared
 
 
-FORMAT = Format("labelled_values", 3, _recognise, _read, clues=LABEL_CLUES, score=LAYOUT)
+FORMAT = Format("labelled_values", 3, _recognise, _read, clues=(b":", b"="), score=LAYOUT)
