@@ -103,6 +103,8 @@ def read_signals(table: Table, declared: Declarations, findings: FindingCollecto
         instrument = dataclasses.replace(
             instrument, frame=declared.axes, action=action, evidence="axes declared", declared=True
         )
+    if instrument.frame not in AXES:  # of a plug-in, which is named beside the sentence
+        raise ValueError(str(unknown_name("frame of forces", instrument.frame, AXES)))
     columns, loads = plan.columns, dict[int, Load]()
     of_plates = any(map(is_of_plate, (column.channel for column in columns)))
     if of_plates:

@@ -244,6 +244,10 @@ def _error_text(error: BaseException) -> str:
 
 _NAME = re.compile(r"[A-Za-z0-9][\w.-]{0,63}")
 _LARGEST_VERSION = 10**6
+_WITH_CAPITALS = re.compile(rb"\\.|\(\?P", re.DOTALL)
+"""What a pattern may hold beside lower case."""
+_IDLE_GROUP = re.compile(rb"(?<![\\\[])\((?!\?)[^|()\[\]]*\)(?![*+?{])")
+_BACK_REFERENCE = re.compile(rb"\\[1-9]")
 
 
 def check_format(found: Format) -> None:
@@ -254,11 +258,29 @@ def check_format(found: Format) -> None:
     _require(is_version, f"its version {found.version} is not from 1 to {_LARGEST_VERSION}")
     is_score = isinstance(found.score, int) and 1 <= found.score <= SIGNATURE
     _require(is_score, f"its score {found.score} is not from 1 to {SIGNATURE}, of a signature")
-    are_clues = all(clue and clue == clue.lower() and b"\0" not in clue for clue in found.clues)
-    _require(are_clues, "its clues are not in lower case, or empty, or hold a zero byte")
-    for pattern in (found.begins, *found.clues):
-        re.match(pattern, b"")
-    _require(callable(found.recognise) and callable(found.read), "its recognise or read is no function")
+    are_patterns = isinstance(found.begins, bytes) and isinstance(found.clues, tuple)
+    _require(are_patterns, "its begins is not bytes, or its clues are no tuple of bytes")
+    for clue in found.clues:
+        _check_pattern("clue", clue)
+        letters = _WITH_CAPITALS.sub(b"", clue)
+        is_low = letters == letters.lower() and b"\0" not in clue
+        _require(is_low, f"its clue {clue!r} is not in lower case, or holds a zero byte")
+    if found.begins:
+        _check_pattern("begins", found.begins)
+    are_functions = callable(found.read) and (found.recognise is None or callable(found.recognise))
+    _require(are_functions, "its read is no function, or its recognise neither one nor None")
+
+
+def _check_pattern(what: str, pattern: bytes) -> None:
+    """Raise `ValueError` unless it is a pattern of bytes that not every file fits, and no text as it is written."""
+    _require(isinstance(pattern, bytes), f"its {what} {pattern!r} is not bytes")
+    try:
+        fits_all = re.search(pattern, b"", re.DOTALL) is not None
+    except re.error as error:
+        raise ValueError(f"its {what} {pattern!r} is no pattern ({error}): escape its signs") from error
+    _require(not fits_all, f"its {what} {pattern!r} fits an empty file, and so any")
+    groups_nothing = _IDLE_GROUP.search(pattern) and not _BACK_REFERENCE.search(pattern)
+    _require(not groups_nothing, f"the brackets in its {what} {pattern!r} group nothing: write them as \\( and \\)")
 
 
 def check_reading(found: Reading, findings: FindingCollector) -> None:

@@ -13,6 +13,8 @@ import pytest
 
 from data_schema.vocabulary import Severity
 from ingest.formats.registry import FORMATS, Plugins, all_formats, described_formats, plugins
+from ingest.model import Declarations
+from ingest.read import read_file
 from tests.helpers.wording import says
 from tests.ingest.reading import finding, read, refusal, rules
 from tests.ingest.synthetic import bertec_acquire, robot_log
@@ -110,6 +112,16 @@ NOT_LOADED = {
             "score above all": "Format('hop', 1, recognise, read, score=10**6)",
             "clue in capitals": "Format('hop', 1, recognise, read, clues=(b'HOP1',))",
             "clue of nothing": "Format('hop', 1, recognise, read, clues=(b'',))",
+            "clue that any file holds": "Format('hop', 1, recognise, read, clues=(b'$',))",
+            "clue in capitals behind an escape": "Format('hop', 1, recognise, read, clues=(rb'\\dHOP',))",
+            "clue whose brackets group nothing": "Format('hop', 1, recognise, read, clues=(b'run (1)',))",
+            "clue that is no pattern": "Format('hop', 1, recognise, read, clues=(b'(',))",
+            "clue of text": "Format('hop', 1, recognise, read, clues=('hop',))",
+            "clues that are one": "Format('hop', 1, recognise, read, clues=b'hop')",
+            "beginning of text": "Format('hop', 1, recognise, read, begins='HOP')",
+            "beginning of any file": "Format('hop', 1, recognise, read, begins=b'^')",
+            "beginning whose brackets group nothing": "Format('hop', 1, recognise, read, begins=b'RUN (1)')",
+            "recognise no function": "Format('hop', 1, 'HOP1', read)",
         }.items()
     },
 }
@@ -123,6 +135,36 @@ def test_a_plugin_that_cannot_be_loaded_is_named_and_the_next_one_is(code: str, 
     assert "\n" not in fault
     assert [format_.name for format_ in found.formats] == ["hop2"]
     assert_others_read_on()
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        r"clues=(rb'\S\W\D',)",
+        r"clues=(rb'run \(1\)', b'hop')",
+        r"clues=(rb'h(o|0)p', rb'(?P<digit>\d)(?P=digit)', rb'(ab)+', rb'[(]1[)]', rb'(.)\1')",
+        "begins=b'HOP1'",
+    ],
+)
+def test_a_plugin_may_have_patterns(more: str, install: Install) -> None:
+    assert install(hopper=f"{USUAL}\nFORMAT = Format('hop', 1, recognise, read, {more})").faults == ()
+
+
+def test_a_plugin_without_recognise_reads_where_it_is_declared(install: Install) -> None:
+    assert install(hopper=f"{USUAL}\nFORMAT = Format('hop', 1, None, read)").faults == ()
+    assert read(HOP).refused
+    assert read_file(HOP, Declarations(format="hop")).format == "hop"
+    assert_others_read_on()
+
+
+def test_axes_that_a_plugin_gives_wrongly_are_named_beside_those_there_are(install: Install) -> None:
+    body = "read_signals(array_table(['time', 'force_z'], ['s', 'N'], [TIMES, TIMES]), head.declared, findings, "
+    body = f"return {body}Instrument(frame='sideways'))"
+    code = f"from ingest.signals import read_signals\nfrom ingest.tables.table import array_table\n{USUAL}"
+    code += f"\ndef odd(head, findings):\n    {body}\n"
+    install(hopper=f"{code}FORMAT = Format('hop', 1, recognise, odd)")
+    says(finding(read(HOP), "plugin_failed").message, "hopper 1.5", "'sideways'", "'z up'")
+    assert not read_file(HOP, Declarations(format="hop", axes="z up")).refused
 
 
 @pytest.mark.parametrize(
