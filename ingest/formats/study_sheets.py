@@ -383,7 +383,7 @@ _KINDS = {
     ),
     STUDY_LOG: _Kind(
         ("time",),
-        "Logs that a sheet of trials or walks names: oscillations, power; only where declared.",
+        "Logs that a sheet of trials or walks names: oscillations, power; a log of jumps may have the same columns.",
         None,
         lambda file: (len(read_power(file)[0]), None),
     ),

@@ -1,6 +1,6 @@
 """Tables: the columns as the header describes them, and the rows as columns of numbers with the line each came from.
 
-Every format ends here: text through `tables.text_table`, binary formats through `array_table`.
+Every format ends here: text through `rows.text_table`, binary formats through `array_table`.
 """
 
 from __future__ import annotations
