@@ -10,7 +10,7 @@ from labbook.cli.common import AsOption, BookOption, opened, options_given, stat
 from labbook.terminal import Shown, columns
 
 if TYPE_CHECKING:
-    from labbook.actions.planning.planning import PlanMade
+    from labbook.actions.planning.plan import PlanMade
 
 
 def plan(
@@ -50,7 +50,7 @@ def plan(
     """
     from data_schema.errors import UsageError
     from data_schema.rounding import p_text
-    from labbook.actions.planning.planning import make_plan, sheet_again, withdraw_plans
+    from labbook.actions.planning.plan import make_plan, sheet_again, withdraw_plans
 
     if withdraw and sheet:
         raise UsageError("--withdraw and --sheet exclude each other: give one of them.")
@@ -173,7 +173,7 @@ def power(
     from data_schema.errors import UsageError
 
     if test:
-        from labbook.actions.planning.planning import plan_test
+        from labbook.actions.planning.power import plan_test
 
         given = {f"--{name}": value for name, value in options_given(ctx).items() if value is not None}
         return Shown(*plan_test(test, {name: given[name] for name in given if name not in ("--test", "--json")}))
@@ -185,7 +185,7 @@ def power(
             f"the study is planned as its [analysis] decides, with no use for {' and '.join(idle_options)}: leave that "
             "out, or name one test with --test."
         )
-    from labbook.actions.planning.planning import power_foot, power_head, power_table, study_power
+    from labbook.actions.planning.power import power_foot, power_head, power_table, study_power
 
     with opened(book) as opened_book:
         found = study_power(opened_book, request)

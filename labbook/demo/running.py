@@ -18,7 +18,7 @@ from data_schema.vocabulary import PlanMethod, RunKind
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.named_files import files_of
-from labbook.actions.planning.planning import state_plan
+from labbook.actions.planning.plan import state_plan
 from labbook.actions.report_command import write
 from labbook.actions.runs.correcting import correct, state_check
 from labbook.actions.runs.runs_importing import import_runs

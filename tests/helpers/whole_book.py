@@ -9,7 +9,7 @@ from ingest.tables.sheet import SheetFile
 from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.planning.asked import PlanRequest
-from labbook.actions.planning.planning import make_plan
+from labbook.actions.planning.plan import make_plan
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, state_charge, state_check, void
 from labbook.actions.runs.jump_review import decide

@@ -14,15 +14,9 @@ from data_schema.errors import UsageError
 from data_schema.rounding import number_text
 from data_schema.vocabulary import Undefined
 from labbook.actions.planning.asked import PlanRequest, PowerRequest
-from labbook.actions.planning.planning import (
-    Assumed,
-    Needed,
-    StudyPower,
-    make_plan,
-    power_foot,
-    power_table,
-    study_power,
-)
+from labbook.actions.planning.plan import make_plan
+from labbook.actions.planning.power import Needed, StudyPower, power_foot, power_table, study_power
+from labbook.actions.planning.power_tests import Assumed
 from labbook.demo.truth import Condition
 from stats.lines.passive_drain import PassiveDrain, fit_passive_drain
 from stats.planning.power import power_equivalence_by_day

@@ -25,7 +25,7 @@ from labbook.actions.files.assigning import assign
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.files.rereading import RereadRequest, reread
 from labbook.actions.files.stored_files import dismiss, list_files, restore, restore_item, show_file, withdraw
-from labbook.actions.planning.planning import state_plan
+from labbook.actions.planning.plan import state_plan
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, state_charge, unvoid, void
 from labbook.actions.runs.jump_review import decide
