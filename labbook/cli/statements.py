@@ -48,7 +48,8 @@ def charge(
     Example: labbook charge r017 128 --minutes 14 --end-voltage 15.4
     """
     from labbook.actions.runs.correcting import state_charge
-    from labbook.actions.runs.rig_line import remarks_on, rig_lines_of_runs
+    from labbook.actions.runs.remarks import remarks_on
+    from labbook.actions.runs.rig_line import rig_lines_of_runs
     from labbook.book.report_numbers import outdated_reports
 
     with opened(book) as opened_book:
@@ -101,7 +102,8 @@ def correct(
     from data_schema.queries.charges import waiting_charges
     from labbook.actions.runs.correcting import correct as state_correction
     from labbook.actions.runs.correcting import known_now, runs_corrected
-    from labbook.actions.runs.rig_line import OF_JOULES, remarks_on, rig_lines_of_runs
+    from labbook.actions.runs.remarks import remarks_on
+    from labbook.actions.runs.rig_line import OF_JOULES, rig_lines_of_runs
     from labbook.book.naming import changes_in_words
     from labbook.book.report_numbers import outdated_reports
     from labbook.config.places import toml_changes
@@ -187,7 +189,8 @@ def assign(
     """
     from labbook.actions.files.assigning import NO_RUN
     from labbook.actions.files.assigning import assign as state_assignment
-    from labbook.actions.runs.rig_line import remarks_on, rig_lines_of_runs
+    from labbook.actions.runs.remarks import remarks_on
+    from labbook.actions.runs.rig_line import rig_lines_of_runs
     from labbook.book.report_numbers import outdated_reports
 
     runs = [] if run == NO_RUN else [run]

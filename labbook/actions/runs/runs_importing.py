@@ -18,7 +18,7 @@ from data_schema.queries.runs import RunRow, list_runs
 from data_schema.queries.study import planned_runs, withdrawn_names
 from data_schema.vocabulary import Action, RunKind, RunState
 from ingest.tables.sheet import SheetFile
-from labbook.actions.runs.rig_line import Remark, remarks_on, remarks_on_names, remarks_on_places
+from labbook.actions.runs.remarks import Remark, remarks_on, remarks_on_names, remarks_on_places
 from labbook.book.naming import ensure_condition, ensure_day, named_uid, study_of
 from labbook.book.opening import Book
 from labbook.book.write_session import Statement, WriteSession, new_uid

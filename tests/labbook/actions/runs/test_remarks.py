@@ -12,7 +12,8 @@ from data_schema.queries.charges import charges_of_run
 from ingest.tables.sheet import SheetFile
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
 from labbook.actions.runs.correcting import correct, runs_corrected, state_charge, void
-from labbook.actions.runs.rig_line import MOST_NAMED, remarks_on, rig_lines_of
+from labbook.actions.runs.remarks import MOST_NAMED, remarks_on
+from labbook.actions.runs.rig_line import rig_lines_of
 from labbook.actions.runs.runs_importing import RunsImported, import_runs
 from labbook.book.naming import run_named
 from labbook.book.opening import Book
