@@ -31,7 +31,7 @@ def prune_command(
 
     Example: labbook db prune --yes
     """
-    from labbook.actions.upkeep.health import leftovers, named, prune
+    from labbook.actions.upkeep.pruning import leftovers, named, prune
 
     with opened(book) as opened_book:
         if yes:
@@ -249,7 +249,7 @@ def backup(
 
 def _check_backup(source: Path) -> Shown:
     from data_schema.errors import BookDamaged
-    from labbook.actions.upkeep.restoring import check_backup
+    from labbook.actions.upkeep.checking_backup import check_backup
 
     with progress("checking", None) as step:
         found = check_backup(source, step)

@@ -13,7 +13,7 @@ from labbook.terminal import Shown, columns, listed, progress
 
 if TYPE_CHECKING:
     from data_schema.queries.history import ReportRow
-    from labbook.actions.upkeep.tracing import Cause, MovedNumber, ReportsCompared
+    from labbook.actions.upkeep.report_differences import Cause, MovedNumber, ReportsCompared
     from labbook.book.report_numbers import ReportedNumber
 
 app = typer.Typer(no_args_is_help=True)
@@ -46,7 +46,7 @@ def show_command(report: ReportArgument, book: BookOption = None) -> Shown:
 
     Example: labbook reports show last
     """
-    from labbook.actions.upkeep.tracing import report_named
+    from labbook.actions.upkeep.report_differences import report_named
     from labbook.book.report_numbers import read_numbers
 
     with reading(book) as (opened_book, connection):
@@ -78,7 +78,7 @@ def diff_command(
 
     Example: labbook reports diff last-1 last
     """
-    from labbook.actions.upkeep.tracing import compare_reports, report_named
+    from labbook.actions.upkeep.report_differences import compare_reports, report_named
 
     with reading(book) as (opened_book, connection):
         found = compare_reports(

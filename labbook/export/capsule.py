@@ -27,7 +27,7 @@ from data_schema.queries.files import signal_files
 from data_schema.queries.history import ReportRow, list_reports
 from data_schema.queries.study import ConfigRow, config_in_force, people
 from ingest.store import Store, raw_path
-from labbook.actions.upkeep.tracing import report_named
+from labbook.actions.upkeep.report_differences import report_named
 from labbook.analysis.preregistration.planned import planned_analysis, planned_sentences
 from labbook.book.copies.copying import raw_of
 from labbook.book.opening import CONFIGURATION, JOURNAL, Book
@@ -36,14 +36,7 @@ from labbook.config.parsing import Configuration, own_text, parse_configuration
 from labbook.export.archive import BLOCK, Member, member, write_archive
 from labbook.export.crate import METADATA, About, crate_bytes
 from labbook.export.sharing import ORIGIN, Origin, origin_bytes, parts_left, played_back, shared_book
-from labbook.export.table_files import (
-    DICTIONARY,
-    PACKAGE,
-    data_dictionary,
-    data_package,
-    table_csv,
-    table_path,
-)
+from labbook.export.table_files import DICTIONARY, PACKAGE, data_dictionary, data_package, table_csv, table_path
 from labbook.export.tables import Selection, Step, every_table
 from labbook.terminal import plain
 

@@ -14,7 +14,7 @@ from starlette.routing import Route
 
 from data_schema.errors import BookError, UnknownName
 from data_schema.queries.history import list_reports
-from labbook.actions.upkeep.tracing import report_named
+from labbook.actions.upkeep.report_differences import report_named
 from labbook.book.opening import Book
 from labbook.studies.registry import studies_of_book
 from labbook.web.rendering import Asked, command, view

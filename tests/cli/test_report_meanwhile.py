@@ -7,7 +7,8 @@ from pathlib import Path
 
 from labbook.actions.report_command import WrittenReport, write
 from labbook.actions.runs.correcting import correct
-from labbook.actions.upkeep.tracing import compare_reports, find_number, recompute, report_named
+from labbook.actions.upkeep.report_differences import compare_reports, report_named
+from labbook.actions.upkeep.tracing import find_number, recompute
 from tests.cli.shell import good, labbook, process
 from tests.helpers.books import ADA, SmallBook
 from tests.helpers.statements import in_file, note, state

@@ -16,7 +16,7 @@ from labbook.actions.runs.jump_review import RunReview, add, decide, move, revie
 from labbook.actions.runs.run_plot import plot_run
 from labbook.actions.runs.run_view import run_view
 from labbook.actions.upkeep.merging import merge
-from labbook.actions.upkeep.tracing import report_named
+from labbook.actions.upkeep.report_differences import report_named
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.outcomes.run_apexes import RunApexes
 from labbook.book.opening import Book

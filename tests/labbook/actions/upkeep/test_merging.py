@@ -32,7 +32,8 @@ from labbook.actions.runs.jump_review import decide
 from labbook.actions.runs.run_view import run_view
 from labbook.actions.runs.runs_importing import import_runs
 from labbook.actions.upkeep.merging import Merged, merge
-from labbook.actions.upkeep.tracing import find_number, report_named, trace, trace_lines
+from labbook.actions.upkeep.report_differences import report_named
+from labbook.actions.upkeep.tracing import find_number, trace, trace_lines
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.making import make_book
 from labbook.book.opening import Book

@@ -14,7 +14,7 @@ from data_schema.engine import writing
 from data_schema.errors import BookBusy, UsageError
 from labbook.actions.files import ingesting
 from labbook.actions.files.ingesting import IngestRequest, ingest_file
-from labbook.actions.upkeep.health import Leftover, leftovers, prune
+from labbook.actions.upkeep.pruning import Leftover, leftovers, prune
 from labbook.book.opening import Book
 from tests.helpers.books import ADA, SmallBook, small_book
 from tests.helpers.commands import KILLED, Commands

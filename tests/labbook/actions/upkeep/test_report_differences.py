@@ -16,7 +16,7 @@ from labbook.actions.files.stored_files import withdraw
 from labbook.actions.report_command import state_report
 from labbook.actions.runs.correcting import correct, unvoid, void
 from labbook.actions.runs.jump_review import decide
-from labbook.actions.upkeep.tracing import (
+from labbook.actions.upkeep.report_differences import (
     CauseKind,
     MovedNumber,
     ReportsCompared,
