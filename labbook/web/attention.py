@@ -15,7 +15,9 @@ from labbook.actions.runs.attention import Blank, Finding, Gravity, attention
 from labbook.analysis.outcomes.detection import Detections
 from labbook.book.opening import Book
 from labbook.config.local_time import date_named
-from labbook.web.rendering import Asked, OpenBook, command, stating, view
+from labbook.web.book import OpenBook
+from labbook.web.commands import command
+from labbook.web.rendering import Asked, stating, view
 
 _MOST = 100
 """So many findings of a gravity are shown."""

@@ -7,13 +7,9 @@ that they load.
 from __future__ import annotations
 
 import importlib.resources
-import subprocess
-import sys
-import threading
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import Any
 
 import jinja2
@@ -24,68 +20,11 @@ from starlette.responses import HTMLResponse, JSONResponse, PlainTextResponse, R
 from starlette.routing import Route
 
 from data_schema import journal
-from data_schema.errors import BookBusy, BookReadOnly, InputRefused, UsageError
+from data_schema.errors import BookReadOnly, UsageError
 from labbook.analysis.outcomes.detection import Detections
-from labbook.book.opening import CONFIGURATION, Book, open_book
+from labbook.book.opening import Book
 from labbook.config.local_time import local_text
-
-
-@dataclass
-class OpenBook:
-    """A book's folder, who speaks on the page, whether the page may state anything, and what tells it from others."""
-
-    folder: Path
-    person: str
-    read_only: bool
-    name: str = ""
-    _book: Book | None = None
-    _seen: tuple[int, int] = (0, 0)
-    _lock: threading.Lock = field(default_factory=threading.Lock)
-
-    def current(self) -> Book:
-        """Return the book as its labbook.toml describes it now."""
-        with self._lock:
-            try:
-                about = (self.folder / CONFIGURATION).stat()
-            except OSError as error:
-                raise BookBusy(f"{CONFIGURATION} cannot be read just now ({error.strerror}): try again.") from error
-            seen = (about.st_mtime_ns, about.st_size)
-            if self._book is None or seen != self._seen:
-                fresh = open_book(self.folder)
-                if self._book is not None:
-                    self._book.close()
-                self._book, self._seen = fresh, seen
-            return self._book
-
-    def close(self) -> None:
-        """Close it."""
-        with self._lock:
-            if self._book is not None:
-                self._book.close()
-                self._book = None
-
-
-def command(book: Book, *words: str, folder: Path | None = None) -> None:
-    """Give a command for a book in a process of its own, where a folder is named in that; raises what it says."""
-    done = subprocess.run(
-        [
-            sys.executable,
-            "-c",
-            "from labbook.cli.start import main; main()",
-            *words,
-            "--book",
-            str(book.folder.resolve()),
-        ],
-        cwd=folder,
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    if done.returncode:
-        said = done.stderr.strip().rpartition("labbook: ")[2] or " ".join(done.stdout.split())
-        raise (BookBusy if done.returncode == BookBusy.exit_code else InputRefused)(said)
-
+from labbook.web.book import OpenBook
 
 _MOST_DIGITS = 18
 _KINDS = {".css": "text/css", ".js": "text/javascript"}

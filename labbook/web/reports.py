@@ -17,7 +17,8 @@ from data_schema.queries.history import list_reports
 from labbook.actions.upkeep.report_differences import report_named
 from labbook.book.opening import Book
 from labbook.studies.registry import studies_of_book
-from labbook.web.rendering import Asked, command, view
+from labbook.web.commands import command
+from labbook.web.rendering import Asked, view
 from reports.page.policy import content_policy
 
 _PAGE = "report.html"

@@ -32,7 +32,8 @@ from labbook.analysis.outcomes.run_apexes import JudgedJump, anchor_of, jumps_ne
 from labbook.analysis.study_data import VERTICAL_FORCE
 from labbook.book.opening import Book
 from labbook.terminal import plain
-from labbook.web.rendering import Asked, OpenBook, stating, view
+from labbook.web.book import OpenBook
+from labbook.web.rendering import Asked, stating, view
 from reports.display import RunLog
 
 _DIFFERENCES = "differences"

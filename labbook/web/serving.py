@@ -26,8 +26,9 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from data_schema.errors import BookBusy, BookReadOnly, LabbookError, UnknownName, UsageError
 from data_schema.file_cache import cache_folder, for_nobody_else, why_not_trusted
-from labbook.web import attention, lists, reports, review
-from labbook.web.rendering import OpenBook, static
+from labbook.web import attention, lists, live, reports, review
+from labbook.web.book import OpenBook
+from labbook.web.rendering import static
 
 _HEADERS = {
     "Content-Security-Policy": "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
@@ -215,7 +216,7 @@ def _token(name: str) -> str:
         return drawn
 
 
-VIEWS = (lists, attention, review, reports)
+VIEWS = (lists, attention, review, live, reports)
 """The modules whose `ROUTES` are served."""
 
 _STATUS: tuple[tuple[type[LabbookError], int], ...] = ((UnknownName, 404), (BookBusy, 503), (BookReadOnly, 403))
