@@ -130,7 +130,7 @@ def _rebuilt_with_lost(book: "Book") -> list[str]:
     """
     from data_schema.queries.files import lost_copies
     from labbook.book.rebuilding import rebuild_database
-    from labbook.cli.db import rebuilt_lines
+    from labbook.cli.book import rebuilt_lines
 
     with book.reading() as connection:
         lost = lost_copies(connection)

@@ -60,13 +60,13 @@ COMMANDS = {
     "why": (REPORT, "views"),
     "export": (REPORT, "export"),
     "verify": (REPORT, "export"),
-    "init": (BOOK, "db"),
+    "init": (BOOK, "book"),
     "config": (BOOK, "views"),
-    "demo": (BOOK, "db"),
-    "backup": (BOOK, "db"),
-    "restore": (BOOK, "db"),
-    "merge": (BOOK, "db"),
-    "rebuild": (BOOK, "db"),
+    "demo": (BOOK, "book"),
+    "backup": (BOOK, "book"),
+    "restore": (BOOK, "book"),
+    "merge": (BOOK, "book"),
+    "rebuild": (BOOK, "book"),
 }
 """The commands in the order of help: the heading, and the module of `labbook.cli` that has the function of the name."""
 

@@ -32,6 +32,7 @@ import labbook.actions.upkeep.health
 import labbook.analysis.study
 import labbook.book.copies.backing_up
 import labbook.book.rebuilding
+import labbook.cli.book
 import labbook.cli.db
 import labbook.cli.ingest_lines
 import labbook.web.serving
@@ -52,6 +53,7 @@ LOADED = (
     labbook.actions.report_command,
     labbook.actions.upkeep.health,
     labbook.book.copies.backing_up,
+    labbook.cli.book,
     labbook.cli.db,
     reports.figures.log,
     labbook.web.serving,

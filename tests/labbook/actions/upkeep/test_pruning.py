@@ -21,7 +21,7 @@ from tests.helpers.commands import KILLED, Commands
 from tests.helpers.databases import all_rows_by_name, server_in_a_soak
 from tests.helpers.folders import contents
 from tests.helpers.upkeep import health, rebuilt, untold
-from tests.helpers.wording import refuses
+from tests.helpers.wording import refuses, says
 
 SHA256 = "ab" + "01" * 31
 TEMPORARY = f"raw/ab/.{SHA256}.zst.12345678"
@@ -219,3 +219,12 @@ def test_a_prune_that_is_killed_leaves_a_whole_book(tmp_path: Path, commands: Co
     with book.open() as standing:
         assert listed(standing) == {}
     shutil.rmtree(book.folder)
+
+
+def test_the_size_of_an_empty_leftover_is_shown_in_the_unit_of_all(tmp_path: Path, commands: Commands) -> None:
+    book = small_book(tmp_path, ingested=False)
+    lay(book, TEMPORARY).write_bytes(b"")
+    os.utime(book.folder / TEMPORARY, (1e9, 1e9))
+    code, said = commands.run("db", "prune", "--book", book.folder)
+    assert code == 0, said
+    says(said, TEMPORARY, "0.0 MB")
