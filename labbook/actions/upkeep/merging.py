@@ -20,7 +20,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 import sqlalchemy as sa
 
@@ -99,11 +99,19 @@ def _errors_named_after(folder: Path) -> Iterator[None]:
         raise type(error)(f"in {folder}: {error}") from error
 
 
-class _Met(NamedTuple):
-    """This book has what an entry says, or contradicts it; `uid` is that of the thing here, where it is one."""
+@dataclass(frozen=True, slots=True)
+class _AlreadyHere:
+    """This book has what an entry says, under a uid of its own where it is a thing."""
 
     uid: str | None = None
-    conflict: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class _Conflict:
+    """The two books contradict each other; `uid` is that of the thing here that the other has too."""
+
+    sentence: str
+    uid: str | None = None
 
 
 IN_USE = "in use"
@@ -267,10 +275,10 @@ class _Merging:
             )
             self.conflicts[sentence] = None
 
-    def _skip(self, entry: Entry, found: _Met) -> None:
+    def _skip(self, entry: Entry, found: _AlreadyHere | _Conflict) -> None:
         """Note an entry that is not taken over: later ones refer to this book's thing; a conflict is listed."""
-        if found.conflict:
-            self.conflicts[found.conflict] = None
+        if isinstance(found, _Conflict):
+            self.conflicts[found.sentence] = None
         else:
             self.had += 1
         if found.uid is None or found.uid == entry.entity_uid:
@@ -336,7 +344,7 @@ class _Merging:
                     return name.removeprefix(f"{column} ")
         return "nothing" if value is None else str(value)
 
-    def _set(self, entry: Entry) -> _Met | None:
+    def _set(self, entry: Entry) -> _AlreadyHere | _Conflict | None:
         kind, new = entry.entity_kind, _new(entry)
         if kind == "charge" and entry.action in USING:
             return self._use(entry)
@@ -344,13 +352,13 @@ class _Merging:
             return self._change(entry)
         if kind == "config":  # the two in force are the same, and a file's entry holds how it was read
             in_force = config_in_force(self.connection)
-            return _Met(None if in_force is None else in_force.uid)
+            return _AlreadyHere(None if in_force is None else in_force.uid)
         if kind == "charge":
             for row in charges_of_run(self.connection, new["run"]):
                 if row.added == new.get("added", 0) and all(
                     same_value(getattr(row, name), new[name]) for name in ("charge_mah", "mode")
                 ):
-                    return _Met(row.uid)
+                    return _AlreadyHere(row.uid)
             return None
         if kind not in _NATURAL:
             return self._repeated_remark(entry)
@@ -360,7 +368,7 @@ class _Merging:
         stands = read_fact(self.connection, kind, uid)
         differing = sorted(name for name in stands.keys() & new.keys() if stands[name] != new[name])
         if not differing or (uid in self.declared and self.declared[uid].new == new):
-            return _Met(uid)
+            return _AlreadyHere(uid)
         words = "; ".join(
             f"{name} {self._shown(stands[name], name)} here, {self._shown(new[name], name)} there" for name in differing
         )
@@ -370,34 +378,34 @@ class _Merging:
                 f"if they are two runs, name this book's otherwise (`labbook correct {new['name']} name=... --why "
                 f"...`); if they are one, {remedy}"
             )
-        return _Met(uid, f"{self._called(kind, uid)} is in both books, {words}: {remedy}.")
+        return _Conflict(f"{self._called(kind, uid)} is in both books, {words}: {remedy}.", uid)
 
-    def _plan(self, entry: Entry) -> _Met | None:
+    def _plan(self, entry: Entry) -> _AlreadyHere | _Conflict | None:
         new, withdrawn = _new(entry), (Action.EXCLUDE, entry.entity_uid)
         if entry.action is Action.EXCLUDE:
-            return _Met() if any((past.action, past.entity_uid) == withdrawn for past in self.ours) else None
+            return _AlreadyHere() if any((past.action, past.entity_uid) == withdrawn for past in self.ours) else None
         for uid, declared in self.declared.items():
             if declared.entity_kind == "plan" and {**_new(declared), "created_utc": new["created_utc"]} == new:
-                return _Met(uid)
+                return _AlreadyHere(uid)
         taken = {row.name for row in planned_runs(self.connection)}
         both = [run["name"] for run in new["runs"] if run["name"] in taken]
         if not both:
             return None
-        return _Met(
-            conflict=f"runs {both[0]} to {both[-1]} are planned in both books, with seed {new['seed']} there: withdraw "
+        return _Conflict(
+            f"runs {both[0]} to {both[-1]} are planned in both books, with seed {new['seed']} there: withdraw "
             'what is left of the plan of this book, `labbook plan --withdraw --why "..."`.'
         )
 
-    def _repeated_remark(self, entry: Entry) -> _Met | None:
+    def _repeated_remark(self, entry: Entry) -> _AlreadyHere | None:
         """Find a remark, or a check of a day, that the same person made in both books."""
         uid = self.remarks.get(_remark(entry))
-        return None if uid is None else _Met(uid)
+        return None if uid is None else _AlreadyHere(uid)
 
-    def _ingest(self, entry: Entry) -> _Met | None:
+    def _ingest(self, entry: Entry) -> _AlreadyHere | _Conflict | None:
         new, connection = _new(entry), self.connection
         if not entry.reads:
             before = refused_with(connection, new["sha256"], new["reader"], canonical(new["options"]))
-            return _Met() if without_name(new["settings"]) in map(without_name, before) else None
+            return _AlreadyHere() if without_name(new["settings"]) in map(without_name, before) else None
         if not entry.makes:
             return self._read_again(entry)
         readings = self.readings.get(new["sha256"])
@@ -405,10 +413,10 @@ class _Merging:
             return None
         name, uid = new["original_name"], readings[0].entity_uid
         if all(how_read(reading) != how_read(entry) for reading in readings):
-            return _Met(
-                uid,
+            return _Conflict(
                 f"file {name} is in both books and was read otherwise in each: have it read here as there, `labbook "
                 f"files reread {name}` with what is declared about it there.",
+                uid,
             )
         named = [self._named_run(reading) for reading in readings]
         run = new.get("run") or self._named_run(entry)
@@ -416,31 +424,31 @@ class _Merging:
         same = any(run in (_new(reading).get("run"), of) for reading, of in zip(readings, named, strict=True))
         if run and not same and all(link.run_uid != run for link in links):
             return self._other_run(name, links, run, uid)
-        return _Met(uid)
+        return _AlreadyHere(uid)
 
     def _named_run(self, entry: Entry) -> str | None:
         name = _new(entry).get("stated_run")
         return find_uid(self.connection, "run", name=name) if name else None
 
-    def _read_again(self, entry: Entry) -> _Met | None:
+    def _read_again(self, entry: Entry) -> _AlreadyHere | _Conflict | None:
         sha256, name = _new(entry)["sha256"], _new(entry)["original_name"]
         readings = self.readings.get(sha256, [])
         if not readings:
-            return _Met(
-                conflict=f"file {name} was read again there and is not here: check the other book, `labbook db check`."
+            return _Conflict(
+                f"file {name} was read again there and is not here: check the other book, `labbook db check`."
             )
         last = how_read(readings[-1])
         again_here = any(one.reads and not one.makes and _new(one)["sha256"] == sha256 for one in self.news)
         if last == how_read(entry) or (again_here and last == self.ends.get(sha256)):
-            return _Met(readings[-1].entity_uid)
+            return _AlreadyHere(readings[-1].entity_uid)
         if not again_here:
             return None
-        return _Met(
-            conflict=f"file {name} was read again in both books, with other declarations in each: have it read here as "
+        return _Conflict(
+            f"file {name} was read again in both books, with other declarations in each: have it read here as "
             f"there, `labbook files reread {name}` with what is declared about it there."
         )
 
-    def _file(self, entry: Entry) -> _Met | None:
+    def _file(self, entry: Entry) -> _AlreadyHere | _Conflict | None:
         new, old, uid = _new(entry), entry.old or {}, entry.entity_uid
         if entry.action in USING:
             return self._use(entry)
@@ -448,23 +456,23 @@ class _Merging:
         links = [link for link in links_of_file(self.connection, uid) if part in (None, link.part)]
         runs = {link.run_uid for link in links}
         if (new["run"] is None and not runs) or new["run"] in runs:
-            return _Met()
+            return _AlreadyHere()
         if runs <= (set() if new["run"] is not None else set(old.get("runs", ()))):
             return None
         return self._other_run(next((row.name for row in find_files(self.connection, uid)), uid), links, new["run"])
 
-    def _other_run(self, name: str, links: Sequence[Link], run: str | None, uid: str | None = None) -> _Met:
+    def _other_run(self, name: str, links: Sequence[Link], run: str | None, uid: str | None = None) -> _Conflict:
         """Return the conflict of a file, linked so here, that belongs to another run there, or to none."""
         stands = ", ".join(sorted({f"run {link.run_name}" for link in links})) or "no run"
         there = "no run" if run is None else self._called("run", run)
         word = "none" if run is None else there.removeprefix("run ")
-        return _Met(
-            uid,
+        return _Conflict(
             f"file {name} belongs to {stands} here and to {there} there: `labbook assign {name} {word} --why ...` says "
             "so here.",
+            uid,
         )
 
-    def _change(self, entry: Entry) -> _Met | None:
+    def _change(self, entry: Entry) -> _AlreadyHere | _Conflict | None:
         """Compare a row with what an entry found and with what it made of it."""
         kind, uid, new, old = entry.entity_kind, entry.entity_uid, _new(entry), entry.old or {}
         try:
@@ -475,16 +483,16 @@ class _Merging:
         changed = {name for statement in self.changes.get(uid, ()) for name in _new(statement)} & new.keys()
         contrary = sorted(name for name in changed if stands[name] != ends[name])
         if not contrary and all(name in changed or stands[name] == new[name] for name in new):
-            return _Met()
+            return _AlreadyHere()
         if not contrary and all(name in changed or stands[name] == old.get(name) for name in new):
             return None
         words = "; ".join(
             f"{name} is {self._shown(stands[name], name)} here and became {self._shown(ends[name], name)} there"
             for name in contrary or sorted(name for name in new if stands[name] != new[name])
         )
-        return _Met(conflict=f"{self._called(kind, uid)}: {words}: correct it here to what the other book says.")
+        return _Conflict(f"{self._called(kind, uid)}: {words}: correct it here to what the other book says.")
 
-    def _use(self, entry: Entry) -> _Met | None:
+    def _use(self, entry: Entry) -> _AlreadyHere | _Conflict | None:
         """Compare whether a file (withdrawn or restored) or a charge of the inbox (dismissed or restored) is in use."""
         kind, uid, run = entry.entity_kind, entry.entity_uid, None
         if kind == "file":
@@ -499,11 +507,11 @@ class _Merging:
         ends = self.ends[uid][IN_USE]
         decided_here = any(statement.action in USING for statement in self.changes.get(uid, ()))
         if used == (ends if decided_here else entry.action is Action.INCLUDE):
-            return _Met()
+            return _AlreadyHere()
         if not decided_here and run is None:
             return None
         stands = f"of {self._called('run', run)}" if run else _USED[used]
-        return _Met(conflict=f"{name} is {stands} here and {_USED[ends]} there: settle it here as it is there.")
+        return _Conflict(f"{name} is {stands} here and {_USED[ends]} there: settle it here as it is there.")
 
     def _second_charges(self, before: Mapping[str, Sequence[Any]], there: Mapping[str, Sequence[Any]]) -> Iterator[str]:
         """Say which runs would have a charge of each book, where neither has two; all by the uids of runs here.
@@ -561,7 +569,7 @@ class _Merging:
                     )
 
 
-_RULES: Mapping[str, Callable[[_Merging, Entry], _Met | None]] = {
+_RULES: Mapping[str, Callable[[_Merging, Entry], _AlreadyHere | _Conflict | None]] = {
     "ingest": _Merging._ingest,
     "file": _Merging._file,
     "plan": _Merging._plan,
