@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -29,7 +29,16 @@ from data_schema.reasons import Reason
 from data_schema.vocabulary import Rule, Undefined
 from stats.checks import as_level
 from stats.compare.shared_error import CANCELLED, SharedError, joined_variance, shared_of_mean
-from stats.days.decision import Bounded, Contrast, Estimate, bounds_tests, undefined_bounds, undefined_estimate
+from stats.days.decision import (
+    CONTROL,
+    TREATED,
+    Bounded,
+    Contrast,
+    Estimate,
+    bounds_tests,
+    undefined_bounds,
+    undefined_estimate,
+)
 from stats.scatter import Value
 from stats.tails import f_upper, t_quantile, t_two_sided
 
@@ -41,7 +50,7 @@ class Scope:
     groups: tuple[str, ...]
     """Groups that enter."""
     left_out: tuple[str, ...]
-    """Groups whose days claim nothing, or whose runs, or differences by day, do not scatter."""
+    """Groups whose days claim nothing, or whose difference has no error: neither scatter nor one in common."""
     days: tuple[str, ...]
     """Days on which the groups were compared."""
     days_measured_only: bool
@@ -92,13 +101,13 @@ class _Overall:
 
 
 def overall_savings(groups: Mapping[str, Contrast], level: float = 0.95) -> OverallSavings:
-    """Return the mean of the savings of groups by name; those without a claim, or without a scatter, are left out.
+    """Return the mean of the savings of groups by name; those without a claim, or without an error, are left out.
 
     There is none where a group's savings have no bounds: its control is too uncertain for a ratio's standard error.
     """
     level = as_level("level", level)
     claimed = _claimed(groups)
-    scope, found = _scope(groups, claimed), _overall(claimed)
+    scope, found = _scope(groups, claimed), _overall(claimed) if claimed else _why_none(groups.values())
     if any(isinstance(one.savings(level).ci, Undefined) for one in claimed.values()):
         found = Undefined(Reason.GROUP_WITHOUT_BOUNDS)
     if isinstance(found, Undefined):
@@ -125,7 +134,7 @@ def overall_equivalence(
 ) -> OverallEquivalence:
     """Test that the mean change of the groups, in percent of each control, lies within bounds."""
     claimed, alpha = _claimed(groups), as_level("alpha", alpha)
-    scope, found = _scope(groups, claimed), _overall(claimed)
+    scope, found = _scope(groups, claimed), _overall(claimed) if claimed else _why_none(groups.values())
     if isinstance(found, Undefined):
         return OverallEquivalence(undefined_bounds(found, (low, high), alpha, found), scope)
     level = 1.0 - 2.0 * alpha
@@ -148,26 +157,36 @@ def _scope(groups: Mapping[str, Contrast], claimed: Mapping[str, Contrast]) -> S
 
 
 def _claimed(groups: Mapping[str, Contrast]) -> dict[str, Contrast]:
-    """Return the groups that enter: not those in which treatment and control differ by as much on every day.
+    """Return the groups that enter: not those whose difference is the same on every day and has no error in common.
 
     The saving in percent of such a group scatters with its control alone: that is not the error of the difference.
     """
-    return {name: one for name, one in groups.items() if _scatters(one) and one.variance(1.0) != 0.0}
+    return {name: one for name, one in groups.items() if _has_saving(one) and _errs(one, one.ratio) and _errs(one, 1.0)}
 
 
-def _scatters(one: Contrast) -> bool:
-    """Tell whether a group has a saving, of which something is claimed, that scatters."""
-    return (
-        one.rule is not Rule.NONE
-        and isinstance(one.control_mean, float)
-        and one.control_mean > 0.0
-        and one.relative_variance > 0.0
-    )
+def _has_saving(one: Contrast) -> bool:
+    """Tell whether the days of a group allow a claim, and its control is above 0."""
+    return one.rule is not Rule.NONE and isinstance(one.control_mean, float) and one.control_mean > 0.0
+
+
+def _errs(one: Contrast, ratio: float) -> bool:
+    """Tell whether T - ratio C has an error: by its scatter, or in common with others, such as that of rounding."""
+    return one.variance(ratio) > 0.0 or one.shared(ratio).se > 0.0
+
+
+def _why_none(groups: Iterable[Contrast]) -> Undefined:
+    """Return why no group enters: that of a group whose days allow a claim, where there is one."""
+    compared = [one for one in groups if one.rule is not Rule.NONE]
+    if not compared:
+        return Undefined(Reason.NO_GROUP_WITH_CLAIM)
+    if not any(map(_has_saving, compared)):
+        return Undefined(Reason.NOTHING_TO_SAVE)
+    if all(one.rule is Rule.PAIRED for one in compared):
+        return Undefined(Reason.SAME_ON_EVERY_DAY, a=TREATED, b=CONTROL)
+    return Undefined(Reason.NO_GROUP_SCATTERS)
 
 
 def _overall(groups: Mapping[str, Contrast]) -> _Overall | Undefined:
-    if not groups:
-        return Undefined(Reason.NO_GROUP_WITH_CLAIM)
     count = len(groups)
     by_day, df = _by_day(groups), _df(groups)
     within = math.fsum(one.relative_variance / count**2 for one in groups.values() if one.rule is Rule.WITHIN)
@@ -195,6 +214,8 @@ def _by_day(groups: Mapping[str, Contrast]) -> dict[str, list[float]]:
 
 def _df(groups: Mapping[str, Contrast]) -> float:
     parts = [(one.relative_variance, one.df) for one in groups.values()]
+    if not any(square for square, _df in parts):  # all error is in common with others: no more than any group has
+        return min(df for _square, df in parts)
     return math.fsum(square for square, _df in parts) ** 2 / math.fsum(square**2 / df for square, df in parts)
 
 

@@ -23,8 +23,8 @@ from stats.tails import t_upper
 
 DECISION = Algorithm("decision", 5)
 EQUIVALENCE = Algorithm("decision_equivalence", 4)
-OVERALL = Algorithm("overall_savings", 4)
-OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 4)
+OVERALL = Algorithm("overall_savings", 5)
+OVERALL_EQUIVALENCE = Algorithm("overall_equivalence", 5)
 
 
 def runs_of(side: Sequence[ConditionValues]) -> list[RunNumber]:

@@ -341,12 +341,18 @@ departures <- function(savings) {
 
 is_within <- function(savings) vapply(savings, function(saving) length(saving$by_day) == 0, NA)
 
+# Satterthwaite's degrees of freedom; the fewest of any group where nothing scatters but by the last digits.
+df_of_scatter <- function(savings) {
+  if (all(of_each(savings, "variance") <= 1e-24)) return(min(of_each(savings, "df")))
+  satterthwaite_df(of_each(savings, "variance"), of_each(savings, "df"))
+}
+
 # The mean saving: what a day does to all groups is added up before it is squared.
 over_groups <- function(savings) {
   n <- length(savings)
   errors <- departures(savings)
   variance <- sum((colSums(errors) / n)^2) + sum(of_each(savings, "variance")[is_within(savings)]) / n^2
-  df <- satterthwaite_df(of_each(savings, "variance"), of_each(savings, "df"))
+  df <- df_of_scatter(savings)
   if (ncol(errors) > 0) df <- min(df, ncol(errors) - 1)
   shared <- Reduce(`+`, lapply(savings, function(saving) saving$shared)) / n
   list(
@@ -376,7 +382,7 @@ heterogeneity_p <- function(runs) {
   savings <- savings_of_groups(runs)
   n <- length(savings)
   errors <- departures(savings)
-  df <- satterthwaite_df(of_each(savings, "variance"), of_each(savings, "df"))
+  df <- df_of_scatter(savings)
   common <- outer(seq_len(n), seq_len(n), Vectorize(function(i, j) {
     shared_covariance(savings[[i]]$shared, savings[[j]]$shared, LEVEL, df)
   }))

@@ -496,6 +496,8 @@ LOWEST_CHANGE = -5.0
 """The lower bound of the mean change, in percent of each control; infinite where there is none."""
 HIGHEST_CHANGE = 5.0
 """The upper bound."""
+NO_SCATTER = 1e-24
+"""Variance, as a share of the control squared, that the last digits of equal values make."""
 
 
 class Saving(NamedTuple):
@@ -541,13 +543,20 @@ def savings_of_groups(runs: Runs) -> list[Saving]:
     return [saving_of_group(runs, pair) for pair in CLAIMED.values()]
 
 
+def df_of_scatter(savings: Sequence[Saving]) -> float:
+    """Return Satterthwaite's degrees of freedom; the fewest of any group where nothing scatters but by rounding."""
+    if all(saving.variance <= NO_SCATTER for saving in savings):
+        return float(min(saving.df for saving in savings))
+    return satterthwaite_df([(saving.variance, saving.df) for saving in savings])
+
+
 def over_groups(savings: Sequence[Saving]) -> Overall:
     """Return the mean saving: what a day does to all groups is added up before it is squared."""
     n, days = len(savings), sorted({day for saving in savings for day in saving.by_day})
     shares = [math.fsum(saving.by_day.get(day, 0.0) for saving in savings) / n for day in days]
     within = math.fsum(saving.variance for saving in savings if not saving.by_day) / n**2
     variance = math.fsum(share**2 for share in shares) + within
-    df = satterthwaite_df([(saving.variance, saving.df) for saving in savings])
+    df = df_of_scatter(savings)
     df = min(df, len(days) - 1.0) if days else df
     shared = of_mean([saving.shared for saving in savings])
     error = math.sqrt(variance + shared_covariance(shared, shared, LEVEL, df))
@@ -587,7 +596,7 @@ def covariance_of_savings(savings: Sequence[Saving]) -> NDArray[np.float64]:
     days = sorted({day for saving in savings for day in saving.by_day})
     by_day = np.array([[saving.by_day.get(day, 0.0) for day in days] for saving in savings])
     within = np.diag([0.0 if saving.by_day else saving.variance for saving in savings])
-    df = satterthwaite_df([(saving.variance, saving.df) for saving in savings])
+    df = df_of_scatter(savings)
     common = [[shared_covariance(one.shared, other.shared, LEVEL, df) for other in savings] for one in savings]
     return np.asarray(by_day @ by_day.T + within + np.array(common))
 
@@ -603,7 +612,7 @@ def heterogeneity_p(runs: Runs) -> Number:
     box = trace**2 / float(np.sum(covariance * covariance))
     away = centred(np.array([[saving.saved] for saving in savings]))
     days = {day for saving in savings for day in saving.by_day}
-    df = satterthwaite_df([(saving.variance, saving.df) for saving in savings])
+    df = df_of_scatter(savings)
     df_within = min(df, box * (len(days) - 1)) if days else df
     return {"value": float(stats.f.sf(float(np.sum(away * away)) / trace, box, df_within))}
 

@@ -35,6 +35,25 @@ def test_joules_are_claimed_where_heights_alone_are_told_over_groups(tmp_path: P
     assert "CI" not in heights
 
 
+def test_equal_readings_of_each_condition_have_an_effect_over_groups(tmp_path: Path) -> None:
+    """Page one said that no group can be compared, above a table with the saving of each."""
+    runs = [
+        Made(day, foot, gain, joules - 0.1 * gain)
+        for day in range(4)
+        for foot, joules in (("small", 80.0), ("large", 60.0))
+        for gain in (0, 100)
+    ]
+    content = reports(charged_book(tmp_path, runs)).results
+    (overall,) = content.overall
+    each = [one.decision.savings for one in content.pooled]
+    assert len(overall.groups) == len(each) == 2
+    assert overall.savings.known == pytest.approx(sum(one.known for one in each if one is not None and one.known) / 2)
+    assert overall.savings.interval is not None
+    assert overall.savings.se == 0.0
+    assert overall.rejected
+    says(content.claims[0].text, "2 groups", "4 days", "95 %")
+
+
 def test_one_level_is_not_pooled_and_its_planned_comparison_is_shown_as_planned(tmp_path: Path) -> None:
     """With one treated level all levels against the control are the comparisons that were planned level by level."""
     book = decided_book(tmp_path, EACH_LEVEL)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import importlib
+import math
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -146,6 +147,37 @@ def test_effects_over_groups_are_those_of_stats(monkeypatch: pytest.MonkeyPatch)
     assert days.heterogeneity_p(runs)["value"] == pytest.approx(getattr(theirs.heterogeneity, "p", None), rel=1e-9)
     bounded = overall_equivalence(found, -5.0, 5.0, (1.0 - LEVEL) / 2.0).bounded
     assert days.overall_equivalence(runs)["p"] == pytest.approx(bounded.p, rel=1e-9)
+
+
+@pytest.mark.parametrize("n_days", [4, 2])
+def test_effects_over_groups_that_err_by_rounding_alone_are_those_of_stats(
+    n_days: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    alike = {}
+    for name, lower in (("first", 0.1), ("second", 0.3)):
+        joules = {"control": 40.1, "one": 40.1 - lower, "two": 40.1 - lower}
+        alike[name] = [
+            run._replace(
+                value=joules[run.row["condition"]],
+                shared={Source("rounding", f"{name} {joules[run.row['condition']]}", math.inf): 0.2},
+            )
+            for run in random_runs(9, n_days)
+        ]
+    runs = [
+        run._replace(row={**run.row, "condition": f"{name} {run.row['condition']}"})
+        for name, own in alike.items()
+        for run in own
+    ]
+    claimed = {name: ((f"{name} control",), (f"{name} one", f"{name} two")) for name in alike}
+    monkeypatch.setattr(days, "CLAIMED", claimed)
+    theirs, mine = (
+        overall_savings({name: contrast_of(own) for name, own in alike.items()}, LEVEL),
+        days.overall_savings(runs),
+    )
+    assert isinstance(theirs.estimate.ci, tuple)
+    expected = [theirs.estimate.value, theirs.estimate.shared_se, *theirs.estimate.ci, theirs.estimate.df]
+    assert [mine[name] for name in ("value", "shared_se", "ci_low", "ci_high", "df")] == pytest.approx(expected)
+    assert days.heterogeneity_p(runs)["value"] == pytest.approx(getattr(theirs.heterogeneity, "p", None))
 
 
 def test_values_at_the_mean_position_are_those_of_stats(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -348,6 +348,59 @@ def test_groups_without_a_claim_are_left_out_of_the_overall_effect() -> None:
     assert isinstance(overall_equivalence({"b": none}, -3.0, 3.0).bounded.p, Undefined)
 
 
+def rounded_alike(joules: tuple[float, float], name: str, days: int, runs: int = 1) -> Contrast:
+    """Return a contrast of runs that a charger shows alike: their one error is that of its rounding."""
+    errors = [SharedError({("rounding", f"{name} {side}"): 1.4}, {"rounding": math.inf}) for side in (0, 1)]
+    labels = [day for day in range(days) for _ in range(runs)]
+    control, treated = ([value] * len(labels) for value in joules)
+    return contrast_by_day(
+        treated,
+        control,
+        days_treated=labels,
+        days_control=labels,
+        shared_treated=[errors[1]] * len(labels),
+        shared_control=[errors[0]] * len(labels),
+    )
+
+
+@pytest.mark.parametrize(("days", "runs", "df"), [(4, 1, 3.0), (2, 3, 4.0)])
+def test_groups_that_err_by_rounding_alone_have_an_overall_effect(days: int, runs: int, df: float) -> None:
+    """Page one said that no group can be compared, above a table that had the saving of each."""
+    groups = {
+        "a": rounded_alike((44.0, 35.0), "a", days, runs),
+        "b": rounded_alike((40.0, 34.0), "b", days, runs),
+    }
+    errors = [math.hypot(1.4, 1.4 * one.ratio) / (one.control_mean or math.nan) for one in groups.values()]  # type: ignore[operator]
+    overall = overall_savings(groups)
+    found = overall.estimate
+    assert (overall.scope.groups, overall.scope.left_out) == (("a", "b"), ())
+    assert found.value == pytest.approx(100.0 * (9.0 / 44.0 + 6.0 / 40.0) / 2.0)
+    assert (found.se, found.df) == (0.0, df)
+    assert found.shared_se == pytest.approx(100.0 * math.hypot(*errors) / 2.0)
+    half = scipy_stats.t.ppf(0.975, df) * 100.0 * math.hypot(*errors) / 2.0
+    assert ends(found.ci) == pytest.approx((found.value - half, found.value + half))  # type: ignore[operator]
+    assert not isinstance(overall.heterogeneity, Undefined)
+    apart = 9.0 / 44.0 - 6.0 / 40.0
+    assert overall.heterogeneity.f == pytest.approx(apart**2 / math.hypot(*errors) ** 2)
+    assert isinstance(overall_equivalence(groups, -30.0, 30.0).bounded.p, float)
+    beside = overall_savings({"a": contrast(JOULES), "b": groups["b"]})
+    assert beside.scope.groups == ("a", "b")
+    assert beside.estimate.df == pytest.approx(3.0)
+
+
+def test_the_reason_without_an_overall_effect_is_that_of_the_groups() -> None:
+    constant, equal = contrast([([40.0], [36.0])] * 4), contrast([([40.0, 40.0], [36.0, 36.0])] * 2)
+    nothing, none = contrast([([-1.0], [-2.0]), ([-3.0], [-2.5])] * 2), contrast([([50.0], []), ([], [44.0])])
+    for groups, why in (
+        ([constant, none], Reason.SAME_ON_EVERY_DAY),
+        ([equal, constant], Reason.NO_GROUP_SCATTERS),
+        ([nothing, none], Reason.NOTHING_TO_SAVE),
+        ([none, none], Reason.NO_GROUP_WITH_CLAIM),
+    ):
+        found = overall_savings({str(at): one for at, one in enumerate(groups)}).estimate
+        assert_undefined(why, found.value, found.ci, found.p)
+
+
 def test_there_is_no_overall_effect_where_a_group_has_savings_without_bounds() -> None:
     """One run of 1160 J among 41 J gave an overall interval of 28 to 68 % where its group had none."""
     slip = [([1160.5, 41.0] if not at else control, treated) for at, (control, treated) in enumerate(JOULES)]
