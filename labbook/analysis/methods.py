@@ -82,7 +82,7 @@ def _tests(study: StudyResults, is_swept: bool, ratio: str) -> str:
     weighted = "" if study.one_level else ", pooled levels weighted by their runs"
     sentences = [
         f"Treatment and control are compared on the days that hold runs of both{weighted}: "
-        f"{list_text(used) or 'there are none'}.",
+        f"{list_text(used) or f'no test decides ({_why_no_test(study)})'}.",
         f"Savings are {ratio} with Fieller's interval by the same contrast." if _has_savings(study) else "",
         _holm(study),
         "Equivalence of apex heights is tested by two one-sided tests by that contrast (TOST), unadjusted."
@@ -94,6 +94,12 @@ def _tests(study: StudyResults, is_swept: bool, ratio: str) -> str:
         else "",
     ]
     return " ".join(filter(None, sentences))
+
+
+def _why_no_test(study: StudyResults) -> str:
+    """Return the reasons for which the days of the comparisons allow no test, each once."""
+    tests = (one.decision.t.value for one in study.comparisons)
+    return "; ".join(dict.fromkeys(t.reason for t in tests if isinstance(t, Undefined)))
 
 
 def _has_savings(study: StudyResults) -> bool:

@@ -21,6 +21,7 @@ from reports.results import Source
 from stats.compare.two_sample import compare_two
 from stats.days.decision import contrast_by_day
 from stats.groups.multiple import holm
+from tests.helpers.charged_book import Made, charged_book
 from tests.helpers.decided import decided_book
 from tests.helpers.decided import reports as report_of
 from tests.helpers.pages import quick_page
@@ -195,6 +196,17 @@ def test_what_the_methods_name_is_cited_and_nothing_else(reports: Reports, analy
     ]
     tested = any(isinstance(one.over_runs.t.value, float) for one in content.comparisons)
     assert (Source.THESIS in content.sources) is tested
+
+
+def test_the_methods_say_why_no_day_allows_a_test(tmp_path: Path) -> None:
+    """They said that no day holds runs of both, above a table with three such days."""
+    made = charged_book(tmp_path, [Made(day, "small", gain, 50.0 + day) for day in range(3) for gain in (0, 100)])
+    content = report_of(made).results
+    reasons = {
+        one.decision.t.value.reason for one in content.comparisons if isinstance(one.decision.t.value, Undefined)
+    }
+    assert len(reasons) == 1
+    says(" ".join(content.methods), *reasons, "3 days")
 
 
 # --- a selection
