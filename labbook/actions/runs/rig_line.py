@@ -8,7 +8,7 @@ from __future__ import annotations
 import difflib
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import sqlalchemy as sa
@@ -22,7 +22,8 @@ from ingest.model import ChannelData, SignalPart
 from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.attention import Lines, joules_of, known_joules
 from labbook.actions.runs.remarks import remarks_on
-from labbook.analysis.outcomes.control_limits import LIMITS_FROM_RUNS, ControlLimits, limits_of
+from labbook.analysis.outcomes.charger_step import with_display_step
+from labbook.analysis.outcomes.control_limits import LIMITS_FROM_RUNS, ControlLimits, limits_of, reading_steps_j
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
 from labbook.analysis.outcomes.run_energy import below_drain, drain_lines
@@ -93,10 +94,12 @@ def rig_lines_of_runs(book: Book, names: Sequence[str], *, jumps: bool = False) 
 
 
 def _evidence(book: Book, connection: sa.Connection, names: Sequence[str]) -> StudyData:
-    """Read the facts of runs, given by name, and of the others of their conditions."""
+    """Read the facts of runs, given by name, and of the others of their conditions, whose charges show the step."""
     about = runs_named(connection, names)
     conditions = sorted({run.condition_uid for run in about if run.condition_uid is not None})
-    return gather_about(connection, book.configuration, about, runs_of_conditions(connection, conditions))
+    evidence = gather_about(connection, book.configuration, about, runs_of_conditions(connection, conditions))
+    stated_mah = book.configuration.protocol.charger_resolution_mah
+    return replace(evidence, charges=with_display_step(evidence.charges, stated_mah))
 
 
 def _rig_lines(
@@ -112,7 +115,7 @@ def _rig_lines(
     Jumps are counted where a log was read, or of all runs with `jumps`.
     """
     drains = drain_lines(evidence)
-    limits = limits_of(evidence.runs, known_joules(evidence, drains))
+    limits = limits_of(evidence.runs, known_joules(evidence, drains), reading_steps_j(evidence))
     return {
         run.name: _line(run, detections, files[run.name], evidence, drains, limits.get(run.uid, ControlLimits()), jumps)
         for run in evidence.runs

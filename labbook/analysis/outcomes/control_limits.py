@@ -30,13 +30,20 @@ FAR, FAR_FROM_RUNS = 10.0, 8
 Of normal runs .4 % lie beyond of eight and .01 % of twenty, so that limits still hold 99.7 %.
 """
 
+_AND_DIGITS = 1.0 + 1e-9
+"""A value one step away is not out of limits by its last digits."""
+
 
 class ControlLimits(NamedTuple):
-    """Limits from `n` other runs: of their mean, and the sum of squared deviations from it."""
+    """Limits from `n` other runs: of their mean, and the sum of squared deviations from it.
+
+    They are no nearer to the mean than `rounding`: so far apart may readings of equal values lie.
+    """
 
     n: int = 0
     mean: float = 0.0
     squares: float = 0.0
+    rounding: float = 0.0
 
     @property
     def ends(self) -> tuple[float, float] | None:
@@ -47,7 +54,7 @@ class ControlLimits(NamedTuple):
         if self.n < LIMITS_FROM_RUNS:
             return None
         sd = math.sqrt(self.squares / (self.n - 1) * (1.0 + 1.0 / self.n))
-        width = t_upper_quantile(BEYOND, self.n - 1) * sd
+        width = max(t_upper_quantile(BEYOND, self.n - 1) * sd, self.rounding)
         return (max(self.mean - width, 0.0), self.mean + width) if self.mean + width > 0.0 else None
 
     def outside(self, value: float) -> bool:
@@ -70,8 +77,25 @@ def _of_both(one: _Moments, other: _Moments) -> _Moments:
     return n, mean_one + apart * n_other / n, squares_one + squares_other + apart * apart * n_one * n_other / n
 
 
-def limits_of(runs: Sequence[RunRow], values: Mapping[str, float]) -> dict[str, ControlLimits]:
-    """Return the limits of each run that has a value, by uid, from those of all other runs of its condition."""
+def reading_steps_j(evidence: StudyData) -> dict[str, float]:
+    """Return what a step of the charger's display is worth in joules a jump of each run that has any, by uid."""
+    voltage_v, found = evidence.study.reference_voltage_v, {}
+    for run in evidence.runs:
+        charge = usable_charge(run, evidence.charges.get(run.uid, []))
+        if not isinstance(charge, Undefined):
+            found[run.uid] = charge.resolution_mah * joules_per_mah(voltage_v, run.jumps_made)
+    return found
+
+
+def limits_of(
+    runs: Sequence[RunRow], values: Mapping[str, float], steps: Mapping[str, float] | None = None
+) -> dict[str, ControlLimits]:
+    """Return the limits of each run that has a value, by uid, from those of all other runs of its condition.
+
+    `steps` are those in which the values were read, by uid: a reading errs by up to half a step, and so does the mean
+    of others that were rounded alike, so that limits are no narrower than both halves.
+    """
+    steps = {} if steps is None else steps
     found: dict[str, ControlLimits] = {}
     known = [run for run in runs if run.uid in values]
     for of_condition in grouped(known, [run.condition_key for run in known]).values():
@@ -81,7 +105,9 @@ def limits_of(runs: Sequence[RunRow], values: Mapping[str, float]) -> dict[str, 
         before = accumulate(single[:-1], _of_both, initial=_NO_RUN)
         after = list(accumulate(single[:0:-1], _of_both, initial=_NO_RUN))[::-1]
         others = map(_of_both, before, after)
-        found |= {uid: ControlLimits(*moments) for uid, moments in zip(uids, others, strict=True)}
+        of_others = statistics.median(steps.get(uid, 0.0) for uid in uids)
+        rounding = [_AND_DIGITS * (steps.get(uid, 0.0) + of_others) / 2.0 for uid in uids]
+        found |= {uid: ControlLimits(*moments, most) for uid, moments, most in zip(uids, others, rounding, strict=True)}
     return found
 
 
@@ -94,14 +120,17 @@ def _far(values: Sequence[float]) -> list[bool]:
 
 
 def exchanged(
-    runs: Sequence[RunRow], values: Mapping[str, float], with_charge_of: Callable[[RunRow, RunRow], float]
+    runs: Sequence[RunRow],
+    values: Mapping[str, float],
+    with_charge_of: Callable[[RunRow, RunRow], float],
+    steps: Mapping[str, float] | None = None,
 ) -> list[tuple[RunRow, RunRow]]:
     """Return pairs of runs of a day that are out of their limits, one high and one low, and inside by exchange.
 
     `with_charge_of` returns a run's value with the charge of another. Of several partners of a run only the first
     counts.
     """
-    limits = limits_of(runs, values)
+    limits = limits_of(runs, values, steps)
     outside = _outside(runs, values, limits)
     high = [run for run in outside if values[run.uid] > limits[run.uid].mean]
     found: dict[str, tuple[RunRow, RunRow]] = {}
@@ -114,9 +143,11 @@ def exchanged(
     return list(found.values())
 
 
-def runs_outside(runs: Sequence[RunRow], values: Mapping[str, float]) -> list[RunRow]:
-    """Return the runs whose value is out of its limits."""
-    return _outside(runs, values, limits_of(runs, values))
+def runs_outside(
+    runs: Sequence[RunRow], values: Mapping[str, float], steps: Mapping[str, float] | None = None
+) -> list[RunRow]:
+    """Return the runs whose value is out of its limits; `steps` as in `limits_of`."""
+    return _outside(runs, values, limits_of(runs, values, steps))
 
 
 def _outside(runs: Sequence[RunRow], values: Mapping[str, float], limits: Mapping[str, ControlLimits]) -> list[RunRow]:
@@ -135,4 +166,5 @@ def exchanged_charges(
         passive_mah = line.at(run.duration_s or 0.0).charge_mah
         return joules_per_mah(evidence.study.reference_voltage_v, run.jumps_made) * (charge.charge_mah - passive_mah)
 
-    return tuple((one.name, other.name) for one, other in exchanged(evidence.runs, joules, with_charge_of))
+    steps = reading_steps_j(evidence)
+    return tuple((one.name, other.name) for one, other in exchanged(evidence.runs, joules, with_charge_of, steps))

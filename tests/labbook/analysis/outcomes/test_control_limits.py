@@ -87,6 +87,31 @@ def test_slips_are_found(values: list[float], outside: list[str], run: RunRow) -
     assert [each.uid for each in runs_outside(runs, {f"{n}": value for n, value in enumerate(values)})] == outside
 
 
+@pytest.mark.parametrize(("away", "outside"), [(1, []), (-1, []), (2, ["7"]), (-2, ["7"])])
+def test_limits_are_no_narrower_than_the_rounding_of_readings(away: int, outside: list[str], run: RunRow) -> None:
+    """Others that were read alike gave limits of no width: a run one step away lay outside."""
+    step = 3.6 * 15.4 / 96
+    runs = [replace(run, uid=f"{n}") for n in range(8)]
+    values = {f"{n}": step * (68 + (away if n == 7 else 0)) for n in range(8)}
+    steps = dict.fromkeys(values, step)
+    assert [each.uid for each in runs_outside(runs, values, steps)] == outside
+    assert limits_of(runs, values, steps)["7"].ends == pytest.approx((67.0 * step, 69.0 * step))
+    assert [each.uid for each in runs_outside(runs, values, steps | {"7": step / 1000})] == ["7"]
+
+
+def test_one_step_of_the_charger_is_within_the_limits_at_the_rig_and_in_the_report(tmp_path: Path) -> None:
+    """It was `OUTSIDE the control limits 39.2 to 39.2 J`, for a mAh."""
+    mah_j = 3.6 * 15.4 / 25
+    made = [Made(day, "small", gain, 80.0) for day in range(4) for gain in (0, 100)]
+    runs = [*made, Made(4, "small", 0, 80.0 + mah_j), Made(4, "small", 100, 80.0 + 3.0 * mah_j)]
+    with charged_book(tmp_path, runs).open() as book:
+        lines = rig_lines_of_runs(book, ["r001", "r009", "r010"])
+        named = [one.run for one in found_in(book, day="2021-06-18").get("outside_limits", [])]
+        content = state_report(book, None, ADA, lambda _step: None).results
+    assert [line.run for line in lines if line.concern == "outside_limits"] == ["r010"]
+    assert named == list(content.outside_limits) == ["r010"]
+
+
 def test_a_run_outside_is_named_at_the_rig_in_the_day_and_in_the_report(tmp_path: Path) -> None:
     """It was named at ingest alone: who did not read that line did not learn of it."""
     with small_book(tmp_path).open() as book:
