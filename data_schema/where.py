@@ -80,6 +80,7 @@ _TOKEN = re.compile(
     re.DOTALL,
 )
 _ESCAPE = re.compile(r"\\(.)", re.DOTALL)
+_ESCAPED = re.compile(r"""[\\"]""")
 
 
 @dataclass(frozen=True, slots=True)
@@ -208,6 +209,15 @@ def parse(text: str) -> Expression:
     if parser.next.kind != "end":
         raise parser.unexpected("'and', 'or' or the end", "put quotes round a value of several words")
     return expression
+
+
+def comparing(name: str, value: str) -> str:
+    """Return the condition that a column has a value, in quotes where this needs them."""
+    token = _TOKEN.fullmatch(value)
+    if token is not None and token.lastgroup == "bare" and value.lower() not in _KEYWORDS:
+        return f"{name}={value}"
+    escaped = _ESCAPED.sub(r"\\\g<0>", value)
+    return f'{name}="{escaped}"'
 
 
 def names_in(expression: Expression) -> set[str]:

@@ -7,6 +7,7 @@ import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 import sqlalchemy as sa
@@ -211,6 +212,8 @@ class Fault:
     fill: Mapping[str, str] = field(default_factory=dict)
     about: str | None = "r001"
     """The run that is named."""
+    then: str = ""
+    """What a person says after a command that shows something."""
 
 
 def corrected(run: str, *changes: str) -> Callable[[Place], object]:
@@ -266,7 +269,7 @@ FAULTS: Mapping[str, Fault] = {
     "jumps_unusual": Fault(corrected("r001", "jumps_made=0"), {"JUMPS": "3"}),
     "duration_unusual": Fault(corrected("r001", "minutes=120"), {"MINUTES": "12"}),
     "verdict_waits": Fault(verdict_on_no_jump),
-    "jumps_doubtful": Fault(caught_jump),
+    "jumps_doubtful": Fault(caught_jump, then="jumps reject r001 2 --reason touched_by_hand"),
     "file_outdated": Fault(outdated, {}, None),
     "file_refused": Fault(refused_file, {"FILE": "r001b.csv"}, None),
     "inbox": Fault(log_of_no_run, {"RUN": "r001"}, None),
@@ -306,9 +309,77 @@ def test_a_fault_is_found_and_mended_by_the_command_that_is_given(code: str, tmp
     if code == "analysis_undecided":
         book.toml.write_text(book.toml.read_text() + '\n[analysis]\nprimary_outcome = "joules"\n')
     good(labbook(*words[1:], at=book.folder))
+    if fault.then:
+        place.say(*fault.then.split())
     identity = ("day", "run", "file")
     left = [[one[name] for name in identity] for one in told(book.folder).get(code, [])]
     assert [found[name] for name in identity] not in left
+
+
+def carried_out(place: Place, finding: Mapping[str, Any]) -> str:
+    return place.say(*shlex.split(finding["command"])[1:])
+
+
+@pytest.mark.parametrize("said", ["accept r001 2", "reject r001 2 --reason touched_by_hand"])
+def test_a_doubtful_jump_is_shown_and_nothing_said_of_it(said: str, tmp_path: Path) -> None:
+    """Pasted, the command given accepted it unseen."""
+    place = Place(small_book(tmp_path), tmp_path)
+    caught_jump(place)
+    (found,) = told(place.book.folder)["jumps_doubtful"]
+    says(carried_out(place, found), "r001  2", "parabola")
+    assert told(place.book.folder)["jumps_doubtful"] == [found]
+    place.say("jumps", *said.split())
+    assert "jumps_doubtful" not in told(place.book.folder)
+
+
+def differing(place: Place, *said: str) -> dict[str, Any] | None:
+    """What is found of the jumps of r001 against those made, after something more is said of them."""
+    if said:
+        place.say("jumps", *said)
+    found = told(place.book.folder).get("jumps_differ", [])
+    return next((one for one in found if one["run"] == "r001"), None)
+
+
+def test_a_jump_that_is_rejected_is_not_one_too_many(tmp_path: Path) -> None:
+    """Only a false count of the jumps made had cleared it."""
+    place = Place(small_book(tmp_path), tmp_path)
+    place.correct("r001", "jumps=2")
+    found = differing(place)
+    assert found is not None
+    assert found["fill_in"] == ["JUMPS", "WHY"]
+    says(found["what"], "3 jumps are found", "1 too many")
+    assert differing(place, "reject", "r001", "2", "--reason", "other") is None
+    assert differing(place, "reject", "r001", "1", "--reason", "sensor_fault") is None  # it was made all the same
+    found = differing(place, "clear", "r001", "1-2")
+    assert found is not None
+
+
+def test_a_jump_that_is_added_is_one_more(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path, ingested=False), tmp_path)
+    place.say("ingest", place.file("r001.csv", hopping_log(3, shallow=[2])))
+    assert differing(place) is None
+    place.correct("r001", "jumps=2")
+    assert differing(place) is None
+    found = differing(place, "add", "r001", "--at", f"{apex_s(2):.3f}")
+    assert found is not None
+    says(found["what"], "3 jumps are found", "1 too many")
+    assert differing(place, "reject", "r001", "2", "--reason", "other") is None
+
+
+def test_of_too_many_jumps_the_doubtful_are_looked_at_first(tmp_path: Path) -> None:
+    place = Place(small_book(tmp_path), tmp_path)
+    caught_jump(place)
+    place.correct("r001", "jumps=2")
+    found = differing(place)
+    assert found is not None
+    assert found["fill_in"] == []
+    says(found["what"], "1 too many", "jump 2")
+    says(carried_out(place, found), "r001  2")
+    assert differing(place) == found
+    found = differing(place, "accept", "r001", "2")
+    assert found is not None
+    assert found["fill_in"] == ["JUMPS", "WHY"]
+    assert differing(place, "reject", "r001", "2", "--reason", "touched_by_hand") is None
 
 
 def test_a_run_dated_in_another_month_is_found_without_its_day(tmp_path: Path) -> None:

@@ -25,6 +25,7 @@ from data_schema.where import (
     Or,
     WhereColumn,
     Word,
+    comparing,
     compile_where,
     parse,
 )
@@ -227,6 +228,11 @@ def test_any_text_is_read_or_refused_in_one_sentence(text: str) -> None:
     except UsageError as error:
         refusal = str(error)
     assert not refusal or ("--where" in refusal and refusal.endswith("."))
+
+
+@pytest.mark.parametrize("value", ["r007", "and", "run 7", 'a "quoted\\', "400", "2021-06-01", "größer", "(r)", ""])
+def test_a_condition_that_is_written_is_read_as_such(value: str) -> None:
+    assert parse(comparing("run", value)) == Comparison(Word("run"), Operator.EQUAL, Word(value))
 
 
 def test_a_run_without_the_value_matches_neither_the_comparison_nor_its_opposite() -> None:

@@ -39,7 +39,7 @@ from data_schema.queries.signals import (
 from data_schema.queries.study import checks_by_day, days_with_runs, planned_runs
 from data_schema.reasons import Reason
 from data_schema.vocabulary import FileRole, RunKind, RunState, Undefined
-from data_schema.where import compile_where
+from data_schema.where import comparing, compile_where
 from ingest.channels.names import parse_header
 from ingest.declared import flag_names
 from labbook.actions.files.stored_files import Waiting, why_waiting
@@ -689,18 +689,41 @@ def _found_in(judgement: Judgement) -> int:
 
 
 def _jumps_differ(facts: Facts) -> Iterator[Finding]:
-    """Set jumps found beside jumps made; a stance that was not jumped from, a misfire, is a jump made."""
+    """Set jumps found beside jumps made; a stance that was not jumped from, a misfire, is a jump made.
+
+    A rejected jump may be one that was made, and be badly measured, or none.
+    """
+    from labbook.actions.runs.jump_review import queued_jumps  # which remarks do not need
+
     for run, judgement in facts.judged:
         made = run.jumps_made
         if not made:
             continue
         n_found, at_most = _found_in(judgement), len(judgement.jumps)
-        if not n_found or n_found <= made <= at_most:
+        n_rejected = jumps_found(one.jump for one in judgement.jumps if one.rejected)
+        too_many = n_found - n_rejected - made
+        if not n_found or (too_many <= 0 and made <= at_most):
             continue
-        how = f"{made - at_most} missing, misfires counted" if made > at_most else f"{n_found - made} too many"
-        what = f"{n_found} jumps are found in run {run.name} and {made} were made ({how})"
+        how = f"{too_many} too many" if too_many > 0 else f"{made - at_most} missing, misfires counted"
+        rejected = f", {n_rejected} of them rejected," if n_rejected else ""
+        what = f"{n_found} jumps are found in run {run.name}{rejected} and {made} were made ({how})"
         words = correcting(run.name, ("jumps=", Blank.JUMPS))
+        if too_many > 0:
+            queued = (one for one in queued_jumps(run, judgement) if one.doubt and one.decision is None)
+            doubtful = [str(one.number) for one in queued if one.apex_height_m is not None]
+            if doubtful:
+                what += f": look first at {_numbered(doubtful)}, and reject what is none"
+                words = _looking_at(run)
         yield found(what, *words, run=run, costs="joules a jump are of the jumps made")
+
+
+def _looking_at(run: RunRow) -> tuple[Word, ...]:
+    """Return the words that show the jumps of a run on which nobody has given a verdict, the doubtful first."""
+    return "jumps", "queue", "--where", comparing("run", run.name), "--unreviewed"
+
+
+def _numbered(numbers: Sequence[str]) -> str:
+    return f"jump{'s' * (len(numbers) > 1)} {listed(numbers)}"
 
 
 def _no_jump_counts(facts: Facts) -> Iterator[Finding]:
@@ -726,8 +749,8 @@ def _jumps_doubtful(facts: Facts) -> Iterator[Finding]:
         if not flags:
             continue
         why = ", ".join(sorted(set().union(*flags.values())))
-        what = f"of run {run.name} nobody has looked at jump{'s' * (len(flags) > 1)} {listed(list(flags))} ({why})"
-        yield found(what, "jumps", "accept", run.name, *flags, run=run)
+        what = f"of run {run.name} nobody has looked at {_numbered(list(flags))} ({why}): accept or reject each"
+        yield found(what, *_looking_at(run), run=run)
 
 
 def _verdict_waits(facts: Facts) -> Iterator[Finding]:

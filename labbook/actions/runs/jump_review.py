@@ -560,10 +560,12 @@ def _jumps_by_run(
     left_out = {run.name: without[run.uid].reason for run in runs if run.uid in without}
     hashes = sorted({log.sha256 for several in logs.values() for log in several})
     judged = judge_runs(detections, runs, logs, jump_decisions(connection, hashes), by_protocol(configuration.protocol))
-    return [item for run in runs if run.uid in judged for item in _queued(run, judged[run.uid].judgement)], left_out
+    return [
+        item for run in runs if run.uid in judged for item in queued_jumps(run, judged[run.uid].judgement)
+    ], left_out
 
 
-def _queued(run: RunRow, judgement: Judgement) -> Iterable[QueuedJump]:
+def queued_jumps(run: RunRow, judgement: Judgement) -> Iterable[QueuedJump]:
     """Give the jumps of a run with what is doubtful about each, seen beside the others."""
     heights = {item.jump.number: item.jump.apex_height_m for item in judgement.jumps}
     errors_m = [item.jump.apex_height_se_m for item in judgement.jumps if item.jump.apex_height_se_m is not None]

@@ -78,6 +78,11 @@ class JudgedJump:
         """The jump that verdicts are tied to: as the detector found it or, of an added one, as it was added."""
         return self.jump if self.as_found is None else self.as_found
 
+    @property
+    def rejected(self) -> bool:
+        """Whether a person's rejection of it stands."""
+        return self.decision is not None and self.decision.verdict is Verdict.REJECT
+
 
 @dataclass(frozen=True, slots=True)
 class Judgement:
