@@ -232,6 +232,14 @@ class ReasonCode(StrEnum):
     OTHER = "other"
 
 
+TO_ACCEPT = (ReasonCode.LOOKS_RIGHT, ReasonCode.WITH_THE_REST, ReasonCode.OTHER)
+"""The reasons to accept a jump."""
+TO_REJECT = tuple(one for one in ReasonCode if one is ReasonCode.OTHER or one not in TO_ACCEPT)
+"""The reasons to reject one."""
+REASONS: Mapping[Verdict, tuple[ReasonCode, ...]] = {Verdict.ACCEPT: TO_ACCEPT, Verdict.REJECT: TO_REJECT}
+"""The reasons of verdicts that do not take all."""
+
+
 class ReviewOrder(StrEnum):
     """The order in which jumps are looked at."""
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from data_schema.vocabulary import ReviewOrder
+from data_schema.vocabulary import TO_ACCEPT, TO_REJECT, ReasonCode, ReviewOrder
 from labbook.cli.common import AsOption, BookOption, WhereOption, opened, reading, tell
 from labbook.terminal import Shown, columns, progress
 
@@ -18,12 +18,9 @@ if TYPE_CHECKING:
 app = typer.Typer(no_args_is_help=True)
 
 RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="The run.")]
-ReasonOption = Annotated[
-    str,
-    typer.Option(
-        "--reason", "--why", help="dropped_packet, wrong_apex, touched_by_hand, misfire, sensor_fault, other ..."
-    ),
-]
+RejectReason = Annotated[str, typer.Option("--reason", "--why", help=f"{', '.join(TO_REJECT)}.")]
+AcceptReason = Annotated[str, typer.Option("--reason", "--why", help=f"{', '.join(TO_ACCEPT)}.")]
+ReasonOption = Annotated[str, typer.Option("--reason", "--why", help=f"{', '.join(ReasonCode)}.")]
 
 
 @dataclass(frozen=True, slots=True)
@@ -121,7 +118,7 @@ def agreement_command(
 
 
 @app.command("reject")
-def reject_command(jumps: OfJumps, reason: ReasonOption) -> Shown:
+def reject_command(jumps: OfJumps, reason: RejectReason) -> Shown:
     """Reject jumps; the verdict is kept with name, time and reason, and can be taken back with `clear`.
 
     Example: labbook jumps reject r017 3-5 9 --reason touched_by_hand
@@ -130,7 +127,7 @@ def reject_command(jumps: OfJumps, reason: ReasonOption) -> Shown:
 
 
 @app.command("accept")
-def accept_command(jumps: OfJumps, reason: ReasonOption = "looks_right") -> Shown:
+def accept_command(jumps: OfJumps, reason: AcceptReason = "looks_right") -> Shown:
     """Accept jumps, also ones that the protocol would leave out.
 
     Example: labbook jumps accept r017 4

@@ -36,6 +36,17 @@ UNKNOWN_NAMES = {
     "robot": ("correct robot:hoper body_mass_kg=2 --why x", "there is no robot 'hoper'"),
     "check": ("check rail", "'rail' is not a known check", "'rail_angle'"),
     "reason": ("jumps reject r001 1 --reason misfired", "'misfired' is not a known reason", "'misfire'"),
+    "reason to reject": (
+        "jumps reject r001 1 --reason looks_right",
+        "looks_right is no reason to reject a jump",
+        "touched_by_hand",
+        "misfire",
+    ),
+    "reason to accept": (
+        "jumps accept r001 1 --reason misfire",
+        "misfire is no reason to accept a jump",
+        "looks_right",
+    ),
     "imported file": ("assign r01.csv r001", "'r01.csv' is not a known imported file", "did you mean 'r0"),
     "provenance id": ("why 0123456789ab", "'0123456789ab'", "copy the whole id"),
     "plan method": ("plan --seed 1 --method random", "'random' is not one of", "'randomised'"),

@@ -25,6 +25,7 @@ from data_schema.queries.runs import RunRow, list_runs, refuse_empty_selection, 
 from data_schema.queries.signals import SignalRow, signals_of_runs
 from data_schema.reasons import Reason
 from data_schema.vocabulary import (
+    REASONS,
     FileRole,
     ReasonCode,
     ReviewOrder,
@@ -368,8 +369,13 @@ def _state(
     height_m: float | None = None,
 ) -> None:
     """State a verdict on the jump of a log at a time, where a height was found, and by what."""
-    if said.reason not in tuple(ReasonCode):
-        raise unknown_name("reason", said.reason, tuple(ReasonCode))
+    reasons = REASONS.get(said.verdict, tuple(ReasonCode))
+    if said.reason not in reasons:
+        if said.reason in tuple(ReasonCode):
+            raise UsageError(
+                f"{said.reason} is no reason to {said.verdict} a jump: give {', '.join(reasons[:-1])} or {reasons[-1]}."
+            )
+        raise unknown_name("reason", said.reason, reasons)
     new = {
         "target_kind": str(TargetKind.JUMP),
         "target_uid": run.uid,
