@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+import shlex
+
 import pytest
 
 from tests.cli.shell import good, labbook, refused, rows, unchanged
@@ -47,6 +50,20 @@ def test_mah_is_the_charge_of_a_run(whole: SmallBook) -> None:
     (charge,) = good(labbook("show", "r001", "--json", at=whole.folder)).json["charges"]
     assert charge["charge_mah"] == 812.5
     assert correct(whole, f"charge:{charge['uid']}", "mah=800")["charge_mah"] == [812.5, 800.0]
+
+
+def test_a_second_charge_is_refused_with_commands_that_are_taken(whole: SmallBook) -> None:
+    """They lacked the reason that a correction needs."""
+    good(labbook("assign", "2021-06-14.csv#4", "none", "--why", "mixed up", at=whole.folder))
+    good(labbook("charge", "r004", "100", at=whole.folder))
+    answer = labbook("charge", "r004", "130", at=whole.folder)
+    refused(answer, 2, "a charge already", "100 mAh")
+    ways_out = re.findall(r"`labbook (correct [^`]+)`", answer.err)
+    assert len(ways_out) == 2
+    for command in ways_out:
+        words = shlex.split(command.replace("VALUE", "130").replace("...", "misread"))
+        good(labbook(*words, at=whole.folder))
+    good(labbook("charge", "r004", "130", at=whole.folder))
 
 
 def test_the_old_value_is_shown_and_what_becomes_of_the_runs_joules(whole: SmallBook) -> None:

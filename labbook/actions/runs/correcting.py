@@ -285,8 +285,15 @@ def _column(book: Book, session: WriteSession, kind: str, name: str, text: str) 
         return {name: ensure_day(session, study_of(session.connection).uid, date_named("day", text))}
     if name == "run":
         return {name: None if text == "none" else run_named(session.connection, text).uid}
-    is_text = isinstance(column.type, sa.Text)
-    return {name: text_value(kind, text, column) if is_text else number_value(name, text, column)}
+    if isinstance(column.type, sa.Text):
+        return {name: text_value(kind, text, column)}
+    value = number_value(name, text, column)
+    if name == "charge_mah" and value < 0:
+        raise UsageError(
+            f"a charge of {text} mAh is not possible: give 0 or more; `labbook correct charge:ID mode=discharge --why "
+            "...` states a discharge, and `labbook show RUN` has the ID."
+        )
+    return {name: value}
 
 
 _WORDS: Mapping[tuple[str, str], type[StrEnum]] = {
@@ -508,13 +515,17 @@ def refuse_second_charge(
             continue
         place = place_of_charge(connection, first.uid)
         where = "typed in" if place is None else place
-        off = f"`labbook assign {place} none --why ...`" if place else f"`labbook correct charge:{first.uid} run=none`"
+        off = (
+            f"`labbook assign {place} none --why ...`"
+            if place
+            else f"`labbook correct charge:{first.uid} run=none --why ...`"
+        )
         add = "give it with --add" if charge_uid is None else f"`labbook assign charge:{charge_uid} {run_name} --add`"
         raise UsageError(
             f"run {run_name} has a charge already, {first.charge_mah:g} mAh ({where}, charge:{first.uid}): correct "
-            f"that one with `labbook correct charge:{first.uid} charge_mah=VALUE`, or take it off first with {off}; if "
-            f"the pack was charged in parts, {add}; a row of the inbox that is no charge of a run goes with `labbook "
-            "runs dismiss NAME#ROW --why ...`."
+            f"that one with `labbook correct charge:{first.uid} charge_mah=VALUE --why ...`, or take it off first with "
+            f"{off}; if the pack was charged in parts, {add}; a row of the inbox that is no charge of a run goes with "
+            "`labbook runs dismiss NAME#ROW --why ...`."
         )
 
 
