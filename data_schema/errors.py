@@ -103,15 +103,26 @@ def nearest(given: str, allowed: Iterable[str]) -> str | None:
     """Return the one allowed name that `given` begins, else the one that looks most like it; None when none is close.
 
     An ending left out is longer than most slips of the finger: without it `b_e` would look more like `b_g` than like
-    `b_extension`.
+    `b_extension`. Zeros before a number change nothing: `r7` is `r007`, however much it looks like `r017`.
     """
     names = list(allowed)
+    same = [name for name in names if _without_zeros(name) == _without_zeros(given)]
+    if len(same) == 1:
+        return same[0]
     folded = {name.lower(): name for name in names}
     begun = [name for name in folded if name.startswith(given.lower())] if len(given) >= SHORTENED else []
     if len(begun) == 1:
         return folded[begun[0]]
     match = difflib.get_close_matches(given.lower(), folded, n=1, cutoff=0.5)
     return folded[match[0]] if match else None
+
+
+_ZEROS = re.compile(r"(?<![0-9.,])0+(?=[0-9])")
+"""Those before a whole number."""
+
+
+def _without_zeros(name: str) -> str:
+    return _ZEROS.sub("", name.lower())
 
 
 def unknown_name(what: str, given: str, allowed: Iterable[str], remedy: str = "") -> UnknownName:
