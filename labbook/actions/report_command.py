@@ -19,12 +19,14 @@ from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
+from data_schema.where import as_number
 from ingest.store import STORED, Store
 from labbook.analysis.study import Analysis, analyse
 from labbook.book.opening import CONFIGURATION, JOURNAL, REPORTS, Book
 from labbook.book.report_numbers import NUMBERS, numbers_bytes, numbers_of_report, numbers_path
 from labbook.book.write_session import Statement, new_uid, now_utc
 from labbook.config.parsing import Configuration, settings_of_numbers
+from labbook.terminal import listed
 from reports.page.printing import print_pdf
 from reports.page.writing import refuse_foreign, refuse_no_template, report_files, write_report
 
@@ -85,11 +87,24 @@ def selection(
         raise UsageError(f"{' '.join(extra)!r} is not understood: write --FACTOR LEVEL, for example --foot small.")
     for name, level in zip(words[::2], words[1::2], strict=True):
         factor = name.removeprefix("--").replace("-", "_")
+        _refuse_unknown_level(configuration, factor, level, name)
         quoted = (
             level if re.fullmatch(r"[\w.]+", level) else "'" + level.replace("\\", "\\\\").replace("'", "\\'") + "'"
         )
         parts.append(f"{factor}={quoted}")
     return " and ".join(part for part in parts if part) or None
+
+
+def _refuse_unknown_level(configuration: Configuration, factor: str, level: str, option: str) -> None:
+    levels = configuration.factors[factor].levels
+    labels = [one.label for one in levels]
+    number = as_number(level)
+    if level in labels or (number is not None and any(one.value == number for one in levels)):
+        return
+    what = f"level of {factor} ({option})"
+    if number is None:
+        raise unknown_name(what, level, labels)
+    raise UsageError(f"{level!r} is not a known {what}: allowed are {listed(labels)}.")
 
 
 def write(

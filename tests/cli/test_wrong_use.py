@@ -26,6 +26,9 @@ WRONG_WORDS = {
 UNKNOWN_NAMES = {
     "person": ("note r001 x --as Ida", "'Ida' is not a known person", "'Ada Nwosu'", "[people]"),
     "run": ("show r0001", "'r0001' is not a known run", "'r001'", "`labbook runs list`"),
+    "run without its zeros": ("show r7", "'r7' is not a known run", "did you mean 'r007'"),
+    "level of an option": ("report --foot tiny", "'tiny' is not a known level of foot (--foot)", "'large', 'small'"),
+    "number of an option": ("report --b-ad-gain=50", "'50' is not a known level of b_ad_gain (--b-ad-gain)", "0, 100"),
     "run for a file": ("ingest ../instruments/logs --run r99", "'r99' is not a known run", "`labbook runs import`"),
     "factor as option": ("report --fot small", "'--fot' is not a known option", "'--foot'"),
     "option of the command": ("report --sumary", "'--sumary' is not a known option", "'--summary'"),
@@ -60,6 +63,7 @@ BAD_VALUES = {
     "number": ("correct r001 duration_s=long --why x", "duration_s=long is not a number"),
     "finite number": ("correct r001 duration_s=inf --why x", "finite number"),
     "impossible jumps": ("correct r001 jumps_made=-3 --why x", "jumps_made=-3", "jumps_made must be 0 or more"),
+    "charge below 0": ("correct r001 mah=-5 --why x", "a charge of -5 mAh is not possible", "0 or more", "mode="),
     "name of another": ("correct r001 name=r002 --why x", "there is a run r002 already"),
     "place of another": ("correct r001 position_in_day=2 --why x", "run r002 has position_in_day=2 of 2021-06-14"),
     "empty name": ("correct r001 name= --why x", "name= is empty"),
