@@ -59,7 +59,7 @@ class FileCache:
         digest = hashlib.sha256("\n".join([sys.version, *versions]).encode())
         files = {pattern: sorted(_PACKAGES.glob(pattern)) for pattern in self.sources}
         if missing := [pattern for pattern, found in files.items() if not found]:
-            raise FileNotFoundError(f"the cache of {self.kind} depends on {missing[0]}, and there is no such file")
+            raise ValueError(f"the cache of {self.kind} depends on {missing[0]}, and there is no such file")
         for path in sorted(path for found in files.values() for path in found):
             digest.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
         return digest.hexdigest()[:20]

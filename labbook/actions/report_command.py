@@ -19,7 +19,7 @@ from data_schema.errors import BookReadOnly, UsageError, unknown_name
 from data_schema.queries.runs import refuse_empty_selection
 from data_schema.queries.study import config_in_force
 from data_schema.vocabulary import Action
-from data_schema.where import as_number
+from data_schema.where import as_number, comparing
 from ingest.store import STORED, Store
 from labbook.analysis.study import Analysis, analyse
 from labbook.book.opening import CONFIGURATION, JOURNAL, REPORTS, Book
@@ -88,10 +88,7 @@ def selection(
     for name, level in zip(words[::2], words[1::2], strict=True):
         factor = name.removeprefix("--").replace("-", "_")
         _refuse_unknown_level(configuration, factor, level, name)
-        quoted = (
-            level if re.fullmatch(r"[\w.]+", level) else "'" + level.replace("\\", "\\\\").replace("'", "\\'") + "'"
-        )
-        parts.append(f"{factor}={quoted}")
+        parts.append(comparing(factor, level))
     return " and ".join(part for part in parts if part) or None
 
 

@@ -31,7 +31,7 @@ from labbook.analysis.comparison.robustness import Variations, vary
 from labbook.analysis.measured import Measured, analysed_runs, days, flow, measure_study, runs_by_robot
 from labbook.analysis.outcomes.budget import budget, pack_deviations
 from labbook.analysis.outcomes.conditions import coarse_charger
-from labbook.analysis.outcomes.control_limits import exchanged_charges, reading_steps_j, runs_outside
+from labbook.analysis.outcomes.control_limits import exchanged_charges, joule_limits, runs_outside
 from labbook.analysis.outcomes.detection import Detections
 from labbook.analysis.prediction.bias import judge
 from labbook.analysis.prediction.checking import check_conditions, check_savings, study_predictions
@@ -134,6 +134,7 @@ def analyse(
     checked = [one for several in checks.values() for one in several]
     checked += check_savings(selected, of_savings, predicted)
     joules = {item.run.uid: item.value for each in conditions[Outcome.JOULES] for item in each.runs}
+    limits = joule_limits(evidence, joules)
     void = [run for run in evidence.selected if run.state is RunState.VOID]
     detector = configuration.protocol.detector
     used = ("numpy", "scipy", "matplotlib", *(("numba",) if predicted else ()))
@@ -161,8 +162,8 @@ def analyse(
         contrasts=tuple(contrasts),
         overall=tuple(effects.savings.values()),
         overall_equivalence=effects.equivalent,
-        outside_limits=tuple(run.name for run in runs_outside(evidence.runs, joules, reading_steps_j(evidence))),
-        exchanged_charges=exchanged_charges(evidence, measured.drains, joules),
+        outside_limits=tuple(run.name for run in runs_outside(evidence.runs, joules, limits)),
+        exchanged_charges=exchanged_charges(evidence, measured.drains, joules, limits),
         assumed=methods.assumed(evidence),
         runs=analysed_runs(measured),
         robots=runs_by_robot(measured),

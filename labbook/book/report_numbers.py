@@ -115,7 +115,7 @@ def numbers_of_report(made: Analysis) -> ReportNumbers:
     results: dict[str, ReportedResult] = {}
     for uid, one in by_uid.items():
         if uid in needed:
-            said = _said_of(one)
+            said = fields_of_numbers(one)
             numbers |= {key: ReportedNumber(id=key, result=uid, **of) for key, of in said.items() if key in shown}
             results[uid] = _result(one, said)
     return ReportNumbers(numbers, results)
@@ -309,12 +309,7 @@ def reports_depending_on(
     ]
 
 
-def reported_numbers(result: Result) -> list[ReportedNumber]:
-    """Return the numbers of a result as `numbers.json` has them."""
-    return [ReportedNumber(id=key, result=result.origin.uid, **of) for key, of in _said_of(result).items()]
-
-
-def _said_of(result: Result) -> dict[str, dict[str, Any]]:
+def fields_of_numbers(result: Result) -> dict[str, dict[str, Any]]:
     """Return the fields of `ReportedNumber`, but for its id and that of the result, of each number by its id.
 
     Of many runs few numbers are shown, and the others are needed for the hash of their result alone.

@@ -1,6 +1,5 @@
 """`labbook export`: what a book has, for other programs; `labbook verify`: is a capsule whole?"""
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated
@@ -55,6 +54,7 @@ def export(
         _refuse("--capsule", {"FOLDER": folder is not None, "--mcap": mcap is not None, **of_tables})
         return _capsule(capsule, report, book, for_sharing=for_sharing)
     _refuse("an export without --capsule", {"--report": report is not None})
+    from data_schema.where import comparing
     from labbook.export.tables import Selection
     from labbook.export.writing import FORMATS, export_tables
 
@@ -64,7 +64,7 @@ def export(
     if mcap is None and form not in FORMATS:
         raise unknown_name("format of an export", form, FORMATS)
     with opened(book) as opened_book, opened_book.reading() as connection, progress("export", None) as step:
-        where = where if mcap is None else f"run={json.dumps(mcap, ensure_ascii=False)}"
+        where = where if mcap is None else comparing("run", mcap)
         selection = Selection(connection, opened_book.store, opened_book.configuration, where, step)
         if mcap is not None:
             from labbook.export.mcap import write_mcap

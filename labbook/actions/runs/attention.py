@@ -43,7 +43,7 @@ from data_schema.where import comparing, compile_where
 from ingest.channels.names import parse_header
 from ingest.declared import flag_names
 from labbook.actions.files.stored_files import Waiting, why_waiting
-from labbook.analysis.outcomes.control_limits import reading_steps_j, runs_outside
+from labbook.analysis.outcomes.control_limits import joule_limits, runs_outside
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections, jumps_found
 from labbook.analysis.outcomes.log_dates import differing_day
 from labbook.analysis.outcomes.run_apexes import (
@@ -768,7 +768,8 @@ def _verdict_waits(facts: Facts) -> Iterator[Finding]:
 
 
 def _outside_limits(facts: Facts) -> Iterator[Finding]:
-    outside = {run.uid for run in runs_outside(facts.evidence.runs, facts.joules, reading_steps_j(facts.evidence))}
+    limits = joule_limits(facts.evidence, facts.joules)
+    outside = {run.uid for run in runs_outside(facts.evidence.runs, facts.joules, limits)}
     for run in facts.runs:
         if run.uid in outside:
             what = f"joules a jump of run {run.name} lie outside the control limits of {run.condition_key}"

@@ -23,7 +23,7 @@ from labbook.actions.files.ingesting import FileOutcome
 from labbook.actions.runs.attention import Lines, joules_of, known_joules
 from labbook.actions.runs.remarks import remarks_on
 from labbook.analysis.outcomes.charger_step import with_display_step
-from labbook.analysis.outcomes.control_limits import LIMITS_FROM_RUNS, ControlLimits, limits_of, reading_steps_j
+from labbook.analysis.outcomes.control_limits import LIMITS_FROM_RUNS, ControlLimits, joule_limits
 from labbook.analysis.outcomes.detection import BODY_HEIGHT, Detections
 from labbook.analysis.outcomes.run_apexes import jumps_found_in_run
 from labbook.analysis.outcomes.run_energy import below_drain, drain_lines
@@ -115,7 +115,7 @@ def _rig_lines(
     Jumps are counted where a log was read, or of all runs with `jumps`.
     """
     drains = drain_lines(evidence)
-    limits = limits_of(evidence.runs, known_joules(evidence, drains), reading_steps_j(evidence))
+    limits = joule_limits(evidence, known_joules(evidence, drains))
     return {
         run.name: _line(run, detections, files[run.name], evidence, drains, limits.get(run.uid, ControlLimits()), jumps)
         for run in evidence.runs

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import accumulate, product
 from typing import NamedTuple
 
@@ -77,25 +77,24 @@ def _of_both(one: _Moments, other: _Moments) -> _Moments:
     return n, mean_one + apart * n_other / n, squares_one + squares_other + apart * apart * n_one * n_other / n
 
 
-def reading_steps_j(evidence: StudyData) -> dict[str, float]:
-    """Return what a step of the charger's display is worth in joules a jump of each run that has any, by uid."""
-    voltage_v, found = evidence.study.reference_voltage_v, {}
+def joule_limits(evidence: StudyData, joules: Mapping[str, float]) -> dict[str, ControlLimits]:
+    """Return the limits of joules a jump, by uid as `joules` are, each read in steps of the charger's display."""
+    voltage_v, steps = evidence.study.reference_voltage_v, dict[str, float]()
     for run in evidence.runs:
         charge = usable_charge(run, evidence.charges.get(run.uid, []))
         if not isinstance(charge, Undefined):
-            found[run.uid] = charge.resolution_mah * joules_per_mah(voltage_v, run.jumps_made)
-    return found
+            steps[run.uid] = charge.resolution_mah * joules_per_mah(voltage_v, run.jumps_made)
+    return limits_of(evidence.runs, joules, steps)
 
 
 def limits_of(
-    runs: Sequence[RunRow], values: Mapping[str, float], steps: Mapping[str, float] | None = None
+    runs: Sequence[RunRow], values: Mapping[str, float], steps: Mapping[str, float] = {}
 ) -> dict[str, ControlLimits]:
     """Return the limits of each run that has a value, by uid, from those of all other runs of its condition.
 
     `steps` are those in which the values were read, by uid: a reading errs by up to half a step, and so does the mean
     of others that were rounded alike, so that limits are no narrower than both halves.
     """
-    steps = {} if steps is None else steps
     found: dict[str, ControlLimits] = {}
     known = [run for run in runs if run.uid in values]
     for of_condition in grouped(known, [run.condition_key for run in known]).values():
@@ -119,52 +118,37 @@ def _far(values: Sequence[float]) -> list[bool]:
     return [len(values) >= FAR_FROM_RUNS and 0.0 < most < each for each in apart]
 
 
-def exchanged(
-    runs: Sequence[RunRow],
-    values: Mapping[str, float],
-    with_charge_of: Callable[[RunRow, RunRow], float],
-    steps: Mapping[str, float] | None = None,
-) -> list[tuple[RunRow, RunRow]]:
-    """Return pairs of runs of a day that are out of their limits, one high and one low, and inside by exchange.
-
-    `with_charge_of` returns a run's value with the charge of another. Of several partners of a run only the first
-    counts.
-    """
-    limits = limits_of(runs, values, steps)
-    outside = _outside(runs, values, limits)
-    high = [run for run in outside if values[run.uid] > limits[run.uid].mean]
-    found: dict[str, tuple[RunRow, RunRow]] = {}
-    for one, other in product(high, [run for run in outside if run not in high]):
-        both = ((one, other), (other, one))
-        if one.day != other.day or any(limits[run.uid].outside(with_charge_of(run, of)) for run, of in both):
-            continue
-        if one.uid not in found and all(other is not low for _high, low in found.values()):
-            found[one.uid] = (one, other)
-    return list(found.values())
-
-
 def runs_outside(
-    runs: Sequence[RunRow], values: Mapping[str, float], steps: Mapping[str, float] | None = None
+    runs: Sequence[RunRow], values: Mapping[str, float], limits: Mapping[str, ControlLimits]
 ) -> list[RunRow]:
-    """Return the runs whose value is out of its limits; `steps` as in `limits_of`."""
-    return _outside(runs, values, limits_of(runs, values, steps))
-
-
-def _outside(runs: Sequence[RunRow], values: Mapping[str, float], limits: Mapping[str, ControlLimits]) -> list[RunRow]:
+    """Return the runs whose value is out of its limits."""
     return [run for run in runs if run.uid in limits and limits[run.uid].outside(values[run.uid])]
 
 
 def exchanged_charges(
-    evidence: StudyData, drains: Mapping[str, Drain], joules: Mapping[str, float]
+    evidence: StudyData,
+    drains: Mapping[str, Drain],
+    joules: Mapping[str, float],
+    limits: Mapping[str, ControlLimits],
 ) -> tuple[tuple[str, str], ...]:
-    """Name pairs of runs out of their control limits that are inside with each other's charge; `joules` are by uid."""
+    """Name pairs of runs of a day, one above its limits and one below, that are inside with each other's charge.
 
-    def with_charge_of(run: RunRow, other: RunRow) -> float:
+    Of several partners of a run only the first counts. `joules` and `limits` are by uid.
+    """
+
+    def stays_outside(run: RunRow, other: RunRow) -> bool:
         charge, line = usable_charge(other, evidence.charges[other.uid]), drains[run.robot_uid].line
         assert not isinstance(charge, Undefined)  # noqa: S101 - runs out of limits have joules
         assert not isinstance(line, Undefined)  # noqa: S101
-        passive_mah = line.at(run.duration_s or 0.0).charge_mah
-        return joules_per_mah(evidence.study.reference_voltage_v, run.jumps_made) * (charge.charge_mah - passive_mah)
+        used_mah = charge.charge_mah - line.charge_at(run.duration_s or 0.0)
+        return limits[run.uid].outside(joules_per_mah(evidence.study.reference_voltage_v, run.jumps_made) * used_mah)
 
-    steps = reading_steps_j(evidence)
-    return tuple((one.name, other.name) for one, other in exchanged(evidence.runs, joules, with_charge_of, steps))
+    outside = runs_outside(evidence.runs, joules, limits)
+    high = [run for run in outside if joules[run.uid] > limits[run.uid].mean]
+    found: dict[str, str] = {}
+    for one, other in product(high, [run for run in outside if run not in high]):
+        if one.day != other.day or stays_outside(one, other) or stays_outside(other, one):
+            continue
+        if one.name not in found and other.name not in found.values():
+            found[one.name] = other.name
+    return tuple(found.items())

@@ -20,7 +20,7 @@ import pytest
 from data_schema.journal import canonical
 from labbook.analysis.study import analyse
 from labbook.book.opening import Book, opened
-from labbook.book.report_numbers import reported_numbers
+from labbook.book.report_numbers import fields_of_numbers
 from tests.helpers.demos import made_demo
 
 DATA = Path(__file__).parent / "data"
@@ -64,11 +64,9 @@ def numbers(book: Book) -> Iterator[dict[str, str]]:
         made = analyse(connection, book.store, book.configuration, where=None, made_at="2026-01-01T00:00:00Z")
     for result in made.computed.made.values():
         about = {"kind": result.origin.kind, "scope_json": canonical(result.origin.scope)}
-        for one in reported_numbers(result):
-            values = {"name": one.name, "undefined_reason": one.undefined} | {
-                each: getattr(one, each) for each in NUMBERS
-            }
-            row = about | {"unit": one.unit} | values
+        for one in fields_of_numbers(result).values():
+            values = {"name": one["name"], "undefined_reason": one["undefined"]} | {each: one[each] for each in NUMBERS}
+            row = about | {"unit": one["unit"]} | values
             yield {each: "" if value is None else str(value) for each, value in row.items()}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import random
 import statistics
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -29,6 +30,10 @@ from tests.helpers.wording import says
 def run(tmp_path: Path) -> RunRow:
     with small_book(tmp_path, ingested=False).open() as book, book.reading() as connection:
         return next(run for run in list_runs(connection) if run.kind is RunKind.JUMPS)
+
+
+def outside_of(runs: Sequence[RunRow], values: Mapping[str, float], steps: Mapping[str, float] = {}) -> list[str]:
+    return [each.uid for each in runs_outside(runs, values, limits_of(runs, values, steps))]
 
 
 def test_limits_are_those_of_a_prediction_interval_from_the_other_runs_of_a_condition(run: RunRow) -> None:
@@ -60,9 +65,10 @@ def test_of_runs_that_are_alike_27_in_10_000_lie_outside(n: int, run: RunRow) ->
     draws, runs = random.Random(n), [replace(run, uid=f"{at}") for at in range(n)]
     campaigns = 40_000 // n
     outside = sum(
-        uid.uid == "0"
+        uid == "0"
         for _ in range(campaigns * 4)
-        for uid in runs_outside(runs, {each.uid: draws.gauss(40.0, 3.0) for each in runs})
+        for values in [{each.uid: draws.gauss(40.0, 3.0) for each in runs}]
+        for uid in outside_of(runs, values)
     )
     assert binomtest(outside, campaigns * 4, 0.0027).pvalue > 1e-4
 
@@ -84,7 +90,7 @@ TWO = [41.9, 40.5, 37.7, 396.0, 41.1, 38.5, 433.0, 39.4, 42.2, 40.3]
 )
 def test_slips_are_found(values: list[float], outside: list[str], run: RunRow) -> None:
     runs = [replace(run, uid=f"{n}", position_in_day=n) for n in range(len(values))]
-    assert [each.uid for each in runs_outside(runs, {f"{n}": value for n, value in enumerate(values)})] == outside
+    assert outside_of(runs, {f"{n}": value for n, value in enumerate(values)}) == outside
 
 
 @pytest.mark.parametrize(("away", "outside"), [(1, []), (-1, []), (2, ["7"]), (-2, ["7"])])
@@ -94,9 +100,9 @@ def test_limits_are_no_narrower_than_the_rounding_of_readings(away: int, outside
     runs = [replace(run, uid=f"{n}") for n in range(8)]
     values = {f"{n}": step * (68 + (away if n == 7 else 0)) for n in range(8)}
     steps = dict.fromkeys(values, step)
-    assert [each.uid for each in runs_outside(runs, values, steps)] == outside
+    assert outside_of(runs, values, steps) == outside
     assert limits_of(runs, values, steps)["7"].ends == pytest.approx((67.0 * step, 69.0 * step))
-    assert [each.uid for each in runs_outside(runs, values, steps | {"7": step / 1000})] == ["7"]
+    assert outside_of(runs, values, steps | {"7": step / 1000}) == ["7"]
 
 
 def test_one_step_of_the_charger_is_within_the_limits_at_the_rig_and_in_the_report(tmp_path: Path) -> None:
