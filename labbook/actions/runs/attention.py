@@ -234,7 +234,7 @@ def joules_of(run: RunRow, evidence: StudyData, drains: Lines) -> float | Undefi
     drain = drains[run.robot_uid]
     if isinstance(drain, Undefined):
         return Undefined(Reason.NO_DRAIN_FIT_YET)
-    passive = drain.at(run.duration_s or 0.0).charge_mah
+    passive = drain.charge_at(run.duration_s or 0.0)
     return joules_per_jump(charge.charge_mah, passive, evidence.study.reference_voltage_v, run.jumps_made)
 
 
